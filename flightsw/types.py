@@ -1,0 +1,233 @@
+"""Port types: what crosses the boundary between onboard components, and between codec and application.
+
+SI and radians. `_n` = north-east-down navigation axes, `_b` = body axes (forward-right-down) of the aircraft
+concerned, `q_nb` = Hamilton quaternion, scalar first, rotating body vectors into `_n`. `t_us` = sample time [us].
+Plain tuples and floats: they are cheap to fill from the wire 100 times a second, and the estimators copy them into
+their own arrays. NaN never stands for "invalid" here: validity is a mask, a flag or an age.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+Vec3 = tuple[float, float, float]
+Quat = tuple[float, float, float, float]
+
+ZERO3: Vec3 = (0.0, 0.0, 0.0)
+IDENTITY_Q: Quat = (1.0, 0.0, 0.0, 0.0)
+
+# SensorFrame.updated bits: which groups carry a new sample in this tick
+UPD_IMU = 1
+UPD_BARO = 2
+UPD_MAG = 4
+UPD_GNSS = 8
+UPD_AIR = 16
+UPD_ATT = 32
+UPD_REL = 64
+UPD_FUEL = 128
+UPD_BOOM = 256
+UPD_PEER = 512
+
+
+@dataclass(slots=True)
+class PeerState:
+    """State estimate of another aircraft as received over the data link (sample time is the sender's)."""
+
+    t_us: int = 0
+    pos_n: Vec3 = ZERO3  # [m] local navigation frame
+    vel_n: Vec3 = ZERO3  # [m/s] inertial velocity
+    acc_n: Vec3 = ZERO3  # [m/s^2] inertial acceleration
+    q_nb: Quat = IDENTITY_Q  # [-]
+    w_b: Vec3 = ZERO3  # [rad/s] body rates
+    wind_n: Vec3 = ZERO3  # [m/s] the sender's wind estimate
+    wind_valid: bool = False
+
+
+@dataclass(slots=True)
+class Command:
+    """A MAVLink command as received, before it is accepted or refused."""
+
+    command: int  # MAV_CMD
+    params: tuple[float, ...]  # param1..param7
+    src_system: int
+    src_component: int
+    confirmation: int = 0
+
+
+@dataclass(slots=True)
+class SensorFrame:
+    """One tick's sensor intake. Groups keep their last value; `updated` says which are new this tick."""
+
+    t_us: int = 0
+    updated: int = 0
+    # IMU, 100 Hz
+    gyro_b: Vec3 = ZERO3  # [rad/s]
+    acc_b: Vec3 = ZERO3  # [m/s^2] specific force (level and still: -9.81 on z)
+    mag_b: Vec3 = ZERO3  # [gauss]
+    pressure_pa: float = 0.0  # [Pa] static
+    baro_alt_m: float = 0.0  # [m] pressure altitude, positive up
+    # GNSS
+    gnss_t_us: int = 0
+    gnss_pos_n: Vec3 = ZERO3  # [m] in the local navigation frame
+    gnss_vel_n: Vec3 = ZERO3  # [m/s]
+    # air data, N probes
+    air_t_us: int = 0
+    air_mask: int = 0  # bit i: probe i valid
+    air_V: tuple[float, ...] = ()  # [m/s] true airspeed at the probe
+    air_alpha: tuple[float, ...] = ()  # [rad]
+    air_beta: tuple[float, ...] = ()  # [rad]
+    # attitude reference
+    att_t_us: int = 0
+    att_q_nb: Quat = IDENTITY_Q
+    # relative navigation: own position in the tanker's body axes
+    rel_t_us: int = 0
+    rel_valid: bool = False
+    rel_pos_t: Vec3 = ZERO3  # [m] xi, tanker body axes
+    rel_vel_t: Vec3 = ZERO3  # [m/s] d(xi)/dt, tanker body axes
+    # fuel gauge, boom signal
+    fuel_t_us: int = 0
+    fuel_kg: float = 0.0
+    fuel_flow_kgps: float = 0.0  # + = receiving
+    boom_t_us: int = 0
+    boom_contact: bool = False
+    boom_inside: bool = False  # receptacle inside the envelope
+    boom_elevation: float = 0.0  # [rad] negative below the tanker's longitudinal axis
+    boom_azimuth: float = 0.0  # [rad] positive to the right
+    boom_extension_m: float = 0.0
+    # data link
+    peer: PeerState = field(default_factory=PeerState)
+    # commands that arrived with this tick
+    commands: list[Command] = field(default_factory=list)
+
+
+@dataclass(slots=True)
+class ActuatorCmd:
+    """What goes to the actuators. Surfaces in radians, throttle 0..1 of the thrust available."""
+
+    t_us: int = 0
+    aileron: float = 0.0  # [rad] + rolls right
+    elevator: float = 0.0  # [rad] + trailing edge down
+    rudder: float = 0.0  # [rad] + trailing edge left (yaws left)
+    throttle: float = 0.0  # [-]
+    latch: bool = False  # receptacle latch: False releases the boom
+    armed: bool = True
+
+
+@dataclass(slots=True)
+class NavState:
+    """Navigation output. `x` holds the filter's state in its own order (see nav/layout.py), `sigma` its 1-sigma."""
+
+    t_us: int = 0
+    valid: bool = False
+    reason: str = "not initialised"
+    V: float = 0.0  # [m/s] airspeed
+    beta: float = 0.0  # [rad]
+    alpha: float = 0.0  # [rad]
+    w_b: Vec3 = ZERO3  # [rad/s]
+    euler: Vec3 = ZERO3  # [rad] psi, theta, phi (3-2-1), psi unwrapped
+    q_nb: Quat = IDENTITY_Q
+    pos_n: Vec3 = ZERO3  # [m]
+    vel_n: Vec3 = ZERO3  # [m/s]
+    acc_n: Vec3 = ZERO3  # [m/s^2]
+    wind_n: Vec3 = ZERO3  # [m/s] air moves towards
+    wind_sigma: Vec3 = ZERO3  # [m/s]
+    pos_sigma: Vec3 = ZERO3  # [m]
+    att_sigma: Vec3 = ZERO3  # [rad]
+    nis: float = 0.0  # [-] normalised innovation squared of the last update
+    nis_dof: int = 0
+    # relative to the tanker (receiver only)
+    rel_valid: bool = False
+    rel_age_s: float = 1e9
+    rel_pos_t: Vec3 = ZERO3  # [m]
+    rel_vel_t: Vec3 = ZERO3  # [m/s]
+    rel_euler: Vec3 = ZERO3  # [rad] psi, theta, phi from tanker body to receiver body
+    rel_w_b: Vec3 = ZERO3  # [rad/s] w_R - R w_T, receiver body axes
+    rel_sigma: Vec3 = ZERO3  # [m]
+    peer_age_s: float = 1e9
+
+
+@dataclass(slots=True)
+class GuidanceCmd:
+    """Guidance output: mission phase and the references of the control law."""
+
+    phase: int = 0  # mission enumeration WKF_PHASE
+    phase_t_s: float = 0.0  # [s] time in phase
+    reason: str = ""
+    V: float = 0.0  # [m/s] commanded airspeed (tanker)
+    alt_m: float = 0.0  # [m] commanded altitude (tanker)
+    psi_dot: float = 0.0  # [rad/s] commanded turn rate
+    rel_pos_t: Vec3 = ZERO3  # [m] commanded xi (receiver)
+    rel_vel_t: Vec3 = ZERO3  # [m/s] its rate
+    latch: bool = False
+    measure: bool = False  # holding contact: this sample counts for station keeping
+
+
+# Health.flags bits
+HF_IMU = 1
+HF_GNSS = 2
+HF_AIR = 4
+HF_ATT = 8
+HF_REL = 16
+HF_PEER = 32
+HF_FUEL = 64
+HF_NAV = 128
+HF_ACT = 256  # last guard replaced a non-finite command
+HF_SAT = 512  # a command sits at its limit
+
+
+@dataclass(slots=True)
+class Health:
+    """Which inputs are usable. A set bit in `failed` means stale, out of range or stuck."""
+
+    failed: int = 0
+    reason: str = ""
+    bad_packets: int = 0  # dropped: CRC, length, unknown id
+    rejected: int = 0  # samples rejected by range, age or order
+
+
+@dataclass(slots=True)
+class Timing:
+    """Loop accounting for LOOP_TIMING."""
+
+    ticks: int = 0
+    slips: int = 0
+    exec_us_last: float = 0.0
+    exec_us_max: float = 0.0
+    exec_us_mean: float = 0.0
+    late_us_p50: float = 0.0
+    late_us_p99: float = 0.0
+    late_us_max: float = 0.0
+
+
+@dataclass(slots=True)
+class Text:
+    """One STATUSTEXT."""
+
+    severity: int  # MAV_SEVERITY
+    text: str  # at most 50 characters go down
+
+
+@dataclass(slots=True)
+class Ack:
+    """Answer to a Command."""
+
+    command: int
+    result: int  # MAV_RESULT
+    target_system: int
+    target_component: int
+
+
+@dataclass(slots=True)
+class Snapshot:
+    """Everything telemetry may send about one tick. References, not copies: read it before the next tick."""
+
+    t_us: int
+    tick: int
+    sensors: SensorFrame
+    nav: NavState
+    guid: GuidanceCmd
+    cmd: ActuatorCmd
+    health: Health
+    timing: Timing
+    texts: list[Text] = field(default_factory=list)
+    acks: list[Ack] = field(default_factory=list)
