@@ -108,7 +108,7 @@ def correct(
             for k in range(p):
                 s += A[i, k] * B[a, k]
             K[i, a] = s
-    # B is needed again for the factor update: keep it in the lower part of the workspace by re-deriving after tria
+    # tria overwrites B; the deviations are formed again from Y below
     for a in range(m):
         for b in range(m):
             B[a, p + b] = r[a] if a == b else 0.0

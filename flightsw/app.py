@@ -1,0 +1,130 @@
+"""The onboard application: one tick, read top to bottom. Pure: no clock, no input or output, no randomness.
+
+Sensors -> health -> (20 Hz: navigation, guidance, control of the mission) -> guard -> actuator command. The same object runs
+in lockstep, in real time, in process and in replay.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from flightsw.aircraft import load_aircraft
+from flightsw.health import HealthMonitor, HealthParams
+from flightsw.missions import MISSIONS
+from flightsw.models.actuators import ActuatorModel, thrust_available
+from flightsw.strict import ConfigError, convert
+from flightsw.types import (
+    HF_ACT,
+    HF_SAT,
+    Ack,
+    ActuatorCmd,
+    Command,
+    GuidanceCmd,
+    NavState,
+    SensorFrame,
+    Snapshot,
+    Text,
+    Timing,
+)
+
+MAX_STEP_S = 0.25  # [s] longest control step integrated at once, however late the tick
+
+
+class FlightApp:
+    """Everything between a sensor frame and an actuator command."""
+
+    def __init__(
+        self, mission: str, aircraft: str, tables: dict[str, Any], *, base_rate_hz: int = 100, mission_rate_hz: int = 20,
+        link_delay_ticks: int = 1, where: str = "flight configuration",
+    ) -> None:  # fmt: skip
+        """Compose `mission` for `aircraft`; `tables` holds the mission's own tables (nav, ctrl, guid, health).
+
+        Raises ConfigError (unknown mission, bad key), TrimError or DesignError (control design).
+        """
+        if mission not in MISSIONS:
+            raise ConfigError(f"{where}: app.mission = {mission!r}: allowed: {', '.join(MISSIONS)}")
+        if base_rate_hz % mission_rate_hz:
+            raise ConfigError(f"{where}: app.mission_rate_hz = {mission_rate_hz}: must divide base_rate_hz = {base_rate_hz}")
+        cls = MISSIONS[mission]
+        own = dict(tables)
+        health = convert(own.pop("health", {}), HealthParams, f"{where}: health")
+        self.period_us = 1_000_000 // base_rate_hz
+        self.slow_us = 1_000_000 // mission_rate_hz
+        self.ac = load_aircraft(aircraft)
+        self.mission = cls(self.ac, convert(own, cls.params_type, where), 1.0 / mission_rate_hz)
+        self.health = HealthMonitor(health, cls.watch)
+        self.act = ActuatorModel(self.ac, link_delay_ticks)
+        self.u = np.zeros(4)
+        self._good = (0.0, 0.0, 0.0, 0.0)
+        self.cmd = ActuatorCmd()
+        self.nav, self.guid, self.timing = NavState(), GuidanceCmd(), Timing()
+        self.tick_no = 0
+        self._updated = 0
+        self._slow_index = -1
+        self._slow_t_us = -1
+        self._started = False
+
+    def tick(self, f: SensorFrame, dt_s: float) -> tuple[ActuatorCmd, Snapshot]:
+        """One base tick: f the frame now, dt_s [s] since the previous tick. Returns the command and what telemetry may send."""
+        texts: list[Text] = []
+        acks = [self._answer(c, texts) for c in f.commands] if f.commands else []
+        h = self.health.step(f)
+        self._updated |= f.updated
+        if self._started:
+            u = self.u
+            self.act.step(u[0], u[1], u[2], u[3], min(dt_s, MAX_STEP_S))
+        index = f.t_us // self.slow_us
+        if index != self._slow_index:
+            self._slow(f, texts)
+            self._slow_index = index
+        self._guard(texts)
+        c = self.cmd
+        c.t_us = f.t_us
+        snap = Snapshot(f.t_us, self.tick_no, f, self.nav, self.guid, c, h, self.timing, texts, acks)
+        self.tick_no += 1
+        return c, snap
+
+    def _slow(self, f: SensorFrame, texts: list[Text]) -> None:
+        """Navigation, guidance, control."""
+        dt = self.slow_us * 1e-6 if self._slow_t_us < 0 else min((f.t_us - self._slow_t_us) * 1e-6, MAX_STEP_S)
+        self._slow_t_us = f.t_us
+        if not self._started:
+            # the servos are taken to be where the first command puts them
+            u = self.mission.first_command()
+            self.u[:] = u
+            self.act.reset(u[:3], float(u[3]))
+            self._started = True
+        self.nav, self.guid, u, throttle = self.mission.step(f, self.act, self._updated, self.health.out, dt)
+        self._updated = 0
+        self.u[:] = u
+        c = self.cmd
+        c.aileron, c.elevator, c.rudder, c.throttle = float(u[0]), float(u[1]), float(u[2]), throttle
+        c.latch = self.guid.latch
+        h = self.health.out
+        h.failed = h.failed | HF_SAT if self.mission.ctrl.core.saturated else h.failed & ~HF_SAT
+        texts += self.mission.texts()
+        if self.health.texts:
+            texts += self.health.texts
+            self.health.texts = []
+
+    def _guard(self, texts: list[Text]) -> None:
+        """Last look before the actuators: a non-finite value becomes the last good one, and is reported."""
+        c = self.cmd
+        if math.isfinite(c.aileron + c.elevator + c.rudder + c.throttle):
+            self._good = (c.aileron, c.elevator, c.rudder, c.throttle)
+            return
+        if not self.health.out.failed & HF_ACT:
+            texts.append(Text(2, "non-finite actuator command replaced"))
+        self.health.out.failed |= HF_ACT
+        c.aileron, c.elevator, c.rudder, c.throttle = self._good
+        lim = thrust_available(self.ac, 7000.0, 195.0)
+        self.u[:] = c.aileron, c.elevator, c.rudder, c.throttle * lim
+
+    def _answer(self, c: Command, texts: list[Text]) -> Ack:
+        result, why = self.mission.command(c)
+        if why:
+            texts.append(Text(4, why[:50]))
+        return Ack(c.command, result, c.src_system, c.src_component)

@@ -1,0 +1,108 @@
+"""Receiver station keeping: gain-scheduled LQR with integral action on inertial relative motion.
+
+Design state: xi_dot (3), w_rel (3), psi, theta, phi relative (3), xi (3), servo position (3), servo rate (3), thrust (1),
+integral of xi error (3), previous command (4). Airspeed, sideslip and incidence are eliminated through
+xi_dot = R^T u_a + R_BTI (W - v_T) + S(w_T) xi, so that a gust does not look like a closure-rate error.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+
+from flightsw.aircraft import Aircraft
+from flightsw.ctrl.common import ControlCore, Node3, Pos, ScheduleParams
+from flightsw.ctrl.lqr import Design, augment, design
+from flightsw.ctrl.schedule import GainSchedule
+from flightsw.models.actuators import ActuatorModel
+from flightsw.models.trim import linearise_relative, trim_free, trim_relative
+from flightsw.strict import Range
+from flightsw.types import GuidanceCmd, NavState
+
+N = 12  # rigid design states
+
+
+@dataclass(frozen=True)
+class ReceiverCtrlParams:
+    """Bryson weights: the size of each deviation that counts as one unit."""
+
+    schedule: ScheduleParams
+    tanker_mass_kg: Pos = 120000.0
+    xi_m: Node3 = (-35.5, 0.0, 8.5)
+    w_vel_mps: Node3 = (1.0, 1.0, 1.0)
+    w_rate_radps: Node3 = (0.3, 0.3, 0.3)
+    w_euler_rad: Node3 = (0.3, 0.3, 0.3)
+    w_pos_m: Node3 = (0.6, 0.6, 0.6)
+    w_int_ms: Node3 = (1.5, 1.5, 1.5)
+    w_input: tuple[float, float, float, float] = (0.106, 0.0707, 0.106, 1770.0)
+    int_limit_ms: Node3 = (30.0, 20.0, 20.0)
+    condition_tau_s: Annotated[float, Range(0.01)] = 1.0  # smoothing of the scheduling variables
+
+
+class ReceiverControl:
+    """Holds xi at the commanded position in the tanker's frame."""
+
+    def __init__(self, ac: Aircraft, tanker: Aircraft, p: ReceiverCtrlParams, dt_s: float) -> None:
+        """Designs the six nominal laws for control period dt_s. Raises TrimError or DesignError."""
+        self.p = p
+        self.core = ControlCore(ac, 3, np.array(p.int_limit_ms))
+        s = p.schedule
+        self.nodes = tuple(float(np.radians(v)) for v in s.psi_dot_degps)
+        designs = [self._design(ac, tanker, yd, V, dt_s) for yd in self.nodes for V in s.V_mps]
+        self.sched = GainSchedule(designs, self.nodes, s.V_mps)
+        self.z, self.off = np.zeros(self.sched.nz), np.zeros(self.sched.nz)
+        self._err = np.zeros(3)
+        self._cond = np.array([0.0, float(np.mean(s.V_mps))])
+
+    def _design(self, ac: Aircraft, tanker: Aircraft, yd: float, V: float, dt_s: float) -> Design:
+        p, s = self.p, self.p.schedule
+        tt = trim_free(tanker, p.tanker_mass_kg, s.h_m, V, yd)
+        t = trim_relative(ac, s.mass_kg, tt, np.array(p.xi_m))
+        A, B, Cv = linearise_relative(ac, s.mass_kg, tt, t)
+        # coordinates [xi_dot, w_rel, euler, xi] from [V, beta, alpha, w_rel, euler, xi]: constant at a trim
+        M = np.eye(N)
+        M[:3] = Cv[:, :N]
+        Mi = np.linalg.inv(M)
+        A12, B12 = M @ A[:N, :N] @ Mi, M @ B[:N]
+        C = np.zeros((3, N))
+        C[:, 9:12] = np.eye(3)
+        Aa, Ba = augment(A12, B12, C, np.zeros((3, 4)), ac)
+        scale = [*p.w_vel_mps, *p.w_rate_radps, *p.w_euler_rad, *p.w_pos_m, *[1e3] * 6, 1e6, *p.w_int_ms]
+        q = 1.0 / np.square(scale)
+        z0 = np.zeros(len(scale))
+        z0[6:9] = t.x[6:9]
+        z0[N : N + 3], z0[N + 6] = t.u[:3], t.u[3]
+        r = 1.0 / np.square(p.w_input)
+        return design(Aa, Ba, dt_s, s.delay_s, q, r, z0, t.u, f"receiver at {V:g} m/s, {yd:.4f} rad/s")
+
+    def step(
+        self, nav: NavState, cmd: GuidanceCmd, act: ActuatorModel, psi_dot_t: float, V_t: float, h_m: float, dt: float
+    ) -> tuple[np.ndarray, float]:
+        """Command (u [4], throttle). psi_dot_t [rad/s], V_t [m/s]: tanker turn rate and airspeed; h_m altitude [m]."""
+        c, z = self.core, self.z
+        a = dt / (self.p.condition_tau_s + dt)
+        if not c.started:
+            self._cond[:] = psi_dot_t, V_t
+        self._cond[0] += a * (psi_dot_t - self._cond[0])
+        self._cond[1] += a * (V_t - self._cond[1])
+        self.sched.set_condition(self._cond[0], self._cond[1])
+        if not c.started:
+            c.u_prev[:] = act.pos[0], act.pos[1], act.pos[2], act.thrust
+            c.started = True
+        z[0:3], z[3:6], z[6:9], z[9:12] = nav.rel_vel_t, nav.rel_w_b, nav.rel_euler, nav.rel_pos_t
+        for i in range(3):
+            z[i] -= cmd.rel_vel_t[i]
+            self._err[i] = nav.rel_pos_t[i] - cmd.rel_pos_t[i]
+            z[9 + i] = self._err[i]
+        c.actuator_states(z, N, act)
+        c.integrate(self._err, dt)
+        z[N + 7 : N + 10] = c.e
+        z[N + 10 :] = c.u_prev
+        return c.limit(self.sched.evaluate(z, self.off), h_m, nav.V)
+
+    def trim_command(self, V_t: float, h_m: float) -> tuple[np.ndarray, float]:
+        """Open-loop trim for straight flight while navigation is not yet valid."""
+        self.sched.set_condition(0.0, V_t)
+        return self.core.limit(self.sched.trim_command(), h_m, V_t)

@@ -1,0 +1,221 @@
+"""Receiver phase machine for aerial refuelling: observation, pre-contact, contact, disconnect, return, breakaway, hold.
+
+Commanded from the ground; leaves contact by its own rule when the relative solution, the data link or the station error is
+not good enough. All positions are xi, the receiver's centre of gravity in tanker body axes [m]. Approach is down, across well
+below the trailing vortices, then forward and up between them: never through a tip vortex.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated
+
+from flightsw.guid.path import Quintic, duration
+from flightsw.strict import Range
+from flightsw.types import ZERO3, GuidanceCmd, NavState, SensorFrame, Text, Vec3
+
+INIT, OBSERVATION, TO_PRECONTACT, PRECONTACT, TO_CONTACT, CONTACT, DISCONNECT, RETURN, BREAKAWAY, HOLD = range(10)
+NAMES = (
+    "init", "observation", "to pre-contact", "pre-contact", "closing", "contact", "disconnect", "return", "breakaway", "hold",
+)  # fmt: skip
+
+ACTIONS = {1: "hold", 2: "precontact", 3: "contact", 4: "disconnect", 5: "breakaway", 6: "observation"}
+
+Pos = Annotated[float, Range(1e-6)]
+
+
+@dataclass(frozen=True)
+class RefuelParams:
+    """Way-points [m], speeds [m/s] and limits of the refuelling procedure."""
+
+    observation_m: Vec3 = (-59.13, 56.33, 0.0)
+    low_m: Vec3 = (-60.0, 56.33, 26.0)
+    behind_m: Vec3 = (-60.0, 0.0, 26.0)
+    precontact_m: Vec3 = (-47.0, 0.0, 12.5)
+    contact_m: Vec3 = (-35.5, 0.0, 8.5)
+    breakaway_m: Vec3 = (-100.0, 0.0, 60.0)
+    v_transfer_mps: Pos = 1.5
+    v_climb_mps: Pos = 0.8
+    v_close_mps: Pos = 0.5
+    v_breakaway_mps: Pos = 4.0
+    settle_s: Pos = 10.0  # in contact before samples count for station keeping
+    ready_error_m: Pos = 1.0  # station error that lets the next segment or closure start
+    track_error_m: Pos = 4.0  # the reference waits while the error exceeds this
+    contact_error_max_m: Pos = 3.0  # breakaway beyond this while closing or in contact
+    rel_age_max_s: Pos = 2.0
+    peer_age_max_s: Pos = 1.0
+
+
+class RefuelGuidance:
+    """Reference of the station-keeping law and the phase it belongs to."""
+
+    def __init__(self, p: RefuelParams) -> None:
+        self.p = p
+        self.phase = INIT
+        self.t_phase_us = 0
+        self.t_us = 0
+        self.queue: list[tuple[Vec3, float]] = []
+        self.seg: Quintic | None = None
+        self.seg_t = 0.0
+        self.pos: Vec3 = p.observation_m
+        self.vel: Vec3 = ZERO3
+        self.reason = "waiting for navigation"
+        self.texts: list[Text] = []
+        self.out = GuidanceCmd()
+        self._bad_s = 0.0
+
+    # --- commands -------------------------------------------------------------------------------------------------
+    def command(self, action: int) -> tuple[bool, str]:
+        """Ground action 1..6 (hold, precontact, contact, disconnect, breakaway, observation): accepted?, reason if not."""
+        name = ACTIONS.get(action)
+        ph = self.phase
+        if name is None:
+            return False, f"action {action} unknown, allowed 1 to 6"
+        if ph == INIT and name != "hold":
+            return False, "navigation not valid yet"
+        if name == "hold":
+            self._stop()
+        elif name == "breakaway":
+            self._breakaway("commanded")
+        elif name == "precontact":
+            if ph not in (OBSERVATION, HOLD, RETURN):
+                return False, f"pre-contact is not allowed from {NAMES[ph]}"
+            self._enter(TO_PRECONTACT, "commanded")
+            self._plan_to_precontact()
+        elif name == "contact":
+            if ph != PRECONTACT:
+                return False, f"contact is only allowed from pre-contact, not from {NAMES[ph]}"
+            self._enter(TO_CONTACT, "commanded")
+            self._fly([(self.p.contact_m, self.p.v_close_mps)])
+        elif name == "disconnect":
+            if ph not in (CONTACT, TO_CONTACT):
+                return False, f"nothing to disconnect in {NAMES[ph]}"
+            self._enter(DISCONNECT, "commanded")
+            self._fly([(self.p.precontact_m, self.p.v_close_mps)])
+        else:
+            if ph not in (PRECONTACT, TO_PRECONTACT, BREAKAWAY, HOLD):
+                return False, f"return to observation is not allowed from {NAMES[ph]}"
+            self._enter(RETURN, "commanded")
+            p = self.p
+            self._fly([(p.behind_m, p.v_climb_mps), (p.low_m, p.v_transfer_mps), (p.observation_m, p.v_transfer_mps)])
+        return True, ""
+
+    # --- one step -------------------------------------------------------------------------------------------------
+    def step(self, f: SensorFrame, nav: NavState, dt: float) -> GuidanceCmd:
+        """Advance by dt [s] and return the reference."""
+        self.t_us = f.t_us
+        err = math.dist(nav.rel_pos_t, self.pos)
+        if self.phase == INIT:
+            self._wait_for_navigation(nav)
+        else:
+            self._watch(nav, err, dt)
+            self._advance(nav, err, dt)
+        o = self.out
+        o.phase = self.phase
+        o.phase_t_s = (f.t_us - self.t_phase_us) * 1e-6
+        o.reason = self.reason
+        o.rel_pos_t, o.rel_vel_t = self.pos, self.vel
+        o.latch = self.phase in (TO_CONTACT, CONTACT)
+        o.measure = self.phase == CONTACT and f.boom_contact and o.phase_t_s >= self.p.settle_s
+        return o
+
+    def _wait_for_navigation(self, nav: NavState) -> None:
+        self.reason = nav.reason
+        if not (nav.valid and nav.rel_valid):
+            return
+        # start from where the aircraft is: no step in the reference
+        self.pos, self.vel = nav.rel_pos_t, nav.rel_vel_t
+        self._enter(OBSERVATION, "navigation valid")
+        self._fly([(self.p.observation_m, self.p.v_transfer_mps)], t_min=8.0)
+
+    def _watch(self, nav: NavState, err: float, dt: float) -> None:
+        """Leave the boom by rule: relative solution, data link or station error not good enough."""
+        near = self.phase in (TO_PRECONTACT, PRECONTACT, TO_CONTACT, CONTACT, DISCONNECT)
+        if not near:
+            self._bad_s = 0.0
+            return
+        why = ""
+        if not nav.valid:
+            why = f"navigation invalid: {nav.reason}"
+        elif nav.peer_age_s > self.p.peer_age_max_s:
+            why = f"tanker data link silent for {nav.peer_age_s:.1f} s"
+        elif nav.rel_age_s > self.p.rel_age_max_s:
+            why = f"relative sensor silent for {nav.rel_age_s:.1f} s"
+        if why:
+            self._breakaway(why)
+            return
+        tight = self.phase in (TO_CONTACT, CONTACT)
+        self._bad_s = self._bad_s + dt if tight and err > self.p.contact_error_max_m else 0.0
+        if self._bad_s > 0.5:
+            self._breakaway(f"station error {err:.1f} m")
+
+    def _advance(self, nav: NavState, err: float, dt: float) -> None:
+        if self.seg is not None:
+            if err < self.p.track_error_m or self.phase == BREAKAWAY:
+                self.seg_t += dt
+            self.pos, self.vel = self.seg.at(self.seg_t)
+            if self.seg_t < self.seg.T:
+                return
+            self.seg = None
+        if self.queue:
+            if err < self.p.ready_error_m or self.phase == BREAKAWAY:
+                self._next()
+            return
+        if err > self.p.ready_error_m:
+            return
+        done = {TO_PRECONTACT: PRECONTACT, TO_CONTACT: CONTACT, DISCONNECT: PRECONTACT, RETURN: OBSERVATION}
+        if self.phase in done:
+            self._enter(done[self.phase], "reached")
+
+    def recapture(self, nav: NavState) -> None:
+        """Navigation is back after a loss: take the present position as reference and leave the boom from there."""
+        self.pos, self.vel = nav.rel_pos_t, nav.rel_vel_t
+        self.phase = HOLD
+        self._breakaway("navigation restarted")
+
+    # --- helpers --------------------------------------------------------------------------------------------------
+    def _enter(self, phase: int, why: str) -> None:
+        self.phase = phase
+        self.t_phase_us = self.t_us
+        self.reason = why
+        self._bad_s = 0.0
+        self.texts.append(Text(2 if phase == BREAKAWAY else 6, f"{NAMES[phase]}: {why}"[:50]))
+
+    def _fly(self, legs: list[tuple[Vec3, float]], t_min: float = 4.0) -> None:
+        self.queue = list(legs)
+        self._next(t_min)
+
+    def _next(self, t_min: float = 4.0) -> None:
+        target, v = self.queue.pop(0)
+        self.seg = Quintic(self.pos, self.vel, target, duration(self.pos, target, v, t_min))
+        self.seg_t = 0.0
+
+    def _plan_to_precontact(self) -> None:
+        p = self.p
+        legs = [(p.precontact_m, p.v_climb_mps)]
+        if abs(self.pos[1]) > 5.0 or self.pos[2] < p.precontact_m[2] - 5.0:
+            across = (p.behind_m, p.v_transfer_mps)
+            if self.pos[2] < p.low_m[2] - 5.0:
+                legs = [((p.low_m[0], self.pos[1], p.low_m[2]), p.v_transfer_mps), across, *legs]
+            else:
+                legs = [across, *legs]
+        self._fly(legs)
+
+    def _stop(self) -> None:
+        if self.phase == INIT:
+            return
+        T = 5.0
+        target = tuple(x + 0.4 * v * T for x, v in zip(self.pos, self.vel, strict=True))
+        self._enter(HOLD, "commanded")
+        self.queue = []
+        self.seg = Quintic(self.pos, self.vel, (target[0], target[1], target[2]), T)
+        self.seg_t = 0.0
+
+    def _breakaway(self, why: str) -> None:
+        if self.phase == BREAKAWAY:
+            return
+        self._enter(BREAKAWAY, why)
+        # straight back and down from here: laterally fixed, so that it never crosses a vortex
+        p, y = self.p, self.pos[1]
+        self._fly([((p.breakaway_m[0], y if abs(y) > 5.0 else p.breakaway_m[1], p.breakaway_m[2]), p.v_breakaway_mps)])

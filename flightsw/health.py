@@ -1,0 +1,135 @@
+"""Sensor health: age, range and stuck checks per group. A bad sample is taken out of the frame, never passed on."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated
+
+from flightsw.strict import Range
+from flightsw.types import (
+    HF_AIR,
+    HF_ATT,
+    HF_GNSS,
+    HF_IMU,
+    HF_PEER,
+    HF_REL,
+    UPD_AIR,
+    UPD_ATT,
+    UPD_GNSS,
+    UPD_IMU,
+    UPD_PEER,
+    UPD_REL,
+    Health,
+    SensorFrame,
+    Text,
+)
+
+SENSORS = HF_IMU | HF_AIR | HF_ATT | HF_GNSS | HF_REL | HF_PEER
+Age = Annotated[float, Range(0.01, 60.0)]
+
+
+@dataclass(frozen=True)
+class HealthParams:
+    """Limits of age [s], range (SI) and the number of identical samples that mean a stuck sensor."""
+
+    imu_age_s: Age = 0.1
+    air_age_s: Age = 0.3
+    att_age_s: Age = 0.3
+    gnss_age_s: Age = 0.5
+    rel_age_s: Age = 0.5
+    peer_age_s: Age = 0.5
+    stuck_samples: Annotated[int, Range(2, 1000)] = 10
+    rate_max_radps: float = 6.0
+    acc_max_mps2: float = 150.0
+    V_min_mps: float = 20.0
+    V_max_mps: float = 400.0
+    flow_max_rad: float = 0.7
+    speed_max_mps: float = 600.0
+    rel_max_m: float = 5000.0
+
+
+def _inside(v: tuple[float, ...], lim: float) -> bool:
+    return all(-lim <= x <= lim for x in v)
+
+
+class HealthMonitor:
+    """Judges each new sample, clears its update bit when refused, and keeps the failed flags."""
+
+    NAMES = {HF_IMU: "IMU", HF_AIR: "air data", HF_ATT: "attitude", HF_GNSS: "GNSS", HF_REL: "relative nav", HF_PEER: "data link"}
+
+    def __init__(self, p: HealthParams, watch: int) -> None:
+        """`watch`: HF_* flags of the groups this aircraft depends on; others are not reported."""
+        self.p, self.watch = p, watch
+        self.out = Health()
+        self._last_us: dict[int, int] = {}
+        self._value: dict[int, tuple[float, ...]] = {}
+        self._same: dict[int, int] = {}
+        self._t0_us = -1
+        self.texts: list[Text] = []
+        self._groups = (
+            (HF_IMU, UPD_IMU, p.imu_age_s),
+            (HF_AIR, UPD_AIR, p.air_age_s),
+            (HF_ATT, UPD_ATT, p.att_age_s),
+            (HF_GNSS, UPD_GNSS, p.gnss_age_s),
+            (HF_REL, UPD_REL, p.rel_age_s),
+            (HF_PEER, UPD_PEER, p.peer_age_s),
+        )
+
+    def step(self, f: SensorFrame) -> Health:
+        """Check frame `f`; refused groups lose their bit in f.updated. Ages run from the first frame."""
+        h = self.out
+        if self._t0_us < 0:
+            self._t0_us = f.t_us
+        failed = 0
+        for flag, upd, age in self._groups:
+            if f.updated & upd:
+                ok, value = self._judge(f, flag)
+                if ok and self._moving(flag, value):
+                    self._last_us[flag] = f.t_us
+                else:
+                    f.updated &= ~upd
+                    h.rejected += 1
+            if flag & self.watch and f.t_us - self._last_us.get(flag, self._t0_us) > age * 1e6:
+                failed |= flag
+        before = h.failed & SENSORS
+        if failed != before:
+            self._report(failed, before)
+            h.failed = (h.failed & ~SENSORS) | failed
+            h.reason = ", ".join(n for b, n in self.NAMES.items() if failed & b)
+        return h
+
+    def _judge(self, f: SensorFrame, flag: int) -> tuple[bool, tuple[float, ...]]:
+        p = self.p
+        if flag == HF_IMU:
+            return _inside(f.gyro_b, p.rate_max_radps) and _inside(f.acc_b, p.acc_max_mps2), f.gyro_b + f.acc_b
+        if flag == HF_AIR:
+            for i, v in enumerate(f.air_V):
+                good = p.V_min_mps <= v <= p.V_max_mps and abs(f.air_alpha[i]) < p.flow_max_rad and abs(f.air_beta[i]) < p.flow_max_rad
+                if not good:
+                    f.air_mask &= ~(1 << i)
+            return f.air_mask != 0, f.air_V + f.air_alpha + f.air_beta
+        if flag == HF_ATT:
+            n = math.fsum(x * x for x in f.att_q_nb)
+            return 0.9 < n < 1.1, f.att_q_nb
+        if flag == HF_GNSS:
+            return _inside(f.gnss_vel_n, p.speed_max_mps), f.gnss_pos_n + f.gnss_vel_n
+        if flag == HF_REL:
+            return f.rel_valid and _inside(f.rel_pos_t, p.rel_max_m), f.rel_pos_t + f.rel_vel_t
+        q = f.peer.q_nb
+        n = math.fsum(x * x for x in q)
+        return 0.9 < n < 1.1 and _inside(f.peer.vel_n, p.speed_max_mps), f.peer.vel_n + q
+
+    def _moving(self, flag: int, value: tuple[float, ...]) -> bool:
+        """False once the same bits have come `stuck_samples` times in a row: real noise never repeats."""
+        same = self._same.get(flag, 0) + 1 if self._value.get(flag) == value else 0
+        self._same[flag] = same
+        self._value[flag] = value
+        return same < self.p.stuck_samples
+
+    def _report(self, now: int, before: int) -> None:
+        for bit, name in self.NAMES.items():
+            if now & bit and not before & bit:
+                self.texts.append(Text(3, f"{name} lost"))
+            elif before & bit and not now & bit:
+                self.texts.append(Text(5, f"{name} back"))

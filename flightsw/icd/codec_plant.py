@@ -1,0 +1,234 @@
+"""Plant side of the link to one flightsw: sensor datagrams out, replies in, truth for the log."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from flightsw.aircraft import Aircraft
+from flightsw.icd.codec_flight import BARO_BITS, IMU_BITS, MAG_BITS, finite
+from flightsw.icd.geo import DEFAULT_ORIGIN, Origin, WireMap
+from flightsw.icd.scaling import COMP_AUTOPILOT, COMP_PLANT, FUEL_KG_PER_ML, GROUND_SYSID, PROBES, ControlScale
+from flightsw.icd.wire import BY_NAME, Counters, Sender, split, table
+from flightsw.types import (
+    UPD_AIR,
+    UPD_ATT,
+    UPD_BARO,
+    UPD_BOOM,
+    UPD_FUEL,
+    UPD_GNSS,
+    UPD_IMU,
+    UPD_MAG,
+    UPD_REL,
+    Ack,
+    ActuatorCmd,
+    SensorFrame,
+)
+
+ACCEPT = table(("HIL_ACTUATOR_CONTROLS", "FOLLOW_TARGET", "WIND_COV", "COMMAND_ACK"))
+_ACTUATORS = BY_NAME["HIL_ACTUATOR_CONTROLS"]
+_ACK = BY_NAME["COMMAND_ACK"]
+_ACK_FIELDS = _ACK.pick("command", "result", "target_system", "target_component")
+_SENSOR = BY_NAME["HIL_SENSOR"]
+_GPS = BY_NAME["HIL_GPS"]
+_ATT = BY_NAME["ATTITUDE_QUATERNION"]
+_AIR = BY_NAME["AIR_DATA"]
+_REL = BY_NAME["REL_NAV"]
+_BOOM = BY_NAME["BOOM_STATE"]
+_FUEL = BY_NAME["FUEL_STATUS"]
+_TRUTH = BY_NAME["TRUTH"]
+_U16 = 0xFFFF
+_CMD_SHUTDOWN = 246  # MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN
+
+
+@dataclass(slots=True)
+class Reply:
+    """A decoded reply. `link`: raw FOLLOW_TARGET and WIND_COV packets for the radio; `cmd` None: nothing usable."""
+
+    cmd: ActuatorCmd | None = None
+    link: list[bytes] = field(default_factory=list)
+    acks: list[Ack] = field(default_factory=list)
+
+
+def _cm16(v: float) -> int:
+    """Velocity [m/s] as int16 [cm/s], held at the type's limits."""
+    return max(-32768, min(32767, round(v * 100.0)))
+
+
+class PlantCodec:
+    """Codec of the plant for the aircraft `sysid`. `count` holds what was dropped of its replies."""
+
+    def __init__(self, aircraft: Aircraft, sysid: int, origin: Origin = DEFAULT_ORIGIN) -> None:
+        self.sysid = sysid
+        self.count = Counters()
+        self.send = Sender(sysid, COMP_PLANT)
+        self._truth = Sender(sysid, COMP_PLANT)  # its own sequence: truth travels to the log, not over the link
+        self._station = Sender(GROUND_SYSID, COMP_PLANT)
+        self._map = WireMap(origin)
+        self._scale = ControlScale(aircraft)
+        self._capacity_kg = aircraft.mass.fuel_capacity_kg
+
+    def sensors(self, frame: SensorFrame, extra: Sequence[bytes] = ()) -> bytes:
+        """One tick's datagram: the groups set in `frame.updated`, `extra` packets verbatim, HIL_SENSOR last and always.
+
+        Units and frames as in SensorFrame; `frame.peer` is not encoded (the radio relays raw packets in `extra`).
+        """
+        up = frame.updated
+        out = []
+        if up & UPD_ATT:
+            out.append(self.send.pack(_ATT, frame.att_t_us // 1000, *frame.att_q_nb, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+        if up & UPD_GNSS:
+            out.append(self._gps(frame))
+        if up & UPD_AIR:
+            out.append(self._air(frame))
+        if up & UPD_REL:
+            out.append(
+                self.send.pack(_REL, frame.rel_t_us, *frame.rel_pos_t, *frame.rel_vel_t, 1 if frame.rel_valid else 0)
+            )
+        if up & UPD_BOOM:
+            out.append(
+                self.send.pack(
+                    _BOOM,
+                    frame.boom_t_us,
+                    frame.boom_elevation,
+                    frame.boom_azimuth,
+                    frame.boom_extension_m,
+                    1 if frame.boom_contact else 0,
+                    1 if frame.boom_inside else 0,
+                )
+            )
+        if up & UPD_FUEL:
+            out.append(self._fuel(frame))
+        out.extend(extra)
+        fields = (IMU_BITS if up & UPD_IMU else 0) | (MAG_BITS if up & UPD_MAG else 0) | (BARO_BITS if up & UPD_BARO else 0)
+        out.append(
+            self.send.pack(
+                _SENSOR,
+                frame.t_us,
+                *frame.acc_b,
+                *frame.gyro_b,
+                *frame.mag_b,
+                frame.pressure_pa * 0.01,
+                0.0,
+                frame.baro_alt_m,
+                0.0,
+                fields,
+                0,
+            )
+        )
+        return b"".join(out)
+
+    def _gps(self, f: SensorFrame) -> bytes:
+        lat, lon, alt = self._map.encode(f.gnss_pos_n)
+        vn, ve, vd = f.gnss_vel_n
+        ground = math.hypot(vn, ve)
+        track = round(math.degrees(math.atan2(ve, vn)) * 100.0) % 36000
+        return self.send.pack(
+            _GPS,
+            f.gnss_t_us,
+            lat,
+            lon,
+            round(alt * 1000.0),
+            _U16,
+            _U16,
+            min(_U16 - 1, round(ground * 100.0)),
+            _cm16(vn),
+            _cm16(ve),
+            _cm16(vd),
+            track,
+            3,
+            255,
+            0,
+            0,
+        )
+
+    def _air(self, f: SensorFrame) -> bytes:
+        n = len(f.air_V)
+        if n > PROBES:
+            raise ValueError(f"{n} air data probes; AIR_DATA carries at most {PROBES}")
+        pad = (0.0,) * (PROBES - n)
+        return self.send.pack(_AIR, f.air_t_us, *f.air_V, *pad, *f.air_alpha, *pad, *f.air_beta, *pad, n, f.air_mask)
+
+    def _fuel(self, f: SensorFrame) -> bytes:
+        share = max(0, min(100, round(100.0 * f.fuel_kg / self._capacity_kg)))
+        return self.send.named(
+            "FUEL_STATUS",
+            maximum_fuel=self._capacity_kg / FUEL_KG_PER_ML,
+            consumed_fuel=math.nan,
+            remaining_fuel=f.fuel_kg / FUEL_KG_PER_ML,
+            percent_remaining=share,
+            flow_rate=f.fuel_flow_kgps / FUEL_KG_PER_ML,
+            temperature=math.nan,
+            fuel_type=1,
+        )
+
+    def decode_reply(self, datagram: bytes) -> Reply:
+        """Actuator command (SI), data-link packets (raw) and acks of one reply. Never raises; rubbish is counted."""
+        out = Reply()
+        k = self._scale
+        for spec, v, _, _, start, stop in split(datagram, ACCEPT, self.count):
+            if spec is _ACTUATORS:  # wire order: time, flags, 16 controls, mode
+                if not finite(v[2:18]):
+                    self.count.non_finite += 1
+                    continue
+                out.cmd = ActuatorCmd(
+                    v[0], v[2] * k.aileron, v[3] * k.elevator, v[4] * k.rudder, v[5], v[10] > 0.5, bool(v[18] & 0x80)
+                )
+            elif spec is _ACK:
+                out.acks.append(Ack(*_ACK_FIELDS(v)))
+            else:
+                out.link.append(datagram[start:stop])
+        return out
+
+    def command(self, command: int, *params: float) -> bytes:
+        """COMMAND_LONG to this aircraft as if from the ground (sysid 255): scripted events of a scenario."""
+        named = {f"param{i + 1}": p for i, p in enumerate(params)}
+        return self._station.named("COMMAND_LONG", target_system=self.sysid, target_component=COMP_AUTOPILOT, command=command, **named)
+
+    def shutdown(self) -> bytes:
+        """The last datagram of a run: flightsw flushes and exits."""
+        return self.send.named(
+            "COMMAND_LONG", target_system=self.sysid, target_component=COMP_AUTOPILOT, command=_CMD_SHUTDOWN, param1=2.0
+        )
+
+    def truth(
+        self,
+        t_us: int,
+        *,
+        pos_n: Sequence[float],
+        vel_n: Sequence[float],
+        q_nb: Sequence[float],
+        w_b: Sequence[float],
+        wind_n: Sequence[float],
+        wind_rot: Sequence[float],
+        V: float,
+        beta: float,
+        alpha: float,
+        controls: Sequence[float],
+        xi: Sequence[float],
+        mass: float,
+        boom: Sequence[float],
+        contact: bool,
+        inside: bool,
+    ) -> bytes:
+        """TRUTH packet for truth.tlog (SI, frames as in the ICD; `boom` = elevation, azimuth [rad], extension [m])."""
+        return self._truth.pack(
+            _TRUTH,
+            t_us,
+            *pos_n,
+            *vel_n,
+            *q_nb,
+            *xi,
+            *w_b,
+            *wind_n,
+            *wind_rot,
+            V,
+            beta,
+            alpha,
+            *controls,
+            mass,
+            *boom,
+            1 if contact else 0,
+            1 if inside else 0,
+        )

@@ -1,0 +1,96 @@
+"""UDP endpoints. A busy port is an error that names it; sending never blocks; receive buffers are as large as allowed."""
+
+from __future__ import annotations
+
+import errno
+import socket
+
+RCVBUF = 8 << 20  # [byte]
+MAX_DATAGRAM = 65535  # [byte]
+Address = tuple[str, int]
+
+# port plan; every program adds the same --port-offset
+PLANT_PORT = 4560  # flightsw of sysid s listens for the plant on PLANT_PORT + s - 1
+TELEMETRY_PORT = 14600  # flightsw of sysid s sends telemetry from, and hears commands on, TELEMETRY_PORT + s
+GROUND_PORT = 14550  # ground recorder
+OPERATOR_PORT = 14551  # the user's own ground station
+
+
+def plant_port(sysid: int, offset: int = 0) -> int:
+    """UDP port on which the flightsw of `sysid` hears the plant."""
+    return PLANT_PORT + sysid - 1 + offset
+
+
+def telemetry_port(sysid: int, offset: int = 0) -> int:
+    """UDP port from which the flightsw of `sysid` talks to the ground."""
+    return TELEMETRY_PORT + sysid + offset
+
+
+class LinkError(OSError):
+    """An endpoint cannot be opened. The text names the port and its use."""
+
+
+class UdpLink:
+    """One UDP socket bound to `host:port` (port 0: any). `use` says what for, in error messages.
+
+    `dropped` counts datagrams the system would not take. Raises LinkError if the port is busy or not allowed.
+    """
+
+    def __init__(self, port: int, use: str, host: str = "127.0.0.1", rcvbuf: int = RCVBUF) -> None:
+        self.sock = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.dropped = 0
+        self._set_buffer(rcvbuf)
+        try:
+            self.sock.bind((host, port))
+        except (OSError, OverflowError) as e:
+            self.sock.close()
+            busy = isinstance(e, OSError) and e.errno == errno.EADDRINUSE
+            why = "is already in use by another program" if busy else f"cannot be opened: {e}"
+            raise LinkError(f"UDP port {host}:{port} ({use}) {why}; free it or choose another --port-offset") from None
+        self.sock.setblocking(False)
+        self.port: int = self.sock.getsockname()[1]
+
+    def _set_buffer(self, size: int) -> None:
+        """Ask for a large receive buffer: first beyond the system limit (needs privilege), then within it."""
+        force = getattr(socket, "SO_RCVBUFFORCE", 33)
+        for option in (force, socket.SO_RCVBUF):
+            try:
+                self.sock.setsockopt(socket.SOL_SOCKET, option, size)
+                return
+            except OSError:
+                continue
+
+    def send(self, data: bytes, to: Address) -> bool:
+        """Send one datagram without waiting; False (and counted) if the system would not take it."""
+        try:
+            self.sock.sendto(data, to)
+            return True
+        except OSError:
+            self.dropped += 1
+            return False
+
+    def recv(self, timeout_s: float) -> tuple[bytes, Address] | None:
+        """Next datagram and its sender, or None after `timeout_s` (0: do not wait)."""
+        if timeout_s > 0:
+            self.sock.settimeout(timeout_s)
+            try:
+                return self.sock.recvfrom(MAX_DATAGRAM)
+            except (TimeoutError, ConnectionError):
+                return None
+            finally:
+                self.sock.setblocking(False)
+        try:
+            return self.sock.recvfrom(MAX_DATAGRAM)
+        except (BlockingIOError, ConnectionError):
+            return None
+
+    def drain(self, limit: int = 1000) -> list[tuple[bytes, Address]]:
+        """Everything that waits in the socket, oldest first, at most `limit` datagrams."""
+        out: list[tuple[bytes, Address]] = []
+        while len(out) < limit and (got := self.recv(0.0)) is not None:
+            out.append(got)
+        return out
+
+    def close(self) -> None:
+        """Close the socket."""
+        self.sock.close()

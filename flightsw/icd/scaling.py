@@ -1,0 +1,25 @@
+"""Scalings shared by both ends of the plant link."""
+
+from __future__ import annotations
+
+import math
+
+from flightsw.aircraft import Aircraft
+
+COMP_AUTOPILOT = 1  # component id of flightsw
+COMP_PLANT = 190  # component id of the plant
+GROUND_SYSID = 255
+FUEL_KG_PER_ML = 0.8e-3  # [kg/ml] fixed conversion of the gauge: FUEL_STATUS carries volume
+PROBES = 4  # entries of AIR_DATA
+
+
+class ControlScale:
+    """Largest travel of each surface [rad]: the wire carries deflection over this."""
+
+    __slots__ = ("aileron", "elevator", "rudder")
+
+    def __init__(self, aircraft: Aircraft) -> None:
+        c = aircraft.controls
+        self.aileron = math.radians(max(map(abs, c.aileron_deg)))
+        self.elevator = math.radians(max(map(abs, c.elevator_deg)))
+        self.rudder = math.radians(max(map(abs, c.rudder_deg)))

@@ -1,0 +1,225 @@
+"""Fast table-driven MAVLink 2 packer and parser, byte for byte the generated codec (tests/icd proves it).
+
+The generated module is read once, for its layout: struct format in wire order, CRC_EXTRA, array lengths. From then on a
+message is one `struct` call and one CRC. Values travel as one flat tuple in *wire order* (largest type first, as MAVLink
+sorts them): arrays are spread out, a char array is one bytes object. `Spec.pick` finds fields by name.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from operator import itemgetter
+from typing import Any
+
+from fastcrc import crc16
+
+from flightsw.icd import mav
+
+MAGIC = 0xFD
+HEADER = 10  # [byte]
+OVERHEAD = 12  # [byte] header and CRC
+SIGNATURE = 13  # [byte] follows the CRC when the incompatibility flag says so
+SIGNED = 0x01
+_crc: Callable[[bytes], int] = crc16.mcrf4xx
+_HEAD = struct.Struct("<BBBBBBBBB").pack  # header after the magic byte
+_ZEROS = bytes(256)
+_CRC_OUT = struct.Struct("<H").pack
+
+Packet = tuple["Spec", tuple[Any, ...], int, int, int, int]  # spec, values, sysid, compid, start, stop
+
+
+class Spec:
+    """Layout of one message. `slots[name] = (first flat index, array length or 0)`."""
+
+    __slots__ = ("crc_extra", "defaults", "extra", "fields", "id", "id_bytes", "is_text", "name", "packer", "size", "slots", "unpack")
+
+    def __init__(self, cls: Any) -> None:
+        self.id: int = cls.id
+        self.name: str = cls.msgname
+        self.packer: struct.Struct = cls.unpacker
+        self.unpack = cls.unpacker.unpack
+        self.size: int = cls.unpacker.size
+        self.crc_extra: int = cls.crc_extra
+        self.extra = bytes([cls.crc_extra])
+        self.id_bytes = (cls.id & 0xFF, cls.id >> 8 & 0xFF, cls.id >> 16)
+        self.fields: tuple[str, ...] = tuple(cls.fieldnames)
+        self.slots: dict[str, tuple[int, int]] = {}
+        self.is_text: set[str] = set()
+        self.defaults: dict[str, Any] = {}
+        at = 0
+        for name, n in zip(cls.ordered_fieldnames, cls.array_lengths, strict=True):
+            kind = cls.fieldtypes[cls.fieldnames.index(name)]
+            text = kind == "char"
+            self.slots[name] = (at, n)
+            if text:
+                self.is_text.add(name)
+            at += 1 if text or n == 0 else n
+        if self.name == "HEARTBEAT":
+            self.defaults["mavlink_version"] = 3
+
+    def pick(self, *names: str) -> Callable[[tuple[Any, ...]], Any]:
+        """Getter of the named fields from a flat tuple; an array gives its values in a row. Raises KeyError."""
+        index: list[int] = []
+        for name in names:
+            at, n = self.slots[name]
+            index += [at] if name in self.is_text or n == 0 else range(at, at + n)
+        return itemgetter(*index)
+
+    def to_dict(self, values: tuple[Any, ...]) -> dict[str, Any]:
+        """Field name -> value in declaration order; arrays as tuples, char arrays as str up to the first zero."""
+        out: dict[str, Any] = {}
+        for name in self.fields:
+            at, n = self.slots[name]
+            if name in self.is_text:
+                out[name] = values[at].split(b"\0", 1)[0].decode("ascii", "replace")
+            else:
+                out[name] = values[at : at + n] if n else values[at]
+        return out
+
+    def from_dict(self, fields: dict[str, Any]) -> tuple[Any, ...]:
+        """Flat tuple in wire order from named values; a missing field is 0. Raises KeyError for an unknown name."""
+        for name in fields:
+            if name not in self.slots:
+                raise KeyError(f"{self.name} has no field {name!r}; it has {', '.join(self.fields)}")
+        out: list[Any] = []
+        for name, (_, n) in self.slots.items():
+            v = fields.get(name, self.defaults.get(name))
+            if name in self.is_text:
+                out.append(v.encode("ascii", "replace") if isinstance(v, str) else (v or b""))
+            elif n:
+                row = list(v) if v is not None else [0] * n
+                if len(row) != n:
+                    raise ValueError(f"{self.name}.{name}: {len(row)} values; expected {n}")
+                out += row
+            else:
+                out.append(0 if v is None else v)
+        return tuple(out)
+
+
+SPECS: dict[int, Spec] = {mid: Spec(cls) for mid, cls in mav.mavlink_map.items() if mid >= 0}
+BY_NAME: dict[str, Spec] = {s.name: s for s in SPECS.values()}
+
+
+def table(names: Iterable[str]) -> dict[int, Spec]:
+    """The messages a receiver accepts: id -> Spec. Anything else counts as unknown there."""
+    return {BY_NAME[n].id: BY_NAME[n] for n in names}
+
+
+class Sender:
+    """Packs messages of one link: fixed system and component id, own running sequence number."""
+
+    __slots__ = ("compid", "seq", "sysid")
+
+    def __init__(self, sysid: int, compid: int) -> None:
+        self.sysid, self.compid, self.seq = sysid, compid, 0
+
+    def pack(self, spec: Spec, *values: Any) -> bytes:
+        """One MAVLink 2 packet; `values` flat in wire order. Trailing zero bytes of the payload are left off.
+
+        Raises struct.error if a value does not fit its wire type.
+        """
+        payload = spec.packer.pack(*values)
+        if not payload[-1]:
+            payload = payload.rstrip(b"\0") or b"\0"
+        a, b, c = spec.id_bytes
+        seq = self.seq
+        self.seq = (seq + 1) & 0xFF
+        body = _HEAD(len(payload), 0, 0, seq, self.sysid, self.compid, a, b, c) + payload
+        return b"\xfd" + body + _CRC_OUT(_crc(body + spec.extra))
+
+    def named(self, name: str, **fields: Any) -> bytes:
+        """As `pack`, by message and field name (slower; missing fields are 0). Raises KeyError, ValueError, struct.error."""
+        spec = BY_NAME[name]
+        return self.pack(spec, *spec.from_dict(fields))
+
+
+@dataclass(slots=True)
+class Counters:
+    """What a receiver dropped. A run of rubbish counts once, whatever its length."""
+
+    bad_crc: int = 0
+    bad_length: int = 0  # bytes that are no packet, or a packet cut short
+    unknown: int = 0  # message id not accepted on this link
+    non_finite: int = 0  # a field is NaN or infinite where a number is required
+    out_of_order: int = 0  # time stamp not newer than the last one of its kind
+
+    @property
+    def bad(self) -> int:
+        """Packets dropped for their bytes or values (not for their time)."""
+        return self.bad_crc + self.bad_length + self.unknown + self.non_finite
+
+
+def split(data: bytes, accept: dict[int, Spec], count: Counters) -> list[Packet]:
+    """All sound packets of a datagram, in order. Never raises: the rest is counted and skipped.
+
+    After damage the search goes on at the next magic byte; everything up to the next sound packet is one count.
+    """
+    out: list[Packet] = []
+    at, end = 0, len(data)
+    lost = False  # in a run of rubbish already counted
+    while at < end:
+        if data[at] != MAGIC:
+            if not lost:
+                count.bad_length += 1
+                lost = True
+            at = data.find(b"\xfd", at)
+            if at < 0:
+                break
+        if end - at < OVERHEAD or data[at + 2] & ~SIGNED:
+            count.bad_length += not lost
+            lost = True
+            at += 1
+            continue
+        n = data[at + 1]
+        stop = at + OVERHEAD + n
+        after = stop + SIGNATURE if data[at + 2] else stop
+        if after > end:
+            count.bad_length += not lost
+            lost = True
+            at += 1
+            continue
+        spec = accept.get(data[at + 7] | data[at + 8] << 8 | data[at + 9] << 16)
+        if spec is None:
+            if lost:  # inside damage an unknown id is more likely payload than packet
+                at += 1
+                continue
+            count.unknown += 1
+            at = after
+            continue
+        if _crc(data[at + 1 : stop - 2] + spec.extra) != data[stop - 2] | data[stop - 1] << 8:
+            count.bad_crc += not lost
+            lost = True
+            at += 1
+            continue
+        size = spec.size
+        payload = data[at + HEADER : stop - 2]
+        if n < size:
+            payload += _ZEROS[: size - n]
+        elif n > size:  # a newer dialect with more extension fields
+            payload = payload[:size]
+        out.append((spec, spec.unpack(payload), data[at + 5], data[at + 6], at, after))
+        lost = False
+        at = after
+    return out
+
+
+def frames(data: bytes) -> list[bytes]:
+    """Cut a datagram of sound packets into packets by their lengths alone (no CRC). Raises ValueError on anything else."""
+    out = []
+    at, end = 0, len(data)
+    while at < end:
+        if data[at] != MAGIC or end - at < OVERHEAD:
+            raise ValueError(f"byte {at} of {end}: no MAVLink 2 packet")
+        stop = at + OVERHEAD + data[at + 1] + (SIGNATURE if data[at + 2] & SIGNED else 0)
+        if stop > end:
+            raise ValueError(f"byte {at} of {end}: packet cut short")
+        out.append(data[at:stop])
+        at = stop
+    return out
+
+
+def message_id(packet: bytes) -> int:
+    """Message id of a MAVLink 2 packet (at least 10 bytes)."""
+    return packet[7] | packet[8] << 8 | packet[9] << 16

@@ -1,0 +1,103 @@
+"""Receiver mission, on one page: own sensors and the tanker's data link -> RelativeNav -> RefuelGuidance -> ReceiverControl.
+
+20 Hz (every fifth base tick): navigation, guidance, control, in this order. 100 Hz: actuator model, health, guard (app.py).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from flightsw.aircraft import Aircraft, load_aircraft
+from flightsw.ctrl.common import ScheduleParams
+from flightsw.ctrl.receiver import ReceiverControl, ReceiverCtrlParams
+from flightsw.guid.refuel import RefuelGuidance, RefuelParams
+from flightsw.models.actuators import ActuatorModel
+from flightsw.nav.common import NavParams
+from flightsw.nav.relative import RelativeNav
+from flightsw.types import (
+    HF_AIR,
+    HF_ATT,
+    HF_GNSS,
+    HF_IMU,
+    HF_PEER,
+    HF_REL,
+    Command,
+    GuidanceCmd,
+    Health,
+    NavState,
+    SensorFrame,
+    Text,
+)
+
+MAV_CMD_USER_1 = 31010
+
+
+@dataclass(frozen=True)
+class ReceiverParams:
+    """[nav], [ctrl] and [guid] of a receiver flight file."""
+
+    tanker: str = "kc135r"
+    nav: NavParams = field(default_factory=lambda: NavParams(q_rate=0.1, q_wind=0.40))
+    ctrl: ReceiverCtrlParams = field(default_factory=lambda: ReceiverCtrlParams(ScheduleParams(mass_kg=5200.0)))
+    guid: RefuelParams = field(default_factory=RefuelParams)
+
+
+class ReceiverMission:
+    """Components of the receiver and their order."""
+
+    params_type = ReceiverParams
+    watch = HF_IMU | HF_AIR | HF_ATT | HF_GNSS | HF_REL | HF_PEER
+
+    def __init__(self, ac: Aircraft, p: ReceiverParams, period_s: float) -> None:
+        self.nav = RelativeNav(ac, p.nav)
+        self.guid = RefuelGuidance(p.guid)
+        self.ctrl = ReceiverControl(ac, load_aircraft(p.tanker), p.ctrl, period_s)
+        self.V0 = float(np.mean(p.ctrl.schedule.V_mps))
+        self.h0 = p.ctrl.schedule.h_m
+        self._tk = np.zeros(18)
+        self._lost = False
+
+    def step(
+        self, f: SensorFrame, act: ActuatorModel, updated: int, health: Health, dt: float
+    ) -> tuple[NavState, GuidanceCmd, np.ndarray, float]:
+        """One 20 Hz step: (nav, guidance, surfaces and thrust [4], throttle)."""
+        nav = self.nav.step(f, act.take_mean(), health, updated)
+        if self._lost and nav.valid:
+            self.guid.recapture(nav)
+        self._lost = self.guid.phase != 0 and not nav.valid
+        g = self.guid.step(f, nav, dt)
+        if nav.valid:
+            psi_dot, V_t = self._tanker_condition(f.t_us, nav)
+            u, throttle = self.ctrl.step(nav, g, act, psi_dot, V_t, -nav.pos_n[2], dt)
+        else:
+            u, throttle = self.ctrl.trim_command(self.V0, self.h0)
+        return nav, g, u, throttle
+
+    def first_command(self) -> np.ndarray:
+        """Trim command [4] sent until navigation is valid."""
+        return self.ctrl.trim_command(self.V0, self.h0)[0]
+
+    def _tanker_condition(self, t_us: int, nav: NavState) -> tuple[float, float]:
+        """Turn rate [rad/s] and airspeed [m/s] of the tanker from its transmitted state and the wind estimated here."""
+        tk = self._tk
+        self.nav.peer.stage(t_us, tk)
+        w, st = tk[9:12], -tk[2]
+        # psi_dot = (q sin phi + r cos phi) / cos theta, with sin phi cos theta = R[5], cos phi cos theta = R[8]
+        psi_dot = float((w[1] * tk[5] + w[2] * tk[8]) / max(1.0 - st * st, 0.1))
+        v = [tk[15 + i] - nav.wind_n[i] for i in range(3)]
+        return psi_dot, math.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
+
+    def command(self, c: Command) -> tuple[int, str]:
+        """MAV_RESULT and reason for a ground command."""
+        if c.command != MAV_CMD_USER_1:
+            return 3, "command not supported by this mission"
+        ok, why = self.guid.command(int(c.params[0]) if math.isfinite(c.params[0]) else -1)
+        return (0 if ok else 2), why
+
+    def texts(self) -> list[Text]:
+        """Messages since the last call."""
+        out, self.guid.texts = self.guid.texts, []
+        return out

@@ -1,0 +1,150 @@
+"""Free-aircraft estimator: SR-UKF of 12 rigid-body states and 3 wind components (Lee 2011, chapter 4, re-formulated).
+
+Measurements: air data, gyro, attitude, GNSS position and velocity, each when it is new. Velocity enters as a direct
+nonlinear measurement; the printed calculated measurement of wind is not used, because its noise repeats what is already
+in the measurement vector.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flightsw.aircraft import Aircraft
+from flightsw.kernels.atmosphere import density
+from flightsw.kernels.rotations import dcm_from_euler, dcm_from_quat, euler_from_dcm, quat_from_euler, wrap_pi
+from flightsw.models.airframe import free_rates, propagate_free
+from flightsw.models.measure import measure_free
+from flightsw.models.params import set_mass
+from flightsw.nav.common import EstimatorCore, NavParams, failed_bits, sane
+from flightsw.types import (
+    UPD_AIR,
+    UPD_ATT,
+    UPD_GNSS,
+    UPD_IMU,
+    Health,
+    NavState,
+    SensorFrame,
+)
+
+
+class AirframeNav:
+    """State and wind of one aircraft from its own sensors."""
+
+    def __init__(self, ac: Aircraft, params: NavParams) -> None:
+        self.core = EstimatorCore(ac, params, 15)
+        self.t_us = 0
+        self.started_us = -1
+        self._R, self._fm, self._d = np.zeros(9), np.zeros(9), np.zeros(15)
+        self._e, self._q = np.zeros(3), np.zeros(4)
+        self.out = NavState()
+
+    def step(self, f: SensorFrame, u: np.ndarray, health: Health, updated: int) -> NavState:
+        """One estimator step: f the frame at the current tick, u [4] mean controls that acted since the last step,
+        `updated` the union of update bits since then. Never raises on bad data: `valid` and `reason` say what is wrong.
+        """
+        c = self.core
+        if self.started_us < 0:
+            return self._start(f, u, updated, health)
+        dt = (f.t_us - self.t_us) * 1e-6
+        self.t_us = f.t_us
+        if f.fuel_kg > 0.0:
+            set_mass(c.P, c.ac, c.ac.mass.empty_kg + f.fuel_kg)
+        ukf, x = c.ukf, c.ukf.x
+        rho = density(-x[11])
+        if dt > 0.0:
+            dcm_from_euler(x[6], x[7], x[8], self._R)
+            c.noise_factor(self._R, dt)
+            ukf.draw()
+            propagate_free(ukf.X, u, rho, c.P, dt, c.work)
+            ukf.recombine()
+        free_rates(x, u, rho, c.P, self._R, self._fm, self._d)
+        nis, m = self._fuse(f, updated & ~failed_bits(health))
+        if not sane(x, ukf.S):
+            self.started_us = -1
+            self.out.valid, self.out.reason = False, "estimate left its domain, restarting"
+            return self.out
+        free_rates(x, u, rho, c.P, self._R, self._fm, self._d)
+        return self._publish(f, nis, m)
+
+    def _start(self, f: SensorFrame, u: np.ndarray, updated: int, health: Health) -> NavState:
+        need = UPD_AIR | UPD_ATT | UPD_GNSS | UPD_IMU
+        have = updated & ~failed_bits(health)
+        c = self.core
+        c.w_air[:] = f.gyro_b
+        if have & need != need or c.take_air(f) == 0:
+            self.out.valid, self.out.reason = False, "waiting for air data, attitude, GNSS and gyro"
+            self.out.t_us = f.t_us
+            return self.out
+        x, p = c.ukf.x, c.p
+        dcm_from_quat(np.array(f.att_q_nb), self._R)
+        euler_from_dcm(self._R, self._e)
+        x[0:3], x[3:6], x[6:9], x[9:12] = c.air, f.gyro_b, self._e, f.gnss_pos_n
+        cb = np.cos(x[1])
+        ua = x[0] * np.array([np.cos(x[2]) * cb, np.sin(x[1]), np.sin(x[2]) * cb])
+        x[12:15] = np.array(f.gnss_vel_n) - self._R.reshape(3, 3).T @ ua
+        s = [p.r_V, p.r_beta, p.r_alpha, *[p.r_rate] * 3, *[p.r_euler] * 3, *[2 * p.r_pos] * 3, *[p.wind_sigma0] * 3]
+        c.ukf.S[:] = np.diag(s)
+        self.t_us = self.started_us = f.t_us
+        free_rates(x, u, density(-x[11]), c.P, self._R, self._fm, self._d)
+        return self._publish(f, 0.0, 0)
+
+    def _fuse(self, f: SensorFrame, updated: int) -> tuple[float, int]:
+        c, d = self.core, self._d
+        x, p = c.ukf.x, c.p
+        c.m = 0
+        c.w_air[:] = x[3:6]
+        if updated & UPD_AIR and (n := c.take_air(f)):
+            c.add_air(n, d[0], d[1], d[2], (f.t_us - f.air_t_us) * 1e-6)
+        if updated & UPD_IMU:
+            for i in range(3):
+                c.add(3 + i, f.gyro_b[i], p.r_rate)
+        if updated & UPD_ATT:
+            self._q[:] = f.att_q_nb
+            dcm_from_quat(self._q, self._R)
+            euler_from_dcm(self._R, self._e)
+            age = (f.t_us - f.att_t_us) * 1e-6
+            for i in range(3):
+                # the measured angle is brought near the state: psi stays unwrapped, only the innovation is wrapped
+                c.add(6 + i, x[6 + i] + wrap_pi(self._e[i] + d[6 + i] * age - x[6 + i]), p.r_euler)
+        if updated & UPD_GNSS:
+            age = (f.t_us - f.gnss_t_us) * 1e-6
+            acc = self.acceleration()
+            for i in range(3):
+                c.add(9 + i, f.gnss_pos_n[i] + d[9 + i] * age, p.r_pos)
+            for i in range(3):
+                c.add(12 + i, f.gnss_vel_n[i] + acc[i] * age, p.r_vel)
+        if c.m == 0:
+            return 0.0, 0
+        c.ukf.draw()
+        measure_free(c.ukf.X, c.codes, c.m, c.ukf.Y)
+        return c.ukf.correct(c.y, c.r, c.m), c.m
+
+    def acceleration(self) -> np.ndarray:
+        """Inertial acceleration [3] NED [m/s^2] at the current estimate (specific force rotated, plus gravity)."""
+        x = self.core.ukf.x
+        dcm_from_euler(x[6], x[7], x[8], self._R)
+        a = self._R.reshape(3, 3).T @ self._fm[:3]
+        a[2] += 9.80665
+        return np.asarray(a)
+
+    def _publish(self, f: SensorFrame, nis: float, m: int) -> NavState:
+        c, o = self.core, self.out
+        x = c.ukf.x
+        o.t_us = f.t_us
+        o.valid = f.t_us - self.started_us >= c.p.settle_s * 1e6
+        o.reason = "" if o.valid else "settling"
+        o.V, o.beta, o.alpha = float(x[0]), float(x[1]), float(x[2])
+        o.w_b = tuple(x[3:6].tolist())
+        o.euler = tuple(x[6:9].tolist())
+        quat_from_euler(x[6], x[7], x[8], self._q)
+        o.q_nb = tuple(self._q.tolist())
+        o.pos_n = tuple(x[9:12].tolist())
+        o.vel_n = tuple(self._d[9:12].tolist())
+        o.acc_n = tuple(self.acceleration().tolist())
+        o.wind_n = tuple(x[12:15].tolist())
+        o.wind_sigma = c.wind_sigma(o.V)
+        o.pos_sigma = (c.sigma(9), c.sigma(10), c.sigma(11))
+        o.att_sigma = (c.sigma(6), c.sigma(7), c.sigma(8))
+        o.nis, o.nis_dof = nis, m
+        return o
+

@@ -1,0 +1,174 @@
+"""What the aircraft estimators share: parameters, state layout, air-data intake, start-up values."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+
+from flightsw.aircraft import Aircraft
+from flightsw.filters.srukf import SquareRootUKF
+from flightsw.models.airframe import air_jacobian
+from flightsw.models.measure import average_probes
+from flightsw.models.params import parameter_vector
+from flightsw.strict import Range
+from flightsw.types import (
+    HF_AIR,
+    HF_ATT,
+    HF_GNSS,
+    HF_IMU,
+    HF_PEER,
+    HF_REL,
+    UPD_AIR,
+    UPD_ATT,
+    UPD_GNSS,
+    UPD_IMU,
+    UPD_PEER,
+    UPD_REL,
+    Health,
+    SensorFrame,
+)
+
+Pos = Annotated[float, Range(1e-12)]
+NonNeg = Annotated[float, Range(0.0)]
+
+# state slices, both estimators
+AIR = slice(0, 3)  # V [m/s], beta, alpha [rad]
+RATE = slice(3, 6)  # p, q, r [rad/s]; relative to the tanker in the relative estimator
+EULER = slice(6, 9)  # psi, theta, phi [rad]; from tanker body to receiver body in the relative estimator
+POS = slice(9, 12)  # x, y, z NED [m]; xi in tanker body axes in the relative estimator
+WIND = slice(12, 15)  # wind NED [m/s]
+
+
+@dataclass(frozen=True)
+class NavParams:
+    """Tuning of a 15-state aircraft and wind estimator. Process noise per sqrt(s); sensor values 1-sigma per sample.
+
+    Sources: process noise Lee 2011 re-tuned for 10 % aerodynamic error; `bias_*` are sensor biases the state does not
+    carry, added to the reported uncertainty of wind (they bound what averaging can reach).
+    """
+
+    q_V: NonNeg = 0.3  # [m/s]
+    q_beta: NonNeg = 0.002  # [rad]
+    q_alpha: NonNeg = 0.002  # [rad]
+    q_rate: NonNeg = 0.003  # [rad/s]
+    q_euler: NonNeg = 1e-5  # [rad]
+    q_pos: NonNeg = 1e-3  # [m]
+    q_wind: NonNeg = 0.33  # [m/s]
+    r_V: Pos = 0.2  # [m/s] per probe
+    r_beta: Pos = 0.0035  # [rad] per probe
+    r_alpha: Pos = 0.0044  # [rad] per probe
+    r_rate: Pos = 0.0131  # [rad/s]
+    r_euler: Pos = 0.0035  # [rad]
+    r_pos: Pos = 0.5  # [m]
+    r_vel: Pos = 0.1  # [m/s]
+    bias_V: NonNeg = 0.2  # [m/s]
+    bias_flow: NonNeg = 0.0015  # [rad] alpha and beta vanes
+    bias_att: NonNeg = 0.001  # [rad]
+    bias_vel: NonNeg = 0.03  # [m/s]
+    wind_sigma0: Pos = 20.0  # [m/s]
+    nis_gate: Pos = 60.0  # NIS per degree of freedom beyond which a whole update is refused
+    settle_s: NonNeg = 2.0  # [s] from first fix to `valid`
+
+
+class EstimatorCore:
+    """Filter, parameter vector and intake buffers of a 15-state estimator with at most `m` measurements."""
+
+    def __init__(self, ac: Aircraft, p: NavParams, m: int) -> None:
+        self.ac, self.p = ac, p
+        self.ukf = SquareRootUKF(15, m, 18)
+        self.P = parameter_vector(ac, ac.mass.empty_kg + ac.mass.default_fuel_kg)
+        self.probe_pos = np.array([q.position_m for q in ac.probe], dtype=float)
+        k = len(ac.probe)
+        self._aV, self._aa, self._ab, self._ok = np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k, dtype=np.int64)
+        self.air = np.zeros(3)
+        self.w_air = np.zeros(3)
+        self.work = np.zeros((5, 15))
+        self.codes = np.zeros(m, dtype=np.int64)
+        self.y = np.zeros(m)
+        self.r = np.zeros(m)
+        self.m = 0
+        self._G = np.zeros((3, 3))
+        self._qdiag = np.array([p.q_V, p.q_beta, p.q_alpha, *[p.q_rate] * 3, *[p.q_euler] * 3, *[p.q_pos] * 3, 0.0, 0.0, 0.0])
+
+    def take_air(self, f: SensorFrame) -> int:
+        """Average the valid probes of frame `f` into `air` [3] (V, beta, alpha at the centre of gravity); returns how many."""
+        k = min(len(f.air_V), len(self._aV))
+        for i in range(k):
+            self._aV[i], self._aa[i], self._ab[i] = f.air_V[i], f.air_alpha[i], f.air_beta[i]
+            self._ok[i] = (f.air_mask >> i) & 1
+        self._ok[k:] = 0
+        return int(average_probes(self._aV, self._aa, self._ab, self._ok, self.probe_pos, self.w_air, self.air))
+
+    def add(self, code: int, value: float, sigma: float) -> None:
+        """Queue one scalar measurement for the coming update."""
+        self.codes[self.m], self.y[self.m], self.r[self.m] = code, value, sigma
+        self.m += 1
+
+    def add_air(self, n: int, Vdot: float, bdot: float, adot: float, age: float) -> None:
+        """Queue the averaged air data of n probes, carried forward by `age` [s] with the modelled rates of change."""
+        s = 1.0 / np.sqrt(n)
+        self.add(0, self.air[0] + Vdot * age, self.p.r_V * s)
+        self.add(1, self.air[1] + bdot * age, self.p.r_beta * s)
+        self.add(2, self.air[2] + adot * age, self.p.r_alpha * s)
+
+    def noise_factor(self, R_bi: np.ndarray, dt: float) -> None:
+        """Fill the filter's SQ [15,18]: diagonal part, and the wind increment through -eps^-1 R_BI (R_bi [9])."""
+        SQ, x = self.ukf.SQ, self.ukf.x
+        rt = dt**0.5
+        air_jacobian(x[0], x[1], x[2], R_bi, self._G)
+        qw = self.p.q_wind * rt
+        SQ[0:3, 15:18] = self._G * qw
+        for i in range(15):
+            SQ[i, i] = self._qdiag[i] * rt
+        SQ[12, 15] = SQ[13, 16] = SQ[14, 17] = qw
+
+    def wind_sigma(self, V: float) -> tuple[float, float, float]:
+        """Reported 1-sigma [m/s] of wind north, east, down: filter covariance plus unmodelled sensor biases."""
+        S, p = self.ukf.S, self.p
+        b_dir = (V * V * (p.bias_flow**2 + p.bias_att**2)) + p.bias_V**2 + p.bias_vel**2
+        out = []
+        for i in (12, 13, 14):
+            s = 0.0
+            for j in range(i + 1):
+                s += S[i, j] * S[i, j]
+            out.append((s + b_dir) ** 0.5)
+        return out[0], out[1], out[2]
+
+    def sigma(self, i: int) -> float:
+        """1-sigma of state i."""
+        return float(np.sqrt(np.dot(self.ukf.S[i], self.ukf.S[i])))
+
+    def copy_state(self) -> dict[str, np.ndarray]:
+        """Copy of the estimator's state."""
+        return {"x": self.ukf.x.copy(), "S": self.ukf.S.copy(), "w": self.w_air.copy()}
+
+    def set_state(self, s: dict[str, np.ndarray]) -> None:
+        """Restore what `copy_state` returned."""
+        self.ukf.x[:], self.ukf.S[:], self.w_air[:] = s["x"], s["S"], s["w"]
+
+
+def sane(x: np.ndarray, S: np.ndarray) -> bool:
+    """Whether a filter's state and factor are finite and its airspeed is one a wing flies at."""
+    return bool(np.isfinite(x).all() and np.isfinite(S).all() and 20.0 < x[0] < 400.0 and abs(x[2]) < 0.6 and abs(x[1]) < 0.6)
+
+
+_HEALTH_TO_UPDATE = (
+    (HF_AIR, UPD_AIR),
+    (HF_ATT, UPD_ATT),
+    (HF_GNSS, UPD_GNSS),
+    (HF_IMU, UPD_IMU),
+    (HF_REL, UPD_REL),
+    (HF_PEER, UPD_PEER),
+)
+
+
+def failed_bits(h: Health) -> int:
+    """Sensor update bits that health has ruled out."""
+    bits = 0
+    if h.failed:
+        for flag, upd in _HEALTH_TO_UPDATE:
+            if h.failed & flag:
+                bits |= upd
+    return bits

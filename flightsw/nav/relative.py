@@ -1,0 +1,195 @@
+"""Receiver estimator: SR-UKF of the aircraft relative to the tanker and of the wind on it (Lee 2011, chapter 6, re-formulated).
+
+Measurements: air data, gyro, attitude (made relative with the tanker's attitude from the data link), relative position and
+velocity, own GNSS velocity. The tanker enters as a known input: its transmitted estimate, time-stamped and carried forward.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from flightsw.aircraft import Aircraft
+from flightsw.kernels.atmosphere import G0, density
+from flightsw.kernels.rotations import (
+    dcm_from_euler,
+    dcm_from_quat,
+    euler_from_dcm,
+    mul33,
+    mul33_t,
+    quat_from_euler,
+    wrap_pi,
+)
+from flightsw.models.airframe import propagate_relative, relative_rates
+from flightsw.models.measure import measure_relative
+from flightsw.models.params import set_mass
+from flightsw.nav.common import EstimatorCore, NavParams, failed_bits, sane
+from flightsw.nav.peer import PeerTracker
+from flightsw.types import UPD_AIR, UPD_ATT, UPD_GNSS, UPD_IMU, UPD_REL, Health, NavState, SensorFrame
+
+PEER_FREEZE_S = 1.0  # [s] data-link age beyond which the tanker is continued straight ahead
+
+
+class RelativeNav:
+    """Receiver state relative to the tanker, and wind, from own sensors and the tanker's transmitted estimate."""
+
+    def __init__(self, ac: Aircraft, params: NavParams) -> None:
+        self.core = EstimatorCore(ac, params, 18)
+        self.peer = PeerTracker()
+        self.t_us = 0
+        self.started_us = -1
+        self.rel_us = -1
+        self._tks = np.zeros((3, 18))
+        self._R, self._Rn, self._fm, self._d = np.zeros(9), np.zeros(9), np.zeros(9), np.zeros(15)
+        self._e, self._q = np.zeros(3), np.zeros(4)
+        self.out = NavState()
+
+    def step(self, f: SensorFrame, u: np.ndarray, health: Health, updated: int) -> NavState:
+        """One estimator step; arguments as AirframeNav.step. Never raises on bad data."""
+        c, o = self.core, self.out
+        self.peer.take(f.peer)
+        o.peer_age_s = (f.t_us - f.peer.t_us) * 1e-6 if f.peer.t_us > 0 else 1e9
+        if self.started_us < 0:
+            return self._start(f, u, updated, health)
+        if o.peer_age_s > PEER_FREEZE_S:
+            self.peer.freeze(f.t_us)
+        dt_us = f.t_us - self.t_us
+        dt = dt_us * 1e-6
+        for k in range(3):
+            self.peer.stage(self.t_us + k * dt_us // 2, self._tks[k])
+        self.t_us = f.t_us
+        if f.fuel_kg > 0.0:
+            set_mass(c.P, c.ac, c.ac.mass.empty_kg + f.fuel_kg)
+        ukf, x = c.ukf, c.ukf.x
+        rho = density(self._altitude(f))
+        if dt > 0.0:
+            dcm_from_euler(x[6], x[7], x[8], self._R)
+            mul33(self._R, self._tks[0, :9], self._Rn)
+            c.noise_factor(self._Rn, dt)
+            ukf.draw()
+            propagate_relative(ukf.X, u, rho, c.P, self._tks, dt, c.work)
+            ukf.recombine()
+        relative_rates(x, u, rho, c.P, self._tks[2], self._R, self._fm, self._d)
+        nis, m = self._fuse(f, updated & ~failed_bits(health))
+        if not sane(x, ukf.S):
+            self.started_us = -1
+            o.valid, o.rel_valid, o.reason = False, False, "estimate left its domain, restarting"
+            return o
+        relative_rates(x, u, rho, c.P, self._tks[2], self._R, self._fm, self._d)
+        return self._publish(f, nis, m)
+
+    def _altitude(self, f: SensorFrame) -> float:
+        return -f.gnss_pos_n[2] if f.gnss_t_us else f.baro_alt_m
+
+    def _relative_euler(self, f: SensorFrame, tk: np.ndarray) -> None:
+        """Own attitude made relative to the tanker's: e <- angles of R_BRI R_BTI^T."""
+        self._q[:] = f.att_q_nb
+        dcm_from_quat(self._q, self._R)
+        mul33_t(self._R, tk[:9], self._Rn)
+        euler_from_dcm(self._Rn, self._e)
+
+    def _start(self, f: SensorFrame, u: np.ndarray, updated: int, health: Health) -> NavState:
+        need = UPD_AIR | UPD_ATT | UPD_GNSS | UPD_IMU | UPD_REL
+        have = updated & ~failed_bits(health)
+        c, o = self.core, self.out
+        o.t_us = f.t_us
+        c.w_air[:] = f.gyro_b
+        if self.peer.t_us < 0 or o.peer_age_s > PEER_FREEZE_S:
+            o.valid, o.reason = False, "waiting for the tanker's data link"
+            return o
+        if have & need != need or not f.rel_valid or c.take_air(f) == 0:
+            o.valid, o.reason = False, "waiting for air data, attitude, GNSS, gyro and relative navigation"
+            return o
+        x, p, tk = c.ukf.x, c.p, self._tks[2]
+        self.peer.stage(f.t_us, tk)
+        self._relative_euler(f, tk)
+        x[0:3], x[6:9], x[9:12] = c.air, self._e, f.rel_pos_t
+        x[3:6] = np.array(f.gyro_b) - self._Rn.reshape(3, 3) @ tk[9:12]
+        cb = math.cos(x[1])
+        ua = x[0] * np.array([math.cos(x[2]) * cb, math.sin(x[1]), math.sin(x[2]) * cb])
+        x[12:15] = np.array(f.gnss_vel_n) - self._R.reshape(3, 3).T @ ua
+        s = [p.r_V, p.r_beta, p.r_alpha, *[p.r_rate] * 3, *[p.r_euler] * 3, *[2 * p.r_pos] * 3, *[p.wind_sigma0] * 3]
+        c.ukf.S[:] = np.diag(s)
+        self.t_us = self.started_us = self.rel_us = f.t_us
+        relative_rates(x, u, density(self._altitude(f)), c.P, tk, self._R, self._fm, self._d)
+        return self._publish(f, 0.0, 0)
+
+    def _fuse(self, f: SensorFrame, updated: int) -> tuple[float, int]:
+        c, d, tk = self.core, self._d, self._tks[2]
+        x, p = c.ukf.x, c.p
+        c.m = 0
+        mul33(self._R, tk[:9], self._Rn)
+        self._own_rates(tk)
+        if updated & UPD_AIR and (n := c.take_air(f)):
+            c.add_air(n, d[0], d[1], d[2], (f.t_us - f.air_t_us) * 1e-6)
+        if updated & UPD_IMU:
+            for i in range(3):
+                c.add(3 + i, f.gyro_b[i], p.r_rate)
+        if updated & UPD_GNSS:
+            age = (f.t_us - f.gnss_t_us) * 1e-6
+            acc = self._acceleration()
+            for i in range(3):
+                c.add(15 + i, f.gnss_vel_n[i] + acc[i] * age, p.r_vel)
+        if updated & UPD_REL and f.rel_valid:
+            age = (f.t_us - f.rel_t_us) * 1e-6
+            self.rel_us = f.rel_t_us
+            for i in range(3):
+                c.add(9 + i, f.rel_pos_t[i] + d[9 + i] * age, p.r_pos)
+            for i in range(3):
+                c.add(12 + i, f.rel_vel_t[i], p.r_vel)
+        if updated & UPD_ATT:
+            age = (f.t_us - f.att_t_us) * 1e-6
+            self._relative_euler(f, tk)
+            for i in range(3):
+                c.add(6 + i, x[6 + i] + wrap_pi(self._e[i] + d[6 + i] * age - x[6 + i]), p.r_euler)
+        if c.m == 0:
+            return 0.0, 0
+        c.ukf.draw()
+        measure_relative(c.ukf.X, c.codes, c.m, tk, c.ukf.Y)
+        return c.ukf.correct(c.y, c.r, c.m), c.m
+
+    def _own_rates(self, tk: np.ndarray) -> None:
+        """Inertial body rates into core.w_air: w_rel + R w_T (self._R = R_BRBT)."""
+        x, w = self.core.ukf.x, self.core.w_air
+        R = self._R
+        for i in range(3):
+            w[i] = x[3 + i] + R[3 * i] * tk[9] + R[3 * i + 1] * tk[10] + R[3 * i + 2] * tk[11]
+
+    def _acceleration(self) -> np.ndarray:
+        """Own inertial acceleration [3] NED [m/s^2]; self._Rn = own R_BI, self._fm from the last rate evaluation."""
+        a = self._Rn.reshape(3, 3).T @ self._fm[:3]
+        a[2] += G0
+        return np.asarray(a)
+
+    def _publish(self, f: SensorFrame, nis: float, m: int) -> NavState:
+        c, o, tk = self.core, self.out, self._tks[2]
+        x = c.ukf.x
+        o.t_us = f.t_us
+        o.valid = f.t_us - self.started_us >= c.p.settle_s * 1e6
+        o.reason = "" if o.valid else "settling"
+        o.V, o.beta, o.alpha = float(x[0]), float(x[1]), float(x[2])
+        mul33(self._R, tk[:9], self._Rn)
+        self._own_rates(tk)
+        o.w_b = tuple(c.w_air.tolist())
+        euler_from_dcm(self._Rn, self._e)
+        o.euler = tuple(self._e.tolist())
+        quat_from_euler(self._e[0], self._e[1], self._e[2], self._q)
+        o.q_nb = tuple(self._q.tolist())
+        Rt = tk[:9].reshape(3, 3).T
+        o.pos_n = tuple((self.peer.position(f.t_us) + Rt @ x[9:12]).tolist())
+        v_t = self._d[9:12] + np.cross(tk[9:12], x[9:12])
+        o.vel_n = tuple((Rt @ v_t + tk[15:18]).tolist())
+        o.acc_n = tuple(self._acceleration().tolist())
+        o.wind_n = tuple(x[12:15].tolist())
+        o.wind_sigma = c.wind_sigma(o.V)
+        o.pos_sigma = o.rel_sigma = (c.sigma(9), c.sigma(10), c.sigma(11))
+        o.att_sigma = (c.sigma(6), c.sigma(7), c.sigma(8))
+        o.nis, o.nis_dof = nis, m
+        o.rel_age_s = (f.t_us - self.rel_us) * 1e-6
+        o.rel_valid = o.valid and o.rel_age_s < 2.0 and o.peer_age_s < PEER_FREEZE_S
+        o.rel_pos_t = tuple(x[9:12].tolist())
+        o.rel_vel_t = tuple(self._d[9:12].tolist())
+        o.rel_euler = tuple(x[6:9].tolist())
+        o.rel_w_b = tuple(x[3:6].tolist())
+        return o

@@ -1,0 +1,190 @@
+"""Figures of a run for `summary.json`: truth against command and estimate, at equal sample times.
+
+Station keeping: true xi of the receiver minus the commanded one (RELATIVE_STATE.cmd_pos) while the mission measures.
+Wind: NAV_STATE against the effective wind in TRUTH; receiver over the same time as station keeping, tanker from
+`SETTLE_S` on. Magnitude error relative to the true magnitude, direction error in the horizontal plane.
+Keys are flat and dotted, SI unless the name ends in another unit; a figure without samples is None.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ground.columns import Columns, Table, hold, load, match
+from ground.geometry import wrap
+from ground.packets import AIRCRAFT, IDS, RECEIVER, TANKER
+
+assert {"NAV_STATE", "RELATIVE_STATE", "MISSION_STATUS", "TRUTH"} <= set(IDS), "dialect lacks a message of the metrics"
+
+SETTLE_S = 60.0  # [s] the tanker's wind figures start here
+TURN_RATE = np.radians(0.2)  # [rad/s] commanded turn rate from which the tanker counts as turning
+PHASE_TURN = 11  # WKF_PHASE
+AXES = "xyz"
+NED = "ned"
+Flat = dict[str, Any]
+
+
+def error_stats(error: NDArray[np.float64]) -> Flat:
+    """error_rms_m.x .. error_max_m.z of errors (n,3) [m]; None without samples."""
+    out: Flat = {}
+    for i, axis in enumerate(AXES):
+        e = np.abs(error[:, i])
+        some = len(e) > 0
+        out[f"error_rms_m.{axis}"] = float(np.sqrt(np.mean(e * e))) if some else None
+        out[f"error_p95_m.{axis}"] = float(np.percentile(e, 95)) if some else None
+        out[f"error_max_m.{axis}"] = float(e.max()) if some else None
+    return out
+
+
+def wind_stats(truth: NDArray[np.float64], hat: NDArray[np.float64], sigma: NDArray[np.float64]) -> Flat:
+    """Errors of wind estimates (n,3) NED [m/s] with their 1-sigma, against truth."""
+    keys = ["magnitude_rms_pct", "direction_rms_deg", "inside_3sigma_pct"]
+    keys += [f"{k}.{a}" for k in ("inside_3sigma_pct", "rms_mps") for a in NED]
+    out: Flat = {"samples": len(truth), **dict.fromkeys(keys)}
+    if not len(truth):
+        return out
+    mag, mag_hat = np.linalg.norm(truth, axis=1), np.linalg.norm(hat, axis=1)
+    rel = (mag_hat - mag)[mag > 0] / mag[mag > 0]
+    angle = wrap(np.arctan2(hat[:, 1], hat[:, 0]) - np.arctan2(truth[:, 1], truth[:, 0]))
+    error = hat - truth
+    inside = np.abs(error) <= 3.0 * sigma
+    out["magnitude_rms_pct"] = float(100.0 * np.sqrt(np.mean(rel**2))) if len(rel) else None
+    out["direction_rms_deg"] = float(np.degrees(np.sqrt(np.mean(angle**2))))
+    out["inside_3sigma_pct"] = float(100.0 * inside.mean())
+    for i, axis in enumerate(NED):
+        out[f"inside_3sigma_pct.{axis}"] = float(100.0 * inside[:, i].mean())
+        out[f"rms_mps.{axis}"] = float(np.sqrt(np.mean(error[:, i] ** 2)))
+    return out
+
+
+def _measuring(tlm: Columns, t_us: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """True where the receiver's mission counts the sample (last MISSION_STATUS at or before)."""
+    status = tlm.get(RECEIVER, "MISSION_STATUS")
+    if status is None:
+        return np.zeros(len(t_us), dtype=bool)
+    return hold(t_us, status.t_us, status["measure"]).astype(bool)
+
+
+def _turning(tlm: Columns, t_us: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """True where the tanker is in its turn: phase TURN or a commanded turn rate above TURN_RATE."""
+    status = tlm.get(TANKER, "MISSION_STATUS")
+    if status is None:
+        return np.zeros(len(t_us), dtype=bool)
+    turn = (np.abs(status["cmd_psi_dot"]) > TURN_RATE) | (status["phase"] == PHASE_TURN)
+    return hold(t_us, status.t_us, turn.astype(np.uint8)).astype(bool)
+
+
+def contact_error(truth: Columns, tlm: Columns) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """(t_us, error (n,3) [m]) of station keeping over the whole run: true xi minus commanded xi, tanker body axes."""
+    rel, true = tlm.get(RECEIVER, "RELATIVE_STATE"), truth.get(RECEIVER, "TRUTH")
+    if rel is None or true is None:
+        return np.empty(0, dtype=np.int64), np.empty((0, 3))
+    i, j = match(true.t_us, rel.t_us)
+    return true.t_us[i], true["xi"][i] - rel["cmd_pos"][j].astype(np.float64)
+
+
+def contact_metrics(truth: Columns, tlm: Columns) -> Flat:
+    """contact.* : error statistics while measuring, all together, on straight legs and in turns; time measured."""
+    t_us, error = contact_error(truth, tlm)
+    counts = _measuring(tlm, t_us)
+    t_us, error = t_us[counts], error[counts]
+    turning = _turning(tlm, t_us)
+    step = float(np.median(np.diff(t_us))) * 1e-6 if len(t_us) > 1 else 0.0
+    out: Flat = {"contact.samples": len(t_us), "contact.time_s": len(t_us) * step}
+    for name, part in (("", slice(None)), ("straight.", ~turning), ("turn.", turning)):
+        out |= {f"contact.{name}{k}": v for k, v in error_stats(error[part]).items()}
+    out["contact.straight.time_s"] = float((~turning).sum()) * step
+    out["contact.turn.time_s"] = float(turning.sum()) * step
+    true = truth.get(RECEIVER, "TRUTH")
+    inside = None if true is None else hold(t_us, true.t_us, true["inside"]).astype(bool)
+    out["contact.inside_envelope_pct"] = float(100.0 * inside.mean()) if inside is not None and len(inside) else None
+    return out
+
+
+def _wind_pairs(truth: Columns, tlm: Columns, sysid: int) -> tuple[Table, Table] | None:
+    """(truth rows, NAV_STATE rows) of one aircraft at equal times, estimates marked valid only."""
+    nav, true = tlm.get(sysid, "NAV_STATE"), truth.get(sysid, "TRUTH")
+    if nav is None or true is None:
+        return None
+    nav = nav.pick(nav["valid"] != 0)
+    i, j = match(true.t_us, nav.t_us)
+    return true.pick(i), nav.pick(j)
+
+
+def wind_metrics(truth: Columns, tlm: Columns) -> Flat:
+    """wind.receiver.* (while measuring), wind.tanker.* (after SETTLE_S), and the downwash seen between them."""
+    out: Flat = {}
+    pairs = {}
+    for sysid, name in AIRCRAFT.items():
+        pair = _wind_pairs(truth, tlm, sysid)
+        empty = np.empty((0, 3))
+        if pair is None:
+            out |= {f"wind.{name}.{k}": v for k, v in wind_stats(empty, empty, empty).items()}
+            continue
+        true, nav = pair
+        use = true.t_us >= SETTLE_S * 1e6 if sysid == TANKER else _measuring(tlm, true.t_us)
+        pairs[sysid] = pair
+        stats = wind_stats(
+            true["wind_n"][use].astype(np.float64),
+            nav["wind"][use].astype(np.float64),
+            nav["wind_sigma"][use].astype(np.float64),
+        )
+        out |= {f"wind.{name}.{k}": v for k, v in stats.items()}
+    out["wind.receiver.downwash_mean_mps.truth"] = out["wind.receiver.downwash_mean_mps.estimate"] = None
+    if len(pairs) == 2:
+        (true_t, nav_t), (true_r, nav_r) = pairs[TANKER], pairs[RECEIVER]
+        i, j = match(true_t.t_us, true_r.t_us)
+        use = _measuring(tlm, true_t.t_us[i])
+        if use.any():
+            true = (true_r["wind_n"][j][:, 2] - true_t["wind_n"][i][:, 2])[use]
+            hat = (nav_r["wind"][j][:, 2] - nav_t["wind"][i][:, 2])[use]
+            out["wind.receiver.downwash_mean_mps.truth"] = float(true.mean(dtype=np.float64))
+            out["wind.receiver.downwash_mean_mps.estimate"] = float(hat.mean(dtype=np.float64))
+    return out
+
+
+def loop_metrics(tlm: Columns) -> Flat:
+    """loop.slips (all aircraft, last report of each) and link.dropped (telemetry packets missing by sequence)."""
+    slips = 0
+    for sysid in tlm.sysids():
+        timing = tlm.get(sysid, "LOOP_TIMING")
+        if timing is not None and len(timing):
+            slips += int(timing["slips"][-1])
+    return {"loop.slips": slips, "link.dropped": sum(tlm.dropped.values())}
+
+
+def flatten(nested: dict[str, Any], prefix: str = "") -> Flat:
+    """Nested mapping as flat dotted keys."""
+    out: Flat = {}
+    for key, value in nested.items():
+        if isinstance(value, dict):
+            out |= flatten(value, f"{prefix}{key}.")
+        else:
+            out[f"{prefix}{key}"] = value
+    return out
+
+
+def read_meta(run: Path) -> Flat:
+    """meta.json of a run folder as flat keys; {} without one. Raises ValueError naming the file if it is not JSON."""
+    path = run / "meta.json"
+    if not path.exists():
+        return {}
+    try:
+        return flatten(json.loads(path.read_text()))
+    except json.JSONDecodeError as exc:
+        raise ValueError(f"{str(path)!r} is not JSON: {exc}") from exc
+
+
+def compute(run: Path, truth: Columns | None = None, tlm: Columns | None = None) -> Flat:
+    """All metrics of a run folder. Raises LogError if a log is missing, ValueError if meta.json is broken."""
+    truth = load(run / "truth.tlog") if truth is None else truth
+    tlm = load(run / "tlm.tlog") if tlm is None else tlm
+    out: Flat = {k: v for k, v in read_meta(run).items() if k.startswith("run.")}
+    out.setdefault("run.outcome", None)
+    out["run.sim_s"] = truth.end_us * 1e-6
+    return out | contact_metrics(truth, tlm) | wind_metrics(truth, tlm) | loop_metrics(tlm)

@@ -1,0 +1,119 @@
+"""After a run: figures, picture file, verdict."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+
+from flightsw.strict import ConfigError
+from hil_scripts import verdict
+from hil_scripts.mission import Outcome
+from hil_scripts.procs import StopFlag, Supervisor, describe_exit
+from hil_scripts.runfolder import RunPlan
+
+EXIT_FAILED = 1
+EXIT_EXPECT = 4  # completed, but a bound of the scenario is violated
+
+
+def finish(plan: RunPlan, run: Path, outcome: Outcome, rrd: bool, console: Console, stop: StopFlag) -> int:
+    """Write summary.json and run.rrd, print what came out, return the exit code of `sil run`."""
+    summary: dict[str, Any] = {}
+    if outcome.outcome == "completed":
+        if _step("metrics", ["ground", "metrics", str(run)], run, console, stop):
+            summary = _read_summary(run, console)
+        if rrd and not stop:
+            _step("convert", ["ground", "convert", str(run)], run, console, stop)
+    flown = {
+        "run.outcome": outcome.outcome,
+        "run.scenario": plan.scenario_name,
+        "run.seed": plan.seed,
+        "run.sim_s": round(outcome.sim_s, 3),
+        "run.sim_s_per_wall_s": round(outcome.speed, 3),
+    }
+    if outcome.reason:
+        flown["run.reason"] = outcome.reason
+    got_metrics = bool(summary)
+    summary = flown | {k: v for k, v in summary.items() if k not in flown}
+    (run / "summary.json").write_text(json.dumps(summary, indent=2, allow_nan=False) + "\n")
+    verdict.show_summary(console, summary)
+    code = 0
+    if outcome.outcome == "aborted":
+        console.print(outcome.reason, style="yellow", highlight=False)
+        code = 128 + outcome.signum
+    elif outcome.outcome != "completed" or not got_metrics:
+        code = EXIT_FAILED
+    else:
+        code = _judge(plan, summary, console)
+    _where(run, outcome, console)
+    return 128 + stop.signum if stop and code == 0 else code
+
+
+def _judge(plan: RunPlan, summary: dict[str, Any], console: Console) -> int:
+    if not plan.expect:
+        return 0
+    try:
+        checks = verdict.evaluate(plan.expect, summary)
+    except ConfigError as e:
+        console.print(f"scenario.toml: {e}", style="red", markup=False)
+        return EXIT_EXPECT
+    verdict.show_checks(console, checks)
+    bad = [c.key for c in checks if not c.ok]
+    if bad:
+        console.print(f"bounds violated: {', '.join(bad)}", style="red", markup=False, highlight=False)
+    return EXIT_EXPECT if bad else 0
+
+
+def _where(run: Path, outcome: Outcome, console: Console) -> None:
+    console.print(f"run folder: {run}", style="bold", markup=False, highlight=False, soft_wrap=True)
+    rerun = Path(sys.executable).with_name("rerun")
+    if (run / "run.rrd").exists():
+        console.print(f"look at it: {_short(rerun)} {run / 'run.rrd'}", markup=False, highlight=False, soft_wrap=True)
+    elif outcome.outcome != "completed":
+        ground = _short(Path(sys.executable).with_name("ground"))
+        console.print(f"the logs up to the end are readable; to draw them: {ground} convert {run}", markup=False, highlight=False, soft_wrap=True)
+
+
+def _short(path: Path) -> Path:
+    try:
+        return path.relative_to(Path.cwd())
+    except ValueError:
+        return path
+
+
+def _read_summary(run: Path, console: Console) -> dict[str, Any]:
+    try:
+        data = json.loads((run / "summary.json").read_text())
+    except (OSError, ValueError) as e:
+        console.print(f"{run / 'summary.json'}: not readable after ground metrics: {e}", style="red", markup=False)
+        return {}
+    return data if isinstance(data, dict) else {}
+
+
+def _step(name: str, module_args: list[str], run: Path, console: Console, stop: StopFlag) -> bool:
+    """Run one post-processing program to its end; False with a message when it fails or is stopped."""
+    with Supervisor(run) as sup:
+        child = sup.start(name, [sys.executable, "-m", *module_args])
+        with console.status(f"ground {name} ...") if console.is_terminal else _Quiet():
+            while child.popen.poll() is None and not stop:
+                sup.pump(0.1)
+        sup.newly_ended()
+        if child.popen.returncode == 0:
+            return True
+        sup.stop()
+        why = f"stopped by signal {stop.signum}" if stop else describe_exit(child.popen.returncode)
+        console.print("\n".join([f"ground {name}: {why}", *child.tail]), style="red", markup=False, highlight=False)
+        return False
+
+
+class _Quiet:
+    """Context manager that shows nothing."""
+
+    def __enter__(self) -> None:
+        return None
+
+    def __exit__(self, *_exc: object) -> None:
+        return None

@@ -1,0 +1,127 @@
+"""One run with its separate processes: ground recorder, one flightsw per aircraft, the plant."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+from rich.console import Console
+
+from hil_scripts import ports
+from hil_scripts.procs import Child, StopFlag, Supervisor, describe_exit
+from hil_scripts.progress import Board
+from hil_scripts.runfolder import RunPlan
+
+GROUND_READY_S = 30.0  # [s] for the recorder to bind its port
+DRAIN_S = 10.0  # [s] for onboard processes to end after the plant has, and for the recorder to write its last packet
+COLLATERAL_S = 0.3  # [s] wait for further deaths, to name the cause and not a consequence
+PEER_SILENT = 3  # exit code of a program whose peer fell silent: a consequence, not a cause
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a run ended. `outcome` is completed, aborted (asked to stop) or failed."""
+
+    outcome: str
+    reason: str
+    sim_s: float  # [s] simulated
+    speed: float  # simulated s per wall s
+    signum: int = 0
+
+
+def fly(plan: RunPlan, run: Path, port_offset: int, console: Console, stop: StopFlag) -> Outcome:
+    """Run the plan to its end. Everything started here has ended when this returns, also by an exception."""
+    ports.check_free(ports.needed(plan.names, port_offset))
+    with Supervisor(run) as sup, Board(console, plan.duration_s, plan.names) as board:
+        ground = sup.start("ground", _argv("ground", "record", "--run-dir", run, *_offset(port_offset)), board.on_ground)
+        flights = []
+        for f in plan.flights:
+            args = ["--config", run / f"flight_{f.name}.toml", "--sysid", f.sysid, "--run-dir", run]
+            args += ["--realtime"] if plan.realtime else []
+            flights.append(sup.start(f"flightsw-{f.name}", _argv("flightsw", *args, *_offset(port_offset))))
+        if not _await_ground(sup, ground, run, stop):
+            return _end(sup, board, ground, stop, console)
+        args = ["--scenario", run / "scenario.toml", "--seed", plan.seed, "--run-dir", run]
+        args += ["--realtime"] if plan.realtime else []
+        plant = sup.start("sim-plant", _argv("sim_plant", *args, *_offset(port_offset)), board.on_plant)
+        console.print("  ".join(f"{c.name} (pid {c.pid})" for c in sup.children), style="dim", highlight=False)
+        while not stop:
+            sup.pump(0.05)
+            board.draw()
+            ended = sup.newly_ended()
+            if plant in ended and plant.popen.returncode == 0:
+                return _finish(sup, board, ground, flights, [c for c in ended if c is not plant], stop, console)
+            bad = [c for c in ended if c.popen.returncode != 0 or c is ground]
+            early = [c for c in ended if c in flights and c.popen.returncode == 0]
+            if early and not sup.wait([plant], 3.0, stop):  # normal at the end, when the plant is still closing its log
+                bad += early
+            if bad:
+                return _end(sup, board, ground, stop, console, bad)
+        return _end(sup, board, ground, stop, console)
+
+
+def _argv(module: str, *args: object) -> list[str]:
+    return [sys.executable, "-m", module, *(str(a) for a in args)]
+
+
+def _offset(n: int) -> list[str]:
+    return ["--port-offset", str(n)] if n else []
+
+
+def _await_ground(sup: Supervisor, ground: Child, run: Path, stop: StopFlag) -> bool:
+    """Wait until the recorder has its log open; telemetry sent before would be lost. False if it died or stop came."""
+    end = time.monotonic() + GROUND_READY_S
+    while not stop and ground.popen.poll() is None and time.monotonic() < end:
+        if (run / "tlm.tlog").exists():
+            return True
+        sup.pump(0.02)
+    return False
+
+
+def _finish(
+    sup: Supervisor,
+    board: Board,
+    ground: Child,
+    flights: list[Child],
+    already: list[Child],
+    stop: StopFlag,
+    console: Console,
+) -> Outcome:
+    """The plant has completed: let the others write their last bytes."""
+    sup.wait(flights, DRAIN_S, stop)
+    ended = already + sup.newly_ended()
+    bad = [c for c in ended if c.popen.returncode != 0 or c is ground]
+    bad += [c for c in flights if c.popen.poll() is None]
+    if bad:
+        return _end(sup, board, ground, stop, console, bad)
+    sup.signal([ground], signal.SIGTERM)
+    if not sup.wait([ground], DRAIN_S, stop):
+        return _end(sup, board, ground, stop, console, [ground])
+    return Outcome("completed", "", board.sim_s, board.speed)
+
+
+def _end(
+    sup: Supervisor, board: Board, ground: Child, stop: StopFlag, console: Console, bad: list[Child] | None = None
+) -> Outcome:
+    """Stop what runs and say why."""
+    if stop and not bad:
+        sup.stop(last=[ground], stop=stop)
+        name = signal.Signals(stop.signum).name
+        return Outcome("aborted", f"stopped by {name} at t = {board.sim_s:.1f} s", board.sim_s, board.speed, stop.signum)
+    sup.settle(COLLATERAL_S)
+    dead = [*(bad or []), *sup.newly_ended()]
+    alive = [c for c in dead if c.popen.poll() is None]
+    gone = [c for c in dead if c.popen.poll() is not None]
+    # a signal first (somebody killed it), then an error of its own, then those who only missed a peer
+    gone.sort(key=lambda c: (c.popen.returncode >= 0, c.popen.returncode == PEER_SILENT))
+    sup.stop(last=[ground], stop=stop)
+    lines = [f"{c.name} (pid {c.pid}) ended: {describe_exit(c.popen.returncode)}" for c in gone]
+    lines += [f"{c.name} (pid {c.pid}) did not end when the run was over" for c in alive]
+    if not lines:
+        lines = [f"{ground.name} (pid {ground.pid}) did not open its log within {GROUND_READY_S:.0f} s"]
+    tail = [f"  {c.name}: {line}" for c in dead for line in c.tail]
+    console.print("\n".join([f"run failed at t = {board.sim_s:.1f} s", *lines, *tail]), style="red", markup=False, highlight=False)
+    return Outcome("failed", "; ".join(lines), board.sim_s, board.speed)

@@ -1,0 +1,51 @@
+"""The UDP ports of a run (plan in flightsw/icd/link.py) and a check that nobody else holds them."""
+
+from __future__ import annotations
+
+import errno
+import socket
+from collections.abc import Iterable
+
+from flightsw.icd.link import GROUND_PORT, plant_port, telemetry_port
+
+HOST = "127.0.0.1"
+
+
+class PortBusy(OSError):
+    """A port the run needs is held by another program; the text names port and purpose."""
+
+
+def needed(names: dict[int, str], offset: int) -> dict[int, str]:
+    """Port -> purpose for the aircraft {sysid: name}."""
+    out = {GROUND_PORT + offset: "ground telemetry"}
+    for sysid, name in names.items():
+        out[plant_port(sysid, offset)] = f"plant link of {name}"
+        out[telemetry_port(sysid, offset)] = f"telemetry of {name}"
+    return out
+
+
+def check_free(ports: dict[int, str]) -> None:
+    """Bind and release every port. Raises PortBusy naming the first one taken, OSError for one that cannot exist."""
+    for port, purpose in ports.items():
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as s:
+            try:
+                s.bind((HOST, port))
+            except OverflowError:
+                raise PortBusy(f"UDP port {port} ({purpose}) is out of range: lower --port-offset") from None
+            except OSError as e:
+                if e.errno != errno.EADDRINUSE:
+                    raise
+                raise PortBusy(
+                    f"UDP port {port} ({purpose}) is in use by another program; stop it, or pass --port-offset N"
+                ) from None
+
+
+def free_offset(names: dict[int, str], candidates: Iterable[int]) -> int:
+    """First of `candidates` with all ports free. Raises PortBusy if none is."""
+    for offset in candidates:
+        try:
+            check_free(needed(names, offset))
+        except PortBusy:
+            continue
+        return offset
+    raise PortBusy("no free block of UDP ports found")

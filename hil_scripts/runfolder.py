@@ -1,0 +1,203 @@
+"""From a scenario name and overrides to a run folder whose files say everything about the run.
+
+Order matters: everything is resolved and checked before the folder is made, so a typing error leaves nothing behind.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import re
+import subprocess
+import sys
+from dataclasses import dataclass, field
+from datetime import datetime
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from flightsw.config import load_flight
+from flightsw.strict import ConfigError, to_dict
+from hil_scripts import tomlout
+from sim_plant.scenario import load_scenario
+
+ROOT = Path(__file__).resolve().parent.parent
+SCENARIOS = ROOT / "sim_plant" / "scenarios"
+PARAMS = ROOT / "flightsw" / "params"
+PLANT_KEY = "plant"
+LIBRARIES = ("wakefield", "numpy", "scipy", "numba", "llvmlite", "msgspec", "pymavlink", "rerun-sdk", "fastcrc")
+
+
+@dataclass(frozen=True)
+class FlightPlan:
+    """One onboard process: its aircraft, MAVLink system id and resolved configuration."""
+
+    name: str
+    sysid: int
+    config: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class RunPlan:
+    """A checked run, ready to be written to a folder."""
+
+    scenario_name: str
+    scenario: dict[str, Any]
+    seed: int
+    duration_s: float  # [s] simulated
+    flights: tuple[FlightPlan, ...]
+    overrides: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def realtime(self) -> bool:
+        """True when the run is paced by the wall clock."""
+        return bool(self.scenario.get("clock", {}).get("mode") == "realtime")
+
+    @property
+    def names(self) -> dict[int, str]:
+        """Aircraft names by system id."""
+        return {f.sysid: f.name for f in self.flights}
+
+    @property
+    def expect(self) -> dict[str, Any]:
+        """The scenario's [expect] table."""
+        return dict(self.scenario.get("expect", {}))
+
+
+def find_scenario(text: str) -> Path:
+    """Path of a scenario given by name or path. Raises ConfigError listing what exists."""
+    for p in (Path(text), SCENARIOS / f"{text}.toml"):
+        if p.is_file():
+            return p
+    known = ", ".join(sorted(p.stem for p in SCENARIOS.glob("*.toml")))
+    raise ConfigError(f"scenario {text!r}: no such name or file; known names: {known or 'none'}")
+
+
+def parse_sets(sets: list[str]) -> dict[str, dict[str, str]]:
+    """`name.key=value` texts as {name: {key: value}}. Raises ConfigError on a malformed one."""
+    out: dict[str, dict[str, str]] = {}
+    for text in sets:
+        key, eq, value = text.partition("=")
+        who, dot, rest = key.strip().partition(".")
+        if not eq or not dot or not rest:
+            raise ConfigError(
+                f"--set {text!r}: expected plant.<key>=<value> or <aircraft name>.<key>=<value>, "
+                "for example plant.wind.turbulence.level=0.5"
+            )
+        out.setdefault(who, {})[rest] = value.strip()
+    return out
+
+
+def _flight_config_path(aircraft: dict[str, Any], scenario: Path) -> Path:
+    """The onboard parameters of an aircraft are those of its mission: flightsw/params/<mission>.toml, or a path."""
+    text = aircraft.get("mission") or aircraft["name"]
+    for p in (PARAMS / f"{text}.toml", scenario.parent / text, ROOT / text):
+        if p.is_file():
+            return p
+    known = ", ".join(sorted(p.stem for p in PARAMS.glob("*.toml")))
+    raise ConfigError(
+        f"{scenario}: aircraft.{aircraft['name']}.mission = {text!r}: no such flight configuration; "
+        f"in flightsw/params: {known or 'none'}"
+    )
+
+
+def resolve(
+    scenario_text: str, seed: int | None, sets: list[str], duration_s: float | None, realtime: bool = False
+) -> RunPlan:
+    """Read, override and check scenario and flight configurations. Raises ConfigError naming file and key."""
+    path = find_scenario(scenario_text)
+    by_owner = parse_sets(sets)
+    plant_sets = dict(by_owner.pop(PLANT_KEY, {}))
+    if duration_s is not None:
+        plant_sets["meta.duration_s"] = repr(float(duration_s))
+    if seed is not None:
+        plant_sets["meta.seed"] = str(seed)
+    if realtime:
+        plant_sets["clock.mode"] = "realtime"
+    scenario = load_scenario(str(path), plant_sets)
+    scenario.load_aircraft()
+    resolved = to_dict(scenario)
+    names = [a["name"] for a in resolved["aircraft"]]
+    unknown = sorted(set(by_owner) - set(names))
+    if unknown:
+        raise ConfigError(f"--set {unknown[0]}.…: no such owner; allowed: {', '.join([PLANT_KEY, *names])}")
+    flights = []
+    for a in resolved["aircraft"]:
+        cfg = load_flight(_flight_config_path(a, path), dict(by_owner.get(a["name"], {})))
+        flights.append(FlightPlan(a["name"], int(a["sysid"]), to_dict(cfg)))
+    return RunPlan(
+        scenario_name=path.stem,
+        scenario=resolved,
+        seed=int(resolved["meta"]["seed"]),
+        duration_s=float(resolved["meta"]["duration_s"]),
+        flights=tuple(flights),
+        overrides={s.partition("=")[0].strip(): s.partition("=")[2].strip() for s in sets},
+    )
+
+
+def make_folder(plan: RunPlan, out: Path | None) -> Path:
+    """Create `out`, or runs/<scenario>-<seed>-<timestamp>; writes the resolved TOML files. Raises ConfigError."""
+    stamp = datetime.now().strftime("%Y%m%d-%H%M%S")
+    run = out if out is not None else Path("runs") / f"{plan.scenario_name}-{plan.seed}-{stamp}"
+    n = 1
+    while out is None and run.exists():  # two runs started within one second
+        n += 1
+        run = Path("runs") / f"{plan.scenario_name}-{plan.seed}-{stamp}-{n}"
+    try:
+        if run.is_dir() and any(run.iterdir()):
+            raise ConfigError(f"run folder {run} exists and is not empty; name another with --out or remove it")
+        run.mkdir(parents=True, exist_ok=True)
+        (run / "scenario.toml").write_text(tomlout.dumps(plan.scenario))
+        for f in plan.flights:
+            (run / f"flight_{f.name}.toml").write_text(tomlout.dumps(f.config))
+    except OSError as e:
+        raise ConfigError(f"run folder {run}: cannot be written: {e.strerror}") from None
+    return run
+
+
+def _git(*args: str) -> str:
+    try:
+        r = subprocess.run(["git", "-C", str(ROOT), *args], capture_output=True, text=True, timeout=10, check=False)
+    except (OSError, subprocess.TimeoutExpired):
+        return ""
+    return r.stdout.strip() if r.returncode == 0 else ""
+
+
+def cpu_model() -> str:
+    """Model name of the first processor, or what `platform` knows."""
+    try:
+        text = Path("/proc/cpuinfo").read_text()
+    except OSError:
+        return platform.processor()
+    m = re.search(r"^model name\s*:\s*(.+)$", text, re.MULTILINE)
+    return m.group(1) if m else platform.processor()
+
+
+def _version(name: str) -> str:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return "not installed"
+
+
+def write_meta(run: Path, plan: RunPlan, **more: Any) -> None:
+    """meta.json: what ran, on what, from which commit. Wall-clock facts belong here and in no other file of the run."""
+    commit = _git("rev-parse", "HEAD")
+    meta = {
+        "scenario": plan.scenario_name,
+        "seed": plan.seed,
+        "overrides": plan.overrides,
+        "aircraft": {f.name: f.sysid for f in plan.flights},
+        "git_commit": commit or "unknown",
+        "git_dirty": bool(_git("status", "--porcelain")) if commit else None,
+        "started": datetime.now().astimezone().isoformat(timespec="seconds"),
+        "command": sys.argv,
+        "python": sys.version.split()[0],
+        "versions": {n: _version(n) for n in LIBRARIES},
+        "platform": platform.platform(),
+        "cpu": cpu_model(),
+        "cpu_count": os.cpu_count(),
+        **more,
+    }
+    (run / "meta.json").write_text(json.dumps(meta, indent=2) + "\n")

@@ -1,0 +1,122 @@
+"""`sil`: fly, replay and measure the whole system on one machine."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+
+from hil_scripts import kernel_cache
+
+app = typer.Typer(
+    add_completion=False,
+    no_args_is_help=True,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    help="Software in the loop: plant, onboard software and ground on this machine.",
+)
+
+EXIT_CONFIG = 2
+
+RunDir = Annotated[Path, typer.Argument(help="A run folder as left by `sil run`.", metavar="RUN")]
+
+
+def _fail(text: str) -> typer.Exit:
+    Console(stderr=True).print(f"sil: {text}", style="red", markup=False, highlight=False, soft_wrap=True)
+    return typer.Exit(EXIT_CONFIG)
+
+
+@app.command()
+def run(
+    scenario: Annotated[str, typer.Argument(help="Name in sim_plant/scenarios, or path of a scenario TOML.")],
+    seed: Annotated[int | None, typer.Option(help="Seed of every random draw (default: the scenario's).", min=0)] = None,
+    set_: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="OWNER.KEY=VALUE",
+            help="Override one key, repeatable. OWNER `plant`: a key of the scenario, for example "
+            "plant.wind.dryden.sigma_mps=1.0. OWNER an aircraft's name: a key of its onboard parameters, "
+            "for example receiver.link.base_rate_hz=100. VALUE is a TOML value; a bare word is a text.",
+        ),
+    ] = None,
+    realtime: Annotated[bool, typer.Option("--realtime", help="Paced by the wall clock instead of lockstep.")] = False,
+    in_process: Annotated[
+        bool, typer.Option("--in-process", help="All in one process without sockets: same files, same bytes.")
+    ] = False,
+    out: Annotated[Path | None, typer.Option(help="Run folder (default: runs/<scenario>-<seed>-<timestamp>).")] = None,
+    port_offset: Annotated[int, typer.Option(help="Added to every UDP port, for runs side by side.", min=0)] = 0,
+    no_rrd: Annotated[bool, typer.Option("--no-rrd", help="Do not write run.rrd.")] = False,
+    duration: Annotated[float | None, typer.Option(help="End after this simulated time [s].", min=0.1)] = None,
+) -> None:
+    """Fly a scenario. Exit 0: completed within its bounds; 1: failed; 2: bad input; 4: bound violated; 130: Ctrl-C."""
+    from hil_scripts.procs import StopFlag
+
+    kernel_cache.use()
+    with StopFlag() as stop:
+        try:
+            code = _fly(scenario, seed, set_ or [], realtime, in_process, out, port_offset, not no_rrd, duration, stop)
+        except (ValueError, OSError) as e:
+            raise _fail(str(e)) from None
+    raise typer.Exit(code)
+
+
+def _fly(
+    scenario: str,
+    seed: int | None,
+    sets: list[str],
+    realtime: bool,
+    in_process: bool,
+    out: Path | None,
+    port_offset: int,
+    rrd: bool,
+    duration: float | None,
+    stop: Any,
+) -> int:
+    from flightsw.strict import ConfigError
+    from hil_scripts import finish, mission, ports, runfolder, warmup
+
+    if realtime and in_process:
+        raise ConfigError("--realtime and --in-process exclude each other: in one process there is no wall clock")
+    plan = runfolder.resolve(scenario, seed, sets, duration, realtime)
+    if not in_process:
+        ports.check_free(ports.needed(plan.names, port_offset))
+    console = Console()
+    if not warmup.warm(console, stop):
+        return 128 + stop.signum if stop else finish.EXIT_FAILED
+    run_dir = runfolder.make_folder(plan, out)
+    runfolder.write_meta(run_dir, plan, mode="in-process" if in_process else scenario_mode(plan.realtime))
+    if in_process:
+        from hil_scripts import inproc
+
+        outcome = inproc.fly(plan, run_dir, console, stop)
+    else:
+        outcome = mission.fly(plan, run_dir, port_offset, console, stop)
+    return finish.finish(plan, run_dir, outcome, rrd, console, stop)
+
+
+def scenario_mode(realtime: bool) -> str:
+    """Name of the clock mode for meta.json."""
+    return "realtime" if realtime else "lockstep"
+
+
+@app.command()
+def warmup(force: Annotated[bool, typer.Option("--force", help="Also when nothing has changed.")] = False) -> None:
+    """Compile all numerical kernels now instead of at the next run."""
+    from hil_scripts import warmup as w
+    from hil_scripts.procs import StopFlag
+
+    with StopFlag() as stop:
+        if not w.warm(Console(), stop, force):
+            raise typer.Exit(128 + stop.signum if stop else 1)
+
+
+def main() -> None:
+    """Entry point of the `sil` command."""
+    app()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,60 @@
+"""Refuelling contact: when the boom couples, when it lets go, and how much fuel flows."""
+
+from __future__ import annotations
+
+import math
+
+from flightsw.aircraft import Boom
+from sim_plant.kernels import layout as n
+from sim_plant.scenario import Refuel
+
+
+class BoomCoupling:
+    """State of the coupling between one boom and one receptacle.
+
+    Contact is made when the receptacle has stayed inside the envelope, latched by the receiver and slower than the capture
+    speed relative to the tanker for the capture time. It breaks when the receptacle leaves the envelope, the latch is
+    released, or the boom is driven in or out faster than its radial limit (aircraft-data.md section 3).
+    """
+
+    def __init__(self, boom: Boom, cfg: Refuel, dt_s: float) -> None:
+        d = math.radians
+        self._el = (d(boom.elevation_deg[0]), d(boom.elevation_deg[1]))
+        self._az = (d(boom.azimuth_deg[0]), d(boom.azimuth_deg[1]))
+        self._ext = boom.extension_m
+        self._rate = boom.radial_rate_max_mps
+        self._cfg = cfg
+        self._need = max(1, round(cfg.capture_s / dt_s))
+        self._count = 0
+        self.inside = False
+        self.contact = False
+        self.reason = ""  # why the last contact ended
+
+    def step(self, rel: list[float], latch: bool) -> None:
+        """One tick with the relative vector (layout.R_*) and the receiver's latch request."""
+        el, az, ext = rel[n.R_EL], rel[n.R_AZ], rel[n.R_EXT]
+        self.inside = (
+            self._el[0] <= el <= self._el[1] and self._az[0] <= az <= self._az[1] and self._ext[0] <= ext <= self._ext[1]
+        )
+        if self.contact:
+            if not latch:
+                self._release("latch released")
+            elif not self.inside:
+                self._release("outside the envelope")
+            elif abs(rel[n.R_EXTDOT]) > self._rate:
+                self._release("radial rate over the limit")
+            return
+        ready = self.inside and latch and rel[n.R_SPEED] < self._cfg.capture_speed_mps
+        self._count = self._count + 1 if ready else 0
+        if self._count >= self._need:
+            self.contact, self.reason = True, ""
+
+    def _release(self, why: str) -> None:
+        self.contact, self.reason, self._count = False, why, 0
+
+    def flow_kgps(self, giver_fuel_kg: float, taker_fuel_kg: float, taker_mass_kg: float, cap_kg: float, max_kg: float) -> float:
+        """Fuel flow [kg/s] to the receiver now: the set rate while in contact, none when the tanker is dry, the receiver's
+        tanks (cap_kg) are full or its mass is at its maximum."""
+        if not self.contact or giver_fuel_kg <= 0.0 or taker_fuel_kg >= cap_kg or taker_mass_kg >= max_kg:
+            return 0.0
+        return self._cfg.transfer_kgps

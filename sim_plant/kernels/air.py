@@ -1,0 +1,97 @@
+"""Air-motion kernels: prevailing wind with height, frozen gust field, exact noise-shaping recursions."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim_plant.kernels import layout as n
+from sim_plant.kernels.jit import jit
+
+Arr = NDArray[np.float64]
+
+
+@jit
+def gauss_markov_block(x: Arr, e: float, noise: Arr) -> None:
+    """Turn unit white `noise` [m, c] in place into stationary unit-variance Gauss-Markov series.
+
+    x' = e x + sqrt(1 - e^2) n with e = exp(-T/tau) (exact); `x` [c] carries the last value from block to block.
+    """
+    g = math.sqrt(1.0 - e * e)
+    for k in range(noise.shape[0]):
+        for j in range(noise.shape[1]):
+            x[j] = e * x[j] + g * noise[k, j]
+            noise[k, j] = x[j]
+
+
+@jit
+def linear_block(x: Arr, phi: Arr, chol: Arr, c: Arr, noise: Arr, tmp: Arr, out: Arr) -> None:
+    """Run x' = phi x + chol n, y = c x over the rows of `noise` [m, nx]; `out` [m, ny] is filled, `x` carried on."""
+    nx, ny = phi.shape[0], c.shape[0]
+    for k in range(noise.shape[0]):
+        for i in range(ny):
+            y = 0.0
+            for j in range(nx):
+                y += c[i, j] * x[j]
+            out[k, i] = y
+        for i in range(nx):
+            v = 0.0
+            for j in range(nx):
+                v += phi[i, j] * x[j] + chol[i, j] * noise[k, j]
+            tmp[i] = v
+        for i in range(nx):
+            x[i] = tmp[i]
+
+
+@jit
+def lay_gust(s: Arr, w: Arr, aligned: bool, gust: Arr, at: int, ring: Arr, k: int) -> None:
+    """Store the gust of tick k, gust[at] = (u, v, w) [m/s], in the ring buffer `ring` [m, 3] in NED.
+
+    If `aligned`, u and v lie along and to the right of the aircraft's horizontal air-relative track, else north and east.
+    """
+    i = k % ring.shape[0]
+    u, v = gust[at, 0], gust[at, 1]
+    if aligned:
+        vn, ve = s[n.S_V] - w[0], s[n.S_V + 1] - w[1]
+        h = math.sqrt(vn * vn + ve * ve)
+        cs, sn = vn / h, ve / h
+        u, v = u * cs - v * sn, u * sn + v * cs
+    ring[i, 0], ring[i, 1], ring[i, 2] = u, v, gust[at, 2]
+
+
+@jit
+def free_air(s: Arr, table: Arr, slow: Arr, at: int, ring: Arr, k: int, lag: float, free: Arr) -> None:
+    """Wind [m/s, NED] at the aircraft without wake: sounding at its height + slow[at] (north, east) + gust laid `lag` ticks ago.
+
+    `table` [m, 3] height, north, east component, ascending; components are interpolated linearly, ends held. The gust is
+    interpolated linearly in the ring buffer; `lag` is limited to what the buffer holds.
+    """
+    h = -s[n.S_P + 2]
+    m = table.shape[0]
+    if h <= table[0, 0]:
+        free[0], free[1] = table[0, 1], table[0, 2]
+    elif h >= table[m - 1, 0]:
+        free[0], free[1] = table[m - 1, 1], table[m - 1, 2]
+    else:
+        lo, hi = 0, m - 1
+        while hi - lo > 1:
+            mid = (lo + hi) // 2
+            if table[mid, 0] <= h:
+                lo = mid
+            else:
+                hi = mid
+        f = (h - table[lo, 0]) / (table[hi, 0] - table[lo, 0])
+        free[0] = table[lo, 1] + f * (table[hi, 1] - table[lo, 1])
+        free[1] = table[lo, 2] + f * (table[hi, 2] - table[lo, 2])
+    free[0] += slow[at, 0]
+    free[1] += slow[at, 1]
+    size = ring.shape[0]
+    lag = min(float(size - 2), max(0.0, lag))
+    i = int(lag)
+    f = lag - i
+    a, b = (k - i) % size, (k - i - 1) % size
+    free[0] += ring[a, 0] + f * (ring[b, 0] - ring[a, 0])
+    free[1] += ring[a, 1] + f * (ring[b, 1] - ring[a, 1])
+    free[2] = ring[a, 2] + f * (ring[b, 2] - ring[a, 2])

@@ -1,0 +1,19 @@
+"""The plant's one decorator for compiled kernels; the only importer of numba in this program.
+
+`fastmath=False` keeps compiled and interpreted results equal to the bit; `error_model="numpy"` keeps division free of
+exception paths. With NUMBA_DISABLE_JIT=1 the same functions run as plain Python.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import numba
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+def jit(func: F) -> F:
+    """Compile `func` with the project's settings (cached on disk, strict floating point)."""
+    return numba.njit(cache=True, fastmath=False, error_model="numpy")(func)  # type: ignore[no-any-return]

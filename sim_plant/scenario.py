@@ -1,0 +1,323 @@
+"""Scenario: one TOML file = one experiment. Typed, strict: an unknown, missing or out-of-range key is an error naming it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Any
+
+from flightsw.aircraft import Aircraft, load_aircraft
+from flightsw.strict import ConfigError, OneOf, Range, load
+
+HERE = Path(__file__).parent / "scenarios"
+Pos = Annotated[float, Range(1e-9)]
+NonNeg = Annotated[float, Range(0.0)]
+Prob = Annotated[float, Range(0.0, 1.0)]
+Rate = Annotated[float, Range(0.1, 1000.0)]
+Latency = Annotated[float, Range(0.0, 5000.0)]
+V3 = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Meta:
+    name: str
+    duration_s: Pos
+    seed: Annotated[int, Range(0)] = 1
+    purpose: str = ""
+
+
+@dataclass(frozen=True)
+class Clock:
+    mode: Annotated[str, OneOf(("lockstep", "realtime"))] = "lockstep"
+    base_rate_hz: Annotated[int, Range(10, 1000)] = 100
+    startup_timeout_s: Pos = 180.0  # [s, wall] until a flightsw first answers
+    peer_timeout_s: Pos = 3.0  # [s, wall] silence that ends the run
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Where the local north-east-down frame touches the earth; heights are above mean sea level."""
+
+    lat_deg: Annotated[float, Range(-85.0, 85.0)] = 35.18
+    lon_deg: Annotated[float, Range(-180.0, 180.0)] = -97.44
+
+
+@dataclass(frozen=True)
+class Start:
+    """Trimmed level flight: own position, heading and airspeed, or (relative_to) offset and velocity of another aircraft."""
+
+    pos_n_m: V3 = (0.0, 0.0, -7010.0)
+    V_mps: Pos = 195.0
+    psi_deg: float = 0.0
+    relative_to: str = ""
+    xi_m: V3 = (0.0, 0.0, 0.0)  # in that aircraft's body axes
+
+
+@dataclass(frozen=True)
+class AircraftCfg:
+    name: str
+    file: str
+    sysid: Annotated[int, Range(1, 250)]
+    mission: str = ""
+    start: Start = field(default_factory=Start)
+    fuel_kg: Annotated[float, Range(-1.0)] = -1.0  # -1: the file's default
+    aero_error_frac: Annotated[float, Range(0.0, 0.9)] = 0.0  # each coefficient off by U(-x, x), seeded
+    rel_nav_to: str = ""  # carries relative navigation to this aircraft
+    boom_to: str = ""  # refuels from this aircraft
+
+
+@dataclass(frozen=True)
+class Dryden:
+    sigma_mps: NonNeg = 0.0
+    L_m: Pos = 533.4
+    V_mps: Pos = 195.0  # [m/s] airspeed of the shaping filters
+    axes: Annotated[str, OneOf(("track", "ned"))] = "track"
+    independent: bool = False  # False: frozen field, followers meet the leader's gusts later
+
+
+@dataclass(frozen=True)
+class Slow:
+    """Slow Gauss-Markov variation of the north and east components (lee.md 3.5, ECWM)."""
+
+    sigma_mps: NonNeg = 0.0
+    tau_s: Pos = 20000.0
+
+
+@dataclass(frozen=True)
+class Wake:
+    source: str = ""  # aircraft that sheds it; empty: none
+    core_wing_m: Pos = 1.2
+    core_tail_m: Pos = 0.6
+    nu_m2ps: NonNeg = 1.0
+    tail_lift_frac: Annotated[float, Range(-0.5, 0.5)] = -0.05
+
+
+@dataclass(frozen=True)
+class Wind:
+    prevailing: Annotated[str, OneOf(("constant", "sounding"))] = "constant"
+    constant_mps: tuple[float, float] = (0.0, 0.0)  # north, east, air moves towards
+    sounding: str = "sounding_oun_20181222_12z_uwyo.txt"
+    slow: Slow = field(default_factory=Slow)
+    dryden: Dryden = field(default_factory=Dryden)
+    wake: Wake = field(default_factory=Wake)
+
+
+@dataclass(frozen=True)
+class NoiseCfg:
+    """Common to all sensors: noise and bias factor, correlation time (0 = white)."""
+
+    scale: NonNeg = 1.0
+    bias_scale: NonNeg = 1.0
+    tau_s: NonNeg = 0.0
+
+
+@dataclass(frozen=True)
+class Imu:
+    rate_hz: Rate = 100.0
+    latency_ms: Latency = 0.0
+    gyro_std: NonNeg = 0.0131  # [rad/s] per sample
+    acc_std: NonNeg = 0.05  # [m/s^2]
+    gyro_bias_std: NonNeg = 2e-4
+    acc_bias_std: NonNeg = 0.02
+    tau_s: NonNeg = 0.0
+
+
+@dataclass(frozen=True)
+class Baro:
+    rate_hz: Rate = 20.0
+    latency_ms: Latency = 0.0
+    alt_std_m: NonNeg = 0.5
+    alt_bias_std_m: NonNeg = 5.0
+    tau_s: NonNeg = 0.0
+
+
+@dataclass(frozen=True)
+class Mag:
+    rate_hz: Rate = 20.0
+    latency_ms: Latency = 0.0
+    std_gauss: NonNeg = 0.002
+    bias_std_gauss: NonNeg = 0.003
+    tau_s: NonNeg = 0.0
+
+
+@dataclass(frozen=True)
+class Gnss:
+    rate_hz: Rate = 20.0
+    latency_ms: Latency = 0.0
+    pos_std_m: NonNeg = 0.5
+    vel_std_mps: NonNeg = 0.1
+    pos_bias_std_m: NonNeg = 1.0
+    vel_bias_std_mps: NonNeg = 0.03
+    tau_s: NonNeg = 0.0
+
+
+@dataclass(frozen=True)
+class Air:
+    rate_hz: Rate = 20.0
+    latency_ms: Latency = 0.0
+    V_std_mps: NonNeg = 0.2
+    alpha_std: NonNeg = 0.0044  # [rad] per probe
+    beta_std: NonNeg = 0.0035
+    V_bias_std_mps: NonNeg = 0.2
+    alpha_bias_std: NonNeg = 0.0015
+    beta_bias_std: NonNeg = 0.0015
+    tau_s: NonNeg = 0.0
+
+
+@dataclass(frozen=True)
+class Att:
+    rate_hz: Rate = 20.0
+    latency_ms: Latency = 0.0
+    std: NonNeg = 0.0035  # [rad] about each body axis
+    bias_std: NonNeg = 0.001
+    tau_s: NonNeg = 0.0
+
+
+@dataclass(frozen=True)
+class Rel:
+    rate_hz: Rate = 20.0
+    latency_ms: Latency = 0.0
+    pos_std_m: NonNeg = 0.5
+    vel_std_mps: NonNeg = 0.1
+    pos_bias_std_m: NonNeg = 0.05
+    vel_bias_std_mps: NonNeg = 0.01
+    tau_s: NonNeg = 0.0
+
+
+@dataclass(frozen=True)
+class Fuel:
+    rate_hz: Rate = 1.0
+    latency_ms: Latency = 0.0
+    std_kg: NonNeg = 5.0
+    bias_std_kg: NonNeg = 10.0
+    tau_s: NonNeg = 0.0
+
+
+@dataclass(frozen=True)
+class BoomSignal:
+    rate_hz: Rate = 20.0
+    latency_ms: Latency = 0.0
+
+
+@dataclass(frozen=True)
+class Suite:
+    """Sensors of one aircraft; a group left out keeps the defaults (lee.md section 5, small noise)."""
+
+    imu: Imu = field(default_factory=Imu)
+    baro: Baro = field(default_factory=Baro)
+    mag: Mag = field(default_factory=Mag)
+    gnss: Gnss = field(default_factory=Gnss)
+    air: Air = field(default_factory=Air)
+    att: Att = field(default_factory=Att)
+    rel: Rel = field(default_factory=Rel)
+    fuel: Fuel = field(default_factory=Fuel)
+    boom: BoomSignal = field(default_factory=BoomSignal)
+
+
+@dataclass(frozen=True)
+class Link:
+    """Plant-flightsw command path and the simulated radio between aircraft."""
+
+    actuator_delay_ticks: Annotated[int, Range(0, 100)] = 1
+    actuator_jitter_ticks: Annotated[int, Range(0, 100)] = 0
+    radio_latency_ms: Latency = 50.0
+    radio_loss: Prob = 0.0
+
+
+@dataclass(frozen=True)
+class Refuel:
+    """Boom coupling: what makes and breaks contact besides the aircraft file's envelope."""
+
+    capture_s: NonNeg = 1.0  # inside, latched and slow for this long
+    capture_speed_mps: Pos = 0.6
+    transfer_kgps: NonNeg = 2.5
+
+
+SENSORS = ("imu", "baro", "mag", "gnss", "air", "att", "rel", "fuel", "boom")
+ACTIONS = {"hold": 1, "precontact": 2, "contact": 3, "disconnect": 4, "breakaway": 5, "observation": 6}
+
+
+@dataclass(frozen=True)
+class Event:
+    """One scripted event. kind: command (action, or command + params), dropout, bias, stuck, spike (sensor, value), link_loss,
+    jam (surface). for_s = 0 lasts to the end of the run."""
+
+    t_s: NonNeg
+    kind: Annotated[str, OneOf(("command", "dropout", "bias", "stuck", "spike", "link_loss", "jam"))]
+    target: str
+    for_s: NonNeg = 0.0
+    sensor: Annotated[str, OneOf(("", *SENSORS))] = ""
+    surface: Annotated[str, OneOf(("", "aileron", "elevator", "rudder"))] = ""
+    index: int = -1  # air-data probe; -1: the whole group
+    value: tuple[float, ...] = ()
+    action: Annotated[str, OneOf(("", *ACTIONS))] = ""
+    command: Annotated[int, Range(0, 65535)] = 0  # MAV_CMD where action does not serve
+    params: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class Scenario:
+    meta: Meta
+    aircraft: tuple[AircraftCfg, ...]
+    clock: Clock = field(default_factory=Clock)
+    origin: Origin = field(default_factory=Origin)
+    wind: Wind = field(default_factory=Wind)
+    noise: NoiseCfg = field(default_factory=NoiseCfg)
+    sensors: dict[str, Suite] = field(default_factory=dict)
+    link: Link = field(default_factory=Link)
+    refuel: Refuel = field(default_factory=Refuel)
+    event: tuple[Event, ...] = ()
+    expect: dict[str, Any] = field(default_factory=dict)  # summary key -> bound, read by the launcher's tests
+
+    def __post_init__(self) -> None:
+        """Check what no single field shows: names, references, event contents. Raises ConfigError."""
+        names = [a.name for a in self.aircraft]
+        if not names:
+            raise ConfigError("aircraft: a scenario needs at least one [[aircraft]] with its file")
+        if len(set(names)) != len(names) or len({a.sysid for a in self.aircraft}) != len(names):
+            raise ConfigError(f"aircraft: names and sysid must be unique, got {names} / {[a.sysid for a in self.aircraft]}")
+        for i, a in enumerate(self.aircraft):
+            for key, ref in (("start.relative_to", a.start.relative_to), ("rel_nav_to", a.rel_nav_to), ("boom_to", a.boom_to)):
+                if ref and ref not in names[:i]:
+                    raise ConfigError(f"aircraft.{a.name}.{key} = {ref!r}: allowed: an aircraft listed before it ({names[:i]})")
+        if self.wind.wake.source and self.wind.wake.source != names[0]:
+            raise ConfigError(f"wind.wake.source = {self.wind.wake.source!r}: allowed: the first aircraft, {names[0]!r}")
+        for key in self.sensors:
+            if key not in names:
+                raise ConfigError(f"sensors.{key}: no such aircraft; allowed: {', '.join(names)}")
+        for i, e in enumerate(self.event):
+            self._check_event(f"event[{i}]", e, names)
+
+    def _check_event(self, at: str, e: Event, names: list[str]) -> None:
+        if e.target not in names:
+            raise ConfigError(f"{at}.target = {e.target!r}: allowed: {', '.join(names)}")
+        if e.kind == "command" and not (e.action or e.command):
+            raise ConfigError(f"{at}: a command event needs action (one of {', '.join(ACTIONS)}) or command")
+        if e.kind in ("dropout", "bias", "stuck", "spike") and not e.sensor:
+            raise ConfigError(f"{at}: a {e.kind} event needs sensor, one of {', '.join(SENSORS)}")
+        if e.kind in ("bias", "spike") and not e.value:
+            raise ConfigError(f"{at}: a {e.kind} event needs value")
+        if e.kind == "jam" and not e.surface:
+            raise ConfigError(f"{at}: a jam event needs surface, one of aileron, elevator, rudder")
+        if len(e.params) > 7:
+            raise ConfigError(f"{at}.params: at most 7 values, got {len(e.params)}")
+
+    def suite(self, name: str) -> Suite:
+        """Sensor settings of an aircraft."""
+        return self.sensors.get(name, Suite())
+
+    def load_aircraft(self) -> list[Aircraft]:
+        """Aircraft records in scenario order. Raises ConfigError naming a file that does not exist."""
+        return [load_aircraft(a.file) for a in self.aircraft]
+
+
+def load_scenario(name: str, overrides: dict[str, Any] | None = None) -> Scenario:
+    """Scenario by name (file stem in sim_plant/scenarios) or path; `overrides` maps dotted keys to values.
+
+    Raises ConfigError naming the file, the key and what is allowed.
+    """
+    path = Path(name) if name.endswith(".toml") else HERE / f"{name}.toml"
+    if not path.exists():
+        have = ", ".join(sorted(p.stem for p in HERE.glob("*.toml")))
+        raise ConfigError(f"scenario {str(path)!r} does not exist; available: {have}")
+    return load(path, Scenario, overrides)

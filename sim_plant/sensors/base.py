@@ -1,0 +1,101 @@
+"""What every sensor shares: rate, latency, errors, faults. A sensor samples the true state of its tick and hands the
+sample over `latency` later; its time stamp says when it was taken."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import Any
+
+from flightsw.strict import ConfigError
+from flightsw.types import SensorFrame
+from sim_plant.rng import NoiseRows
+
+
+class View:
+    """True values of one aircraft at the current tick, as plain floats (layout.py orders)."""
+
+    __slots__ = ("s", "o", "rel", "contact", "inside", "transfer_kgps", "probes")
+
+    def __init__(self, probes: int) -> None:
+        self.s: list[float] = []  # state
+        self.o: list[float] = []  # observation
+        self.rel: list[float] = []  # relative to the leader, own or (leader) of the boom partner
+        self.contact = False
+        self.inside = False
+        self.transfer_kgps = 0.0
+        self.probes = probes
+
+
+def divisor(base_hz: int, rate_hz: float, key: str) -> int:
+    """Ticks between samples. Raises ConfigError if the rate does not divide the base rate."""
+    n = round(base_hz / rate_hz)
+    if n < 1 or abs(n * rate_hz - base_hz) > 1e-6 * base_hz:
+        raise ConfigError(f"{key}.rate_hz = {rate_hz:g}: allowed: {base_hz} divided by a whole number")
+    return n
+
+
+class Sensor:
+    """One sensor group. Subclasses say what they measure (`sample`) and where it goes (`fill`)."""
+
+    group = ""  # name in the scenario
+    bit = 0  # SensorFrame.updated
+
+    def __init__(self, key: str, rate_hz: float, latency_ms: float, base_hz: int, noise: NoiseRows | None, columns: int) -> None:
+        self.key = key
+        self.div = divisor(base_hz, rate_hz, key)
+        self.latency_us = round(latency_ms * 1000.0)
+        self.noise = noise
+        self.columns = columns
+        self._queue: deque[tuple[int, Any]] = deque()
+        self._last: Any = None
+        # faults, set by faults.FaultPlan
+        self.faulty = False
+        self.dropped = False
+        self.stuck = False
+        self.offset: list[float] | None = None  # added to the error row
+        self.spike: list[float] | None = None  # added to the next error row only
+
+    def sample(self, view: View, e: list[float]) -> Any:
+        """Measured values from the truth and an error row."""
+        raise NotImplementedError
+
+    def fill(self, frame: SensorFrame, t_us: int, value: Any) -> None:
+        """Write a sample taken at t_us into the frame."""
+        raise NotImplementedError
+
+    def step(self, k: int, t_us: int, view: View, frame: SensorFrame) -> None:
+        """Sample if it is this sensor's tick, and deliver what has waited out its latency."""
+        if k % self.div == 0:
+            # errors are drawn also while a fault hides them: a fault must not reshuffle the rest of the run
+            e = self.noise.next() if self.noise is not None else []
+            if not self.faulty:
+                value = self.sample(view, e)
+                if self.latency_us == 0 and not self._queue:
+                    self._last = value
+                    self.fill(frame, t_us, value)
+                    frame.updated |= self.bit
+                else:
+                    self._queue.append((t_us, value))
+            else:
+                self._faulty_sample(t_us, view, e)
+        if self._queue and self._queue[0][0] + self.latency_us <= t_us:
+            taken, value = self._queue.popleft()
+            self._last = value
+            self.fill(frame, taken, value)
+            frame.updated |= self.bit
+
+    def _faulty_sample(self, t_us: int, view: View, e: list[float]) -> None:
+        for extra in (self.offset, self.spike):
+            if extra is not None:
+                e = [a + b for a, b in zip(e, extra, strict=True)]
+        if self.spike is not None:
+            self.spike = None
+            self.refresh()
+        if self.dropped:
+            return
+        value = self._last if self.stuck and self._last is not None else self.sample(view, e)
+        self._queue.append((t_us, value))
+
+    def refresh(self) -> None:
+        """Recompute the summary flag after a fault field changed."""
+        self.faulty = self.dropped or self.stuck or self.offset is not None or self.spike is not None

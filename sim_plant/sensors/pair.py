@@ -1,0 +1,36 @@
+"""Sensors between two aircraft: relative navigation and the boom signal."""
+
+from __future__ import annotations
+
+from flightsw.types import UPD_BOOM, UPD_REL, SensorFrame
+from sim_plant.kernels import layout as n
+from sim_plant.sensors.base import Sensor, View
+
+Six = tuple[float, float, float, float, float, float]
+
+
+class RelSensor(Sensor):
+    """Own cg in the leader's body axes, xi [m], and d(xi)/dt [m/s]."""
+
+    group, bit = "rel", UPD_REL
+
+    def sample(self, view: View, e: list[float]) -> Six:
+        r = view.rel
+        return (r[0] + e[0], r[1] + e[1], r[2] + e[2], r[3] + e[3], r[4] + e[4], r[5] + e[5])
+
+    def fill(self, frame: SensorFrame, t_us: int, value: Six) -> None:
+        frame.rel_pos_t, frame.rel_vel_t, frame.rel_t_us, frame.rel_valid = value[0:3], value[3:6], t_us, True
+
+
+class BoomSensor(Sensor):
+    """Boom signal: contact, inside the envelope, elevation and azimuth [rad], extension [m]."""
+
+    group, bit = "boom", UPD_BOOM
+
+    def sample(self, view: View, e: list[float]) -> tuple[bool, bool, float, float, float]:
+        r = view.rel
+        return view.contact, view.inside, r[n.R_EL], r[n.R_AZ], r[n.R_EXT]
+
+    def fill(self, frame: SensorFrame, t_us: int, value: tuple[bool, bool, float, float, float]) -> None:
+        frame.boom_contact, frame.boom_inside, frame.boom_elevation, frame.boom_azimuth, frame.boom_extension_m = value
+        frame.boom_t_us = t_us

@@ -1,0 +1,66 @@
+"""The sensors of one aircraft, built from its scenario table, in the order in which they are read."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sim_plant.rng import NoiseRows
+from sim_plant.scenario import NoiseCfg, Suite
+from sim_plant.sensors.airdata import AirSensor
+from sim_plant.sensors.base import Sensor
+from sim_plant.sensors.onboard import AttitudeSensor, BaroSensor, FuelSensor, GnssSensor, ImuSensor, MagSensor
+from sim_plant.sensors.pair import BoomSensor, RelSensor
+
+
+def build_sensors(
+    name: str, suite: Suite, common: NoiseCfg, base_hz: int, seed: int, probes: int, has_rel: bool, has_boom: bool
+) -> list[Sensor]:
+    """Sensors of aircraft `name` with `probes` air-data probes. Raises ConfigError for a rate that does not fit.
+
+    Each draws from generators named "<aircraft>.<sensor>.noise" and ".bias". A sensor's own tau_s wins over the common one.
+    """
+
+    def errors(group: str, cfg: Any, std: list[float], bias: list[float]) -> NoiseRows:
+        tau = cfg.tau_s if cfg.tau_s > 0.0 else common.tau_s
+        scaled = [x * common.scale for x in std], [x * common.bias_scale for x in bias]
+        return NoiseRows(seed, f"{name}.{group}", *scaled, tau_s=tau, period_s=1.0 / cfg.rate_hz)
+
+    def make(cls: type[Sensor], cfg: Any, std: list[float], bias: list[float]) -> Sensor:
+        noise = errors(cls.group, cfg, std, bias) if std else None
+        return cls(f"sensors.{name}.{cls.group}", cfg.rate_hz, cfg.latency_ms, base_hz, noise, len(std))
+
+    u = suite
+    out = [
+        make(ImuSensor, u.imu, [u.imu.gyro_std] * 3 + [u.imu.acc_std] * 3, [u.imu.gyro_bias_std] * 3 + [u.imu.acc_bias_std] * 3),
+        make(BaroSensor, u.baro, [u.baro.alt_std_m], [u.baro.alt_bias_std_m]),
+        make(MagSensor, u.mag, [u.mag.std_gauss] * 3, [u.mag.bias_std_gauss] * 3),
+        make(
+            GnssSensor,
+            u.gnss,
+            [u.gnss.pos_std_m] * 3 + [u.gnss.vel_std_mps] * 3,
+            [u.gnss.pos_bias_std_m] * 3 + [u.gnss.vel_bias_std_mps] * 3,
+        ),
+        make(AttitudeSensor, u.att, [u.att.std] * 3, [u.att.bias_std] * 3),
+        make(FuelSensor, u.fuel, [u.fuel.std_kg], [u.fuel.bias_std_kg]),
+    ]
+    if probes:
+        out.append(
+            make(
+                AirSensor,
+                u.air,
+                [u.air.V_std_mps, u.air.alpha_std, u.air.beta_std] * probes,
+                [u.air.V_bias_std_mps, u.air.alpha_bias_std, u.air.beta_bias_std] * probes,
+            )
+        )
+    if has_rel:
+        out.append(
+            make(
+                RelSensor,
+                u.rel,
+                [u.rel.pos_std_m] * 3 + [u.rel.vel_std_mps] * 3,
+                [u.rel.pos_bias_std_m] * 3 + [u.rel.vel_bias_std_mps] * 3,
+            )
+        )
+    if has_boom:
+        out.append(make(BoomSensor, u.boom, [], []))
+    return out

@@ -1,0 +1,75 @@
+"""Dryden turbulence as an exactly discretised linear system.
+
+Shaping filters of lee.md section 3.5 with erratum E13; their unit noise has autocorrelation pi delta(t) (trap 8). One-sided
+spectra: u: sigma^2 2L/(pi V) / (1 + (L w/V)^2); v, w: sigma^2 L/(pi V) (1 + 3 (L w/V)^2) / (1 + (L w/V)^2)^2.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cholesky, expm, solve_continuous_lyapunov
+
+from sim_plant.kernels.air import linear_block
+from sim_plant.rng import BLOCK, generator
+
+Arr = NDArray[np.float64]
+
+
+def shaping(V: float, L: float, sigma: float) -> tuple[Arr, Arr, Arr]:
+    """Continuous A [5, 5], noise intensity B B^T [5, 5], output C [3, 5] for gusts (u, v, w) [m/s] at airspeed V [m/s],
+    scale length L [m]. Source: MIL-F-8785C Dryden forms; lee.md section 3.5."""
+    w0 = V / L
+    a = np.zeros((5, 5))
+    b = np.zeros((5, 3))
+    c = np.zeros((3, 5))
+    a[0, 0] = -w0
+    b[0, 0] = sigma * math.sqrt(2.0 * V / (math.pi * L))
+    c[0, 0] = 1.0
+    for axis, i in ((1, 1), (2, 3)):
+        a[i, i + 1] = 1.0
+        a[i + 1, i], a[i + 1, i + 1] = -w0 * w0, -2.0 * w0
+        b[i + 1, axis] = 1.0
+        c[axis, i] = sigma / math.sqrt(math.pi) * w0**1.5
+        c[axis, i + 1] = sigma * math.sqrt(3.0 * w0 / math.pi)
+    return a, math.pi * b @ b.T, c
+
+
+def discretise(a: Arr, bbt: Arr, dt: float) -> tuple[Arr, Arr]:
+    """Transition matrix and covariance of the noise added in one step dt [s]. Source: Van Loan (1978), block exponential."""
+    n = a.shape[0]
+    big = np.zeros((2 * n, 2 * n))
+    big[:n, :n], big[:n, n:], big[n:, n:] = -a, bbt, a.T
+    e = expm(big * dt)
+    phi = e[n:, n:].T
+    q = phi @ e[:n, n:]
+    return phi, 0.5 * (q + q.T)
+
+
+class DrydenSeries:
+    """Gust series (u, v, w) [m/s], one row per tick, in blocks of BLOCK rows; started from the stationary distribution."""
+
+    def __init__(self, seed: int, name: str, V: float, L: float, sigma: float, dt: float) -> None:
+        self.rows = np.zeros((BLOCK, 3))
+        self._rng = generator(seed, name)
+        self._active = sigma > 0.0
+        if not self._active:
+            return
+        a, bbt, c = shaping(V, L, sigma)
+        self._phi, q = discretise(a, bbt, dt)
+        # the tiny ridge keeps the factorisation of the nearly singular step covariance alive
+        ridge = np.diag(np.maximum(np.diag(q), 1e-300) * 1e-13)
+        self._phi, self._c = np.ascontiguousarray(self._phi), np.ascontiguousarray(c)
+        self._chol = np.ascontiguousarray(cholesky(q + ridge, lower=True))
+        p = solve_continuous_lyapunov(a, -bbt)
+        self._x = cholesky(p, lower=True) @ self._rng.standard_normal(5)
+        self._tmp = np.zeros(5)
+
+    def advance(self) -> Arr:
+        """Fill `rows` [BLOCK, 3] with the next values and return it (the array is reused)."""
+        if self._active:
+            noise = self._rng.standard_normal((BLOCK, 5))
+            linear_block(self._x, self._phi, self._chol, self._c, noise, self._tmp, self.rows)
+        return self.rows

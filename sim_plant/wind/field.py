@@ -1,0 +1,109 @@
+"""The air the aircraft fly in: sounding, slow variation, turbulence as a frozen field, wake."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sim_plant.kernels import layout as n
+from sim_plant.kernels.air import free_air, gauss_markov_block, lay_gust
+from sim_plant.kernels.vortex import wake_on_airframe
+from sim_plant.rng import BLOCK, generator
+from sim_plant.scenario import Wind
+from sim_plant.wind.dryden import DrydenSeries
+from sim_plant.wind.prevailing import constant_table, sounding_table
+
+if TYPE_CHECKING:
+    from sim_plant.vehicle import Vehicle
+
+RING = 1024  # ticks of gust history kept: at 100 Hz and 195 m/s about 2 km behind the leader
+
+
+class _Gusts:
+    """One gust series and the ring buffer of what its aircraft has flown through."""
+
+    def __init__(self, series: DrydenSeries) -> None:
+        self.series = series
+        self.at = BLOCK
+        self.ring = np.zeros((RING, 3))
+
+    def lay(self, v: Vehicle, aligned: bool, k: int) -> None:
+        if self.at == BLOCK:
+            self.series.advance()
+            self.at = 0
+        lay_gust(v.s, v.wind, aligned, self.series.rows, self.at, self.ring, k)
+        self.at += 1
+
+
+class AirMass:
+    """Effective wind on every aircraft, evaluated once per tick.
+
+    Frozen field: the leader's gusts stay where they are in the air; a follower xi_x behind meets them (-xi_x)/V later. With
+    `independent` each aircraft has its own series.
+    """
+
+    def __init__(self, cfg: Wind, vehicles: list[Vehicle], seed: int, dt_s: float) -> None:
+        self._table = (
+            sounding_table(cfg.sounding) if cfg.prevailing == "sounding" else constant_table(*cfg.constant_mps)
+        )
+        d = cfg.dryden
+        self._aligned = d.axes == "track"
+        self._frozen = not d.independent
+        count = 1 if self._frozen else len(vehicles)
+        self._gusts = [
+            _Gusts(DrydenSeries(seed, f"{vehicles[i].cfg.name}.dryden", d.V_mps, d.L_m, d.sigma_mps, dt_s)) for i in range(count)
+        ]
+        self._slow_cfg = cfg.slow
+        self._slow = np.zeros((BLOCK, 2))
+        self._slow_at = BLOCK
+        if cfg.slow.sigma_mps > 0.0:
+            self._slow_rng = generator(seed, "wind.slow")
+            self._slow_x = self._slow_rng.standard_normal(2)
+            self._slow_e = math.exp(-dt_s / cfg.slow.tau_s)
+        self._lead = vehicles[0]
+        self._wake = bool(cfg.wake.source)
+        self._rate = 1.0 / dt_s
+        self._zero = np.zeros((1, 2))
+        self._calm = np.zeros((2, 3))
+
+    def mean(self, v: Vehicle) -> None:
+        """Wind on `v` without gusts and slow variation (for trim): fills v.free, v.wind."""
+        free_air(v.s, self._table, self._zero, 0, self._calm, 0, 0.0, v.free)
+        self._add_wake(v)
+
+    def fill_history(self, vehicles: list[Vehicle]) -> None:
+        """Let the series run through the buffer before tick 0, so that a follower has gusts to meet at once."""
+        for i, g in enumerate(self._gusts):
+            for k in range(1 - RING, 0):
+                g.lay(vehicles[i], self._aligned, k)
+
+    def step(self, v: Vehicle, k: int) -> None:
+        """Wind on `v` at tick k: fills v.free, v.wind, v.probe_wake. Aircraft must come in order, the leader first."""
+        lag, ring_of = 0.0, v.index
+        if v.index == 0:
+            self._next_slow()
+        if v.index and self._frozen:
+            ring_of = 0
+            lag = max(0.0, -v.rel[0]) / max(1.0, self._lead.obs[n.O_V]) * self._rate
+        else:
+            self._gusts[ring_of].lay(v, self._aligned, k)
+        free_air(v.s, self._table, self._slow, self._slow_at, self._gusts[ring_of].ring, k, lag, v.free)
+        self._add_wake(v)
+
+    def _next_slow(self) -> None:
+        self._slow_at += 1
+        if self._slow_at >= BLOCK:
+            self._slow_at = 0
+            if self._slow_cfg.sigma_mps > 0.0:
+                unit = self._slow_rng.standard_normal((BLOCK, 2))
+                gauss_markov_block(self._slow_x, self._slow_e, unit)
+                self._slow = unit * self._slow_cfg.sigma_mps
+
+    def _add_wake(self, v: Vehicle) -> None:
+        v.wind[0:3] = v.free
+        v.wind[3:6] = 0.0
+        if self._wake and v.index:
+            a = self._lead
+            wake_on_airframe(a.s, a.obs, a.wake_source, v.s, v.points, v.weight, v.n_span, v.n_frame, v.wind, v.probe_wake)

@@ -1,0 +1,49 @@
+"""Wake set-up: the vortices one aircraft sheds, and the points over which another one feels them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flightsw.aircraft import Aircraft
+from sim_plant.kernels import vortex as k
+
+Arr = NDArray[np.float64]
+N_SPAN = 9
+WING_SHARE = 0.8  # [-] share of the wing in the mean wind; fuselage nose and tail carry the rest
+
+
+def source_vector(ac: Aircraft, core_wing_m: float, core_tail_m: float, nu_m2ps: float, tail_lift_frac: float) -> Arr:
+    """Wake source vector (kernels/vortex.py) of an aircraft: vortex span pi/4 of wing and tail span, cores [m]."""
+    v = np.zeros(k.NK)
+    v[k.K_WING : k.K_WING + 3] = ac.wake.wing_ac_m
+    v[k.K_WING + 3], v[k.K_WING + 4] = math.pi / 4.0 * ac.geometry.b_m, core_wing_m
+    v[k.K_TAIL : k.K_TAIL + 3] = ac.wake.tail_ac_m
+    # an aircraft file without a tail span gets a third of the wing span: the tail term stays finite
+    v[k.K_TAIL + 3] = math.pi / 4.0 * (ac.wake.tail_span_m or ac.geometry.b_m / 3.0)
+    v[k.K_TAIL + 4], v[k.K_NU], v[k.K_TAIL_FRAC] = core_tail_m, nu_m2ps, tail_lift_frac
+    return v
+
+
+def airframe_points(ac: Aircraft, probes: Arr) -> tuple[Arr, Arr, int, int]:
+    """Points [m, 3] (body), weights [n_frame, 3], number of wing stations, number of airframe points.
+
+    Nine stations across the span at the middles of equal strips, elliptic weight, at the wing's aerodynamic centre; nose, cg
+    and tail on the fuselage; then the probes. Weight columns: mean, slope against y, slope against x (see
+    kernels/vortex.wake_on_airframe).
+    """
+    y = (np.arange(N_SPAN) + 0.5) / N_SPAN * ac.geometry.b_m - 0.5 * ac.geometry.b_m
+    ell = np.sqrt(1.0 - (2.0 * y / ac.geometry.b_m) ** 2)
+    ell /= ell.sum()
+    wing = np.array(ac.wake.wing_ac_m)[None, :] + np.stack([0 * y, y, 0 * y], axis=1)
+    frame = np.array([ac.wake.nose_m, (0.0, 0.0, 0.0), ac.wake.tail_ac_m])
+    n_frame = N_SPAN + len(frame)
+    weight = np.zeros((n_frame, 3))
+    weight[:N_SPAN, 0] = WING_SHARE * ell
+    weight[N_SPAN, 0] = weight[n_frame - 1, 0] = 0.5 * (1.0 - WING_SHARE)
+    weight[:N_SPAN, 1] = ell * y / np.sum(ell * y * y)
+    x = frame[:, 0] - frame[:, 0].mean()
+    weight[N_SPAN:, 2] = x / np.sum(x * x)
+    return np.ascontiguousarray(np.vstack([wing, frame, probes])), weight, N_SPAN, n_frame

@@ -1,0 +1,242 @@
+"""The plant's world: several aircraft in one moving air mass. The order of one tick is written here, once:
+
+    sense():  faults -> wind (sounding, slow, gusts, wake) -> what instruments see -> boom -> sensors -> frames
+    step():   command delay -> fuel transfer -> servos, forces, integration -> next tick
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from flightsw.strict import ConfigError
+from flightsw.types import ActuatorCmd, Command, SensorFrame, Vec3
+from sim_plant.actuators import CommandPath
+from sim_plant.boom import BoomCoupling
+from sim_plant.faults import FaultPlan
+from sim_plant.kernels import layout as n
+from sim_plant.kernels.eom import step as integrate
+from sim_plant.kernels.geometry import relative
+from sim_plant.kernels.observe import observe
+from sim_plant.kernels.rot import quat_dcm
+from sim_plant.scenario import ACTIONS, AircraftCfg, Scenario
+from sim_plant.trim import throttle_for, trim
+from sim_plant.vehicle import Vehicle
+from sim_plant.wind.field import AirMass
+
+MAG_N = np.array([0.215, 0.010, 0.440])  # [gauss] earth's field at the origin, NED (mid-latitude dipole)
+MAV_CMD_USER_1 = 31010
+GROUND_SYSID, GROUND_COMPID = 255, 190
+
+
+@dataclass(slots=True)
+class Truth:
+    """True state of one aircraft at a tick; units and frames as in flightsw.types."""
+
+    t_us: int
+    pos_n: Vec3
+    vel_n: Vec3
+    q_nb: tuple[float, float, float, float]
+    w_b: Vec3
+    euler: Vec3  # [rad] psi, theta, phi
+    acc_n: Vec3  # [m/s^2]
+    wind_n: Vec3  # [m/s] effective translational wind
+    wind_rot: Vec3  # [rad/s] effective rotational wind, body axes
+    V: float
+    beta: float
+    alpha: float
+    controls: tuple[float, float, float, float]  # aileron, elevator, rudder [rad], thrust [N]
+    thrust_available: float
+    xi: Vec3  # [m] cg in the leader's body axes (leader: zero)
+    xi_dot: Vec3
+    mass: float
+    fuel_kg: float
+    boom_elevation: float
+    boom_azimuth: float
+    boom_extension: float
+    contact: bool
+    inside: bool
+
+
+class World:
+    """Aircraft of a scenario flown from trim. Call sense(), answer with one ActuatorCmd per aircraft to step(); repeat."""
+
+    def __init__(self, scenario: Scenario, seed: int | None = None) -> None:
+        self.scenario = scenario
+        self.seed = scenario.meta.seed if seed is None else seed
+        self.rate_hz = scenario.clock.base_rate_hz
+        self.dt_s = 1.0 / self.rate_hz
+        self.tick = 0
+        self._sensed = False
+        records = scenario.load_aircraft()
+        self.vehicles = [
+            Vehicle(i, c, ac, records[0] if i else None, scenario, self.seed)
+            for i, (c, ac) in enumerate(zip(scenario.aircraft, records, strict=True))
+        ]
+        self.air = AirMass(scenario.wind, self.vehicles, self.seed, self.dt_s)
+        for v in self.vehicles:
+            self._start(v)
+        self.air.fill_history(self.vehicles)
+        self._receiver = next((v for v in self.vehicles if v.cfg.boom_to), None)
+        self.boom: BoomCoupling | None = None
+        if self._receiver is not None:
+            leader = self._vehicle(self._receiver.cfg.boom_to)
+            if leader.ac.boom is None or self._receiver.ac.receptacle is None:
+                raise ConfigError(f"aircraft.{self._receiver.cfg.name}.boom_to: {leader.cfg.name} needs a [boom] and the receiver a [receptacle]")
+            self.boom = BoomCoupling(leader.ac.boom, scenario.refuel, self.dt_s)
+        self.faults = FaultPlan(scenario, {v.cfg.name: {s.group: s for s in v.sensors} for v in self.vehicles}, self.rate_hz)
+        self._commands: dict[int, list[tuple[Vehicle, Command]]] = {}
+        for e in scenario.event:
+            if e.kind == "command":
+                params = (float(ACTIONS[e.action]), *e.params[1:]) if e.action else e.params
+                params = (*params, *([0.0] * (7 - len(params))))
+                cmd = Command(MAV_CMD_USER_1 if e.action else e.command, params, GROUND_SYSID, GROUND_COMPID)
+                self._commands.setdefault(round(e.t_s * self.rate_hz), []).append((self._vehicle(e.target), cmd))
+
+    @property
+    def t_us(self) -> int:
+        """Simulated time of the current tick [us]."""
+        return self.tick * 1_000_000 // self.rate_hz
+
+    @property
+    def done(self) -> bool:
+        """Whether the scenario's duration is over."""
+        return self.tick >= round(self.scenario.meta.duration_s * self.rate_hz)
+
+    def _vehicle(self, name: str) -> Vehicle:
+        return next(v for v in self.vehicles if v.cfg.name == name)
+
+    def _start(self, v: Vehicle) -> None:
+        """Put an aircraft into trimmed flight in the mean wind (wake included, gusts not)."""
+        st = v.cfg.start
+        other = self._vehicle(st.relative_to) if st.relative_to else None
+        if other is None:
+            pos = np.array(st.pos_n_m)
+            v.s[n.S_P : n.S_P + 3] = pos
+            self.air.mean(v)
+            psi = np.radians(st.psi_deg)
+            vel = v.free + st.V_mps * np.array([np.cos(psi), np.sin(psi), 0.0])
+            vel[2] = 0.0
+        else:
+            q = other.s
+            pos = q[n.S_P : n.S_P + 3] + np.array(quat_dcm(q[0], q[1], q[2], q[3])).reshape(3, 3) @ np.array(st.xi_m)
+            vel = other.s[n.S_V : n.S_V + 3].copy()
+            v.s[0:4] = other.s[0:4]
+        fuel = float(v.s[n.S_FUEL])
+        v.s[n.S_P : n.S_P + 3], v.s[n.S_V : n.S_V + 3] = pos, vel
+        for _ in range(3):  # attitude and wake depend on each other a little
+            self.air.mean(v)
+            v.s[:] = trim(pos, vel, v.wind, fuel, v.par)
+        self._observe(v)
+        self.trim_values = getattr(self, "trim_values", [])
+        values = (*(float(x) for x in v.s[n.S_SURF : n.S_SURF + 3]), throttle_for(v.s, v.wind, v.par), False)
+        v.path = CommandPath(
+            self.seed, v.cfg.name, self.scenario.link.actuator_delay_ticks, self.scenario.link.actuator_jitter_ticks, values
+        )
+        self.trim_values.append(values)
+
+    def trim_cmd(self, i: int) -> ActuatorCmd:
+        """The command that holds aircraft i in its initial trim."""
+        a, e, r, t, _ = self.trim_values[i]
+        return ActuatorCmd(0, a, e, r, t)
+
+    def _observe(self, v: Vehicle) -> None:
+        observe(v.s, v.wind, v.free, v.par, MAG_N, v.probes, v.probe_wake, v.work, v.obs)
+
+    def _evaluate(self) -> None:
+        """Wind and everything instruments could see, at the current tick."""
+        lead = self.vehicles[0]
+        for v in self.vehicles:
+            if v.index:
+                relative(lead.s, v.s, v.geo, v.rel)
+            self.air.step(v, self.tick)
+            self._observe(v)
+            view = v.view
+            view.s, view.o = v.s.tolist(), v.obs.tolist()
+            if v.index:
+                view.rel = v.rel.tolist()
+        if self.boom is not None and self._receiver is not None:
+            r = self._receiver.view
+            self.boom.step(r.rel, self._receiver.path.current[4])
+            lead.view.rel = r.rel
+            for view in (lead.view, r):
+                view.contact, view.inside = self.boom.contact, self.boom.inside
+            flow = self.boom.flow_kgps(
+                lead.view.s[n.S_FUEL],
+                r.s[n.S_FUEL],
+                r.o[n.O_MASS],
+                self._receiver.ac.mass.fuel_capacity_kg,
+                self._receiver.ac.mass.max_kg,
+            )
+            r.transfer_kgps, lead.view.transfer_kgps = flow, -flow
+
+    def sense(self) -> list[SensorFrame]:
+        """Sensor frames of the current tick, one per aircraft. The frame objects are reused from tick to tick."""
+        if self._sensed:
+            return [v.frame for v in self.vehicles]
+        self.faults.step(self.tick)
+        self._evaluate()
+        t_us = self.t_us
+        for v in self.vehicles:
+            f = v.frame
+            f.t_us, f.updated = t_us, 0
+            if f.commands:
+                f.commands = []
+            for s in v.sensors:
+                s.step(self.tick, t_us, v.view, f)
+        for v, cmd in self._commands.get(self.tick, ()):
+            v.frame.commands = [*v.frame.commands, cmd]
+        self._sensed = True
+        return [v.frame for v in self.vehicles]
+
+    def step(self, cmds: list[ActuatorCmd] | list[ActuatorCmd | None]) -> None:
+        """Advance one tick with the replies to the frames of `sense` (None: no reply, last command stays)."""
+        if not self._sensed:
+            self.sense()
+        for v, cmd in zip(self.vehicles, cmds, strict=True):
+            v.path.push(self.tick, cmd)
+            a, e, r, t, _ = v.path.current
+            jam = self.faults.outage[v.cfg.name].jam
+            v.c[:] = (a, e, r, t, jam[0], jam[1], jam[2], v.view.transfer_kgps)
+            integrate(v.s, v.c, v.wind, v.par, self.dt_s, v.scratch)
+        self.tick += 1
+        self._sensed = False
+
+    def link_up(self, i: int) -> bool:
+        """Whether aircraft i's radio transmits (no link_loss event active)."""
+        return not self.faults.outage[self.vehicles[i].cfg.name].link_down
+
+    def truth(self, i: int) -> Truth:
+        """True state of aircraft i at the current tick."""
+        if not self._sensed:
+            self.sense()
+        v = self.vehicles[i]
+        s, o, w = v.view.s, v.view.o, v.wind.tolist()
+        rel = v.view.rel or [0.0] * n.NR
+        own = v.index > 0
+        return Truth(
+            t_us=self.t_us,
+            pos_n=tuple(s[10:13]),
+            vel_n=tuple(s[7:10]),
+            q_nb=tuple(s[0:4]),
+            w_b=tuple(s[4:7]),
+            euler=tuple(o[n.O_EULER : n.O_EULER + 3]),
+            acc_n=tuple(o[n.O_ACC : n.O_ACC + 3]),
+            wind_n=tuple(w[0:3]),
+            wind_rot=tuple(w[3:6]),
+            V=o[n.O_V],
+            beta=o[n.O_BETA],
+            alpha=o[n.O_ALPHA],
+            controls=(s[n.S_SURF], s[n.S_SURF + 1], s[n.S_SURF + 2], s[n.S_T]),
+            thrust_available=o[n.O_AVAIL],
+            xi=tuple(rel[0:3]) if own else (0.0, 0.0, 0.0),
+            xi_dot=tuple(rel[3:6]) if own else (0.0, 0.0, 0.0),
+            mass=o[n.O_MASS],
+            fuel_kg=s[n.S_FUEL],
+            boom_elevation=rel[n.R_EL],
+            boom_azimuth=rel[n.R_AZ],
+            boom_extension=rel[n.R_EXT],
+            contact=v.view.contact,
+            inside=v.view.inside,
+        )
