@@ -26,6 +26,7 @@ from flightsw.types import (
 )
 
 SENSORS = HF_IMU | HF_AIR | HF_ATT | HF_GNSS | HF_REL | HF_PEER
+START_US = 5_000_000  # [us] grace before a group that never came counts as lost
 Age = Annotated[float, Range(0.01, 60.0)]
 
 
@@ -90,7 +91,9 @@ class HealthMonitor:
                 else:
                     f.updated &= ~upd
                     h.rejected += 1
-            if flag & self.watch and f.t_us - self._last_us.get(flag, self._t0_us) > age * 1e6:
+            # a group never seen gets START_S: the tanker's link opens only when its own navigation is valid
+            last = self._last_us.get(flag, self._t0_us + START_US)
+            if flag & self.watch and f.t_us - last > age * 1e6:
                 failed |= flag
         before = h.failed & SENSORS
         if failed != before:

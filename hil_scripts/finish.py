@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import sys
 from pathlib import Path
 from typing import Any
@@ -38,7 +39,10 @@ def finish(plan: RunPlan, run: Path, outcome: Outcome, rrd: bool, console: Conso
         flown["run.reason"] = outcome.reason
     got_metrics = bool(summary)
     summary = flown | {k: v for k, v in summary.items() if k not in flown}
-    (run / "summary.json").write_text(json.dumps(summary, indent=2, allow_nan=False) + "\n")
+    finite = {
+        k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in summary.items()
+    }  # JSON has no NaN
+    (run / "summary.json").write_text(json.dumps(finite, indent=2) + "\n")
     verdict.show_summary(console, summary)
     code = 0
     if outcome.outcome == "aborted":
@@ -54,6 +58,10 @@ def finish(plan: RunPlan, run: Path, outcome: Outcome, rrd: bool, console: Conso
 
 def _judge(plan: RunPlan, summary: dict[str, Any], console: Console) -> int:
     if not plan.expect:
+        return 0
+    if plan.shortened:
+        text = f"bounds of the scenario hold for its full {plan.full_s:.0f} s and were not judged"
+        console.print(text, markup=False, highlight=False)
         return 0
     try:
         checks = verdict.evaluate(plan.expect, summary)
@@ -74,7 +82,12 @@ def _where(run: Path, outcome: Outcome, console: Console) -> None:
         console.print(f"look at it: {_short(rerun)} {run / 'run.rrd'}", markup=False, highlight=False, soft_wrap=True)
     elif outcome.outcome != "completed":
         ground = _short(Path(sys.executable).with_name("ground"))
-        console.print(f"the logs up to the end are readable; to draw them: {ground} convert {run}", markup=False, highlight=False, soft_wrap=True)
+        console.print(
+            f"the logs up to the end are readable; to draw them: {ground} convert {run}",
+            markup=False,
+            highlight=False,
+            soft_wrap=True,
+        )
 
 
 def _short(path: Path) -> Path:

@@ -44,7 +44,7 @@ def _base() -> Path:
             continue
         if os.access(base, os.W_OK):
             return base
-    raise OSError(f"no writable folder for compiled kernels (tried {ROOT / 'build' / 'numba'} and the temporary folder)")
+    raise OSError("no writable folder for compiled kernels (tried build/numba and the temporary folder)")
 
 
 def cache_dir() -> Path:

@@ -36,7 +36,9 @@ def fly(plan: RunPlan, run: Path, port_offset: int, console: Console, stop: Stop
     """Run the plan to its end. Everything started here has ended when this returns, also by an exception."""
     ports.check_free(ports.needed(plan.names, port_offset))
     with Supervisor(run) as sup, Board(console, plan.duration_s, plan.names) as board:
-        ground = sup.start("ground", _argv("ground", "record", "--run-dir", run, *_offset(port_offset)), board.on_ground)
+        ground = sup.start(
+            "ground", _argv("ground", "record", "--run-dir", run, *_offset(port_offset)), board.on_ground
+        )
         flights = []
         for f in plan.flights:
             args = ["--config", run / f"flight_{f.name}.toml", "--sysid", f.sysid, "--run-dir", run]
@@ -110,7 +112,9 @@ def _end(
     if stop and not bad:
         sup.stop(last=[ground], stop=stop)
         name = signal.Signals(stop.signum).name
-        return Outcome("aborted", f"stopped by {name} at t = {board.sim_s:.1f} s", board.sim_s, board.speed, stop.signum)
+        return Outcome(
+            "aborted", f"stopped by {name} at t = {board.sim_s:.1f} s", board.sim_s, board.speed, stop.signum
+        )
     sup.settle(COLLATERAL_S)
     dead = [*(bad or []), *sup.newly_ended()]
     alive = [c for c in dead if c.popen.poll() is None]
@@ -123,5 +127,7 @@ def _end(
     if not lines:
         lines = [f"{ground.name} (pid {ground.pid}) did not open its log within {GROUND_READY_S:.0f} s"]
     tail = [f"  {c.name}: {line}" for c in dead for line in c.tail]
-    console.print("\n".join([f"run failed at t = {board.sim_s:.1f} s", *lines, *tail]), style="red", markup=False, highlight=False)
+    console.print(
+        "\n".join([f"run failed at t = {board.sim_s:.1f} s", *lines, *tail]), style="red", markup=False, highlight=False
+    )
     return Outcome("failed", "; ".join(lines), board.sim_s, board.speed)

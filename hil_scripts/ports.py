@@ -11,7 +11,7 @@ from flightsw.icd.link import GROUND_PORT, plant_port, telemetry_port
 HOST = "127.0.0.1"
 
 
-class PortBusy(OSError):
+class PortBusyError(OSError):
     """A port the run needs is held by another program; the text names port and purpose."""
 
 
@@ -25,27 +25,28 @@ def needed(names: dict[int, str], offset: int) -> dict[int, str]:
 
 
 def check_free(ports: dict[int, str]) -> None:
-    """Bind and release every port. Raises PortBusy naming the first one taken, OSError for one that cannot exist."""
+    """Bind and release every port. Raises PortBusyError naming the first one taken, OSError for one that cannot exist."""
     for port, purpose in ports.items():
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as s:
             try:
                 s.bind((HOST, port))
             except OverflowError:
-                raise PortBusy(f"UDP port {port} ({purpose}) is out of range: lower --port-offset") from None
+                text = f"UDP port {port} ({purpose}) is out of range: lower --port-offset"
+                raise PortBusyError(text) from None
             except OSError as e:
                 if e.errno != errno.EADDRINUSE:
                     raise
-                raise PortBusy(
+                raise PortBusyError(
                     f"UDP port {port} ({purpose}) is in use by another program; stop it, or pass --port-offset N"
                 ) from None
 
 
 def free_offset(names: dict[int, str], candidates: Iterable[int]) -> int:
-    """First of `candidates` with all ports free. Raises PortBusy if none is."""
+    """First of `candidates` with all ports free. Raises PortBusyError if none is."""
     for offset in candidates:
         try:
             check_free(needed(names, offset))
-        except PortBusy:
+        except PortBusyError:
             continue
         return offset
-    raise PortBusy("no free block of UDP ports found")
+    raise PortBusyError("no free block of UDP ports found")

@@ -46,8 +46,14 @@ class RunPlan:
     scenario: dict[str, Any]
     seed: int
     duration_s: float  # [s] simulated
+    full_s: float  # [s] the scenario's own duration, for which its bounds hold
     flights: tuple[FlightPlan, ...]
     overrides: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def shortened(self) -> bool:
+        """True when the run ends before the scenario does."""
+        return self.duration_s < self.full_s
 
     @property
     def realtime(self) -> bool:
@@ -109,6 +115,7 @@ def resolve(
     path = find_scenario(scenario_text)
     by_owner = parse_sets(sets)
     plant_sets = dict(by_owner.pop(PLANT_KEY, {}))
+    full_s = load_scenario(str(path), plant_sets).meta.duration_s
     if duration_s is not None:
         plant_sets["meta.duration_s"] = repr(float(duration_s))
     if seed is not None:
@@ -122,15 +129,20 @@ def resolve(
     unknown = sorted(set(by_owner) - set(names))
     if unknown:
         raise ConfigError(f"--set {unknown[0]}.…: no such owner; allowed: {', '.join([PLANT_KEY, *names])}")
+    origin = resolved.get("origin", {})
     flights = []
     for a in resolved["aircraft"]:
-        cfg = load_flight(_flight_config_path(a, path), dict(by_owner.get(a["name"], {})))
+        sets_of = dict(by_owner.get(a["name"], {}))
+        # identity and origin are the world's to give: both sides must agree on them
+        given = {"app.name": a["name"], "app.sysid": a["sysid"], **{f"origin.{k}": v for k, v in origin.items()}}
+        cfg = load_flight(_flight_config_path(a, path), {**sets_of, **given})
         flights.append(FlightPlan(a["name"], int(a["sysid"]), to_dict(cfg)))
     return RunPlan(
         scenario_name=path.stem,
         scenario=resolved,
         seed=int(resolved["meta"]["seed"]),
         duration_s=float(resolved["meta"]["duration_s"]),
+        full_s=float(full_s),
         flights=tuple(flights),
         overrides={s.partition("=")[0].strip(): s.partition("=")[2].strip() for s in sets},
     )

@@ -31,7 +31,9 @@ def _fail(text: str) -> typer.Exit:
 @app.command()
 def run(
     scenario: Annotated[str, typer.Argument(help="Name in sim_plant/scenarios, or path of a scenario TOML.")],
-    seed: Annotated[int | None, typer.Option(help="Seed of every random draw (default: the scenario's).", min=0)] = None,
+    seed: Annotated[
+        int | None, typer.Option(help="Seed of every random draw (default: the scenario's).", min=0)
+    ] = None,
     set_: Annotated[
         list[str] | None,
         typer.Option(

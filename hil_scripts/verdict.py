@@ -51,7 +51,9 @@ def _check(key: str, bound: Any, value: Any) -> Check:
     elif isinstance(bound, (list, tuple)) and len(bound) == 2:
         lo, hi = float(bound[0]), float(bound[1])
     else:
-        raise ConfigError(f"expect.{key} = {bound!r}: allowed: a number (upper bound), [low, high], {{min, max}}, a text")
+        raise ConfigError(
+            f"expect.{key} = {bound!r}: allowed: a number (upper bound), [low, high], {{min, max}}, a text"
+        )
     text = f"<= {hi:g}" if lo == -math.inf else f">= {lo:g}" if hi == math.inf else f"{lo:g} .. {hi:g}"
     number = isinstance(value, (int, float)) and not isinstance(value, bool)
     return Check(key, text, value, number and lo <= value <= hi)  # NaN compares false and fails

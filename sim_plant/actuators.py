@@ -16,7 +16,8 @@ Values = tuple[float, float, float, float, bool]  # aileron, elevator, rudder [r
 class CommandPath:
     """Commands of tick k take effect at tick k + delay + jitter, jitter uniform in 0..j per tick, order preserved.
 
-    A reply that is not armed or holds a non-finite number changes nothing: the last command stays (at the start the trim).
+    A reply that is not armed or holds a non-finite number changes nothing: the last command stays (at the start the
+    trim).
     """
 
     def __init__(self, seed: int, name: str, delay: int, jitter: int, trim: Values) -> None:

@@ -12,9 +12,9 @@ from sim_plant.scenario import Refuel
 class BoomCoupling:
     """State of the coupling between one boom and one receptacle.
 
-    Contact is made when the receptacle has stayed inside the envelope, latched by the receiver and slower than the capture
-    speed relative to the tanker for the capture time. It breaks when the receptacle leaves the envelope, the latch is
-    released, or the boom is driven in or out faster than its radial limit (aircraft-data.md section 3).
+    Contact is made when the receptacle has stayed inside the envelope, latched by the receiver and slower than the
+    capture speed relative to the tanker for the capture time. It breaks when the receptacle leaves the envelope, the
+    latch is released, or the boom is driven in or out faster than its radial limit (aircraft-data.md section 3).
     """
 
     def __init__(self, boom: Boom, cfg: Refuel, dt_s: float) -> None:
@@ -34,7 +34,9 @@ class BoomCoupling:
         """One tick with the relative vector (layout.R_*) and the receiver's latch request."""
         el, az, ext = rel[n.R_EL], rel[n.R_AZ], rel[n.R_EXT]
         self.inside = (
-            self._el[0] <= el <= self._el[1] and self._az[0] <= az <= self._az[1] and self._ext[0] <= ext <= self._ext[1]
+            self._el[0] <= el <= self._el[1]
+            and self._az[0] <= az <= self._az[1]
+            and self._ext[0] <= ext <= self._ext[1]
         )
         if self.contact:
             if not latch:
@@ -52,9 +54,11 @@ class BoomCoupling:
     def _release(self, why: str) -> None:
         self.contact, self.reason, self._count = False, why, 0
 
-    def flow_kgps(self, giver_fuel_kg: float, taker_fuel_kg: float, taker_mass_kg: float, cap_kg: float, max_kg: float) -> float:
-        """Fuel flow [kg/s] to the receiver now: the set rate while in contact, none when the tanker is dry, the receiver's
-        tanks (cap_kg) are full or its mass is at its maximum."""
+    def flow_kgps(
+        self, giver_fuel_kg: float, taker_fuel_kg: float, taker_mass_kg: float, cap_kg: float, max_kg: float
+    ) -> float:
+        """Fuel flow [kg/s] to the receiver now: the set rate while in contact, none when the tanker is dry, the
+        receiver's tanks (cap_kg) are full or its mass is at its maximum."""
         if not self.contact or giver_fuel_kg <= 0.0 or taker_fuel_kg >= cap_kg or taker_mass_kg >= max_kg:
             return 0.0
         return self._cfg.transfer_kgps

@@ -46,7 +46,9 @@ class FaultPlan:
                 continue
             if e.sensor:
                 if e.sensor not in sensors[e.target]:
-                    raise ConfigError(f"event[{i}].sensor = {e.sensor!r}: {e.target} carries {', '.join(sensors[e.target])}")
+                    raise ConfigError(
+                        f"event[{i}].sensor = {e.sensor!r}: {e.target} carries {', '.join(sensors[e.target])}"
+                    )
                 if e.kind in ("bias", "spike"):
                     self._rows[id(e)] = _row(e, sensors[e.target][e.sensor], f"event[{i}]")
             start = round(e.t_s * rate_hz)

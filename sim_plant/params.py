@@ -16,7 +16,8 @@ N_AERO = n.CN_DR - n.CL0 + 1
 
 
 def parameter_vector(ac: Aircraft) -> NDArray[np.float64]:
-    """Parameter vector (kernels/layout.py) of an aircraft record, SI and radians. Raises ConfigError on uneven tables."""
+    """Parameter vector (kernels/layout.py) of an aircraft record, SI and radians. Raises ConfigError on uneven
+    tables."""
     g, e, c, m, i = ac.geometry, ac.engine, ac.controls, ac.mass, ac.inertia
     aero = dataclasses.astuple(ac.aero)
     if len(aero) != N_AERO:
@@ -26,7 +27,9 @@ def parameter_vector(ac: Aircraft) -> NDArray[np.float64]:
         raise ConfigError(f"aircraft {ac.meta.name}: inertia: all lists need the same length, at least 1")
     nm, nh = len(e.lapse_mach), len(e.lapse_h_m)
     if e.lapse == "table" and (nm < 2 or nh < 2 or len(e.lapse_frac) != nm or any(len(r) != nh for r in e.lapse_frac)):
-        raise ConfigError(f"aircraft {ac.meta.name}: engine.lapse_frac needs {nm} rows (Mach) of {nh} values (altitude)")
+        raise ConfigError(
+            f"aircraft {ac.meta.name}: engine.lapse_frac needs {nm} rows (Mach) of {nh} values (altitude)"
+        )
     deg = np.pi / 180.0
     surfaces = (c.aileron_deg, c.elevator_deg, c.rudder_deg)
     par = np.concatenate(

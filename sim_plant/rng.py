@@ -13,7 +13,8 @@ BLOCK = 1000  # rows drawn at a time: few numpy calls, and the series does not d
 
 
 def generator(seed: int, name: str) -> np.random.Generator:
-    """PCG64 generator of consumer `name` for run `seed`. The name is hashed with SHA-256, so it is stable everywhere."""
+    """PCG64 generator of consumer `name` for run `seed`. The name is hashed with SHA-256, so it is stable
+    everywhere."""
     words = np.frombuffer(hashlib.sha256(name.encode()).digest()[:16], dtype="<u4")
     return np.random.Generator(np.random.PCG64(np.random.SeedSequence([seed, *(int(w) for w in words)])))
 
@@ -21,8 +22,8 @@ def generator(seed: int, name: str) -> np.random.Generator:
 class NoiseRows:
     """Endless rows of sensor error: fixed bias + white or exact first-order Gauss-Markov noise, drawn in blocks.
 
-    `std`, `bias_std` one entry per column (their unit is the column's); bias is one draw per run. `tau_s` > 0 colours the
-    noise with that correlation time at sample period `period_s`, started stationary.
+    `std`, `bias_std` one entry per column (their unit is the column's); bias is one draw per run. `tau_s` > 0
+    colours the noise with that correlation time at sample period `period_s`, started stationary.
     """
 
     def __init__(

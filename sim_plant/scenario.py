@@ -1,20 +1,20 @@
-"""Scenario: one TOML file = one experiment. Typed, strict: an unknown, missing or out-of-range key is an error naming it."""
+"""Scenario: one TOML file = one experiment. Typed, strict: an unknown, missing or out-of-range key is an error
+naming it."""
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
 
 from flightsw.aircraft import Aircraft, load_aircraft
-from flightsw.strict import ConfigError, OneOf, Range, load
+from flightsw.strict import ConfigError, OneOf, Range, load, to_dict
+from sim_plant.sensors.config import Latency, NoiseCfg, NonNeg, Suite
 
 HERE = Path(__file__).parent / "scenarios"
 Pos = Annotated[float, Range(1e-9)]
-NonNeg = Annotated[float, Range(0.0)]
 Prob = Annotated[float, Range(0.0, 1.0)]
-Rate = Annotated[float, Range(0.1, 1000.0)]
-Latency = Annotated[float, Range(0.0, 5000.0)]
 V3 = tuple[float, float, float]
 
 
@@ -44,7 +44,8 @@ class Origin:
 
 @dataclass(frozen=True)
 class Start:
-    """Trimmed level flight: own position, heading and airspeed, or (relative_to) offset and velocity of another aircraft."""
+    """Trimmed level flight: own position, heading and airspeed, or (relative_to) offset and velocity of another
+    aircraft."""
 
     pos_n_m: V3 = (0.0, 0.0, -7010.0)
     V_mps: Pos = 195.0
@@ -103,118 +104,6 @@ class Wind:
 
 
 @dataclass(frozen=True)
-class NoiseCfg:
-    """Common to all sensors: noise and bias factor, correlation time (0 = white)."""
-
-    scale: NonNeg = 1.0
-    bias_scale: NonNeg = 1.0
-    tau_s: NonNeg = 0.0
-
-
-@dataclass(frozen=True)
-class Imu:
-    rate_hz: Rate = 100.0
-    latency_ms: Latency = 0.0
-    gyro_std: NonNeg = 0.0131  # [rad/s] per sample
-    acc_std: NonNeg = 0.05  # [m/s^2]
-    gyro_bias_std: NonNeg = 2e-4
-    acc_bias_std: NonNeg = 0.02
-    tau_s: NonNeg = 0.0
-
-
-@dataclass(frozen=True)
-class Baro:
-    rate_hz: Rate = 20.0
-    latency_ms: Latency = 0.0
-    alt_std_m: NonNeg = 0.5
-    alt_bias_std_m: NonNeg = 5.0
-    tau_s: NonNeg = 0.0
-
-
-@dataclass(frozen=True)
-class Mag:
-    rate_hz: Rate = 20.0
-    latency_ms: Latency = 0.0
-    std_gauss: NonNeg = 0.002
-    bias_std_gauss: NonNeg = 0.003
-    tau_s: NonNeg = 0.0
-
-
-@dataclass(frozen=True)
-class Gnss:
-    rate_hz: Rate = 20.0
-    latency_ms: Latency = 0.0
-    pos_std_m: NonNeg = 0.5
-    vel_std_mps: NonNeg = 0.1
-    pos_bias_std_m: NonNeg = 1.0
-    vel_bias_std_mps: NonNeg = 0.03
-    tau_s: NonNeg = 0.0
-
-
-@dataclass(frozen=True)
-class Air:
-    rate_hz: Rate = 20.0
-    latency_ms: Latency = 0.0
-    V_std_mps: NonNeg = 0.2
-    alpha_std: NonNeg = 0.0044  # [rad] per probe
-    beta_std: NonNeg = 0.0035
-    V_bias_std_mps: NonNeg = 0.2
-    alpha_bias_std: NonNeg = 0.0015
-    beta_bias_std: NonNeg = 0.0015
-    tau_s: NonNeg = 0.0
-
-
-@dataclass(frozen=True)
-class Att:
-    rate_hz: Rate = 20.0
-    latency_ms: Latency = 0.0
-    std: NonNeg = 0.0035  # [rad] about each body axis
-    bias_std: NonNeg = 0.001
-    tau_s: NonNeg = 0.0
-
-
-@dataclass(frozen=True)
-class Rel:
-    rate_hz: Rate = 20.0
-    latency_ms: Latency = 0.0
-    pos_std_m: NonNeg = 0.5
-    vel_std_mps: NonNeg = 0.1
-    pos_bias_std_m: NonNeg = 0.05
-    vel_bias_std_mps: NonNeg = 0.01
-    tau_s: NonNeg = 0.0
-
-
-@dataclass(frozen=True)
-class Fuel:
-    rate_hz: Rate = 1.0
-    latency_ms: Latency = 0.0
-    std_kg: NonNeg = 5.0
-    bias_std_kg: NonNeg = 10.0
-    tau_s: NonNeg = 0.0
-
-
-@dataclass(frozen=True)
-class BoomSignal:
-    rate_hz: Rate = 20.0
-    latency_ms: Latency = 0.0
-
-
-@dataclass(frozen=True)
-class Suite:
-    """Sensors of one aircraft; a group left out keeps the defaults (lee.md section 5, small noise)."""
-
-    imu: Imu = field(default_factory=Imu)
-    baro: Baro = field(default_factory=Baro)
-    mag: Mag = field(default_factory=Mag)
-    gnss: Gnss = field(default_factory=Gnss)
-    air: Air = field(default_factory=Air)
-    att: Att = field(default_factory=Att)
-    rel: Rel = field(default_factory=Rel)
-    fuel: Fuel = field(default_factory=Fuel)
-    boom: BoomSignal = field(default_factory=BoomSignal)
-
-
-@dataclass(frozen=True)
 class Link:
     """Plant-flightsw command path and the simulated radio between aircraft."""
 
@@ -239,8 +128,8 @@ ACTIONS = {"hold": 1, "precontact": 2, "contact": 3, "disconnect": 4, "breakaway
 
 @dataclass(frozen=True)
 class Event:
-    """One scripted event. kind: command (action, or command + params), dropout, bias, stuck, spike (sensor, value), link_loss,
-    jam (surface). for_s = 0 lasts to the end of the run."""
+    """One scripted event. kind: command (action, or command + params), dropout, bias, stuck, spike (sensor, value),
+    link_loss, jam (surface). for_s = 0 lasts to the end of the run."""
 
     t_s: NonNeg
     kind: Annotated[str, OneOf(("command", "dropout", "bias", "stuck", "spike", "link_loss", "jam"))]
@@ -275,13 +164,23 @@ class Scenario:
         if not names:
             raise ConfigError("aircraft: a scenario needs at least one [[aircraft]] with its file")
         if len(set(names)) != len(names) or len({a.sysid for a in self.aircraft}) != len(names):
-            raise ConfigError(f"aircraft: names and sysid must be unique, got {names} / {[a.sysid for a in self.aircraft]}")
+            raise ConfigError(
+                f"aircraft: names and sysid must be unique, got {names} / {[a.sysid for a in self.aircraft]}"
+            )
         for i, a in enumerate(self.aircraft):
-            for key, ref in (("start.relative_to", a.start.relative_to), ("rel_nav_to", a.rel_nav_to), ("boom_to", a.boom_to)):
-                if ref and ref not in names[:i]:
-                    raise ConfigError(f"aircraft.{a.name}.{key} = {ref!r}: allowed: an aircraft listed before it ({names[:i]})")
+            # relative motion, wake and the frozen field are all measured from the first aircraft, the leader
+            for key, ref in (
+                ("start.relative_to", a.start.relative_to),
+                ("rel_nav_to", a.rel_nav_to),
+                ("boom_to", a.boom_to),
+            ):
+                if ref and (i == 0 or ref != names[0]):
+                    allowed = "none on the first aircraft" if i == 0 else f"the first aircraft, {names[0]!r}"
+                    raise ConfigError(f"aircraft.{a.name}.{key} = {ref!r}: allowed: {allowed}")
         if self.wind.wake.source and self.wind.wake.source != names[0]:
-            raise ConfigError(f"wind.wake.source = {self.wind.wake.source!r}: allowed: the first aircraft, {names[0]!r}")
+            raise ConfigError(
+                f"wind.wake.source = {self.wind.wake.source!r}: allowed: the first aircraft, {names[0]!r}"
+            )
         for key in self.sensors:
             if key not in names:
                 raise ConfigError(f"sensors.{key}: no such aircraft; allowed: {', '.join(names)}")
@@ -321,3 +220,31 @@ def load_scenario(name: str, overrides: dict[str, Any] | None = None) -> Scenari
         have = ", ".join(sorted(p.stem for p in HERE.glob("*.toml")))
         raise ConfigError(f"scenario {str(path)!r} does not exist; available: {have}")
     return load(path, Scenario, overrides)
+
+
+def dump(sc: Scenario, seed: int) -> str:
+    """The resolved scenario as TOML text that `load_scenario` reads back to an equal record, with the seed of the
+    run."""
+    tree = to_dict(sc)
+    tree["meta"]["seed"] = seed
+    out = []
+    for key, v in tree.items():
+        tables = v if isinstance(v, (list, tuple)) else [v]
+        for t in tables:
+            out.append(f"[[{key}]]" if tables is v else f"[{key}]")
+            out += [f"{_key(k)} = {_value(x)}" for k, x in t.items()]
+            out.append("")
+    return "\n".join(out)
+
+
+def _key(k: str) -> str:
+    return k if k.replace("_", "").replace("-", "").isalnum() else json.dumps(k)
+
+
+def _value(v: Any) -> str:
+    """One TOML value on one line; a JSON string is also a TOML string."""
+    if isinstance(v, dict):
+        return "{ " + ", ".join(f"{_key(k)} = {_value(x)}" for k, x in v.items()) + " }" if v else "{}"
+    if isinstance(v, (list, tuple)):
+        return "[" + ", ".join(_value(x) for x in v) + "]"
+    return repr(v) if isinstance(v, float) else json.dumps(v)

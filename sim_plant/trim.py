@@ -47,13 +47,21 @@ def trim(pos_n: Arr, vel_n: Arr, wind: Arr, fuel_kg: float, par: Arr) -> Arr:
         return np.array([*k[n.S_V : n.S_V + 3], *(10.0 * k[n.S_W : n.S_W + 3]), 10.0 * beta])
 
     z0 = np.array([0.0, 0.03, 0.0, 0.0, 0.0, 0.0, 1.5])
-    fit = least_squares(residual, z0, xtol=1e-15, ftol=1e-15, gtol=1e-15, x_scale=np.array([0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 1.0]))
+    fit = least_squares(
+        residual, z0, xtol=1e-15, ftol=1e-15, gtol=1e-15, x_scale=np.array([0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 1.0])
+    )
     put(fit.x)
     lo, hi = par[n.P_LO : n.P_LO + 3], par[n.P_HI : n.P_HI + 3]
     avail = observation(s, wind, par)[n.O_AVAIL]
-    if np.max(np.abs(fit.fun)) > 1e-6 or np.any(fit.x[3:6] < lo) or np.any(fit.x[3:6] > hi) or not 0.0 < s[n.S_T] <= avail:
+    if (
+        np.max(np.abs(fit.fun)) > 1e-6
+        or np.any(fit.x[3:6] < lo)
+        or np.any(fit.x[3:6] > hi)
+        or not 0.0 < s[n.S_T] <= avail
+    ):
         raise ConfigError(
-            f"no trim at airspeed {np.linalg.norm(air):.1f} m/s, height {-pos_n[2]:.0f} m: residual {np.max(np.abs(fit.fun)):.2g}, "
+            f"no trim at airspeed {np.linalg.norm(air):.1f} m/s, height {-pos_n[2]:.0f} m: "
+            f"residual {np.max(np.abs(fit.fun)):.2g}, "
             f"surfaces {np.degrees(fit.x[3:6]).round(2)} deg, thrust {s[n.S_T]:.0f} N of {avail:.0f} N available"
         )
     return s

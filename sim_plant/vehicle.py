@@ -19,7 +19,9 @@ from sim_plant.wind.wake import airframe_points, source_vector
 class Vehicle:
     """Flat float64 arrays of one aircraft (layout.py), and what turns them into sensor frames."""
 
-    def __init__(self, index: int, cfg: AircraftCfg, ac: Aircraft, leader: Aircraft | None, sc: Scenario, seed: int) -> None:
+    def __init__(
+        self, index: int, cfg: AircraftCfg, ac: Aircraft, leader: Aircraft | None, sc: Scenario, seed: int
+    ) -> None:
         self.index, self.cfg, self.ac = index, cfg, ac
         self.par = perturb(parameter_vector(ac), cfg.aero_error_frac, seed, cfg.name)
         self.s = np.zeros(n.NS)

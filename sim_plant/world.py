@@ -1,18 +1,16 @@
 """The plant's world: several aircraft in one moving air mass. The order of one tick is written here, once:
 
-    sense():  faults -> wind (sounding, slow, gusts, wake) -> what instruments see -> boom -> sensors -> frames
-    step():   command delay -> fuel transfer -> servos, forces, integration -> next tick
+sense():  faults -> wind (sounding, slow, gusts, wake) -> what instruments see -> boom -> sensors -> frames
+step():   command delay -> fuel transfer -> servos, forces, integration -> next tick
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from flightsw.strict import ConfigError
-from flightsw.types import ActuatorCmd, Command, SensorFrame, Vec3
-from sim_plant.actuators import CommandPath
+from flightsw.types import ActuatorCmd, Command, SensorFrame
+from sim_plant.actuators import CommandPath, Values
 from sim_plant.boom import BoomCoupling
 from sim_plant.faults import FaultPlan
 from sim_plant.kernels import layout as n
@@ -20,8 +18,9 @@ from sim_plant.kernels.eom import step as integrate
 from sim_plant.kernels.geometry import relative
 from sim_plant.kernels.observe import observe
 from sim_plant.kernels.rot import quat_dcm
-from sim_plant.scenario import ACTIONS, AircraftCfg, Scenario
+from sim_plant.scenario import ACTIONS, Scenario
 from sim_plant.trim import throttle_for, trim
+from sim_plant.truth import Truth, truth_of
 from sim_plant.vehicle import Vehicle
 from sim_plant.wind.field import AirMass
 
@@ -30,37 +29,9 @@ MAV_CMD_USER_1 = 31010
 GROUND_SYSID, GROUND_COMPID = 255, 190
 
 
-@dataclass(slots=True)
-class Truth:
-    """True state of one aircraft at a tick; units and frames as in flightsw.types."""
-
-    t_us: int
-    pos_n: Vec3
-    vel_n: Vec3
-    q_nb: tuple[float, float, float, float]
-    w_b: Vec3
-    euler: Vec3  # [rad] psi, theta, phi
-    acc_n: Vec3  # [m/s^2]
-    wind_n: Vec3  # [m/s] effective translational wind
-    wind_rot: Vec3  # [rad/s] effective rotational wind, body axes
-    V: float
-    beta: float
-    alpha: float
-    controls: tuple[float, float, float, float]  # aileron, elevator, rudder [rad], thrust [N]
-    thrust_available: float
-    xi: Vec3  # [m] cg in the leader's body axes (leader: zero)
-    xi_dot: Vec3
-    mass: float
-    fuel_kg: float
-    boom_elevation: float
-    boom_azimuth: float
-    boom_extension: float
-    contact: bool
-    inside: bool
-
-
 class World:
-    """Aircraft of a scenario flown from trim. Call sense(), answer with one ActuatorCmd per aircraft to step(); repeat."""
+    """Aircraft of a scenario flown from trim. Call sense(), answer with one ActuatorCmd per aircraft to step();
+    repeat."""
 
     def __init__(self, scenario: Scenario, seed: int | None = None) -> None:
         self.scenario = scenario
@@ -75,6 +46,7 @@ class World:
             for i, (c, ac) in enumerate(zip(scenario.aircraft, records, strict=True))
         ]
         self.air = AirMass(scenario.wind, self.vehicles, self.seed, self.dt_s)
+        self._trim: list[Values] = []
         for v in self.vehicles:
             self._start(v)
         self.air.fill_history(self.vehicles)
@@ -83,9 +55,12 @@ class World:
         if self._receiver is not None:
             leader = self._vehicle(self._receiver.cfg.boom_to)
             if leader.ac.boom is None or self._receiver.ac.receptacle is None:
-                raise ConfigError(f"aircraft.{self._receiver.cfg.name}.boom_to: {leader.cfg.name} needs a [boom] and the receiver a [receptacle]")
+                at = f"aircraft.{self._receiver.cfg.name}.boom_to = {leader.cfg.name!r}"
+                raise ConfigError(f"{at}: that aircraft's file needs a [boom] and this one's a [receptacle]")
             self.boom = BoomCoupling(leader.ac.boom, scenario.refuel, self.dt_s)
-        self.faults = FaultPlan(scenario, {v.cfg.name: {s.group: s for s in v.sensors} for v in self.vehicles}, self.rate_hz)
+        self.faults = FaultPlan(
+            scenario, {v.cfg.name: {s.group: s for s in v.sensors} for v in self.vehicles}, self.rate_hz
+        )
         self._commands: dict[int, list[tuple[Vehicle, Command]]] = {}
         for e in scenario.event:
             if e.kind == "command":
@@ -129,16 +104,20 @@ class World:
             self.air.mean(v)
             v.s[:] = trim(pos, vel, v.wind, fuel, v.par)
         self._observe(v)
-        self.trim_values = getattr(self, "trim_values", [])
-        values = (*(float(x) for x in v.s[n.S_SURF : n.S_SURF + 3]), throttle_for(v.s, v.wind, v.par), False)
+        a, e, r = (float(x) for x in v.s[n.S_SURF : n.S_SURF + 3])
+        values = (a, e, r, throttle_for(v.s, v.wind, v.par), False)
         v.path = CommandPath(
-            self.seed, v.cfg.name, self.scenario.link.actuator_delay_ticks, self.scenario.link.actuator_jitter_ticks, values
+            self.seed,
+            v.cfg.name,
+            self.scenario.link.actuator_delay_ticks,
+            self.scenario.link.actuator_jitter_ticks,
+            values,
         )
-        self.trim_values.append(values)
+        self._trim.append(values)
 
     def trim_cmd(self, i: int) -> ActuatorCmd:
         """The command that holds aircraft i in its initial trim."""
-        a, e, r, t, _ = self.trim_values[i]
+        a, e, r, t, _ = self._trim[i]
         return ActuatorCmd(0, a, e, r, t)
 
     def _observe(self, v: Vehicle) -> None:
@@ -211,32 +190,4 @@ class World:
         """True state of aircraft i at the current tick."""
         if not self._sensed:
             self.sense()
-        v = self.vehicles[i]
-        s, o, w = v.view.s, v.view.o, v.wind.tolist()
-        rel = v.view.rel or [0.0] * n.NR
-        own = v.index > 0
-        return Truth(
-            t_us=self.t_us,
-            pos_n=tuple(s[10:13]),
-            vel_n=tuple(s[7:10]),
-            q_nb=tuple(s[0:4]),
-            w_b=tuple(s[4:7]),
-            euler=tuple(o[n.O_EULER : n.O_EULER + 3]),
-            acc_n=tuple(o[n.O_ACC : n.O_ACC + 3]),
-            wind_n=tuple(w[0:3]),
-            wind_rot=tuple(w[3:6]),
-            V=o[n.O_V],
-            beta=o[n.O_BETA],
-            alpha=o[n.O_ALPHA],
-            controls=(s[n.S_SURF], s[n.S_SURF + 1], s[n.S_SURF + 2], s[n.S_T]),
-            thrust_available=o[n.O_AVAIL],
-            xi=tuple(rel[0:3]) if own else (0.0, 0.0, 0.0),
-            xi_dot=tuple(rel[3:6]) if own else (0.0, 0.0, 0.0),
-            mass=o[n.O_MASS],
-            fuel_kg=s[n.S_FUEL],
-            boom_elevation=rel[n.R_EL],
-            boom_azimuth=rel[n.R_AZ],
-            boom_extension=rel[n.R_EXT],
-            contact=v.view.contact,
-            inside=v.view.inside,
-        )
+        return truth_of(self.vehicles[i], self.t_us)

@@ -48,7 +48,6 @@ HIL_SENSOR = BY_NAME["HIL_SENSOR"]
 _ACTUATORS = BY_NAME["HIL_ACTUATOR_CONTROLS"]
 _FOLLOW = BY_NAME["FOLLOW_TARGET"]
 _WIND = BY_NAME["WIND_COV"]
-_ACK = BY_NAME["COMMAND_ACK"]
 
 IMU_BITS, MAG_BITS, BARO_BITS = 0x3F, 0x1C0, 0xA00  # HIL_SENSOR_UPDATED: gyro and acc; mag; abs_pressure and pressure_alt
 _AIR_LEN = slice(1, 1 + 3 * PROBES)
@@ -136,6 +135,8 @@ class FlightCodec:
     def _sensor(self, p: Packet, f: SensorFrame) -> None:
         t, ax, ay, az, gx, gy, gz, mx, my, mz, pressure, _, alt, _, fields, _ = p[1]
         f.t_us = t
+        if f.fuel_t_us < 0:
+            f.fuel_t_us = t
         if fields & IMU_BITS == IMU_BITS:
             s = ax + ay + az + gx + gy + gz
             if s - s == 0.0:
@@ -251,7 +252,7 @@ class FlightCodec:
         if s - s != 0.0:
             self.count.non_finite += 1
             return
-        # the message has no stamp of its own: FUEL_STATUS precedes the HIL_SENSOR that carries the tick's time
+        # the message has no stamp of its own: the HIL_SENSOR that follows gives it the tick's time
         f.fuel_t_us = -1
         f.fuel_kg = remaining * FUEL_KG_PER_ML
         f.fuel_flow_kgps = flow * FUEL_KG_PER_ML
@@ -326,14 +327,14 @@ class FlightCodec:
         )
 
     def peer(self, nav: NavState) -> bytes:
-        """FOLLOW_TARGET and WIND_COV of a navigation state, for the other aircraft (b"" parts never: invalid is said)."""
+        """FOLLOW_TARGET and WIND_COV of a navigation state, for the other aircraft; an invalid state is sent as such."""
         lat, lon, alt = self._map.encode(nav.pos_n)
         v, a, s = nav.vel_n, nav.acc_n, nav.pos_sigma
         pack = self.send.pack
         return pack(
             _FOLLOW,
             nav.t_us // 1000,
-            0,
+            0,  # custom_state
             lat,
             lon,
             alt,

@@ -63,6 +63,8 @@ class NavParams:
     r_euler: Pos = 0.0035  # [rad]
     r_pos: Pos = 0.5  # [m]
     r_vel: Pos = 0.1  # [m/s]
+    r_own_vel: Pos = 0.5  # [m/s] receiver only: own GNSS velocity beside the tanker's transmitted one; loose, because the two
+    # receivers' biases differ, and a conflict of 0.05 m/s would pull the relative position by decimetres
     bias_V: NonNeg = 0.2  # [m/s]
     bias_flow: NonNeg = 0.0015  # [rad] alpha and beta vanes
     bias_att: NonNeg = 0.001  # [rad]

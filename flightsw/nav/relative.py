@@ -130,7 +130,7 @@ class RelativeNav:
             age = (f.t_us - f.gnss_t_us) * 1e-6
             acc = self._acceleration()
             for i in range(3):
-                c.add(15 + i, f.gnss_vel_n[i] + acc[i] * age, p.r_vel)
+                c.add(15 + i, f.gnss_vel_n[i] + acc[i] * age, p.r_own_vel)
         if updated & UPD_REL and f.rel_valid:
             age = (f.t_us - f.rel_t_us) * 1e-6
             self.rel_us = f.rel_t_us

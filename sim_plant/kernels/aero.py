@@ -19,17 +19,23 @@ Load = tuple[
 
 @jit
 def loads(
-    x: NDArray[np.float64], da: float, de: float, dr: float, w: NDArray[np.float64], mass: float, par: NDArray[np.float64]
+    x: NDArray[np.float64],
+    da: float,
+    de: float,
+    dr: float,
+    w: NDArray[np.float64],
+    mass: float,
+    par: NDArray[np.float64],
 ) -> Load:
     """Force (no gravity) [N] and moment about the cg [N m] in body axes, and the flow that causes them.
 
     `x` rigid-body state, da, de, dr surface angles [rad], `w` effective wind (layout.py), mass [kg].
     Returns Fx, Fy, Fz, Mx, My, Mz, V [m/s], beta, alpha [rad], lift, drag [N], alphadot [rad/s], rho [kg/m^3], a [m/s].
 
-    Coefficients: CL, CD along wind axes z and x, CY along wind y (positive right); CD = CD0 + K CLs^2 with the static lift
-    CLs = CL0 + CLa alpha + CLde de. Cl, Cm, Cn are in stability axes with stability-axis rates and are turned to body by
-    the momentary alpha. Rates are relative to the rotating air, w_b - w_eff. Thrust acts along body x through the cg.
-    alphadot uses the inertial acceleration (no wind derivative); as it enters CL linearly,
+    Coefficients: CL, CD along wind axes z and x, CY along wind y (positive right); CD = CD0 + K CLs^2 with the
+    static lift CLs = CL0 + CLa alpha + CLde de. Cl, Cm, Cn are in stability axes with stability-axis rates and are
+    turned to body by the momentary alpha. Rates are relative to the rotating air, w_b - w_eff. Thrust acts along
+    body x through the cg. alphadot uses the inertial acceleration (no wind derivative); as it enters CL linearly,
     alphadot = alphadot_0 / (1 + qS CL_alphadot c / (2 V^2 m cos beta)).
     Source: derivative build-up as in Roskam, Airplane Flight Dynamics, with the sign table of the aircraft files.
     """
@@ -82,12 +88,7 @@ def loads(
         + par[n.CL_ROLL_DA] * da
         + par[n.CL_ROLL_DR] * dr
     )
-    c_yaw = (
-        par[n.CN_BETA] * beta
-        + hb * (par[n.CN_P] * ps + par[n.CN_R] * rs)
-        + par[n.CN_DA] * da
-        + par[n.CN_DR] * dr
-    )
+    c_yaw = par[n.CN_BETA] * beta + hb * (par[n.CN_P] * ps + par[n.CN_R] * rs) + par[n.CN_DA] * da + par[n.CN_DR] * dr
     mx = qs * par[n.P_B] * (c_roll * ca - c_yaw * sa)
     mz = qs * par[n.P_B] * (c_roll * sa + c_yaw * ca)
     my = qs * par[n.P_C] * cm

@@ -49,7 +49,8 @@ def linear_block(x: Arr, phi: Arr, chol: Arr, c: Arr, noise: Arr, tmp: Arr, out:
 def lay_gust(s: Arr, w: Arr, aligned: bool, gust: Arr, at: int, ring: Arr, k: int) -> None:
     """Store the gust of tick k, gust[at] = (u, v, w) [m/s], in the ring buffer `ring` [m, 3] in NED.
 
-    If `aligned`, u and v lie along and to the right of the aircraft's horizontal air-relative track, else north and east.
+    If `aligned`, u and v lie along and to the right of the aircraft's horizontal air-relative track, else north and
+    east.
     """
     i = k % ring.shape[0]
     u, v = gust[at, 0], gust[at, 1]
@@ -63,10 +64,11 @@ def lay_gust(s: Arr, w: Arr, aligned: bool, gust: Arr, at: int, ring: Arr, k: in
 
 @jit
 def free_air(s: Arr, table: Arr, slow: Arr, at: int, ring: Arr, k: int, lag: float, free: Arr) -> None:
-    """Wind [m/s, NED] at the aircraft without wake: sounding at its height + slow[at] (north, east) + gust laid `lag` ticks ago.
+    """Wind [m/s, NED] at the aircraft without wake: sounding at its height + slow[at] (north, east) + gust laid
+    `lag` ticks ago.
 
-    `table` [m, 3] height, north, east component, ascending; components are interpolated linearly, ends held. The gust is
-    interpolated linearly in the ring buffer; `lag` is limited to what the buffer holds.
+    `table` [m, 3] height, north, east component, ascending; components are interpolated linearly, ends held. The
+    gust is interpolated linearly in the ring buffer; `lag` is limited to what the buffer holds.
     """
     h = -s[n.S_P + 2]
     m = table.shape[0]

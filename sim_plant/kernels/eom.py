@@ -35,11 +35,13 @@ def inertia(mass: float, par: Arr) -> tuple[float, float, float, float]:
 
 
 @jit
-def derivative(x: Arr, da: float, de: float, dr: float, throttle: float, w: Arr, fuel: float, par: Arr, out: Arr) -> None:
+def derivative(
+    x: Arr, da: float, de: float, dr: float, throttle: float, w: Arr, fuel: float, par: Arr, out: Arr
+) -> None:
     """Time derivative of the rigid-body state and thrust, written to `out` [N_RIGID].
 
-    Surfaces [rad], throttle [-], `w` effective wind, fuel [kg]. Newton in NED: v' = C_nb F/m + g; Euler in body axes with
-    Ixz: I w' = M - w x I w; thrust lags its command (throttle, not below idle, of the thrust available) with time
+    Surfaces [rad], throttle [-], `w` effective wind, fuel [kg]. Newton in NED: v' = C_nb F/m + g; Euler in body axes
+    with Ixz: I w' = M - w x I w; thrust lags its command (throttle, not below idle, of the thrust available) with time
     constant tau. Source: Etkin, Dynamics of Atmospheric Flight, eqs. 5.6.
     """
     mass = par[n.P_EMPTY] + fuel

@@ -18,9 +18,10 @@ Arr = NDArray[np.float64]
 def relative(st: Arr, sr: Arr, geo: Arr, out: Arr) -> None:
     """Receiver `sr` seen from the tanker `st`, written to `out` [NR] in tanker body axes.
 
-    xi = C_bn (p_R - p_T) [m]; xidot = C_bn (v_R - v_T) - w_T x xi [m/s]; the receptacle at geo[3:6] (receiver body, m) in
-    boom coordinates about the pivot geo[0:3] (tanker body, m): elevation (negative below) and azimuth (positive right)
-    [rad], extension beyond the retracted length geo[6] and its rate [m, m/s], speed of the receptacle in tanker axes [m/s].
+    xi = C_bn (p_R - p_T) [m]; xidot = C_bn (v_R - v_T) - w_T x xi [m/s]; the receptacle at geo[3:6] (receiver body,
+    m) in boom coordinates about the pivot geo[0:3] (tanker body, m): elevation (negative below) and azimuth
+    (positive right) [rad], extension beyond the retracted length geo[6] and its rate [m, m/s], speed of the
+    receptacle in tanker axes [m/s].
     """
     t00, t01, t02, t10, t11, t12, t20, t21, t22 = quat_dcm(st[0], st[1], st[2], st[3])
     dx, dy, dz = sr[10] - st[10], sr[11] - st[11], sr[12] - st[12]

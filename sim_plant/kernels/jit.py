@@ -7,7 +7,7 @@ exception paths. With NUMBA_DISABLE_JIT=1 the same functions run as plain Python
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numba
 
@@ -16,4 +16,4 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 def jit(func: F) -> F:
     """Compile `func` with the project's settings (cached on disk, strict floating point)."""
-    return numba.njit(cache=True, fastmath=False, error_model="numpy")(func)  # type: ignore[no-any-return]
+    return cast(F, numba.njit(cache=True, fastmath=False, error_model="numpy")(func))

@@ -2,8 +2,8 @@
 
 State `s` [NS]: attitude quaternion q_nb, body rates [rad/s], inertial velocity NED [m/s], position NED [m], thrust [N],
 surface positions [rad] and rates [rad/s] in the order aileron, elevator, rudder, fuel [kg].
-Command `c` [NC]: three surface commands [rad], throttle [-], three jam flags (1 = surface frozen), fuel transfer [kg/s].
-Wind `w` [NW]: effective translational wind NED [m/s], effective rotational wind in body axes [rad/s].
+Command `c` [NC]: three surface commands [rad], throttle [-], three jam flags (1 = surface frozen), fuel transfer
+[kg/s]. Wind `w` [NW]: effective translational wind NED [m/s], effective rotational wind in body axes [rad/s].
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ C_SURF, C_THROTTLE, C_JAM, C_TRANSFER, NC = 0, 3, 4, 7, 8
 # wind vector
 W_N, W_ROT, NW = 0, 3, 6
 
-# parameter vector: geometry, aerodynamic derivatives in the order of flightsw.aircraft.Aero, engine, controls, mass, tables
+# parameter vector: geometry, aerodynamic derivatives in the order of flightsw.aircraft.Aero, engine, controls, mass,
+# tables
 P_S, P_B, P_C = 0, 1, 2
 CL0, CL_ALPHA, CL_ALPHADOT, CL_Q, CL_DE, CD0, K_POLAR = 3, 4, 5, 6, 7, 8, 9
 CM0, CM_ALPHA, CM_ALPHADOT, CM_Q, CM_DE = 10, 11, 12, 13, 14

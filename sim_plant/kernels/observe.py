@@ -22,10 +22,11 @@ Arr = NDArray[np.float64]
 def observe(s: Arr, w: Arr, free: Arr, par: Arr, mag_n: Arr, probes: Arr, probe_wake: Arr, k: Arr, out: Arr) -> None:
     """Fill `out` [NO] (layout.py) from state `s` and effective wind `w`.
 
-    Specific force and acceleration at the cg [m/s^2], angular acceleration [rad/s^2], V, beta, alpha against the effective
-    wind, lift and drag [N], rho, static pressure, mass, field in body axes [gauss], thrust available [N], psi, theta, phi.
-    Probe i at probes[i] [m, body]: flow velocity C_bn (v_n - free - probe_wake[i]) + w_b x r_i; the effective rotational
-    wind is not added: the wake velocity at the probe already holds it. `k` [N_RIGID] is work space.
+    Specific force and acceleration at the cg [m/s^2], angular acceleration [rad/s^2], V, beta, alpha against the
+    effective wind, lift and drag [N], rho, static pressure, mass, field in body axes [gauss], thrust available [N],
+    psi, theta, phi. Probe i at probes[i] [m, body]: flow velocity C_bn (v_n - free - probe_wake[i]) + w_b x r_i; the
+    effective rotational wind is not added: the wake velocity at the probe already holds it. `k` [N_RIGID] is work
+    space.
     """
     mass = par[n.P_EMPTY] + s[n.S_FUEL]
     da, de, dr = s[n.S_SURF], s[n.S_SURF + 1], s[n.S_SURF + 2]

@@ -33,7 +33,8 @@ def thrust_available(h: float, mach: float, rho: float, par: NDArray[np.float64]
     Mach and height, end values held. `par` is the aircraft's parameter vector (layout.py).
     """
     if par[P_LAPSE] < 0.5:
-        return par[P_T0] * (0.568 + 0.25 * (1.2 - mach) ** 3) * math.pow(rho / RHO0, 0.6)
+        t0: float = par[P_T0]
+        return t0 * (0.568 + 0.25 * (1.2 - mach) ** 3) * math.pow(rho / RHO0, 0.6)
     nm, nh = int(par[P_NM]), int(par[P_NH])
     at_m = P_TABLES + 5 * int(par[P_NI])
     at_h = at_m + nm
@@ -41,6 +42,8 @@ def thrust_available(h: float, mach: float, rho: float, par: NDArray[np.float64]
     i, fm = bracket(par, at_m, nm, mach)
     j, fh = bracket(par, at_h, nh, h)
     a, b = at_f + i * nh + j, at_f + (i + 1) * nh + j
-    lo = par[a] + fh * (par[a + 1] - par[a])
-    hi = par[b] + fh * (par[b + 1] - par[b])
-    return par[P_T0] * (lo + fm * (hi - lo))
+    lo: float = par[a] + fh * (par[a + 1] - par[a])
+    hi: float = par[b] + fh * (par[b + 1] - par[b])
+    frac = lo + fm * (hi - lo)
+    out: float = par[P_T0] * frac
+    return out

@@ -14,7 +14,8 @@ Mat = tuple[float, float, float, float, float, float, float, float, float]
 
 @jit
 def quat_dcm(q0: float, q1: float, q2: float, q3: float) -> Mat:
-    """Direction cosine matrix C_nb, row-major, of a unit quaternion; v_n = C_nb v_b. Source: Hamilton product q v q*."""
+    """Direction cosine matrix C_nb, row-major, of a unit quaternion; v_n = C_nb v_b. Source: Hamilton product q v
+    q*."""
     return (
         1.0 - 2.0 * (q2 * q2 + q3 * q3),
         2.0 * (q1 * q2 - q0 * q3),

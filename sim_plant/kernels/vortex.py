@@ -21,7 +21,8 @@ K_WING, K_TAIL, K_NU, K_TAIL_FRAC, NK = 0, 5, 10, 11, 12
 def leg(
     px: float, py: float, pz: float, dx: float, dy: float, dz: float, gamma: float, core: float, nu: float, speed: float
 ) -> V3:
-    """Velocity [m/s] at offset p [m] from the start of a semi-infinite filament along unit vector d, circulation along d.
+    """Velocity [m/s] at offset p [m] from the start of a semi-infinite filament along unit vector d, circulation
+    along d.
 
     Gamma h / (2 pi (h^2 + rc^2)) (1 + cos g) / 2 [1 - exp(-h^2 / (4 nu tau))], tau = distance downstream / speed
     (lee.md section 3.5: Burnham-Hallock core with Lamb-Oseen ageing). gamma [m^2/s], core [m], nu [m^2/s].
@@ -40,7 +41,8 @@ def leg(
 
 @jit
 def bound(ax: float, ay: float, az: float, half: float, gamma: float, core: float) -> V3:
-    """Velocity [m/s] at offset a [m] from the middle of a filament along +y of half length `half` [m], circulation +y."""
+    """Velocity [m/s] at offset a [m] from the middle of a filament along +y of half length `half` [m], circulation
+    +y."""
     h2 = ax * ax + az * az
     left, right = ay + half, half - ay
     c = left / math.sqrt(h2 + left * left + 1e-18) + right / math.sqrt(h2 + right * right + 1e-18)
@@ -50,7 +52,17 @@ def bound(ax: float, ay: float, az: float, half: float, gamma: float, core: floa
 
 @jit
 def horseshoe(
-    x: float, y: float, z: float, src: Arr, at: int, gamma: float, d0: float, d1: float, d2: float, nu: float, speed: float
+    x: float,
+    y: float,
+    z: float,
+    src: Arr,
+    at: int,
+    gamma: float,
+    d0: float,
+    d1: float,
+    d2: float,
+    nu: float,
+    speed: float,
 ) -> V3:
     """Velocity [m/s, source body axes] at point (x, y, z) [m] of the horseshoe src[at:at+5], legs along unit vector d.
 
@@ -86,14 +98,23 @@ def wake_velocity(x: float, y: float, z: float, obs: Arr, src: Arr) -> V3:
 
 @jit
 def wake_on_airframe(
-    st: Arr, obs: Arr, src: Arr, sr: Arr, points: Arr, weight: Arr, n_span: int, n_frame: int, wind: Arr, probe_wake: Arr
+    st: Arr,
+    obs: Arr,
+    src: Arr,
+    sr: Arr,
+    points: Arr,
+    weight: Arr,
+    n_span: int,
+    n_frame: int,
+    wind: Arr,
+    probe_wake: Arr,
 ) -> None:
     """Add the wake of source aircraft (`st`, `obs`, `src`) to the effective wind of `sr`; fill its probes' wake.
 
     points [m, 3] (body of `sr`): n_span wing stations, then fuselage stations up to n_frame, then probes.
     weight [n_frame, 3]: weight in the mean; least-squares slope against y (wing); against x (fuselage). Effective wind:
-    translation = weighted mean [NED]; p = dWz/dy on the wing, q = -dWz/dx and r = dWy/dx on the fuselage: one gradient per
-    lifting surface (lee.md E23). wind [NW] is added to, probe_wake [m - n_frame, 3] (NED) is overwritten.
+    translation = weighted mean [NED]; p = dWz/dy on the wing, q = -dWz/dx and r = dWy/dx on the fuselage: one
+    gradient per lifting surface (lee.md E23). wind [NW] is added to, probe_wake [m - n_frame, 3] (NED) is overwritten.
     """
     t00, t01, t02, t10, t11, t12, t20, t21, t22 = quat_dcm(st[0], st[1], st[2], st[3])
     c00, c01, c02, c10, c11, c12, c20, c21, c22 = quat_dcm(sr[0], sr[1], sr[2], sr[3])

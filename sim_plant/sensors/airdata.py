@@ -12,7 +12,8 @@ Reading = tuple[int, tuple[float, ...], tuple[float, ...], tuple[float, ...]]
 
 
 class AirSensor(Sensor):
-    """Probe i reads the wind at its own place, wake and w x r included. Error row: V, alpha, beta of probe 0, of probe 1, ..."""
+    """Probe i reads the wind at its own place, wake and w x r included. Error row: V, alpha, beta of probe 0, of
+    probe 1, ..."""
 
     group, bit = "air", UPD_AIR
 

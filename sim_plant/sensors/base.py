@@ -14,7 +14,7 @@ from sim_plant.rng import NoiseRows
 class View:
     """True values of one aircraft at the current tick, as plain floats (layout.py orders)."""
 
-    __slots__ = ("s", "o", "rel", "contact", "inside", "transfer_kgps", "probes")
+    __slots__ = ("contact", "inside", "o", "probes", "rel", "s", "transfer_kgps")
 
     def __init__(self, probes: int) -> None:
         self.s: list[float] = []  # state
@@ -40,7 +40,9 @@ class Sensor:
     group = ""  # name in the scenario
     bit = 0  # SensorFrame.updated
 
-    def __init__(self, key: str, rate_hz: float, latency_ms: float, base_hz: int, noise: NoiseRows | None, columns: int) -> None:
+    def __init__(
+        self, key: str, rate_hz: float, latency_ms: float, base_hz: int, noise: NoiseRows | None, columns: int
+    ) -> None:
         self.key = key
         self.div = divisor(base_hz, rate_hz, key)
         self.latency_us = round(latency_ms * 1000.0)

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from sim_plant.rng import NoiseRows
-from sim_plant.scenario import NoiseCfg, Suite
 from sim_plant.sensors.airdata import AirSensor
 from sim_plant.sensors.base import Sensor
+from sim_plant.sensors.config import NoiseCfg, Suite
 from sim_plant.sensors.onboard import AttitudeSensor, BaroSensor, FuelSensor, GnssSensor, ImuSensor, MagSensor
 from sim_plant.sensors.pair import BoomSensor, RelSensor
 
@@ -17,7 +17,8 @@ def build_sensors(
 ) -> list[Sensor]:
     """Sensors of aircraft `name` with `probes` air-data probes. Raises ConfigError for a rate that does not fit.
 
-    Each draws from generators named "<aircraft>.<sensor>.noise" and ".bias". A sensor's own tau_s wins over the common one.
+    Each draws from generators named "<aircraft>.<sensor>.noise" and ".bias". A sensor's own tau_s wins over the
+    common one.
     """
 
     def errors(group: str, cfg: Any, std: list[float], bias: list[float]) -> NoiseRows:
@@ -31,7 +32,12 @@ def build_sensors(
 
     u = suite
     out = [
-        make(ImuSensor, u.imu, [u.imu.gyro_std] * 3 + [u.imu.acc_std] * 3, [u.imu.gyro_bias_std] * 3 + [u.imu.acc_bias_std] * 3),
+        make(
+            ImuSensor,
+            u.imu,
+            [u.imu.gyro_std] * 3 + [u.imu.acc_std] * 3,
+            [u.imu.gyro_bias_std] * 3 + [u.imu.acc_bias_std] * 3,
+        ),
         make(BaroSensor, u.baro, [u.baro.alt_std_m], [u.baro.alt_bias_std_m]),
         make(MagSensor, u.mag, [u.mag.std_gauss] * 3, [u.mag.bias_std_gauss] * 3),
         make(

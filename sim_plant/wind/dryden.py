@@ -1,7 +1,7 @@
 """Dryden turbulence as an exactly discretised linear system.
 
-Shaping filters of lee.md section 3.5 with erratum E13; their unit noise has autocorrelation pi delta(t) (trap 8). One-sided
-spectra: u: sigma^2 2L/(pi V) / (1 + (L w/V)^2); v, w: sigma^2 L/(pi V) (1 + 3 (L w/V)^2) / (1 + (L w/V)^2)^2.
+Shaping filters of lee.md section 3.5 with erratum E13; their unit noise has autocorrelation pi delta(t) (trap 8).
+One-sided spectra: u: sigma^2 2L/(pi V) / (1 + (L w/V)^2); v, w: sigma^2 L/(pi V) (1 + 3 (L w/V)^2) / (1 + (L w/V)^2)^2.
 """
 
 from __future__ import annotations
@@ -38,7 +38,8 @@ def shaping(V: float, L: float, sigma: float) -> tuple[Arr, Arr, Arr]:
 
 
 def discretise(a: Arr, bbt: Arr, dt: float) -> tuple[Arr, Arr]:
-    """Transition matrix and covariance of the noise added in one step dt [s]. Source: Van Loan (1978), block exponential."""
+    """Transition matrix and covariance of the noise added in one step dt [s]. Source: Van Loan (1978), block
+    exponential."""
     n = a.shape[0]
     big = np.zeros((2 * n, 2 * n))
     big[:n, :n], big[:n, n:], big[n:, n:] = -a, bbt, a.T
@@ -49,7 +50,8 @@ def discretise(a: Arr, bbt: Arr, dt: float) -> tuple[Arr, Arr]:
 
 
 class DrydenSeries:
-    """Gust series (u, v, w) [m/s], one row per tick, in blocks of BLOCK rows; started from the stationary distribution."""
+    """Gust series (u, v, w) [m/s], one row per tick, in blocks of BLOCK rows; started from the stationary
+    distribution."""
 
     def __init__(self, seed: int, name: str, V: float, L: float, sigma: float, dt: float) -> None:
         self.rows = np.zeros((BLOCK, 3))

@@ -40,8 +40,8 @@ class _Gusts:
 class AirMass:
     """Effective wind on every aircraft, evaluated once per tick.
 
-    Frozen field: the leader's gusts stay where they are in the air; a follower xi_x behind meets them (-xi_x)/V later. With
-    `independent` each aircraft has its own series.
+    Frozen field: the leader's gusts stay where they are in the air; a follower xi_x behind meets them (-xi_x)/V
+    later. With `independent` each aircraft has its own series.
     """
 
     def __init__(self, cfg: Wind, vehicles: list[Vehicle], seed: int, dt_s: float) -> None:
@@ -53,7 +53,8 @@ class AirMass:
         self._frozen = not d.independent
         count = 1 if self._frozen else len(vehicles)
         self._gusts = [
-            _Gusts(DrydenSeries(seed, f"{vehicles[i].cfg.name}.dryden", d.V_mps, d.L_m, d.sigma_mps, dt_s)) for i in range(count)
+            _Gusts(DrydenSeries(seed, f"{vehicles[i].cfg.name}.dryden", d.V_mps, d.L_m, d.sigma_mps, dt_s))
+            for i in range(count)
         ]
         self._slow_cfg = cfg.slow
         self._slow = np.zeros((BLOCK, 2))
@@ -106,4 +107,6 @@ class AirMass:
         v.wind[3:6] = 0.0
         if self._wake and v.index:
             a = self._lead
-            wake_on_airframe(a.s, a.obs, a.wake_source, v.s, v.points, v.weight, v.n_span, v.n_frame, v.wind, v.probe_wake)
+            wake_on_airframe(
+                a.s, a.obs, a.wake_source, v.s, v.points, v.weight, v.n_span, v.n_frame, v.wind, v.probe_wake
+            )

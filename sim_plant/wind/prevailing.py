@@ -16,8 +16,8 @@ KNOT = 0.514444  # [m/s]
 def sounding_table(name: str) -> NDArray[np.float64]:
     """Rows (height [m], north, east component [m/s], air moves towards) of a University of Wyoming listing.
 
-    `name`: file in sim_plant/data or a path. Fixed columns of 7 characters: HGHT second, DRCT (direction FROM, deg) and SKNT
-    (knots) seventh and eighth; rows without wind are left out. Raises ConfigError naming the file.
+    `name`: file in sim_plant/data or a path. Fixed columns of 7 characters: HGHT second, DRCT (direction FROM, deg)
+    and SKNT (knots) seventh and eighth; rows without wind are left out. Raises ConfigError naming the file.
     """
     path = Path(name) if Path(name).is_absolute() else DATA / name
     try:

@@ -30,15 +30,16 @@ def source_vector(ac: Aircraft, core_wing_m: float, core_tail_m: float, nu_m2ps:
 def airframe_points(ac: Aircraft, probes: Arr) -> tuple[Arr, Arr, int, int]:
     """Points [m, 3] (body), weights [n_frame, 3], number of wing stations, number of airframe points.
 
-    Nine stations across the span at the middles of equal strips, elliptic weight, at the wing's aerodynamic centre; nose, cg
-    and tail on the fuselage; then the probes. Weight columns: mean, slope against y, slope against x (see
+    Nine stations across the span at the middles of equal strips, elliptic weight, at the wing's aerodynamic centre;
+    nose, cg and tail stations on the fuselage axis (off it, the field's change with height would enter the slope
+    along x); then the probes. Weight columns: mean, slope against y, slope against x (see
     kernels/vortex.wake_on_airframe).
     """
     y = (np.arange(N_SPAN) + 0.5) / N_SPAN * ac.geometry.b_m - 0.5 * ac.geometry.b_m
     ell = np.sqrt(1.0 - (2.0 * y / ac.geometry.b_m) ** 2)
     ell /= ell.sum()
     wing = np.array(ac.wake.wing_ac_m)[None, :] + np.stack([0 * y, y, 0 * y], axis=1)
-    frame = np.array([ac.wake.nose_m, (0.0, 0.0, 0.0), ac.wake.tail_ac_m])
+    frame = np.array([(ac.wake.nose_m[0], 0.0, 0.0), (0.0, 0.0, 0.0), (ac.wake.tail_ac_m[0], 0.0, 0.0)])
     n_frame = N_SPAN + len(frame)
     weight = np.zeros((n_frame, 3))
     weight[:N_SPAN, 0] = WING_SHARE * ell

@@ -1,0 +1,107 @@
+"""The two clocks of the one loop; nothing else on board imports `time`.
+
+Lockstep: time is the stamp in the sensor packet. Real time: absolute monotonic deadlines, so no drift; a loop that is late by a
+period or more skips whole periods and says how many.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import time
+from collections.abc import Callable
+from typing import Protocol
+
+
+def monotonic_us() -> int:
+    """Wall microseconds from an arbitrary start; for time-outs and accounting only."""
+    return time.monotonic_ns() // 1000
+
+
+class Clock(Protocol):
+    """What the loop asks of a clock."""
+
+    def now_us(self) -> int:
+        """Time [us]: sample time in lockstep, monotonic in real time."""
+
+    def wait_tick(self) -> int:
+        """Wait for the next tick; the number of base periods that passed."""
+
+
+class LockstepClock:
+    """Time is what the plant says. `advance` takes the stamp of a sensor datagram, `wait_tick` gives the periods it was worth."""
+
+    def __init__(self, period_us: int) -> None:
+        self.period_us = period_us
+        self._t_us = -1
+        self._periods = 0
+
+    def advance(self, t_us: int) -> None:
+        """A sensor datagram stamped `t_us` [us] was taken."""
+        self._periods = 1 if self._t_us < 0 else max(0, round((t_us - self._t_us) / self.period_us))
+        self._t_us = t_us
+
+    def now_us(self) -> int:
+        """Stamp of the last sensor datagram [us]; -1 before the first."""
+        return self._t_us
+
+    def wait_tick(self) -> int:
+        """Periods between the last two stamps; does not wait, the socket does."""
+        return self._periods
+
+
+class RealtimeClock:
+    """Absolute deadlines every `period_us`. `now` and `sleep_s` can be replaced for tests."""
+
+    def __init__(
+        self,
+        period_us: int,
+        now: Callable[[], int] = monotonic_us,
+        sleep_s: Callable[[float], None] = time.sleep,
+    ) -> None:
+        self.period_us = period_us
+        self._now = now
+        self._sleep_s = sleep_s
+        self._next_us = now() + period_us
+        self.late_us = 0
+
+    def now_us(self) -> int:
+        """Monotonic time [us]."""
+        return self._now()
+
+    def start(self) -> None:
+        """Set the first deadline one period from now (after warm-up)."""
+        self._next_us = self._now() + self.period_us
+
+    def wait_tick(self) -> int:
+        """Sleep to the deadline. Returns 1 + periods skipped; `late_us` is how late the loop woke after the deadline it met."""
+        wait = self._next_us - self._now()
+        while wait > 0:
+            self._sleep_s(wait * 1e-6)
+            wait = self._next_us - self._now()
+        skipped = -wait // self.period_us
+        deadline = self._next_us + skipped * self.period_us
+        # lateness counts from the deadline first missed: a slip shows its full size
+        self.late_us = -wait
+        self._next_us = deadline + self.period_us
+        return 1 + skipped
+
+
+def realtime_priority(priority: int = 20) -> str:
+    """Try for SCHED_FIFO and locked memory. Returns one line that says what was granted; never raises."""
+    said = []
+    try:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
+        said.append(f"SCHED_FIFO {priority}")
+    except (OSError, AttributeError) as e:
+        said.append(f"no SCHED_FIFO ({e})")
+    try:
+        libc = ctypes.CDLL(None, use_errno=True)
+        mcl_current, mcl_future = 1, 2
+        if libc.mlockall(mcl_current | mcl_future) == 0:
+            said.append("memory locked")
+        else:
+            said.append(f"memory not locked ({os.strerror(ctypes.get_errno())})")
+    except (OSError, AttributeError) as e:
+        said.append(f"memory not locked ({e})")
+    return ", ".join(said)

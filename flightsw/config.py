@@ -1,0 +1,125 @@
+"""Configuration of one flight process: strict TOML into frozen dataclasses.
+
+[app], [origin], [link] and [telemetry] are read here. Everything else in the file belongs to the mission and stays a plain
+tree; `FlightApp` converts it, as strictly.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Any
+
+from flightsw.icd.geo import Origin
+from flightsw.icd.link import GROUND_PORT, OPERATOR_PORT
+from flightsw.icd.rates import DEFAULT_RATES, MAX_RATE_HZ
+from flightsw.strict import ConfigError, Range, load
+
+Hz = Annotated[float, Range(0.0, MAX_RATE_HZ)]
+Port = Annotated[int, Range(1, 65535)]
+
+
+@dataclass(frozen=True)
+class AppConfig:
+    """What flies: mission and aircraft file, under which name and MAVLink system id, at which base rate."""
+
+    name: str
+    mission: str
+    aircraft: str
+    sysid: Annotated[int, Range(1, 250)]
+    base_rate_hz: Annotated[int, Range(10, 1000)] = 100
+    mission_rate_hz: Annotated[int, Range(1, 1000)] = 20
+
+    def __post_init__(self) -> None:
+        if self.base_rate_hz % 10:
+            raise ConfigError(f"app.base_rate_hz = {self.base_rate_hz}: allowed: multiples of 10")
+        if 250_000 % self.base_rate_hz:
+            raise ConfigError(f"app.base_rate_hz = {self.base_rate_hz}: the period must be a multiple of 4 us (log stamps)")
+        if self.base_rate_hz % self.mission_rate_hz:
+            raise ConfigError(f"app.mission_rate_hz = {self.mission_rate_hz}: must divide base_rate_hz = {self.base_rate_hz}")
+
+
+@dataclass(frozen=True)
+class OriginConfig:
+    """Origin of the local north-east-down frame; the plant must use the same."""
+
+    lat_deg: Annotated[float, Range(-85.0, 85.0)] = Origin().lat_deg
+    lon_deg: Annotated[float, Range(-180.0, 180.0)] = Origin().lon_deg
+    alt_m: Annotated[float, Range(-500.0, 9000.0)] = 0.0
+
+    def origin(self) -> Origin:
+        """The record geo.py wants."""
+        return Origin(self.lat_deg, self.lon_deg, self.alt_m)
+
+
+@dataclass(frozen=True)
+class LinkConfig:
+    """Ports and time-outs of the plant link and of the data link between aircraft. Port 0 = the port plan of icd/link.py."""
+
+    host: str = "127.0.0.1"
+    plant_port: Annotated[int, Range(0, 65535)] = 0
+    telemetry_port: Annotated[int, Range(0, 65535)] = 0
+    targets: tuple[str, ...] = (f"127.0.0.1:{GROUND_PORT}", f"127.0.0.1:{OPERATOR_PORT}")
+    startup_timeout_s: Annotated[float, Range(0.1, 3600.0)] = 180.0  # wall time to the first datagram
+    peer_timeout_s: Annotated[float, Range(0.1, 600.0)] = 3.0  # wall time between datagrams
+    delay_ticks: Annotated[int, Range(0, 20)] = 1  # transport delay the control law allows for
+    broadcast_peer: bool = False  # send own state to the other aircraft
+    peer_rate_hz: Annotated[int, Range(1, 100)] = 20
+    peer_sysid: Annotated[int, Range(0, 250)] = 0  # whose state to accept; 0 = any other aircraft
+
+    def __post_init__(self) -> None:
+        for text in self.targets:
+            parse_target(text)
+
+
+@dataclass(frozen=True)
+class TelemetryConfig:
+    """Rates that differ from icd/rates.py: message name -> Hz, 0 = off."""
+
+    rates_hz: dict[str, Hz] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for name in self.rates_hz:
+            if name not in DEFAULT_RATES:
+                raise ConfigError(f"telemetry.rates_hz.{name}: unknown message; allowed: {', '.join(DEFAULT_RATES)}")
+
+
+@dataclass(frozen=True)
+class FlightConfig:
+    """One flight file. The dict tables are the mission's own."""
+
+    app: AppConfig
+    tanker: str | None = None  # receiver missions: aircraft file of the tanker
+    origin: OriginConfig = field(default_factory=OriginConfig)
+    link: LinkConfig = field(default_factory=LinkConfig)
+    telemetry: TelemetryConfig = field(default_factory=TelemetryConfig)
+    health: dict[str, Any] = field(default_factory=dict)
+    nav: dict[str, Any] = field(default_factory=dict)
+    ctrl: dict[str, Any] = field(default_factory=dict)
+    guid: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def tables(self) -> dict[str, Any]:
+        """What FlightApp converts itself; keys the file leaves out are left out here."""
+        out: dict[str, Any] = {k: getattr(self, k) for k in ("health", "nav", "ctrl", "guid") if getattr(self, k)}
+        if self.tanker is not None:
+            out["tanker"] = self.tanker
+        return out
+
+    @property
+    def period_us(self) -> int:
+        """Base period [us]."""
+        return 1_000_000 // self.app.base_rate_hz
+
+
+def parse_target(text: str) -> tuple[str, int]:
+    """Host and port of "host:port". Raises ConfigError."""
+    host, _, port = text.rpartition(":")
+    if not host or not port.isdigit() or not 1 <= int(port) <= 65535:
+        raise ConfigError(f"link.targets: {text!r}: expected host:port with a port of 1 to 65535")
+    return host, int(port)
+
+
+def load_flight(path: str | Path, overrides: dict[str, Any] | None = None) -> FlightConfig:
+    """Read a flight file; `overrides` maps dotted keys to values. Raises ConfigError naming file, key and what is allowed."""
+    return load(path, FlightConfig, overrides)

@@ -1,0 +1,201 @@
+"""Snapshot to telemetry messages: one encoder per message, all of the same shape, in one table."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from flightsw.icd.codec_flight import wind_fields
+from flightsw.icd.geo import WireMap
+from flightsw.icd.wire import BY_NAME, Counters, Sender
+from flightsw.types import HF_AIR, HF_ATT, HF_GNSS, HF_IMU, HF_NAV, HF_REL, Snapshot, Timing
+
+PHASE_BREAKAWAY = 8  # WKF_PHASE
+_TAU = 2.0 * math.pi
+
+
+@dataclass(slots=True)
+class Context:
+    """What encoders need beside the snapshot."""
+
+    send: Sender
+    geo: WireMap
+    count: Counters  # of the plant link
+    timing: Timing
+    late_p999_us: float = 0.0
+    dropped: int = 0  # telemetry datagrams not sent
+    sent: int = 0
+    period_us: int = 10_000
+
+
+Encoder = Callable[[Snapshot, Context], bytes]
+_S = BY_NAME
+
+
+def _wrap(a: float) -> float:
+    """Angle [rad] to (-pi, pi]."""
+    a = math.remainder(a, _TAU)
+    return math.pi if a == -math.pi else a
+
+
+def _clamp(v: float, lo: int, hi: int) -> int:
+    return max(lo, min(hi, round(v)))
+
+
+def _i16(v: float) -> int:
+    return _clamp(v, -32768, 32767)
+
+
+def _nav_state(s: Snapshot, c: Context) -> bytes:
+    n = s.nav
+    return c.send.pack(
+        _S["NAV_STATE"], s.t_us, n.V, n.beta, n.alpha, *n.w_b, *n.euler, *n.wind_n, *n.wind_sigma, *n.pos_sigma, *n.att_sigma,
+        n.nis, min(n.nis_dof, 255), 1 if n.valid else 0,
+    )  # fmt: skip
+
+
+def _quaternion(s: Snapshot, c: Context) -> bytes:
+    return c.send.pack(_S["ATTITUDE_QUATERNION"], s.t_us // 1000, *s.nav.q_nb, *s.nav.w_b, 0.0, 0.0, 0.0, 0.0)
+
+
+def _local(s: Snapshot, c: Context) -> bytes:
+    return c.send.pack(_S["LOCAL_POSITION_NED"], s.t_us // 1000, *s.nav.pos_n, *s.nav.vel_n)
+
+
+def _relative(s: Snapshot, c: Context) -> bytes:
+    n, g = s.nav, s.guid
+    return c.send.pack(
+        _S["RELATIVE_STATE"], s.t_us, *n.rel_pos_t, *n.rel_vel_t, *n.rel_euler, *n.rel_sigma, *g.rel_pos_t, *g.rel_vel_t,
+        n.rel_age_s, n.peer_age_s, 1 if n.rel_valid else 0,
+    )  # fmt: skip
+
+
+def _mission(s: Snapshot, c: Context) -> bytes:
+    g, u = s.guid, s.cmd
+    return c.send.pack(
+        _S["MISSION_STATUS"], s.t_us, g.phase_t_s, g.V, g.alt_m, g.psi_dot, u.aileron, u.elevator, u.rudder, u.throttle,
+        g.phase, 1 if g.measure else 0, 1 if s.sensors.boom_contact else 0, 1 if g.latch else 0,
+        g.reason.encode("ascii", "replace")[:50],
+    )  # fmt: skip
+
+
+def _wind(s: Snapshot, c: Context) -> bytes:
+    v = wind_fields(s.nav, -s.nav.pos_n[2])
+    return c.send.pack(_S["WIND_COV"], s.t_us, *v[1:])
+
+
+def _attitude(s: Snapshot, c: Context) -> bytes:
+    psi, theta, phi = s.nav.euler
+    return c.send.pack(_S["ATTITUDE"], s.t_us // 1000, _wrap(phi), theta, _wrap(psi), *s.nav.w_b)
+
+
+def _global(s: Snapshot, c: Context) -> bytes:
+    lat, lon, alt = c.geo.encode(s.nav.pos_n)
+    vx, vy, vz = s.nav.vel_n
+    return c.send.pack(
+        _S["GLOBAL_POSITION_INT"], s.t_us // 1000, lat, lon, round(alt * 1000.0), round(-s.nav.pos_n[2] * 1000.0),
+        _i16(vx * 100.0), _i16(vy * 100.0), _i16(vz * 100.0), round(math.degrees(s.nav.euler[0]) * 100.0) % 36000,
+    )  # fmt: skip
+
+
+def _hud(s: Snapshot, c: Context) -> bytes:
+    n = s.nav
+    return c.send.named(
+        "VFR_HUD",
+        airspeed=n.V,
+        groundspeed=math.hypot(n.vel_n[0], n.vel_n[1]),
+        heading=round(math.degrees(n.euler[0])) % 360,
+        throttle=_clamp(s.cmd.throttle * 100.0, 0, 100),
+        alt=c.geo.alt0 - n.pos_n[2],
+        climb=-n.vel_n[2],
+    )
+
+
+def _heartbeat(s: Snapshot, c: Context) -> bytes:
+    if s.guid.phase == PHASE_BREAKAWAY:
+        state = 6
+    elif not s.nav.valid:
+        state = 2
+    else:
+        state = 5 if s.health.failed & (HF_IMU | HF_GNSS | HF_AIR | HF_ATT | HF_REL | HF_NAV) else 4
+    mode = 0x3D | (0x80 if s.cmd.armed else 0)  # custom, automatic, guided, stabilised, HIL, armed
+    return c.send.named("HEARTBEAT", type=1, autopilot=0, base_mode=mode, custom_mode=s.guid.phase, system_status=state)
+
+
+# HF_* -> MAV_SYS_STATUS_SENSOR
+_FITTED = ((HF_IMU, 0x3), (HF_AIR, 0x10), (HF_GNSS, 0x20), (HF_ATT | HF_NAV, 0x200000), (HF_REL, 0x80))
+
+
+def _sys_status(s: Snapshot, c: Context) -> bytes:
+    present = sum(bits for _, bits in _FITTED)
+    healthy = sum(bits for flag, bits in _FITTED if not s.health.failed & flag)
+    tried = c.sent + c.dropped
+    return c.send.named(
+        "SYS_STATUS",
+        onboard_control_sensors_present=present,
+        onboard_control_sensors_enabled=present,
+        onboard_control_sensors_health=healthy,
+        load=_clamp(1000.0 * c.timing.exec_us_mean / c.period_us, 0, 65535),
+        voltage_battery=0xFFFF,
+        current_battery=-1,
+        battery_remaining=-1,
+        drop_rate_comm=10000 * c.dropped // tried if tried else 0,
+        errors_comm=min(c.dropped, 65535),
+        errors_count1=min(c.count.bad, 65535),
+        errors_count2=min(s.health.rejected + c.count.out_of_order, 65535),
+        errors_count3=min(c.timing.slips, 65535),
+    )
+
+
+def _estimator(s: Snapshot, c: Context) -> bytes:
+    n = s.nav
+    flags = 0
+    if n.valid:
+        flags = 0x37 | (0x8 if n.rel_valid else 0)
+    if s.health.failed & HF_GNSS:
+        flags |= 0x400
+    ratio = n.nis / n.nis_dof if n.nis_dof else 0.0
+    return c.send.named(
+        "ESTIMATOR_STATUS",
+        time_usec=s.t_us,
+        flags=flags,
+        vel_ratio=ratio,
+        pos_horiz_ratio=ratio,
+        pos_vert_ratio=ratio,
+        tas_ratio=ratio,
+        pos_horiz_accuracy=math.hypot(n.pos_sigma[0], n.pos_sigma[1]),
+        pos_vert_accuracy=n.pos_sigma[2],
+    )
+
+
+def _timing(s: Snapshot, c: Context) -> bytes:
+    t = c.timing
+    return c.send.pack(
+        _S["LOOP_TIMING"], s.t_us, t.ticks, t.slips, t.exec_us_last, t.exec_us_max, t.exec_us_mean, t.late_us_p50, t.late_us_p99,
+        c.late_p999_us, t.late_us_max,
+    )  # fmt: skip
+
+
+def _health(s: Snapshot, c: Context) -> bytes:
+    h = s.health
+    return c.send.pack(_S["HEALTH_STATUS"], s.t_us, c.count.bad, h.rejected + c.count.out_of_order, h.failed)
+
+
+ENCODERS: dict[str, Encoder] = {
+    "NAV_STATE": _nav_state,
+    "ATTITUDE_QUATERNION": _quaternion,
+    "LOCAL_POSITION_NED": _local,
+    "RELATIVE_STATE": _relative,
+    "MISSION_STATUS": _mission,
+    "WIND_COV": _wind,
+    "ATTITUDE": _attitude,
+    "GLOBAL_POSITION_INT": _global,
+    "VFR_HUD": _hud,
+    "HEARTBEAT": _heartbeat,
+    "SYS_STATUS": _sys_status,
+    "ESTIMATOR_STATUS": _estimator,
+    "LOOP_TIMING": _timing,
+    "HEALTH_STATUS": _health,
+}
+TIMED = frozenset(n for n in ENCODERS if {"time_usec", "time_boot_ms"} & set(_S[n].slots))

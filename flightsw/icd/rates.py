@@ -1,0 +1,63 @@
+"""The one table of telemetry: message -> rate [Hz]. Tests read it too.
+
+Messages of 10 Hz and less share the ticks of a 10 Hz grid, so a tick sends one datagram or none; the 1 Hz messages are spread
+over the ten slots of a second by their offset. A faster message (command SET_MESSAGE_INTERVAL) goes on its own ticks.
+"""
+
+from __future__ import annotations
+
+GRID_HZ = 10  # [Hz]
+MAX_RATE_HZ = 1000.0  # [Hz]
+
+# message -> (rate [Hz], offset in slots of the grid). Order = order within a datagram: the first due one must carry a time.
+_COMMON = {
+    "NAV_STATE": (10.0, 0),
+    "ATTITUDE_QUATERNION": (10.0, 0),
+    "LOCAL_POSITION_NED": (10.0, 0),
+    "RELATIVE_STATE": (10.0, 0),
+    "MISSION_STATUS": (10.0, 0),
+    "WIND_COV": (5.0, 1),
+    "ATTITUDE": (4.0, 0),
+    "GLOBAL_POSITION_INT": (4.0, 0),
+    "VFR_HUD": (2.0, 2),
+    "HEARTBEAT": (1.0, 0),
+    "SYS_STATUS": (1.0, 2),
+    "ESTIMATOR_STATUS": (1.0, 4),
+    "LOOP_TIMING": (1.0, 6),
+    "HEALTH_STATUS": (1.0, 8),
+}
+DEFAULT_RATES: dict[str, float] = {name: rate for name, (rate, _) in _COMMON.items()}
+OFFSETS: dict[str, int] = {name: offset for name, (_, offset) in _COMMON.items()}
+MISSION_RATES: dict[str, dict[str, float]] = {"tanker": {"RELATIVE_STATE": 0.0}, "receiver": {}}
+
+
+def rates_for(mission: str, overrides: dict[str, float] | None = None) -> dict[str, float]:
+    """Rate of every message for a mission, the configuration's overrides applied."""
+    return DEFAULT_RATES | MISSION_RATES.get(mission, {}) | (overrides or {})
+
+
+def due(tick: int, rate_hz: float, offset: int, base_hz: int) -> bool:
+    """Is a message of this rate due on base tick `tick`? On average exactly `rate_hz` (to 0.001 Hz), at most one per tick."""
+    rate = round(rate_hz * 1000.0)  # [mHz] integers: no rounding drifts in
+    if rate <= 0:
+        return False
+    if rate > GRID_HZ * 1000:
+        whole = base_hz * 1000
+        rate = min(rate, whole)
+        return tick * rate // whole != (tick - 1) * rate // whole
+    step = base_hz // GRID_HZ
+    if tick % step:
+        return False
+    slot, whole = tick // step - offset, GRID_HZ * 1000
+    return slot * rate // whole != (slot - 1) * rate // whole
+
+
+def schedule(rates: dict[str, float], base_hz: int) -> list[tuple[str, ...]]:
+    """Names due on each tick of a cycle of ten seconds: element `tick % (10 * base_hz)`."""
+    cycle = 10 * base_hz
+    out: list[tuple[str, ...]] = [()] * cycle
+    live = [(n, r) for n, r in rates.items() if r > 0.0]
+    step = 1 if any(r > GRID_HZ for _, r in live) else base_hz // GRID_HZ
+    for tick in range(0, cycle, step):
+        out[tick] = tuple(n for n, r in live if due(tick, r, OFFSETS.get(n, 0), base_hz))
+    return out

@@ -1,0 +1,145 @@
+"""`sil bench`: how fast everything is on this machine, in one table. Nothing here is a test: it measures and prints."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from flightsw.icd import wire
+from flightsw.icd.tlog import read
+from hil_scripts import bench_filters, bench_link, bench_plant, ports
+
+TICK_HZ = 100
+REALTIME_S = 60.0
+PING_TICKS = 20_000
+RUN_TIMEOUT_S = 900.0
+
+
+@dataclass(frozen=True)
+class Row:
+    """One measured figure. `goal` is what the project wants, as text; empty if it has no goal."""
+
+    key: str
+    what: str
+    value: float
+    unit: str
+    goal: str = ""
+
+
+class BenchError(RuntimeError):
+    """A measurement could not be made; the text says which and why."""
+
+
+def fly(folder: Path, duration_s: float, *flags: str) -> dict[str, Any]:
+    """Run `sil run refueling` for `duration_s` in a process of its own; its summary. Raises BenchError."""
+    offset = ports.free_offset({1: "tanker", 2: "receiver"}, range(2000, 2500, 20))
+    args = ["run", "refueling", "--no-rrd", "--duration", str(duration_s), "--out", str(folder), *flags]
+    args += [] if "--in-process" in flags else ["--port-offset", str(offset)]
+    cmd = [sys.executable, "-m", "hil_scripts.sil", *args]
+    r = subprocess.run(cmd, capture_output=True, text=True, timeout=RUN_TIMEOUT_S + duration_s, check=False)
+    try:
+        summary = json.loads((folder / "summary.json").read_text())
+    except (OSError, ValueError):
+        raise BenchError(
+            f"sil {' '.join(args)}: exit code {r.returncode}\n{r.stdout[-2000:]}{r.stderr[-2000:]}"
+        ) from None
+    if summary.get("run.outcome") != "completed":
+        raise BenchError(f"sil {' '.join(args)}: {summary.get('run.reason', 'not completed')}")
+    return dict(summary)
+
+
+def measure(
+    folder: Path, duration_s: float, realtime_s: float, say: Callable[[str], None]
+) -> tuple[list[Row], list[dict[str, Any]]]:
+    """All rows, and the timing of the real-time run per aircraft (empty if realtime_s is 0). Raises BenchError."""
+    rows: list[Row] = []
+    say(f"lockstep mission, separate processes, {duration_s:.0f} s simulated")
+    multi = float(fly(folder / "multi", duration_s)["run.sim_s_per_wall_s"])
+    rows.append(
+        Row("lockstep.sim_s_per_wall_s", "lockstep mission, four processes", multi, "sim s / s", ">= 10, goal 20")
+    )
+    say("the same in one process")
+    single = float(fly(folder / "single", duration_s, "--in-process")["run.sim_s_per_wall_s"])
+    rows.append(
+        Row("in_process.sim_s_per_wall_s", "same in process, no sockets", single, "sim s / s", ">= 25, goal 60")
+    )
+    say("bare-socket ping-pong with the same datagrams")
+    sizes = [bench_link.measure_sizes(p) for p in sorted((folder / "multi").glob("link_*.tlog"))]
+    bare = bench_link.ping_pong(sizes, PING_TICKS) / TICK_HZ
+    rows.append(Row("bare.sim_s_per_wall_s", "bare sockets, same datagrams and bytes", bare, "sim s / s"))
+    rows.append(Row("lockstep.ratio_to_bare", "lockstep mission takes, times bare sockets", bare / multi, "x"))
+    say("estimator and plant")
+    rows += filter_rows() + plant_rows()
+    timing: list[dict[str, Any]] = []
+    if realtime_s > 0:
+        say(f"real time, {realtime_s:.0f} s at {TICK_HZ} Hz")
+        fly(folder / "realtime", realtime_s, "--realtime")
+        timing = loop_timing(folder / "realtime" / "tlm.tlog")
+    return rows, timing
+
+
+def filter_rows() -> list[Row]:
+    """SR-UKF step against filterpy's UKF."""
+    ours, theirs = bench_filters.srukf_step_us(), bench_filters.filterpy_step_us()
+    slow = bench_filters.filterpy_python_model_us()
+    return [
+        Row("srukf.step_us", "SR-UKF step, 15 states, 15 measurements", ours, "us"),
+        Row("filterpy.step_us", "filterpy UKF step, our compiled model", theirs, "us"),
+        Row("filterpy.python_model_step_us", "filterpy UKF step, the model in plain Python", slow, "us"),
+        Row("srukf.speedup", "SR-UKF faster, same compiled model", theirs / ours, "x"),
+        Row("srukf.speedup_python_model", "SR-UKF faster, model in plain Python", slow / ours, "x", ">= 30"),
+    ]
+
+
+def plant_rows() -> list[Row]:
+    """Plant step against JSBSim."""
+    ours, theirs = bench_plant.plant_step_us(), bench_plant.jsbsim_run_us()
+    return [
+        Row("plant.aircraft_step_us", "plant, one aircraft, one tick", ours, "us"),
+        Row("jsbsim.run_us", "JSBSim run(), its Boeing 737", theirs, "us"),
+        Row("plant.ratio_to_jsbsim", "plant step takes, times JSBSim", ours / theirs, "x", "<= 1"),
+    ]
+
+
+def loop_timing(log: Path) -> list[dict[str, Any]]:
+    """Last LOOP_TIMING of every aircraft in a telemetry log, as flat dicts with `sysid`."""
+    last: dict[int, dict[str, Any]] = {}
+    for _t, _link, packet in read(log):
+        if wire.message_id(packet) != wire.BY_NAME["LOOP_TIMING"].id:
+            continue
+        for spec, values, sysid, *_ in wire.split(packet, wire.SPECS, wire.Counters()):
+            last[sysid] = {"sysid": sysid, **spec.to_dict(values)}
+    return [last[k] for k in sorted(last)]
+
+
+def show(console: Console, rows: list[Row], timing: list[dict[str, Any]]) -> None:
+    """Print the tables."""
+    t = Table(title="sil bench", title_justify="left")
+    t.add_column("measured", no_wrap=True)
+    t.add_column("value", justify="right")
+    t.add_column("unit")
+    t.add_column("wanted")
+    for r in rows:
+        t.add_row(r.what, f"{r.value:.2f}" if r.value < 100 else f"{r.value:.0f}", r.unit, r.goal)
+    console.print(t)
+    if timing:
+        t = Table(title="real time: ticks, slips, lateness of the wake-up [us]", title_justify="left")
+        keys = [k for k in timing[0] if k not in ("time_usec",)]
+        for k in keys:
+            t.add_column(k, justify="right")
+        for row in timing:
+            t.add_row(*(f"{row[k]:.0f}" for k in keys))
+        console.print(t)
+
+
+def as_json(rows: list[Row], timing: list[dict[str, Any]]) -> str:
+    """The same as JSON text."""
+    return json.dumps({"rows": [asdict(r) for r in rows], "realtime": timing}, indent=2)

@@ -1,0 +1,33 @@
+#!/usr/bin/env bash
+# Build the virtual environment DIR from requirements.lock (hashes checked) and put this project into it, editable.
+# Usage: make_env.sh DIR [PYTHON]
+set -euo pipefail
+dir=$1
+wanted=${2:-}
+
+new_enough() { "$1" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null; }
+
+python=
+for candidate in ${wanted:-python3.11 python3 python3.12 python3.13}; do
+    if command -v "$candidate" >/dev/null && new_enough "$candidate"; then
+        python=$candidate
+        break
+    fi
+done
+if [ -z "$python" ]; then
+    echo "make env: needs Python 3.11 or newer; found: $(python3 --version 2>&1 || true). Set PYTHON=/path/to/python3.11" >&2
+    exit 1
+fi
+if [ ! -x "$dir/bin/python" ]; then
+    echo "make env: $("$python" --version) -> $dir"
+    if ! "$python" -m venv "$dir"; then
+        rm -rf "$dir"
+        echo "make env: $python cannot make virtual environments (on Debian: apt install python3-venv)" >&2
+        exit 1
+    fi
+fi
+echo "make env: installing $(grep -c '^[a-z].*==' requirements.lock) packages from requirements.lock ..."
+export PIP_DISABLE_PIP_VERSION_CHECK=1
+"$dir/bin/python" -m pip install --quiet --require-hashes -r requirements.lock
+"$dir/bin/python" -m pip install --quiet --no-deps --editable .
+echo "make env: done"

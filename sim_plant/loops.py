@@ -1,0 +1,162 @@
+"""The plant against real flightsw processes over UDP: lockstep (exact) and paced real time. Sockets and wall clock
+live here."""
+
+from __future__ import annotations
+
+import socket
+import struct
+import time
+from collections.abc import Callable
+
+from flightsw.icd.link import MAX_DATAGRAM, Address, UdpLink, plant_port
+from sim_plant.server import PlantServer
+
+REPEAT_S = 0.2  # [s, wall] tick 0 is repeated this often until answered
+STATUS_S = 0.5  # [s, wall] between status reports
+NOTHING, RUBBISH, ANSWER = 0, 1, 2
+Status = Callable[[int, int], None]  # simulated time [us], tick
+
+
+class PeerLostError(RuntimeError):
+    """A flightsw never answered, or fell silent. The text names the aircraft and the last tick on each side."""
+
+
+class UdpPlant:
+    """Drives a PlantServer against one UDP peer per aircraft on 127.0.0.1. `status` is called about every STATUS_S."""
+
+    def __init__(self, server: PlantServer, port_offset: int, status: Status, note: Callable[[str], None]) -> None:
+        self.server = server
+        self._status, self._note = status, note
+        self._link = UdpLink(0, "plant")
+        self._sock = self._link.sock
+        self._sock.setblocking(True)
+        self._timeout(0.05)
+        self._peers: list[Address] = [("127.0.0.1", plant_port(s, port_offset)) for s in server.sysids]
+        self._index = {a: i for i, a in enumerate(self._peers)}
+        self._answered_tick = [-1] * len(self._peers)  # last tick each peer answered
+        self._next_status = 0.0
+        self.missed = [0] * len(self._peers)  # real time: ticks without a fresh reply
+        self.late_ticks = 0  # real time: ticks that began after their deadline by a period or more
+
+    def _timeout(self, seconds: float) -> None:
+        """Receive timeout in the kernel: one system call per datagram instead of poll and receive."""
+        s = max(seconds, 1e-6)
+        self._sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, struct.pack("ll", int(s), int(s % 1.0 * 1e6) or 1))
+
+    def _receive(self, exact: bool, flags: int = 0) -> int:
+        """Take one datagram: ANSWER, RUBBISH (anything else that arrived) or NOTHING."""
+        try:
+            data, addr = self._sock.recvfrom(MAX_DATAGRAM, flags)
+        except (BlockingIOError, ConnectionError):  # nothing there, or a peer's port is not open yet
+            return NOTHING
+        i = self._index.get(addr)
+        if i is not None and self.server.accept(i, data, exact):
+            self._answered_tick[i] = self.server.tick
+            return ANSWER
+        return RUBBISH
+
+    def _send(self, datagrams: list[bytes], only_open: bool = False) -> None:
+        for i, (d, a) in enumerate(zip(datagrams, self._peers, strict=True)):
+            if not (only_open and self.server.answered(i)):
+                try:
+                    self._sock.sendto(d, a)
+                except OSError:
+                    self._link.dropped += 1
+
+    def _report(self, now: float) -> None:
+        if now >= self._next_status:
+            self._next_status = now + STATUS_S
+            self._status(self.server.t_us, self.server.tick)
+            for line in self.server.notes:
+                self._note(line)
+            self.server.notes.clear()
+
+    def _lost(self, waited: float, starting: bool) -> PeerLostError:
+        s = self.server
+        silent = [i for i in range(len(self._peers)) if not s.answered(i)]
+        parts = []
+        for i in silent:
+            last = f"last answered tick {self._answered_tick[i]}" if self._answered_tick[i] >= 0 else "never answered"
+            bad = f", {s.rejected[i]} datagrams rejected" if s.rejected[i] else ""
+            parts.append(f"{s.names[i]} (sysid {s.sysids[i]}, UDP port {self._peers[i][1]}): {last}{bad}")
+        what = "no answer at start-up" if starting else "peer silent"
+        return PeerLostError(
+            f"{what} for {waited:.1f} s; plant is at tick {s.tick} (t = {s.t_us / 1e6:.2f} s); " + "; ".join(parts)
+        )
+
+    def start(self) -> None:
+        """Repeat tick 0 until every aircraft has answered it. Raises PeerLostError after the start-up timeout."""
+        s = self.server
+        began = time.monotonic()
+        next_send = began
+        limit = s.scenario.clock.startup_timeout_s
+        out = s.begin_tick()
+        while not all(s.answered(i) for i in range(len(self._peers))):
+            now = time.monotonic()
+            if now - began > limit:
+                raise self._lost(now - began, True)
+            if now >= next_send:
+                self._send(out, only_open=True)
+                next_send = now + REPEAT_S
+            self._receive(True)
+            self._report(now)
+
+    def lockstep(self) -> None:
+        """Fly the scenario as fast as the peers answer. Raises PeerLostError naming a peer that falls silent."""
+        s, n = self.server, len(self._peers)
+        self.start()
+        s.end_tick()
+        limit = s.scenario.clock.peer_timeout_s
+        while not s.done:
+            self._send(s.begin_tick())
+            waiting, began = n, 0.0
+            while waiting:
+                if self._receive(True) == ANSWER:
+                    waiting -= 1
+                    continue
+                now = time.monotonic()  # the clock is asked only when something is odd
+                began = began or now
+                if now - began > limit:
+                    raise self._lost(now - began, False)
+                self._report(now)
+            s.end_tick()
+            if s.tick & 31 == 0:
+                self._report(time.monotonic())
+
+    def realtime(self) -> None:
+        """Fly at the wall clock's pace: absolute deadlines, whatever reply is newest; silence ends the run as in
+        lockstep."""
+        s, n = self.server, len(self._peers)
+        self.start()
+        s.end_tick()
+        period = 1.0 / s.world.rate_hz
+        limit = s.scenario.clock.peer_timeout_s
+        heard = [time.monotonic()] * n
+        deadline = time.monotonic()
+        self._timeout(period)
+        while not s.done:
+            self._send(s.begin_tick())
+            deadline += period
+            while (left := deadline - time.monotonic()) > 2e-4:
+                time.sleep(left - 1e-4)
+            while self._receive(False, socket.MSG_DONTWAIT) != NOTHING:
+                pass
+            now = time.monotonic()
+            for i in range(n):
+                if s.answered(i):
+                    heard[i] = now
+                else:
+                    self.missed[i] += 1
+                    if now - heard[i] > limit:
+                        raise self._lost(now - heard[i], False)
+            s.end_tick()
+            if now - deadline >= period:  # fell behind: count and go on from here, no burst of ticks
+                self.late_ticks += 1
+                deadline = now
+            self._report(now)
+
+    def finish(self) -> None:
+        """Tell every flightsw that the run is over (three times: UDP may lose one), and close the socket."""
+        for _ in range(3):
+            self._send(self.server.shutdown())
+        self._link.close()

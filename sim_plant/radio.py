@@ -1,0 +1,48 @@
+"""Simulated radio between aircraft: what one transmits the others hear later, or not at all."""
+
+from __future__ import annotations
+
+from collections import deque
+
+from sim_plant.rng import generator
+
+
+class Radio:
+    """Broadcast channel for raw packets. Latency in whole ticks (rounded up), loss independent per transmission and
+    listener.
+
+    A transmission = all packets of one reply. Loss is drawn for each one also while a fault silences the sender, so
+    that a fault does not reshuffle the rest of the run.
+    """
+
+    def __init__(self, names: list[str], seed: int, latency_ms: float, loss: float, rate_hz: int) -> None:
+        self._n = len(names)
+        # never sooner than the next tick: the reply to tick k leaves after that tick's datagrams were sent
+        self._ticks = max(1, -(-round(latency_ms * 1000.0) * rate_hz // 1_000_000))
+        self._loss = loss
+        self._rng = [generator(seed, f"{name}.radio") for name in names]
+        self._queue: list[deque[tuple[int, list[bytes]]]] = [deque() for _ in names]
+        self.sent = 0
+        self.lost = 0
+
+    def send(self, i: int, k: int, packets: list[bytes], up: bool = True) -> None:
+        """Aircraft i transmits packets at tick k; `up` False: its transmitter is silent."""
+        if not packets:
+            return
+        for j in range(self._n):
+            if j == i:
+                continue
+            self.sent += 1
+            lost = self._loss > 0.0 and self._rng[i].random() < self._loss
+            if lost or not up:
+                self.lost += 1
+            else:
+                self._queue[j].append((k + self._ticks, packets))
+
+    def receive(self, j: int, k: int) -> list[bytes]:
+        """Packets that reach aircraft j at tick k, in order of transmission."""
+        q = self._queue[j]
+        out: list[bytes] = []
+        while q and q[0][0] <= k:
+            out += q.popleft()[1]
+        return out

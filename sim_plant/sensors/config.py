@@ -1,0 +1,128 @@
+"""Sensor settings of a scenario: rate, latency, noise and bias of every group. Defaults: the small noise set of lee.md
+section 5 (Table 2.2 of the work it reviews); biases are our choice of a good navigation fit.
+
+`*_std` is white noise per sample, `*_bias_std` the spread of a bias drawn once per run; `tau_s` > 0 colours the noise.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Annotated
+
+from flightsw.strict import Range
+
+NonNeg = Annotated[float, Range(0.0)]
+Rate = Annotated[float, Range(0.1, 1000.0)]
+Latency = Annotated[float, Range(0.0, 5000.0)]
+
+
+@dataclass(frozen=True)
+class NoiseCfg:
+    """Common to all sensors: noise and bias factor, correlation time (0 = white)."""
+
+    scale: NonNeg = 1.0
+    bias_scale: NonNeg = 1.0
+    tau_s: NonNeg = 0.0
+
+
+@dataclass(frozen=True)
+class Imu:
+    rate_hz: Rate = 100.0
+    latency_ms: Latency = 0.0
+    gyro_std: NonNeg = 0.0131  # [rad/s] per sample
+    acc_std: NonNeg = 0.05  # [m/s^2]
+    gyro_bias_std: NonNeg = 2e-4
+    acc_bias_std: NonNeg = 0.02
+    tau_s: NonNeg = 0.0
+
+
+@dataclass(frozen=True)
+class Baro:
+    rate_hz: Rate = 20.0
+    latency_ms: Latency = 0.0
+    alt_std_m: NonNeg = 0.5
+    alt_bias_std_m: NonNeg = 5.0
+    tau_s: NonNeg = 0.0
+
+
+@dataclass(frozen=True)
+class Mag:
+    rate_hz: Rate = 20.0
+    latency_ms: Latency = 0.0
+    std_gauss: NonNeg = 0.002
+    bias_std_gauss: NonNeg = 0.003
+    tau_s: NonNeg = 0.0
+
+
+@dataclass(frozen=True)
+class Gnss:
+    rate_hz: Rate = 20.0
+    latency_ms: Latency = 0.0
+    pos_std_m: NonNeg = 0.5
+    vel_std_mps: NonNeg = 0.1
+    pos_bias_std_m: NonNeg = 1.0
+    vel_bias_std_mps: NonNeg = 0.03
+    tau_s: NonNeg = 0.0
+
+
+@dataclass(frozen=True)
+class Air:
+    rate_hz: Rate = 20.0
+    latency_ms: Latency = 0.0
+    V_std_mps: NonNeg = 0.2
+    alpha_std: NonNeg = 0.0044  # [rad] per probe
+    beta_std: NonNeg = 0.0035
+    V_bias_std_mps: NonNeg = 0.2
+    alpha_bias_std: NonNeg = 0.0015
+    beta_bias_std: NonNeg = 0.0015
+    tau_s: NonNeg = 0.0
+
+
+@dataclass(frozen=True)
+class Att:
+    rate_hz: Rate = 20.0
+    latency_ms: Latency = 0.0
+    std: NonNeg = 0.0035  # [rad] about each body axis
+    bias_std: NonNeg = 0.001
+    tau_s: NonNeg = 0.0
+
+
+@dataclass(frozen=True)
+class Rel:
+    rate_hz: Rate = 20.0
+    latency_ms: Latency = 0.0
+    pos_std_m: NonNeg = 0.5
+    vel_std_mps: NonNeg = 0.1
+    pos_bias_std_m: NonNeg = 0.05
+    vel_bias_std_mps: NonNeg = 0.01
+    tau_s: NonNeg = 0.0
+
+
+@dataclass(frozen=True)
+class Fuel:
+    rate_hz: Rate = 1.0
+    latency_ms: Latency = 0.0
+    std_kg: NonNeg = 5.0
+    bias_std_kg: NonNeg = 10.0
+    tau_s: NonNeg = 0.0
+
+
+@dataclass(frozen=True)
+class BoomSignal:
+    rate_hz: Rate = 20.0
+    latency_ms: Latency = 0.0
+
+
+@dataclass(frozen=True)
+class Suite:
+    """Sensors of one aircraft; a group left out keeps the defaults (lee.md section 5, small noise)."""
+
+    imu: Imu = field(default_factory=Imu)
+    baro: Baro = field(default_factory=Baro)
+    mag: Mag = field(default_factory=Mag)
+    gnss: Gnss = field(default_factory=Gnss)
+    air: Air = field(default_factory=Air)
+    att: Att = field(default_factory=Att)
+    rel: Rel = field(default_factory=Rel)
+    fuel: Fuel = field(default_factory=Fuel)
+    boom: BoomSignal = field(default_factory=BoomSignal)

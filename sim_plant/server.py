@@ -1,0 +1,153 @@
+"""The plant as seen by the link: one datagram out per aircraft and tick, one reply back. No sockets, no clock: the UDP
+loops and the in-process runner drive the same object."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from flightsw.icd.codec import PlantCodec, Reply
+from flightsw.icd.geo import Origin
+from flightsw.icd.tlog import TlogWriter
+from flightsw.types import ActuatorCmd
+from sim_plant.radio import Radio
+from sim_plant.scenario import Scenario, dump
+from sim_plant.world import World
+
+TRUTH_HZ = 20
+ACCEPTED = 0  # MAV_RESULT_ACCEPTED
+
+
+class PlantServer:
+    """World, codec, radio and truth log of one run.
+
+    Per tick: begin_tick() -> datagrams; offer each reply to accept() (or pass all to end_tick); end_tick(). With
+    `run_dir` it writes truth.tlog and the resolved scenario.toml there; raises TlogError or OSError naming the file
+    if it cannot. `notes` collects lines for the operator (refused scripted commands); whoever shows them empties it.
+    """
+
+    def __init__(self, scenario: Scenario, seed: int | None = None, run_dir: str | Path | None = None) -> None:
+        self.scenario = scenario
+        self.world = World(scenario, seed)
+        origin = Origin(scenario.origin.lat_deg, scenario.origin.lon_deg)
+        self.names = [v.cfg.name for v in self.world.vehicles]
+        self.sysids = [v.cfg.sysid for v in self.world.vehicles]
+        self.codecs = [PlantCodec(v.ac, v.cfg.sysid, origin) for v in self.world.vehicles]
+        link = scenario.link
+        self.radio = Radio(self.names, self.world.seed, link.radio_latency_ms, link.radio_loss, self.world.rate_hz)
+        self.notes: list[str] = []
+        self.rejected = [0] * len(self.names)  # datagrams that were no reply to an open tick
+        self._out: list[bytes] = []
+        self._replies: list[Reply | None] = [None] * len(self.names)
+        self._truth_div = max(1, self.world.rate_hz // TRUTH_HZ)
+        self._log: TlogWriter | None = None
+        if run_dir is not None:
+            folder = Path(run_dir)
+            folder.mkdir(parents=True, exist_ok=True)
+            (folder / "scenario.toml").write_text(dump(scenario, self.world.seed))
+            self._log = TlogWriter(folder / "truth.tlog")
+
+    @property
+    def done(self) -> bool:
+        """Whether the scenario's duration is over."""
+        return self.world.done
+
+    @property
+    def tick(self) -> int:
+        """Number of the current tick."""
+        return self.world.tick
+
+    @property
+    def t_us(self) -> int:
+        """Simulated time of the current tick [us]."""
+        return self.world.t_us
+
+    def begin_tick(self) -> list[bytes]:
+        """This tick's datagrams in scenario order. Calling again before end_tick returns the same ones (repeats)."""
+        if self._out:
+            return self._out
+        w = self.world
+        frames = w.sense()
+        for i, (frame, codec) in enumerate(zip(frames, self.codecs, strict=True)):
+            extra = self.radio.receive(i, w.tick)
+            for c in frame.commands:
+                extra.append(codec.command(c.command, *c.params))
+            self._out.append(codec.sensors(frame, extra))
+        if self._log is not None and w.tick % self._truth_div == 0:
+            self._write_truth()
+        return self._out
+
+    def _write_truth(self) -> None:
+        assert self._log is not None
+        for i, codec in enumerate(self.codecs):
+            t = self.world.truth(i)
+            self._log.write(
+                t.t_us,
+                codec.truth(
+                    t.t_us,
+                    pos_n=t.pos_n,
+                    vel_n=t.vel_n,
+                    q_nb=t.q_nb,
+                    w_b=t.w_b,
+                    wind_n=t.wind_n,
+                    wind_rot=t.wind_rot,
+                    V=t.V,
+                    beta=t.beta,
+                    alpha=t.alpha,
+                    controls=t.controls,
+                    xi=t.xi,
+                    mass=t.mass,
+                    boom=(t.boom_elevation, t.boom_azimuth, t.boom_extension),
+                    contact=t.contact,
+                    inside=t.inside,
+                ),
+            )
+
+    def accept(self, i: int, datagram: bytes, exact: bool = True) -> bool:
+        """Take a datagram of aircraft i. True if it answers the current tick (`exact`) or an earlier one (real time).
+
+        Anything else (duplicate, late, corrupt, without actuator command) is counted in `rejected` and changes nothing.
+        """
+        reply = self.codecs[i].decode_reply(datagram)
+        cmd = reply.cmd
+        if cmd is None or cmd.t_us > self.t_us or (exact and (cmd.t_us != self.t_us or self._replies[i] is not None)):
+            self.rejected[i] += 1
+            return False
+        before = self._replies[i]
+        if before is not None:  # real time: several replies in one tick; none of their packets may get lost
+            reply.link = before.link + reply.link
+            if before.cmd is not None and before.cmd.t_us > cmd.t_us:
+                reply.cmd = before.cmd
+        for ack in reply.acks:
+            if ack.result != ACCEPTED:
+                at = f"t = {self.t_us / 1e6:.2f} s"
+                self.notes.append(f"{self.names[i]}: command {ack.command} refused, result {ack.result}, at {at}")
+        self._replies[i] = reply
+        return True
+
+    def answered(self, i: int) -> bool:
+        """Whether aircraft i has answered the open tick."""
+        return self._replies[i] is not None
+
+    def end_tick(self, replies: Sequence[bytes | None] | None = None) -> None:
+        """Close the tick with `replies` (in scenario order) or with what accept() took; fly on to the next tick."""
+        for i, d in enumerate(replies or ()):
+            if d:
+                self.accept(i, d)
+        cmds: list[ActuatorCmd | None] = []
+        for i, r in enumerate(self._replies):
+            cmds.append(r.cmd if r is not None else None)
+            if r is not None:
+                self.radio.send(i, self.tick, r.link, self.world.link_up(i))
+            self._replies[i] = None
+        self.world.step(cmds)
+        self._out = []
+
+    def shutdown(self) -> list[bytes]:
+        """The last datagrams of the run, one per aircraft: flightsw flushes its logs and exits."""
+        return [c.shutdown() for c in self.codecs]
+
+    def close(self) -> None:
+        """Flush and close the truth log. Raises TlogError if the disk refuses."""
+        if self._log is not None:
+            self._log.close()

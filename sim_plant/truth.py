@@ -1,0 +1,77 @@
+"""True state of one aircraft, for the truth log, for judging, never for flightsw."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from flightsw.types import Quat, Vec3
+from sim_plant.kernels import layout as n
+from sim_plant.vehicle import Vehicle
+
+Four = tuple[float, float, float, float]
+
+
+@dataclass(slots=True)
+class Truth:
+    """True state of one aircraft at a tick; units and frames as in flightsw.types."""
+
+    t_us: int
+    pos_n: Vec3
+    vel_n: Vec3
+    q_nb: Quat
+    w_b: Vec3
+    euler: Vec3  # [rad] psi, theta, phi
+    acc_n: Vec3  # [m/s^2]
+    wind_n: Vec3  # [m/s] effective translational wind
+    wind_rot: Vec3  # [rad/s] effective rotational wind, body axes
+    V: float
+    beta: float
+    alpha: float
+    controls: Four  # aileron, elevator, rudder [rad], thrust [N]
+    thrust_available: float
+    xi: Vec3  # [m] cg in the leader's body axes (leader: zero)
+    xi_dot: Vec3
+    mass: float
+    fuel_kg: float
+    boom_elevation: float
+    boom_azimuth: float
+    boom_extension: float
+    contact: bool
+    inside: bool
+
+
+def vec3(x: list[float], at: int) -> Vec3:
+    """Three entries of a list as a tuple."""
+    return x[at], x[at + 1], x[at + 2]
+
+
+def truth_of(v: Vehicle, t_us: int) -> Truth:
+    """Truth of a vehicle whose view is that of time t_us [us]."""
+    s, o, w = v.view.s, v.view.o, v.wind.tolist()
+    rel = v.view.rel or [0.0] * n.NR
+    own = rel if v.index else [0.0] * n.NR
+    return Truth(
+        t_us=t_us,
+        pos_n=vec3(s, n.S_P),
+        vel_n=vec3(s, n.S_V),
+        q_nb=(s[0], s[1], s[2], s[3]),
+        w_b=vec3(s, n.S_W),
+        euler=vec3(o, n.O_EULER),
+        acc_n=vec3(o, n.O_ACC),
+        wind_n=vec3(w, n.W_N),
+        wind_rot=vec3(w, n.W_ROT),
+        V=o[n.O_V],
+        beta=o[n.O_BETA],
+        alpha=o[n.O_ALPHA],
+        controls=(s[n.S_SURF], s[n.S_SURF + 1], s[n.S_SURF + 2], s[n.S_T]),
+        thrust_available=o[n.O_AVAIL],
+        xi=vec3(own, n.R_XI),
+        xi_dot=vec3(own, n.R_XIDOT),
+        mass=o[n.O_MASS],
+        fuel_kg=s[n.S_FUEL],
+        boom_elevation=rel[n.R_EL],
+        boom_azimuth=rel[n.R_AZ],
+        boom_extension=rel[n.R_EXT],
+        contact=v.view.contact,
+        inside=v.view.inside,
+    )
