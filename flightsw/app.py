@@ -74,8 +74,7 @@ class FlightApp:
         h = self.health.step(f)
         self._updated |= f.updated
         if self._started:
-            u = self.u
-            self.act.step(u[0], u[1], u[2], u[3], min(dt_s, MAX_STEP_S))
+            self.act.step(self.u, min(dt_s, MAX_STEP_S))
         index = f.t_us // self.slow_us
         if index != self._slow_index:
             self._slow(f, texts)

@@ -64,6 +64,8 @@ class Telemetry:
             packets.append(self.time(snap.t_us))
         for name in names:
             self._encode(name, snap, packets)
+            if not packets:  # the leading message could not be encoded
+                packets.append(self.time(snap.t_us))
         if once:
             for name in once:
                 self._encode(name, snap, packets)

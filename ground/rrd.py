@@ -38,7 +38,7 @@ class Sink:
 
     def __init__(self, path: Path, start_us: int, end_us: int, look: object) -> None:
         self.rec = rr.RecordingStream(APPLICATION, recording_id=path.parent.resolve().name or "run")
-        self.rec.save(str(path), default_blueprint=look, write_footer=False)  # type: ignore[arg-type]
+        self.rec.save(str(path), default_blueprint=look)  # type: ignore[arg-type]
         self.start_us, self.end_us = start_us, end_us
 
     def times(self, t_us: NDArray[np.int64]) -> list[rr.TimeColumn]:

@@ -63,18 +63,14 @@ def measure(
     rows: list[Row] = []
     say(f"lockstep mission, separate processes, {duration_s:.0f} s simulated")
     multi = float(fly(folder / "multi", duration_s)["run.sim_s_per_wall_s"])
-    rows.append(
-        Row("lockstep.sim_s_per_wall_s", "lockstep mission, four processes", multi, "sim s / s", ">= 10, goal 20")
-    )
+    rows.append(Row("lockstep.sim_s_per_wall_s", "lockstep mission, four processes", multi, "s/s", ">= 10, goal 20"))
     say("the same in one process")
     single = float(fly(folder / "single", duration_s, "--in-process")["run.sim_s_per_wall_s"])
-    rows.append(
-        Row("in_process.sim_s_per_wall_s", "same in process, no sockets", single, "sim s / s", ">= 25, goal 60")
-    )
+    rows.append(Row("in_process.sim_s_per_wall_s", "same in process, no sockets", single, "s/s", ">= 25, goal 60"))
     say("bare-socket ping-pong with the same datagrams")
     sizes = [bench_link.measure_sizes(p) for p in sorted((folder / "multi").glob("link_*.tlog"))]
     bare = bench_link.ping_pong(sizes, PING_TICKS) / TICK_HZ
-    rows.append(Row("bare.sim_s_per_wall_s", "bare sockets, same datagrams and bytes", bare, "sim s / s"))
+    rows.append(Row("bare.sim_s_per_wall_s", "bare sockets, same datagrams and bytes", bare, "s/s"))
     rows.append(Row("lockstep.ratio_to_bare", "lockstep mission takes, times bare sockets", bare / multi, "x"))
     say("estimator and plant")
     rows += filter_rows() + plant_rows()

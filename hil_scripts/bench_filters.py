@@ -1,4 +1,4 @@
-"""One step of the onboard SR-UKF against filterpy's UKF: same compiled aircraft model, same 15 states and measurements."""
+"""One step of the onboard SR-UKF against filterpy's UKF: same aircraft model, 15 states and 15 measurements."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """Bare-socket lockstep: what the operating system alone charges for the datagrams of a run.
 
 Three processes, one master and two peers, exchange per tick the same number of datagrams of the same sizes as a flight,
-blocking, without any content or mathematics. `python -m hil_scripts.bench_link PORT REPLY_BYTES SINK_PORT SINK_BYTES EVERY`
-is one peer.
+blocking, without any content or mathematics.
+`python -m hil_scripts.bench_link PORT REPLY_BYTES SINK_PORT SINK_BYTES EVERY` is one peer.
 """
 
 from __future__ import annotations

@@ -25,7 +25,7 @@ def needed(names: dict[int, str], offset: int) -> dict[int, str]:
 
 
 def check_free(ports: dict[int, str]) -> None:
-    """Bind and release every port. Raises PortBusyError naming the first one taken, OSError for one that cannot exist."""
+    """Bind and release every port. Raises PortBusyError naming the first one taken or out of range."""
     for port, purpose in ports.items():
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as s:
             try:

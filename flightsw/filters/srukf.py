@@ -145,6 +145,16 @@ def correct(
     return nis
 
 
+@jit
+def row_norms(S: np.ndarray, out: np.ndarray) -> None:
+    """out [n] <- 1-sigma of every state: norms of the rows of the lower-triangular factor S [n,n]."""
+    for i in range(S.shape[0]):
+        s = 0.0
+        for j in range(i + 1):
+            s += S[i, j] * S[i, j]
+        out[i] = math.sqrt(s)
+
+
 class SquareRootUKF:
     """Workspace and state of one filter of n states and at most m measurements.
 
@@ -172,6 +182,7 @@ class SquareRootUKF:
         self.X = np.zeros((2 * n + 1, n))
         self.Y = np.zeros((2 * n + 1, m))
         self.SQ = np.zeros((n, nq))
+        self.sigma = np.zeros(n)
         self.nu = np.zeros(m)
         self.K = np.zeros((n, m))
         self.Sy = np.zeros((m, m))
@@ -196,6 +207,11 @@ class SquareRootUKF:
                 self.x, self.S, self.nu, self.K, self.Sy, self._A, self._B,
             )
         )  # fmt: skip
+
+    def sigmas(self) -> list[float]:
+        """1-sigma of every state [n]."""
+        row_norms(self.S, self.sigma)
+        return self.sigma.tolist()
 
     def predict(self, f: Callable[[np.ndarray], np.ndarray], SQ: np.ndarray) -> None:
         """Time update with a plain function f(points [2n+1,n]) -> [2n+1,n] and noise factor SQ [n,<=nq]."""

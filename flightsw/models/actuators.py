@@ -34,6 +34,30 @@ def servo_step(pos: np.ndarray, rate: np.ndarray, cmd: np.ndarray, lim: np.ndarr
             rate[i] = v
 
 
+@jit
+def actuators_step(
+    fifo: np.ndarray, new: np.ndarray, pos: np.ndarray, rate: np.ndarray, thrust: np.ndarray, total: np.ndarray,
+    lim: np.ndarray, wn: float, zeta: float, tau: float, dt: float,
+) -> None:  # fmt: skip
+    """One tick of the command pipeline fifo [k,4] (oldest first, `new` [4] enters), servos and engine lag, in place.
+
+    total [4] accumulates the mean deflection and thrust over the tick (trapezoid).
+    """
+    k = fifo.shape[0]
+    for j in range(4):
+        for i in range(k - 1):
+            fifo[i, j] = fifo[i + 1, j]
+        fifo[k - 1, j] = new[j]
+    for j in range(3):
+        total[j] += 0.5 * pos[j]
+    total[3] += 0.5 * thrust[0]
+    servo_step(pos, rate, fifo[0], lim, wn, zeta, dt)
+    thrust[0] = fifo[0, 3] + (thrust[0] - fifo[0, 3]) * math.exp(-dt / tau)
+    for j in range(3):
+        total[j] += 0.5 * pos[j]
+    total[3] += 0.5 * thrust[0]
+
+
 def surface_limits(ac: Aircraft) -> np.ndarray:
     """Limits [3,3] of aileron, elevator, rudder: lower, upper [rad], rate [rad/s]."""
     c = ac.controls
@@ -66,9 +90,8 @@ class ActuatorModel:
         self.lim = surface_limits(ac)
         self.pos = np.zeros(3)
         self.rate = np.zeros(3)
-        self.thrust = 0.0
+        self._thrust = np.zeros(1)
         self._fifo = np.zeros((delay_ticks + 1, 4))
-        self._primed = False
         self._sum = np.zeros(4)
         self._n = 0
         self.mean = np.zeros(4)
@@ -77,28 +100,25 @@ class ActuatorModel:
         """Start from given deflections [3] rad and thrust [N]."""
         self.pos[:] = surfaces
         self.rate[:] = 0.0
-        self.thrust = thrust
+        self._thrust[0] = thrust
         self._fifo[:, :3] = surfaces
         self._fifo[:, 3] = thrust
         self.mean[:3] = surfaces
         self.mean[3] = thrust
-        self._primed = True
 
-    def step(self, aileron: float, elevator: float, rudder: float, thrust_cmd: float, dt: float) -> None:
-        """One base tick of dt [s] with the command sent at its start (surfaces [rad], thrust [N])."""
-        f = self._fifo
-        f[:-1] = f[1:]
-        f[-1, 0], f[-1, 1], f[-1, 2], f[-1, 3] = aileron, elevator, rudder, thrust_cmd
-        if not self._primed:
-            self.reset(f[-1, :3].copy(), thrust_cmd)
+    def step(self, u: np.ndarray, dt: float) -> None:
+        """One base tick of dt [s] with the command u [4] sent at its start (surfaces [rad], thrust [N])."""
         c = self.ac.controls
-        before = self.pos.copy()
-        servo_step(self.pos, self.rate, f[0], self.lim, c.servo_wn_radps, c.servo_zeta, dt)
-        t0 = self.thrust
-        self.thrust = f[0, 3] + (t0 - f[0, 3]) * math.exp(-dt / self.ac.engine.tau_s)
-        self._sum[:3] += 0.5 * (before + self.pos)
-        self._sum[3] += 0.5 * (t0 + self.thrust)
+        actuators_step(
+            self._fifo, u, self.pos, self.rate, self._thrust, self._sum, self.lim,
+            c.servo_wn_radps, c.servo_zeta, self.ac.engine.tau_s, dt,
+        )  # fmt: skip
         self._n += 1
+
+    @property
+    def thrust(self) -> float:
+        """Thrust [N] the engines are taken to give."""
+        return float(self._thrust[0])
 
     def take_mean(self) -> np.ndarray:
         """Mean deflections and thrust [4] since the last call (the value that acted over the estimator's step)."""

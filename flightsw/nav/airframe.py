@@ -142,9 +142,7 @@ class AirframeNav:
         o.vel_n = tuple(self._d[9:12].tolist())
         o.acc_n = tuple(self.acceleration().tolist())
         o.wind_n = tuple(x[12:15].tolist())
-        o.wind_sigma = c.wind_sigma(o.V)
-        o.pos_sigma = (c.sigma(9), c.sigma(10), c.sigma(11))
-        o.att_sigma = (c.sigma(6), c.sigma(7), c.sigma(8))
+        c.publish_sigma(o)
         o.nis, o.nis_dof = nis, m
         return o
 

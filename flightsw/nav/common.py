@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -27,6 +28,7 @@ from flightsw.types import (
     UPD_PEER,
     UPD_REL,
     Health,
+    NavState,
     SensorFrame,
 )
 
@@ -110,7 +112,7 @@ class EstimatorCore:
 
     def add_air(self, n: int, Vdot: float, bdot: float, adot: float, age: float) -> None:
         """Queue the averaged air data of n probes, carried forward by `age` [s] with the modelled rates of change."""
-        s = 1.0 / np.sqrt(n)
+        s = 1.0 / math.sqrt(n)
         self.add(0, self.air[0] + Vdot * age, self.p.r_V * s)
         self.add(1, self.air[1] + bdot * age, self.p.r_beta * s)
         self.add(2, self.air[2] + adot * age, self.p.r_alpha * s)
@@ -126,21 +128,13 @@ class EstimatorCore:
             SQ[i, i] = self._qdiag[i] * rt
         SQ[12, 15] = SQ[13, 16] = SQ[14, 17] = qw
 
-    def wind_sigma(self, V: float) -> tuple[float, float, float]:
-        """Reported 1-sigma [m/s] of wind north, east, down: filter covariance plus unmodelled sensor biases."""
-        S, p = self.ukf.S, self.p
-        b_dir = (V * V * (p.bias_flow**2 + p.bias_att**2)) + p.bias_V**2 + p.bias_vel**2
-        out = []
-        for i in (12, 13, 14):
-            s = 0.0
-            for j in range(i + 1):
-                s += S[i, j] * S[i, j]
-            out.append((s + b_dir) ** 0.5)
-        return out[0], out[1], out[2]
-
-    def sigma(self, i: int) -> float:
-        """1-sigma of state i."""
-        return float(np.sqrt(np.dot(self.ukf.S[i], self.ukf.S[i])))
+    def publish_sigma(self, o: NavState) -> None:
+        """Write the reported 1-sigma values: filter covariance, and for wind the unmodelled sensor biases on top."""
+        s, p = self.ukf.sigmas(), self.p
+        b = o.V * o.V * (p.bias_flow**2 + p.bias_att**2) + p.bias_V**2 + p.bias_vel**2
+        o.wind_sigma = (math.sqrt(s[12] ** 2 + b), math.sqrt(s[13] ** 2 + b), math.sqrt(s[14] ** 2 + b))
+        o.pos_sigma = (s[9], s[10], s[11])
+        o.att_sigma = (s[6], s[7], s[8])
 
     def copy_state(self) -> dict[str, np.ndarray]:
         """Copy of the estimator's state."""

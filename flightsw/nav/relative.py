@@ -178,13 +178,14 @@ class RelativeNav:
         o.q_nb = tuple(self._q.tolist())
         Rt = tk[:9].reshape(3, 3).T
         o.pos_n = tuple((self.peer.position(f.t_us) + Rt @ x[9:12]).tolist())
-        v_t = self._d[9:12] + np.cross(tk[9:12], x[9:12])
-        o.vel_n = tuple((Rt @ v_t + tk[15:18]).tolist())
+        # inertial velocity = air-relative velocity + wind
+        cb = math.cos(x[1])
+        ua = np.array([x[0] * math.cos(x[2]) * cb, x[0] * math.sin(x[1]), x[0] * math.sin(x[2]) * cb])
+        o.vel_n = tuple((self._Rn.reshape(3, 3).T @ ua + x[12:15]).tolist())
         o.acc_n = tuple(self._acceleration().tolist())
         o.wind_n = tuple(x[12:15].tolist())
-        o.wind_sigma = c.wind_sigma(o.V)
-        o.pos_sigma = o.rel_sigma = (c.sigma(9), c.sigma(10), c.sigma(11))
-        o.att_sigma = (c.sigma(6), c.sigma(7), c.sigma(8))
+        c.publish_sigma(o)
+        o.rel_sigma = o.pos_sigma
         o.nis, o.nis_dof = nis, m
         o.rel_age_s = (f.t_us - self.rel_us) * 1e-6
         o.rel_valid = o.valid and o.rel_age_s < 2.0 and o.peer_age_s < PEER_FREEZE_S

@@ -1,0 +1,60 @@
+"""Link log: every byte into and out of one flightsw, under the sample time of the tick that dealt with it.
+
+Sound packets are stored as they are. What is no sound packet (rubbish, a packet cut short) goes in wrapped as RAW_BYTES, so the
+file stays a `.tlog` and replay still meets it. In real time a TICK record opens each tick and carries its time step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from flightsw.icd.tlog import GROUND_OUT, LINK_IN, LINK_OUT, TlogWriter
+from flightsw.icd.wire import BY_NAME, Sender
+
+CHUNK = 240  # [byte] of RAW_BYTES.data
+Heard = tuple[int, bool, bytes]  # link number, sound, datagram
+
+
+class LinkRecorder:
+    """Writer of link_<name>.tlog. Raises TlogError naming the file if folder or disk refuse."""
+
+    def __init__(self, path: str | Path, sysid: int) -> None:
+        self.log = TlogWriter(path)
+        # a writer of its own: record-only packets must not take sequence numbers of the link
+        self._send = Sender(sysid, 0)
+
+    def tick(self, t_us: int, dt_us: int, slips: int) -> None:
+        """Open a real-time tick."""
+        self.log.write(t_us, self._send.pack(BY_NAME["TICK"], t_us, dt_us, slips), LINK_IN)
+
+    def inbound(self, t_us: int, heard: Iterable[Heard]) -> None:
+        """Store what was received for tick `t_us` [us], in order."""
+        for link, sound, datagram in heard:
+            if sound:
+                self.log.write_datagram(t_us, datagram, link)
+            else:
+                self._raw(t_us, datagram, link)
+
+    def outbound(self, t_us: int, reply: bytes, telemetry: Iterable[bytes]) -> None:
+        """Store the reply and the telemetry of tick `t_us` [us]."""
+        if reply:
+            self.log.write_datagram(t_us, reply, LINK_OUT)
+        for d in telemetry:
+            self.log.write_datagram(t_us, d, GROUND_OUT)
+
+    def _raw(self, t_us: int, datagram: bytes, link: int) -> None:
+        raw = BY_NAME["RAW_BYTES"]
+        for at in range(0, max(len(datagram), 1), CHUNK):
+            part = datagram[at : at + CHUNK]
+            more = 1 if at + CHUNK < len(datagram) else 0
+            values = raw.from_dict({"count": len(part), "more": more, "data": part.ljust(CHUNK, b"\0")})
+            self.log.write(t_us, self._send.pack(raw, *values), link)
+
+    def flush(self) -> None:
+        """Hand everything to the operating system."""
+        self.log.flush()
+
+    def close(self) -> None:
+        """Flush and close."""
+        self.log.close()
