@@ -8,71 +8,106 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 TRAIL_S = 30.0  # [s] length of trails behind the cursor
-LEGEND = rrb.PlotLegend(corner=rrb.Corner2D.RightTop)
-
-
-def _plot(name: str, contents: list[str], span: tuple[float, float] | None = None) -> rrb.TimeSeriesView:
-    """A plot of the named entities; `span` fixes the first vertical range."""
-    axis = rrb.ScalarAxis(range=span, zoom_lock=False) if span else None
-    return rrb.TimeSeriesView(origin="/", contents=contents, name=name, axis_y=axis, plot_legend=LEGEND)
-
-
-def _wind(aircraft: str) -> list[rrb.TimeSeriesView]:
-    """Wind north, east, down: truth, estimate, 3-sigma limits."""
-    return [
-        _plot(
-            f"{aircraft} wind {label} [m/s]",
-            [f"nav/{aircraft}/wind_3sigma/{a}", f"truth/{aircraft}/wind/{a}", f"nav/{aircraft}/wind/{a}"],
-        )
-        for a, label in (("n", "north"), ("e", "east"), ("d", "down"))
-    ]
-
-
-def _flight() -> rrb.Vertical:
-    both = ("tanker", "receiver")
-    return rrb.Vertical(
-        _plot("true airspeed [m/s]", [f"truth/{a}/V" for a in both] + ["guid/tanker/V"]),
-        _plot("altitude [m]", [f"truth/{a}/altitude" for a in both] + ["guid/tanker/altitude"]),
-        _plot("bank [deg]", [f"truth/{a}/bank" for a in both]),
-        _plot("pitch [deg]", [f"truth/{a}/pitch" for a in both]),
-        name="Flight",
-    )
-
-
-def _controls() -> rrb.Vertical:
-    views = [
-        _plot(f"{a} surfaces, actual and commanded [deg]", [f"truth/{a}/controls/{s}" for s in SURFACES] + [f"ctrl/{a}/{s}" for s in SURFACES])
-        for a in ("receiver", "tanker")
-    ]
-    throttle = _plot("throttle [%]", ["ctrl/tanker/throttle", "ctrl/receiver/throttle"])
-    thrust = _plot("thrust [kN]", ["truth/tanker/controls/thrust", "truth/receiver/controls/thrust"])
-    return rrb.Vertical(*views, throttle, thrust, name="Controls")
-
-
+BOTH = ("tanker", "receiver")
 SURFACES = ("aileron", "elevator", "rudder")
+Span = tuple[float, float]
 
 
-def _station() -> rrb.Vertical:
-    box = ["guid/receiver/box", "guid/receiver/target"]
-    errors = [
-        _plot(f"station-keeping error {a} [m]", [*box, f"guid/receiver/error/{a}"], (-2.5, 2.5)) for a in "xyz"
-    ]
-    where = _plot(
-        "relative position in tanker axes [m]",
-        [f"{k}/receiver/xi/{a}" for a in "xyz" for k in ("guid", "truth")],
-    )
-    return rrb.Vertical(*errors, where, name="Station keeping")
+class Plots:
+    """Makes the plots of one layout: all begin with the same time range [s] and share its zoom."""
 
+    def __init__(self, start_s: float, end_s: float) -> None:
+        at = rrb.TimeRangeBoundary.absolute
+        window = rrb.TimeRange(start=at(seconds=start_s), end=at(seconds=end_s))
+        self.time = rrb.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal, view_range=window)
 
-def _timing() -> rrb.Vertical:
-    both = ("tanker", "receiver")
-    return rrb.Vertical(
-        _plot("execution time of a tick [us] (0 in lockstep)", [f"timing/{a}/exec_{k}" for a in both for k in ("mean", "max")]),
-        _plot("wake-up lateness [us]", [f"timing/{a}/late_{k}" for a in both for k in ("p50", "p99", "max")]),
-        _plot("slips and lost telemetry", [f"timing/{a}/{k}" for a in both for k in ("slips", "telemetry_lost")]),
-        _plot("normalised innovation squared / dof", [f"nav/{a}/nis" for a in both], (0.0, 4.0)),
-        name="Timing and filter",
-    )
+    def plot(self, name: str, contents: list[str], span: Span | None = None) -> rrb.TimeSeriesView:
+        """A plot of the named entities; `span` fixes the first vertical range."""
+        return rrb.TimeSeriesView(
+            origin="/",
+            contents=contents,
+            name=name,
+            axis_x=self.time,
+            axis_y=rrb.ScalarAxis(range=span, zoom_lock=False) if span else None,
+            plot_legend=rrb.PlotLegend(corner=rrb.Corner2D.RightTop),
+        )
+
+    def wind(self, aircraft: str) -> list[rrb.TimeSeriesView]:
+        """Wind north, east, down: truth, estimate, 3-sigma limits."""
+        kinds = ("nav/{}/wind_3sigma/{}", "truth/{}/wind/{}", "nav/{}/wind/{}")
+        return [
+            self.plot(f"{aircraft} wind {label} [m/s]", [k.format(aircraft, a) for k in kinds])
+            for a, label in (("n", "north"), ("e", "east"), ("d", "down"))
+        ]
+
+    def overview(self) -> rrb.Vertical:
+        """What to look at first."""
+        error = self.plot(
+            "station-keeping error, truth - command [m]",
+            ["guid/receiver/box", *(f"guid/receiver/error/{a}" for a in "xyz")],
+            (-2.5, 2.5),
+        )
+        bank = self.plot("bank [deg]", [f"truth/{a}/bank" for a in BOTH])
+        return rrb.Vertical(error, *self.wind("receiver"), bank, name="Overview", row_shares=[1.3, 1, 1, 1, 0.8])
+
+    def station(self) -> rrb.Vertical:
+        """Station keeping in detail."""
+        box = ["guid/receiver/box", "guid/receiver/target"]
+        errors = [self.plot(f"error {a} [m]", [*box, f"guid/receiver/error/{a}"], (-2.5, 2.5)) for a in "xyz"]
+        paths = [f"{k}/receiver/xi/{a}" for a in "xyz" for k in ("guid", "truth")]
+        where = self.plot("relative position in tanker axes [m]", paths)
+        return rrb.Vertical(*errors, where, name="Station keeping")
+
+    def wind_tab(self) -> rrb.Horizontal:
+        """Wind of both aircraft side by side."""
+        return rrb.Horizontal(*(rrb.Vertical(*self.wind(a), name=a) for a in BOTH), name="Wind")
+
+    def flight(self) -> rrb.Vertical:
+        """Airspeed, altitude, attitude."""
+        return rrb.Vertical(
+            self.plot("true airspeed [m/s]", [*(f"truth/{a}/V" for a in BOTH), "guid/tanker/V"]),
+            self.plot("altitude [m]", [*(f"truth/{a}/altitude" for a in BOTH), "guid/tanker/altitude"]),
+            self.plot("bank [deg]", [f"truth/{a}/bank" for a in BOTH]),
+            self.plot("pitch [deg]", [f"truth/{a}/pitch" for a in BOTH]),
+            self.plot("mass [kg]", [f"truth/{a}/mass" for a in ("receiver",)]),
+            name="Flight",
+        )
+
+    def controls(self) -> rrb.Vertical:
+        """Surfaces, throttle, thrust."""
+        surfaces = [
+            self.plot(
+                f"{a} surfaces, actual (bold) and commanded [deg]",
+                [f"{k}/{s}" for k in (f"truth/{a}/controls", f"ctrl/{a}") for s in SURFACES],
+            )
+            for a in ("receiver", "tanker")
+        ]
+        throttle = self.plot("throttle [%]", [f"ctrl/{a}/throttle" for a in BOTH])
+        thrust = self.plot("thrust [kN]", [f"truth/{a}/controls/thrust" for a in BOTH])
+        return rrb.Vertical(*surfaces, throttle, thrust, name="Controls")
+
+    def timing(self) -> rrb.Vertical:
+        """Loop timing and the filter's own opinion of itself."""
+        execution = [f"timing/{a}/exec_{k}" for a in BOTH for k in ("mean", "max")]
+        lateness = [f"timing/{a}/late_{k}" for a in BOTH for k in ("p50", "p99", "max")]
+        lost = [f"timing/{a}/{k}" for a in BOTH for k in ("slips", "telemetry_lost")]
+        return rrb.Vertical(
+            self.plot("execution time of a tick [us] (0 in lockstep)", execution),
+            self.plot("wake-up lateness [us] (0 in lockstep)", lateness),
+            self.plot("slips and lost telemetry packets", lost),
+            self.plot("normalised innovation squared / dof", [f"nav/{a}/nis" for a in BOTH], (0.0, 4.0)),
+            name="Timing and filter",
+        )
+
+    def sensors(self) -> rrb.Vertical:
+        """What the onboard software was fed."""
+        speed = [
+            self.plot(f"{a} airspeed: probes, truth, estimate [m/s]", [f"{k}/{a}/V" for k in ("truth", "nav")] + [f"sensors/{a}/air/V"])
+            for a in BOTH
+        ]
+        force = [self.plot(f"{a} specific force [m/s2]", [f"sensors/{a}/imu/acc/**"]) for a in BOTH]
+        rejected = [f"sensors/{a}/{k}" for a in BOTH for k in ("bad_packets", "rejected")]
+        return rrb.Vertical(*speed, *force, self.plot("packets and samples rejected", rejected), name="Sensors")
 
 
 def _scene() -> rrb.Spatial3DView:
@@ -93,8 +128,8 @@ def _scene() -> rrb.Spatial3DView:
         overrides={"truth/receiver/trail": trail},
         eye_controls=rrb.EyeControls3D(
             kind=rrb.Eye3DKind.Orbital,
-            position=(-62.0, -40.0, -14.0),
-            look_target=(-21.0, 2.0, 3.0),
+            position=(-54.0, -31.0, -9.0),
+            look_target=(-19.0, 1.0, 3.0),
             eye_up=(0.0, 0.0, -1.0),
         ),
         line_grid=rrb.LineGrid3D(visible=False),
@@ -103,35 +138,41 @@ def _scene() -> rrb.Spatial3DView:
 
 
 def blueprint(name: str, start_s: float, end_s: float) -> rrb.Blueprint:
-    """Layout of a run; [start_s, end_s] is selected on the timeline."""
-    both = ("tanker", "receiver")
+    """Layout of a run; plots begin with [start_s, end_s] and the timeline has it selected."""
     states = rrb.StateTimelineView(
         origin="/",
-        contents=["guid/tanker/phase", "guid/receiver/phase", "guid/receiver/boom", "sensors/tanker/health", "sensors/receiver/health"],
+        contents=[
+            "guid/tanker/phase", "guid/receiver/phase", "guid/receiver/boom", "sensors/tanker/health",
+            "sensors/receiver/health",
+        ],
         name="Phases and health",
-    )
-    log = rrb.TextLogView(origin="/", contents=[f"guid/{a}/{k}" for a in both for k in ("text", "phases")], name="Messages")
-    plan = rrb.Spatial2DView(origin="/", contents=[f"truth/{a}/plan/**" for a in both], name="Plan, north up [m]")
-    world = rrb.MapView(
-        origin="/", contents=[f"truth/{a}/{k}" for a in both for k in ("track", "position")], name="Map", zoom=9.0
-    )
+        time_view=Plots(start_s, end_s).time,
+    )  # fmt: skip
+    texts = [f"guid/{a}/{k}" for a in BOTH for k in ("text", "phases")]
+    log = rrb.TextLogView(origin="/", contents=texts, name="Messages")
+    plan = rrb.Spatial2DView(origin="/", contents=[f"truth/{a}/plan/**" for a in BOTH], name="Plan, north up [m]")
+    tracks = [f"truth/{a}/{k}" for a in BOTH for k in ("track", "position")]
+    world = rrb.MapView(origin="/", contents=tracks, name="Map", zoom=9.0)
     left = rrb.Vertical(
         rrb.Tabs(_scene(), plan, world, active_tab=0, name="Scene"),
         rrb.Tabs(states, log, active_tab=0, name="Modes"),
-        row_shares=[4, 1.35],
+        row_shares=[4, 1.5],
     )
-    wind = rrb.Vertical(*_wind("receiver"), *_wind("tanker")[:], name="Wind")
-    sensors = _sensors()
-    overview = rrb.Vertical(
-        *[_plot(f"station-keeping error {a} [m]", ["guid/receiver/box", f"guid/receiver/error/{a}"], (-2.5, 2.5)) for a in "xyz"],
-        *_wind("receiver"),
-        name="Overview",
-    )
+    p = Plots(start_s, end_s)
     right = rrb.Tabs(
-        overview, _station(), wind, _flight(), _controls(), _timing(), sensors, active_tab=0, name="Plots"
+        p.overview(),
+        p.station(),
+        p.wind_tab(),
+        p.flight(),
+        p.controls(),
+        p.timing(),
+        p.sensors(),
+        active_tab=0,
+        name=f"Plots of {name}",
     )
+    selected = rr.encodings.AbsoluteTimeRange(int(start_s * 1e9), int(end_s * 1e9))
     return rrb.Blueprint(
-        rrb.Horizontal(left, right, column_shares=[1.25, 1]),
+        rrb.Horizontal(left, right, column_shares=[1.2, 1]),
         rrb.BlueprintPanel(state="collapsed"),
         rrb.SelectionPanel(state="collapsed"),
         rrb.TimePanel(
@@ -139,18 +180,8 @@ def blueprint(name: str, start_s: float, end_s: float) -> rrb.Blueprint:
             timeline="sim_time",
             playback_speed=5.0,
             play_state="paused",
-            time_selection=rr.encodings.AbsoluteTimeRange(int(start_s * 1e9), int(end_s * 1e9)),
+            time_selection=selected,
         ),
         auto_views=False,
         auto_layout=False,
-    )
-
-
-def _sensors() -> rrb.Vertical:
-    both = ("tanker", "receiver")
-    return rrb.Vertical(
-        *[_plot(f"{a} airspeed probes [m/s]", [f"sensors/{a}/air/V", f"truth/{a}/V", f"nav/{a}/V"]) for a in both],
-        *[_plot(f"{a} specific force [m/s2]", [f"sensors/{a}/imu/acc/**"]) for a in both],
-        _plot("packets and samples rejected", [f"sensors/{a}/{k}" for a in both for k in ("bad_packets", "rejected")]),
-        name="Sensors",
     )

@@ -98,13 +98,14 @@ def tanker_mesh() -> Mesh:
     wing = _panel((7.4, 1.5, 0.9), (-2.6, 1.5, 0.9), (-10.4, 19.94, -1.2), (-7.9, 19.94, -1.2), 1.3)
     tail = _panel((-14.6, 0.6, -1.0), (-18.9, 0.6, -1.0), (-20.5, 6.13, -1.7), (-18.5, 6.13, -1.7), 0.45)
     fin = _panel((-12.0, 0.0, -1.0), (-19.5, 0.0, -1.2), (-21.4, 0.0, -9.6), (-18.4, 0.0, -9.6), 0.6)
+    pod = _tube([(-12.0, 0.1, 0.9), (-14.0, 0.55, 0.75), (-19.0, 0.5, 0.6), (-22.3, 0.3, 1.4)])  # boom operator's pod
     nacelles = []
     for x, y, z in ((3.4, 8.4, 1.9), (-2.6, 14.0, 1.15)):
         nacelles.append(_both(_tube([(x + 2.4, 0.75, z), (x + 1.2, 1.05, z), (x - 0.9, 0.95, z), (x - 2.2, 0.5, z)], y)))
         pylon = _panel((x + 1.2, y, z - 0.9), (x - 1.8, y, z - 0.7), (x - 3.0, y, z - 1.6), (x - 0.6, y, z - 1.6), 0.25)
         nacelles.append(_both(pylon))
     return _mesh(
-        [(fuselage, GREY), (_both(wing), LIGHT), (_both(tail), LIGHT), (fin, GREY), (np.concatenate(nacelles), DARK)]
+        [(fuselage, GREY), (_both(wing), LIGHT), (_both(tail), LIGHT), (fin, GREY), (pod, GREY), (np.concatenate(nacelles), DARK)]
     )
 
 

@@ -24,7 +24,7 @@ def finish(plan: RunPlan, run: Path, outcome: Outcome, rrd: bool, console: Conso
     """Write summary.json and run.rrd, print what came out, return the exit code of `sil run`."""
     summary: dict[str, Any] = {}
     if outcome.outcome == "completed":
-        if _step("metrics", ["ground", "metrics", str(run)], run, console, stop):
+        if _step("metrics", ["ground", "metrics", "--write", str(run)], run, console, stop):
             summary = _read_summary(run, console)
         if rrd and not stop:
             _step("convert", ["ground", "convert", str(run)], run, console, stop)

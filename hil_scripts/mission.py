@@ -37,7 +37,7 @@ def fly(plan: RunPlan, run: Path, port_offset: int, console: Console, stop: Stop
     ports.check_free(ports.needed(plan.names, port_offset))
     with Supervisor(run) as sup, Board(console, plan.duration_s, plan.names) as board:
         ground = sup.start(
-            "ground", _argv("ground", "record", "--run-dir", run, *_offset(port_offset)), board.on_ground
+            "ground", _argv("ground", "record", "--out", run, *_offset(port_offset)), board.on_ground
         )
         flights = []
         for f in plan.flights:

@@ -1,6 +1,6 @@
 """Compile every kernel into the current cache: what a cold first start does visibly before it flies.
 
-The modules that own kernels know how to warm them; this only calls them, one process per program, in parallel.
+A few simulated seconds of a mission that uses every kernel do it, in a process of their own.
 """
 
 from __future__ import annotations
@@ -13,10 +13,9 @@ from rich.console import Console
 from hil_scripts import kernel_cache
 from hil_scripts.procs import StopFlag, Supervisor, describe_exit
 
-WARMERS = {
-    "flightsw": "from flightsw.app import warmup; warmup()",
-    "sim-plant": "from sim_plant.world import warmup; warmup()",
-}
+SCENARIO = "refueling"  # uses every kernel
+SECONDS = 4.0  # [s] simulated; long enough for every rate group, estimator start-up included
+CODE = "import sys; from hil_scripts.inproc import fly_a_little; fly_a_little(sys.argv[1], float(sys.argv[2]))"
 
 
 def warm(console: Console, stop: StopFlag, force: bool = False) -> bool:
@@ -28,13 +27,13 @@ def warm(console: Console, stop: StopFlag, force: bool = False) -> bool:
     console.print("compiling numerical kernels (once after every change of their sources) ...", highlight=False)
     ok = True
     with Supervisor() as sup:
-        kids = [sup.start(name, [sys.executable, "-c", code]) for name, code in WARMERS.items()]
-        while not stop and not sup.wait(kids, 0.2, stop):
+        child = sup.start("warm-up", [sys.executable, "-c", CODE, SCENARIO, str(SECONDS)])
+        while not stop and not sup.wait([child], 0.2, stop):
             continue
         for c in sup.newly_ended():
             if c.popen.returncode != 0:
                 ok = False
-                text = [f"{c.name}: compiling failed, {describe_exit(c.popen.returncode)}", *c.tail]
+                text = [f"compiling failed, {describe_exit(c.popen.returncode)}", *c.tail]
                 console.print("\n".join(text), style="red", markup=False, highlight=False)
     if not ok or stop:
         return False

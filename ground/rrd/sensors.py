@@ -1,9 +1,8 @@
-"""sensors/<aircraft>/...: what the onboard software was fed, read from its link log. Thinned to 20 Hz."""
+"""sensors/<aircraft>/...: what the onboard software was fed, read from its link log. Thinned to 10 Hz."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,12 +10,9 @@ from flightsw.icd.tlog import LINK_IN
 from ground.columns import Columns, Table, load
 from ground.packets import AIRCRAFT
 from ground.palette import COLOR
+from ground.rrd.series import AXIS, Sink
 
-if TYPE_CHECKING:
-    from ground.rrd import Sink
-
-PERIOD_US = 50_000  # [us]
-AXIS = ((232, 92, 80), (96, 190, 110), (90, 150, 240))
+PERIOD_US = 100_000  # [us]
 
 
 def sensors(sink: Sink, run: Path) -> None:

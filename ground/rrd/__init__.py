@@ -1,102 +1,28 @@
 """Run folder -> `run.rrd`: every series in one column-wise call, blueprint embedded.
 
 Entity paths mirror the data path (truth, nav, guid, ctrl, timing, sensors, each with the aircraft's name); timelines are
-sim_time and tick. The 3-D scene lives in the tanker's body axes (x forward, y right, z down): its parts are the
-entities named .../scene/... . With `ground.blueprint` the only importer of rerun.
+sim_time and tick. This package and `ground.blueprint` are the only importers of rerun.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 import rerun as rr
-from numpy.typing import NDArray
 
-from flightsw.aircraft import load_aircraft
 from flightsw.icd.geo import DEFAULT_ORIGIN, scales
-from ground import scene
 from ground.blueprint import blueprint
-from ground.columns import Columns, Table, hold, load
-from ground.geometry import quat_conj, quat_euler, quat_mul, quat_rotate
+from ground.columns import Columns, Table, load
+from ground.geometry import quat_euler
 from ground.metrics import contact_error
-from ground.packets import AIRCRAFT, RECEIVER, TANKER, phase_name
+from ground.packets import AIRCRAFT, RECEIVER, phase_name
 from ground.palette import BOX, COLOR, NAV, PHASE_COLORS, TRUTH
+from ground.rrd.scene3d import scene3d
+from ground.rrd.sensors import sensors
+from ground.rrd.series import AXIS, Sink
 
-APPLICATION = "wakefield"
-PERIOD_US = 50_000  # [us] series are thinned to 20 Hz: more cannot be seen and the truth comes at 100 Hz
-SCENE_US = 100_000  # [us] 3-D scene at 10 Hz
-ARROW = 0.8  # [m per m/s] length of wind arrows
-TICK_US = 10_000  # [us] base tick
-BOOM_REACH_M = 12.0  # beyond the retracted length the operator does not point at the receiver
-Array = NDArray[np.float64]
-
-
-class Sink:
-    """One recording: `series` and friends send whole columns on both timelines."""
-
-    def __init__(self, path: Path, start_us: int, end_us: int, look: object) -> None:
-        self.rec = rr.RecordingStream(APPLICATION, recording_id=path.parent.resolve().name or "run")
-        self.rec.save(str(path), default_blueprint=look)  # type: ignore[arg-type]
-        self.start_us, self.end_us = start_us, end_us
-
-    def times(self, t_us: NDArray[np.int64]) -> list[rr.TimeColumn]:
-        """Both time columns of rows at t_us [us]."""
-        return [
-            rr.TimeColumn("sim_time", duration=t_us * 1e-6),
-            rr.TimeColumn("tick", sequence=t_us // TICK_US),
-        ]
-
-    def columns(self, path: str, t_us: NDArray[np.int64], columns: object) -> None:
-        """Any archetype's columns."""
-        if len(t_us):
-            self.rec.send_columns(path, indexes=self.times(t_us), columns=columns)  # type: ignore[arg-type]
-
-    def series(
-        self,
-        path: str,
-        t_us: NDArray[np.int64],
-        values: Array,
-        name: str,
-        color: Sequence[int],
-        width: float = 1.5,
-        step: bool = False,
-    ) -> None:
-        """One line (values (n,)) or several lines of one style (values (n,k)) of a plot."""
-        values = np.asarray(values, dtype=np.float64)
-        k = 1 if values.ndim == 1 else values.shape[1]
-        style = rr.SeriesLines(
-            colors=[color] * k,
-            widths=[width] * k,
-            names=[name] * k,
-            interpolation_mode=rr.components.InterpolationMode.StepAfter if step else None,
-            aggregation_policy=rr.components.AggregationPolicy.MinMax,
-        )
-        self.rec.log(path, style, static=True)
-        scalars = rr.Scalars.columns(scalars=values.ravel())
-        self.columns(path, t_us, scalars if k == 1 else scalars.partition(lengths=[k] * len(values)))
-
-    def level(self, path: str, values: Sequence[float], name: str, color: Sequence[int]) -> None:
-        """Horizontal lines over the whole run."""
-        ends = np.array([self.start_us, self.end_us], dtype=np.int64)
-        self.series(path, ends, np.array([values, values], dtype=np.float64), name, color, 1.0)
-
-    def states(self, path: str, t_us: NDArray[np.int64], names: list[str], colors: dict[str, Sequence[int]]) -> None:
-        """A lane of the state timeline: a row where the state changes."""
-        if not names:
-            return
-        labels = np.array(names)
-        change = np.flatnonzero(np.concatenate([[True], labels[1:] != labels[:-1]]))
-        used = list(dict.fromkeys(labels[change].tolist()))
-        look = rr.StateConfiguration(values=used, colors=[colors.get(u, (120, 120, 120)) for u in used])
-        self.rec.log(path, look, static=True)
-        self.columns(path, t_us[change], rr.StateChange.columns(state=labels[change].tolist()))
-
-    def close(self) -> None:
-        """Write everything out."""
-        self.rec.flush()
-        self.rec.disconnect()
+PERIOD_US = 100_000  # [us] series are thinned to 10 Hz, the rate of the telemetry; the truth comes faster
 
 
 def convert(run: Path) -> Path:
@@ -113,9 +39,7 @@ def convert(run: Path) -> Path:
         _mission(sink, tlm, sysid, name)
         _timing(sink, tlm, sysid, name)
     _relative(sink, truth, tlm)
-    _scene(sink, truth, tlm)
-    from ground.rrd_sensors import sensors  # optional part: only if the links were logged
-
+    scene3d(sink, truth, tlm)
     sensors(sink, run)
     sink.close()
     return path
@@ -129,6 +53,13 @@ def interest(tlm: Columns, end_us: int) -> tuple[float, float]:
         if len(t):
             return max(0.0, t[0] * 1e-6 - 60.0), min(end_us * 1e-6, t[-1] * 1e-6 + 30.0)
     return 0.0, end_us * 1e-6
+
+
+def contact_time(tlm: Columns) -> float | None:
+    """A time [s] worth a picture: the middle of the measured contact; None without contact."""
+    status = tlm.get(RECEIVER, "MISSION_STATUS")
+    t = status.t_us[status["measure"] != 0] if status is not None else []
+    return float(t[len(t) // 2]) * 1e-6 if len(t) else None
 
 
 def _truth(sink: Sink, truth: Columns, sysid: int, name: str) -> None:
@@ -171,9 +102,6 @@ def _truth(sink: Sink, truth: Columns, sysid: int, name: str) -> None:
     spot = rr.Points2D.from_fields(radii=rr.Radius.ui_points(6.0), colors=[look], labels=[name])
     sink.rec.log(f"truth/{name}/plan/position", spot, static=True)
     sink.columns(f"truth/{name}/plan/position", slow.t_us, rr.Points2D.columns(positions=plan))
-
-
-AXIS = ((232, 92, 80), (96, 190, 110), (90, 150, 240))  # x, y, z and the like
 
 
 def _nav(sink: Sink, tlm: Columns, sysid: int, name: str) -> None:
@@ -271,79 +199,3 @@ def _relative(sink: Sink, truth: Columns, tlm: Columns) -> None:
         for i, axis in enumerate("xyz"):
             sink.series(f"nav/receiver/xi/{axis}", d.t_us, d["pos"][:, i], f"{axis} estimate", NAV, 1.0)
             sink.series(f"guid/receiver/xi/{axis}", d.t_us, d["cmd_pos"][:, i], f"{axis} command", BOX, 1.0)
-
-
-def _scene(sink: Sink, truth: Columns, tlm: Columns) -> None:
-    """The 3-D view in the tanker's body axes."""
-    tanker, receiver = truth.get(TANKER, "TRUTH"), truth.get(RECEIVER, "TRUTH")
-    if tanker is None or receiver is None:
-        return
-    sink.rec.log("/", rr.ViewCoordinates.FRD, static=True)
-    for name, mesh in (("tanker", scene.tanker_mesh()), ("receiver", scene.receiver_mesh())):
-        shape = rr.Mesh3D(vertex_positions=mesh.vertices, vertex_normals=mesh.normals, vertex_colors=mesh.colors)
-        sink.rec.log(f"truth/{name}/scene/body", shape, static=True)
-    _, it, ir = np.intersect1d(tanker.t_us, receiver.t_us, return_indices=True)
-    both = np.flatnonzero(np.diff(tanker.t_us[it] // SCENE_US, prepend=-1) != 0)
-    tk, rv = tanker.pick(it[both]), receiver.pick(ir[both])
-    t, to_body = tk.t_us, quat_conj(tk["q_nb"])
-    q = quat_mul(to_body, rv["q_nb"])
-    pose = rr.Transform3D.columns(translation=rv["xi"], quaternion=np.roll(q, -1, axis=1))
-    sink.columns("truth/receiver/scene", t, pose)
-    _trail(sink, "truth/receiver/trail", t, rv["xi"])
-    _boom(sink, t, rv)
-    _wind_arrows(sink, tlm, t, to_body, tk, rv)
-    rel = tlm.get(RECEIVER, "RELATIVE_STATE")
-    if rel is not None:
-        d = rel.decimated(SCENE_US)
-        look = rr.Points3D.from_fields(radii=[0.35], colors=[COLOR["command"]])
-        sink.rec.log("guid/receiver/scene/commanded", look, static=True)
-        sink.columns("guid/receiver/scene/commanded", d.t_us, rr.Points3D.columns(positions=d["cmd_pos"]))
-
-
-def _trail(sink: Sink, path: str, t: NDArray[np.int64], xi: Array) -> None:
-    """Receiver path as short segments; the view's visible history joins them to a trail."""
-    if len(xi) < 2:
-        return
-    segments = np.stack([xi[:-1], xi[1:]], axis=1).astype(np.float32)
-    look = rr.LineStrips3D.from_fields(radii=rr.Radius.ui_points(1.5), colors=[COLOR["receiver"]])
-    sink.rec.log(path, look, static=True)
-    sink.columns(path, t[1:], rr.LineStrips3D.columns(strips=segments))
-
-
-def _boom(sink: Sink, t: NDArray[np.int64], rv: Table) -> None:
-    """Envelope, fixed and telescoping tube; the tube points at the receptacle when it is near, else it trails."""
-    boom = load_aircraft("kc135r").boom
-    if boom is None:
-        return
-    lines = scene.envelope_lines(boom)
-    edge = rr.LineStrips3D(lines, radii=rr.Radius.ui_points(1.0), colors=[COLOR["envelope"]])
-    sink.rec.log("truth/tanker/boom/envelope", edge, static=True)
-    near = np.abs(rv["boom_extension"]) < BOOM_REACH_M
-    el = np.where(near, np.clip(rv["boom_elevation"], *np.radians(boom.elevation_deg)), np.radians(-30.0))
-    az = np.where(near, np.clip(rv["boom_azimuth"], *np.radians(boom.azimuth_deg)), 0.0)
-    ext = np.where(near, np.clip(rv["boom_extension"], 0.0, boom.extension_m[1]), boom.extension_m[0])
-    ext = np.where(rv["contact"] != 0, ext, np.minimum(ext, 0.5 * sum(boom.extension_m)))
-    fixed, tele = scene.boom_strips(boom, el, az, ext)
-    contact, inside = (rv[k] != 0 for k in ("contact", "inside"))
-    hue = [COLOR["latched"] if c else COLOR["inside"] if i else COLOR["boom"] for c, i in zip(contact, inside, strict=True)]
-    sink.rec.log("truth/tanker/boom/fixed", rr.LineStrips3D.from_fields(radii=[0.33], colors=[COLOR["boom"]]), static=True)
-    sink.columns("truth/tanker/boom/fixed", t, rr.LineStrips3D.columns(strips=fixed.astype(np.float32)))
-    sink.rec.log("truth/tanker/boom/nozzle", rr.LineStrips3D.from_fields(radii=[0.16]), static=True)
-    packed = np.array([(r << 24) | (g << 16) | (b << 8) | 255 for r, g, b in hue], dtype=np.uint32)
-    sink.columns("truth/tanker/boom/nozzle", t, rr.LineStrips3D.columns(strips=tele.astype(np.float32), colors=packed))
-
-
-def _wind_arrows(sink: Sink, tlm: Columns, t: NDArray[np.int64], to_body: Array, tk: Table, rv: Table) -> None:
-    """Wind at both aircraft, truth and estimate, in the tanker's body axes, beginning above each aircraft."""
-    for sysid, name, true, at in ((TANKER, "tanker", tk, 0.0 * rv["xi"]), (RECEIVER, "receiver", rv, rv["xi"])):
-        origin = at + np.array([0.0, 0.0, -4.0 if sysid == TANKER else -3.0])
-        nav = tlm.get(sysid, "NAV_STATE")
-        vectors = [("truth", TRUTH, true["wind_n"].astype(np.float64))]
-        if nav is not None:
-            held = np.stack([hold(t, nav.t_us, nav["wind"][:, i].astype(np.float64)) for i in range(3)], axis=1)
-            vectors.append(("nav", NAV, held))
-        for kind, color, wind in vectors:
-            path = f"{kind}/{name}/wind_arrow"
-            sink.rec.log(path, rr.Arrows3D.from_fields(radii=[0.14], colors=[color]), static=True)
-            body = ARROW * quat_rotate(to_body, wind)
-            sink.columns(path, t, rr.Arrows3D.columns(vectors=body, origins=origin))

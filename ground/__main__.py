@@ -1,0 +1,102 @@
+"""CLI `ground`: record, convert, metrics, live, send, diff, screenshot. Heavy imports happen inside the commands, so that
+recording and the monitor start at once.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Annotated, NoReturn
+
+import typer
+
+app = typer.Typer(no_args_is_help=True, add_completion=False, help="Ground segment: record, convert, watch, command.")
+Run = Annotated[Path, typer.Argument(help="run folder")]
+PortOffset = Annotated[int, typer.Option("--port-offset", help="added to every port (parallel runs)")]
+
+
+def _fail(message: object, code: int = 1) -> NoReturn:
+    """One line on stderr, non-zero exit."""
+    print(f"ground: {message}", file=sys.stderr)
+    raise typer.Exit(code)
+
+
+@app.command()
+def record(
+    out: Annotated[Path, typer.Option("--out", help="folder for tlm.tlog")],
+    port: Annotated[int, typer.Option(help="UDP port")] = 14550,
+    port_offset: PortOffset = 0,
+    host: Annotated[str, typer.Option(help="address to listen on")] = "127.0.0.1",
+    forward: Annotated[list[str] | None, typer.Option(help="also send every datagram to host:port")] = None,
+) -> None:
+    """Record telemetry of all aircraft into OUT/tlm.tlog until SIGTERM or Ctrl-C; status as JSON lines on stdout."""
+    from ground.receiver import RecordError, run
+
+    try:
+        recorder = run(out, port + port_offset, host, forward)
+    except RecordError as exc:
+        _fail(exc)
+    lost = sum(recorder.gaps.dropped.values())
+    print(f"ground: {recorder.packets} packets to {out / 'tlm.tlog'}, {lost} lost", file=sys.stderr)
+
+
+@app.command()
+def metrics(run: Run, write: Annotated[bool, typer.Option(help="also write RUN/summary.json")] = False) -> None:
+    """Figures of a run as flat JSON on stdout."""
+    from ground.columns import LogError
+    from ground.metrics import compute
+
+    try:
+        text = json.dumps(compute(run), indent=1)
+        if write:
+            (run / "summary.json").write_text(text + "\n")
+    except (LogError, ValueError, OSError) as exc:
+        _fail(exc)
+    print(text)
+
+
+@app.command()
+def convert(run: Run) -> None:
+    """Write RUN/run.rrd for the Rerun viewer."""
+    from ground.columns import LogError
+
+    try:
+        from ground.rrd import convert as to_rrd
+
+        path = to_rrd(run)
+    except (LogError, OSError) as exc:
+        _fail(exc)
+    print(path)
+
+
+@app.command()
+def screenshot(
+    run: Run,
+    out: Annotated[Path, typer.Option("--out", help="picture to write (.png)")],
+    size: Annotated[str, typer.Option(help="WIDTHxHEIGHT in pixels")] = "1600x900",
+    at: Annotated[float | None, typer.Option(help="time [s]; default: half-way through contact")] = None,
+) -> None:
+    """Picture of RUN/run.rrd without a display (converts first if there is none)."""
+    from ground.columns import LogError, load
+
+    try:
+        from ground.rrd import contact_time, convert
+        from ground.rrd.shot import ScreenshotError
+        from ground.rrd.shot import screenshot as shoot
+
+        rrd = run / "run.rrd"
+        if not rrd.exists():
+            convert(run)
+        print(shoot(rrd, out, size, contact_time(load(run / "tlm.tlog")) if at is None else at))
+    except (LogError, OSError, ScreenshotError) as exc:
+        _fail(exc)
+
+
+def main() -> None:
+    """Entry point of the `ground` command."""
+    app()
+
+
+if __name__ == "__main__":
+    main()

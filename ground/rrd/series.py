@@ -1,0 +1,81 @@
+"""One recording being written: whole columns on both timelines, styles logged once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import rerun as rr
+from numpy.typing import NDArray
+
+APPLICATION = "wakefield"
+TICK_US = 10_000  # [us] base tick
+AXIS = ((232, 92, 80), (96, 190, 110), (90, 150, 240))  # colours of x, y, z and the like
+Array = NDArray[np.float64]
+
+
+class Sink:
+    """One recording: `series` and friends send whole columns on both timelines."""
+
+    def __init__(self, path: Path, start_us: int, end_us: int, look: object) -> None:
+        self.rec = rr.RecordingStream(APPLICATION, recording_id=path.parent.resolve().name or "run")
+        self.rec.save(str(path), default_blueprint=look)  # type: ignore[arg-type]
+        self.start_us, self.end_us = start_us, end_us
+
+    def times(self, t_us: NDArray[np.int64]) -> list[rr.TimeColumn]:
+        """Both time columns of rows at t_us [us]."""
+        return [
+            rr.TimeColumn("sim_time", duration=t_us * 1e-6),
+            rr.TimeColumn("tick", sequence=t_us // TICK_US),
+        ]
+
+    def columns(self, path: str, t_us: NDArray[np.int64], columns: object) -> None:
+        """Any archetype's columns."""
+        if len(t_us):
+            self.rec.send_columns(path, indexes=self.times(t_us), columns=columns)  # type: ignore[arg-type]
+
+    def series(
+        self,
+        path: str,
+        t_us: NDArray[np.int64],
+        values: Array,
+        name: str,
+        color: Sequence[int],
+        width: float = 1.5,
+        step: bool = False,
+    ) -> None:
+        """One line (values (n,)) or several lines of one style (values (n,k)) of a plot."""
+        values = np.asarray(values, dtype=np.float64)
+        k = 1 if values.ndim == 1 else values.shape[1]
+        style = rr.SeriesLines(
+            colors=[color] * k,
+            widths=[width] * k,
+            names=[name] * k,
+            interpolation_mode=rr.components.InterpolationMode.StepAfter if step else None,
+            aggregation_policy=rr.components.AggregationPolicy.MinMax,
+        )
+        self.rec.log(path, style, static=True)
+        scalars = rr.Scalars.columns(scalars=values.ravel())
+        self.columns(path, t_us, scalars if k == 1 else scalars.partition(lengths=[k] * len(values)))
+
+    def level(self, path: str, values: Sequence[float], name: str, color: Sequence[int]) -> None:
+        """Horizontal lines over the whole run."""
+        ends = np.array([self.start_us, self.end_us], dtype=np.int64)
+        self.series(path, ends, np.array([values, values], dtype=np.float64), name, color, 1.0)
+
+    def states(self, path: str, t_us: NDArray[np.int64], names: list[str], colors: dict[str, Sequence[int]]) -> None:
+        """A lane of the state timeline: a row where the state changes."""
+        if not names:
+            return
+        labels = np.array(names)
+        change = np.flatnonzero(np.concatenate([[True], labels[1:] != labels[:-1]]))
+        used = list(dict.fromkeys(labels[change].tolist()))
+        look = rr.StateConfiguration(values=used, colors=[colors.get(u, (120, 120, 120)) for u in used])
+        self.rec.log(path, look, static=True)
+        self.columns(path, t_us[change], rr.StateChange.columns(state=labels[change].tolist()))
+
+    def close(self) -> None:
+        """Write everything out."""
+        self.rec.flush()
+        self.rec.disconnect()

@@ -1,0 +1,96 @@
+"""The same run in one process without sockets: same objects, same bytes in every log."""
+
+from __future__ import annotations
+
+import gc
+import tempfile
+from pathlib import Path
+
+from rich.console import Console
+
+from flightsw.config import load_flight
+from flightsw.icd.tlog import TlogWriter
+from flightsw.node import Node
+from flightsw.recorder import LinkRecorder
+from ground.receiver import Recorder
+from hil_scripts.mission import Outcome
+from hil_scripts.procs import StopFlag
+from hil_scripts.progress import Board
+from hil_scripts.runfolder import RunPlan, make_folder, resolve
+from sim_plant.scenario import load_scenario
+from sim_plant.server import PlantServer
+
+LOOK_EVERY = 64  # ticks between looks at the stop flag and the screen
+
+
+class InProcess:
+    """Plant, onboard nodes and ground recorder of a run folder, stepped together.
+
+    Raises ConfigError or OSError naming what cannot be read or written.
+    """
+
+    def __init__(self, plan: RunPlan, run: Path) -> None:
+        self.server = PlantServer(load_scenario(str(run / "scenario.toml")), plan.seed, run)
+        self.nodes = [Node(load_flight(run / f"flight_{f.name}.toml")) for f in plan.flights]
+        self.links = [LinkRecorder(run / f"link_{f.name}.tlog", f.sysid) for f in plan.flights]
+        self.ground = Recorder(TlogWriter(run / "tlm.tlog"))
+
+    def tick(self) -> None:
+        """One tick of everything."""
+        nodes = self.nodes
+        replies = [node.step((d,)) for node, d in zip(nodes, self.server.begin_tick(), strict=True)]
+        self.server.end_tick(replies)
+        for node, link, reply in zip(nodes, self.links, replies, strict=True):
+            telemetry = node.after()
+            link.inbound(node.t_us, node.take_heard())
+            link.outbound(node.t_us, reply, telemetry)
+            for d in telemetry:
+                self.ground.take(d)
+
+    def finish(self) -> None:
+        """The end of the run as the plant announces it; then close every log."""
+        for node, link, d in zip(self.nodes, self.links, self.server.shutdown(), strict=True):
+            node.step((d,))
+            link.inbound(node.t_us, node.take_heard())
+        self.close()
+
+    def close(self) -> None:
+        """Close every log, whatever state the run is in."""
+        for link in self.links:
+            link.close()
+        self.server.close()
+        self.ground.finish()
+
+
+def fly(plan: RunPlan, run: Path, console: Console, stop: StopFlag) -> Outcome:
+    """Run the plan in this process. Errors of the programs come out as they are."""
+    with Board(console, plan.duration_s, plan.names) as board:
+        both = InProcess(plan, run)
+        gc.collect()
+        gc.freeze()
+        gc.disable()  # as the separate processes do
+        try:
+            while not both.server.done and not stop:
+                both.tick()
+                if both.server.tick % LOOK_EVERY == 0:
+                    both.ground.write_ready()
+                    board.advance(both.server.t_us / 1e6, both.server.tick)
+                    board.on_ground(both.ground.status())
+                    board.draw()
+            board.advance(both.server.t_us / 1e6, both.server.tick)
+            both.finish()
+        except BaseException:
+            both.close()
+            raise
+        finally:
+            gc.enable()
+    if stop:
+        return Outcome("aborted", f"stopped at t = {board.sim_s:.1f} s", board.sim_s, board.speed, stop.signum)
+    return Outcome("completed", "", board.sim_s, board.speed)
+
+
+def fly_a_little(scenario: str, duration_s: float) -> None:
+    """Fly the first seconds of a scenario in a folder that is thrown away: every kernel gets compiled."""
+    with tempfile.TemporaryDirectory(prefix="wakefield-") as tmp, StopFlag() as stop:
+        plan = resolve(scenario, None, [], duration_s)
+        fly(plan, make_folder(plan, Path(tmp) / "run"), Console(quiet=True), stop)
