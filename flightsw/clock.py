@@ -1,7 +1,7 @@
 """The two clocks of the one loop; nothing else on board imports `time`.
 
-Lockstep: time is the stamp in the sensor packet. Real time: absolute monotonic deadlines, so no drift; a loop that is late by a
-period or more skips whole periods and says how many.
+Lockstep: time is the stamp in the sensor packet. Real time: absolute monotonic deadlines, so no drift; a loop that is
+late by a period or more skips whole periods and says how many.
 """
 
 from __future__ import annotations
@@ -29,7 +29,9 @@ class Clock(Protocol):
 
 
 class LockstepClock:
-    """Time is what the plant says. `advance` takes the stamp of a sensor datagram, `wait_tick` gives the periods it was worth."""
+    """Time is what the plant says. `advance` takes the stamp of a sensor datagram, `wait_tick` gives the periods it
+    was worth.
+    """
 
     def __init__(self, period_us: int) -> None:
         self.period_us = period_us
@@ -74,7 +76,9 @@ class RealtimeClock:
         self._next_us = self._now() + self.period_us
 
     def wait_tick(self) -> int:
-        """Sleep to the deadline. Returns 1 + periods skipped; `late_us` is how late the loop woke after the deadline it met."""
+        """Sleep to the deadline. Returns 1 + periods skipped; `late_us` is how late the loop woke after the deadline
+        it met.
+        """
         wait = self._next_us - self._now()
         while wait > 0:
             self._sleep_s(wait * 1e-6)

@@ -1,7 +1,7 @@
 """Configuration of one flight process: strict TOML into frozen dataclasses.
 
-[app], [origin], [link] and [telemetry] are read here. Everything else in the file belongs to the mission and stays a plain
-tree; `FlightApp` converts it, as strictly.
+[app], [origin], [link] and [telemetry] are read here. Everything else in the file belongs to the mission and stays a
+plain tree; `FlightApp` converts it, as strictly.
 """
 
 from __future__ import annotations
@@ -34,9 +34,13 @@ class AppConfig:
         if self.base_rate_hz % 10:
             raise ConfigError(f"app.base_rate_hz = {self.base_rate_hz}: allowed: multiples of 10")
         if 250_000 % self.base_rate_hz:
-            raise ConfigError(f"app.base_rate_hz = {self.base_rate_hz}: the period must be a multiple of 4 us (log stamps)")
+            raise ConfigError(
+                f"app.base_rate_hz = {self.base_rate_hz}: the period must be a multiple of 4 us (log stamps)"
+            )
         if self.base_rate_hz % self.mission_rate_hz:
-            raise ConfigError(f"app.mission_rate_hz = {self.mission_rate_hz}: must divide base_rate_hz = {self.base_rate_hz}")
+            raise ConfigError(
+                f"app.mission_rate_hz = {self.mission_rate_hz}: must divide base_rate_hz = {self.base_rate_hz}"
+            )
 
 
 @dataclass(frozen=True)
@@ -54,7 +58,9 @@ class OriginConfig:
 
 @dataclass(frozen=True)
 class LinkConfig:
-    """Ports and time-outs of the plant link and of the data link between aircraft. Port 0 = the port plan of icd/link.py."""
+    """Ports and time-outs of the plant link and of the data link between aircraft. Port 0 = the port plan of
+    icd/link.py.
+    """
 
     host: str = "127.0.0.1"
     plant_port: Annotated[int, Range(0, 65535)] = 0
@@ -121,5 +127,7 @@ def parse_target(text: str) -> tuple[str, int]:
 
 
 def load_flight(path: str | Path, overrides: dict[str, Any] | None = None) -> FlightConfig:
-    """Read a flight file; `overrides` maps dotted keys to values. Raises ConfigError naming file, key and what is allowed."""
+    """Read a flight file; `overrides` maps dotted keys to values. Raises ConfigError naming file, key and what is
+    allowed.
+    """
     return load(path, FlightConfig, overrides)

@@ -1,7 +1,7 @@
 """Rate groups and loop accounting. Knows no clock: time comes in through a callable, so in lockstep every figure is 0.
 
-A group runs on the ticks where `tick % divisor == offset`; off its turn it holds its last output. The order of execution is the
-order in which groups were added.
+A group runs on the ticks where `tick % divisor == offset`; off its turn it holds its last output. The order of
+execution is the order in which groups were added.
 """
 
 from __future__ import annotations
@@ -44,7 +44,9 @@ class Histogram:
             self.max = us
 
     def quantile(self, q: float) -> float:
-        """Upper edge [us] of the bucket holding quantile q of 0..1, at most the largest value; 0 if nothing was counted."""
+        """Upper edge [us] of the bucket holding quantile q of 0..1, at most the largest value; 0 if nothing was
+        counted.
+        """
         if not self.n:
             return 0.0
         need, seen = math.ceil(q * self.n), 0
@@ -93,7 +95,9 @@ class Executive:
     def add(self, name: str, divisor: int, offset: int, call: Callable[[], None]) -> None:
         """Append a group. Raises ValueError if divisor or offset make no sense."""
         if divisor < 1 or not 0 <= offset < divisor:
-            raise ValueError(f"rate group {name}: divisor {divisor}, offset {offset}: divisor >= 1 and 0 <= offset < divisor")
+            raise ValueError(
+                f"rate group {name}: divisor {divisor}, offset {offset}: divisor >= 1 and 0 <= offset < divisor"
+            )
         self.groups.append(Group(name, divisor, offset, call))
 
     def run(self, tick: int) -> None:

@@ -1,8 +1,9 @@
-"""One onboard process without its sockets: datagrams in, datagrams out, no clock. The same object runs over UDP, in process and
-in replay.
+"""One onboard process without its sockets: datagrams in, datagrams out, no clock. The same object runs over UDP, in
+process and in replay.
 
-A tick has two halves, so that the reply leaves before anything else is done: `step` gives the reply, `after` the telemetry.
-`handle` is both. Per tick, in this order: decode, services, application, reply (actuators, data link, acks); then telemetry.
+A tick has two halves, so that the reply leaves before anything else is done: `step` gives the reply, `after` the
+telemetry. `handle` is both. Per tick, in this order: decode, services, application, reply (actuators, data link, acks);
+then telemetry.
 """
 
 from __future__ import annotations
@@ -59,7 +60,9 @@ def make_app(cfg: FlightConfig) -> App:
 
 
 class Node:
-    """Flight process of one aircraft. `app` replaces the real application; `now_us` is the accounting clock of real time."""
+    """Flight process of one aircraft. `app` replaces the real application; `now_us` is the accounting clock of real
+    time.
+    """
 
     def __init__(
         self,
@@ -75,7 +78,11 @@ class Node:
         self.realtime = realtime
         self.app = make_app(cfg) if app is None else app
         self.codec = FlightCodec(
-            load_aircraft(cfg.app.aircraft), cfg.app.sysid, origin, peer_sysid=cfg.link.peer_sysid, lockstep=not realtime
+            load_aircraft(cfg.app.aircraft),
+            cfg.app.sysid,
+            origin,
+            peer_sysid=cfg.link.peer_sysid,
+            lockstep=not realtime,
         )
         self.telemetry = Telemetry(
             cfg.app.sysid, cfg.app.mission, origin, base, self.codec.count, cfg.telemetry.rates_hz
@@ -117,7 +124,8 @@ class Node:
     def handle(self, datagrams: Sequence[bytes], dt_s: float | None = None, ground: Sequence[bytes] = ()) -> NodeOutput:
         """One call: datagrams of the plant (lockstep: one tick's) and of the ground in, reply and telemetry out. Pure.
 
-        `dt_s` [s]: time step for the application; None = difference of the sample times. Never raises on what it receives.
+        `dt_s` [s]: time step for the application; None = difference of the sample times. Never raises on what it
+        receives.
         """
         reply = self.step(datagrams, dt_s, ground)
         return NodeOutput(reply, self.after(), self.done)
@@ -186,7 +194,7 @@ class Node:
     # --- inside ----------------------------------------------------------------------------------------------------
 
     def _take(self, datagram: bytes) -> int:
-        """Decode one plant datagram into the frame. Its sample time, -1 without a sensor packet, -2 if it was refused."""
+        """Decode one plant datagram into the frame. Its sample time; -1 = no sensor packet, -2 = refused."""
         count = self.codec.count
         torn = count.bad_crc + count.bad_length
         packets = self.codec.parse(datagram)
@@ -260,5 +268,3 @@ class Node:
     def _run_peer(self) -> None:
         if self._snap is not None:
             self._last_reply += self.codec.peer(self._snap.nav)
-
-

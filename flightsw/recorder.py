@@ -1,7 +1,8 @@
 """Link log: every byte into and out of one flightsw, under the sample time of the tick that dealt with it.
 
-Sound packets are stored as they are. What is no sound packet (rubbish, a packet cut short) goes in wrapped as RAW_BYTES, so the
-file stays a `.tlog` and replay still meets it. In real time a TICK record opens each tick and carries its time step.
+Sound packets are stored as they are. What is no sound packet (rubbish, a packet cut short) goes in wrapped as
+RAW_BYTES, so the file stays a `.tlog` and replay still meets it. In real time a TICK record opens each tick and carries
+its time step.
 """
 
 from __future__ import annotations

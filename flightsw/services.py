@@ -1,7 +1,7 @@
 """MAVLink manners: parameters, commands and their answers, message intervals, time synchronisation.
 
-Commands of the mission pass through to the application, which answers them; the rest is answered here, an unknown one with
-UNSUPPORTED. Nothing a ground station sends can raise. Packets are not signed: the links are local (docs/icd.md).
+Commands of the mission pass through to the application, which answers them; the rest is answered here, an unknown one
+with UNSUPPORTED. Nothing a ground station sends can raise. Packets are not signed: the links are local.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Any
 
 from flightsw.icd.wire import BY_NAME, SPECS, Counters, Packet, Sender, split, table
@@ -16,7 +17,16 @@ from flightsw.telemetry import Telemetry
 from flightsw.types import Ack, Command
 
 ACCEPT = table(
-    ("HEARTBEAT", "SYSTEM_TIME", "PARAM_REQUEST_READ", "PARAM_REQUEST_LIST", "PARAM_SET", "COMMAND_LONG", "TIMESYNC", "REQUEST_DATA_STREAM")
+    (
+        "HEARTBEAT",
+        "SYSTEM_TIME",
+        "PARAM_REQUEST_READ",
+        "PARAM_REQUEST_LIST",
+        "PARAM_SET",
+        "COMMAND_LONG",
+        "TIMESYNC",
+        "REQUEST_DATA_STREAM",
+    )
 )
 CMD_SHUTDOWN = 246
 CMD_SET_INTERVAL = 511
@@ -48,7 +58,7 @@ def flatten(tree: Any, prefix: str = "") -> Iterator[tuple[str, float]]:
 
 
 def short_names(keys: list[str]) -> list[str]:
-    """A distinct name of at most 16 characters for each dotted key: its end, or its end and a number if that is taken."""
+    """A distinct name of at most 16 characters for each dotted key: its end, numbered if that is taken."""
     out: list[str] = []
     taken: set[str] = set()
     for key in keys:
@@ -104,7 +114,7 @@ class Services:
     # --- receive ---------------------------------------------------------------------------------------------------
 
     def receive(self, datagram: bytes, t_us: int) -> list[Command]:
-        """Handle one datagram from the ground at sample time `t_us` [us]; returns the commands meant for the mission."""
+        """Handle one datagram from the ground at sample time `t_us` [us]; returns the mission's commands."""
         out: list[Command] = []
         for p in split(datagram, ACCEPT, self.count):
             name, v = p[0].name, p[1]
@@ -115,7 +125,7 @@ class Services:
             elif name == "TIMESYNC":
                 tc1, ts1 = v
                 if tc1 == 0:
-                    self._queue(lambda ts1=ts1: self.send.named("TIMESYNC", tc1=t_us * 1000, ts1=ts1))
+                    self._queue(partial(self.send.named, "TIMESYNC", tc1=t_us * 1000, ts1=ts1))
             elif name.startswith("PARAM_"):
                 self._param(p[0].name, p[0].to_dict(v))
         return out

@@ -1,7 +1,8 @@
 """The single telemetry tap: Snapshot -> datagrams, by the rate table of icd/rates.py.
 
-Building never raises and sending never blocks: a message that cannot be encoded is counted in `failed`, a datagram the system
-does not take in `ctx.dropped`. Every datagram begins with a packet that carries the sample time, so the ground can stamp it.
+Building never raises and sending never blocks: a message that cannot be encoded is counted in `failed`, a datagram the
+system does not take in `ctx.dropped`. Every datagram begins with a packet that carries the sample time, so the ground
+can stamp it.
 """
 
 from __future__ import annotations
@@ -34,7 +35,9 @@ class Telemetry:
         overrides: dict[str, float] | None = None,
     ) -> None:
         self.base_hz = base_hz
-        self.ctx = Context(Sender(sysid, COMP_AUTOPILOT), WireMap(origin), count, Timing(), period_us=1_000_000 // base_hz)
+        self.ctx = Context(
+            Sender(sysid, COMP_AUTOPILOT), WireMap(origin), count, Timing(), period_us=1_000_000 // base_hz
+        )
         self.defaults = rates_for(mission, overrides)
         self.rates = dict(self.defaults)
         self._schedule = schedule(self.rates, base_hz)
@@ -52,7 +55,12 @@ class Telemetry:
         return bool(self._schedule[tick % self._cycle])
 
     def datagrams(
-        self, snap: Snapshot, tick: int, texts: Sequence[Text] = (), acks: Sequence[Ack] = (), answers: Sequence[bytes] = ()
+        self,
+        snap: Snapshot,
+        tick: int,
+        texts: Sequence[Text] = (),
+        acks: Sequence[Ack] = (),
+        answers: Sequence[bytes] = (),
     ) -> list[bytes]:
         """Datagrams of this tick, possibly none: scheduled messages, then texts, acks and ready packets."""
         names = self._schedule[tick % self._cycle]

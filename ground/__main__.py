@@ -1,5 +1,5 @@
-"""CLI `ground`: record, convert, metrics, live, send, diff, screenshot. Heavy imports happen inside the commands, so that
-recording and the monitor start at once.
+"""CLI `ground`: record, convert, metrics, live, send, diff, screenshot. Heavy imports happen inside the commands, so
+that recording and the monitor start at once.
 """
 
 from __future__ import annotations
@@ -91,6 +91,61 @@ def screenshot(
         print(shoot(rrd, out, size, contact_time(load(run / "tlm.tlog")) if at is None else at))
     except (LogError, OSError, ScreenshotError) as exc:
         _fail(exc)
+
+
+@app.command()
+def live(
+    port: Annotated[int, typer.Option(help="UDP port")] = 14551,
+    port_offset: PortOffset = 0,
+    host: Annotated[str, typer.Option(help="address to listen on")] = "127.0.0.1",
+    for_s: Annotated[float | None, typer.Option("--for", help="stop after this many seconds")] = None,
+) -> None:
+    """Watch both aircraft in the terminal (one line a second if the output is not a terminal)."""
+    from ground.live import watch
+    from ground.receiver import RecordError, open_socket
+
+    try:
+        sock = open_socket(host, port + port_offset)
+    except RecordError as exc:
+        _fail(exc)
+    with sock:
+        code = watch(sock, for_s)
+    raise typer.Exit(code)
+
+
+@app.command()
+def send(
+    action: Annotated[str, typer.Argument(help="hold precontact contact disconnect breakaway observation speed")],
+    value: Annotated[float | None, typer.Argument(help="speed [m/s]")] = None,
+    to: Annotated[int | None, typer.Option("--to", help="sysid; default 2, for speed 1", min=1, max=250)] = None,
+    port_offset: PortOffset = 0,
+    host: Annotated[str, typer.Option(help="where the aircraft runs")] = "127.0.0.1",
+) -> None:
+    """Command an aircraft; exit 0 accepted, 1 refused, 2 unanswered (also for a wrong argument)."""
+    from ground.command import CommandError, order
+    from ground.command import send as transmit
+
+    try:
+        answer = transmit(order(action, value, to), port_offset, host)
+    except (CommandError, OSError) as exc:
+        _fail(exc, 2)
+    print(answer.text, file=sys.stderr if answer.exit_code else sys.stdout)
+    raise typer.Exit(answer.exit_code)
+
+
+@app.command()
+def diff(run_a: Run, run_b: Annotated[Path, typer.Argument(help="the other run folder")]) -> None:
+    """Compare two runs: logs byte for byte (first difference decoded) and figures; exit 0 if equal, 1 if not."""
+    from flightsw.icd.tlog import TlogError
+    from ground.columns import LogError
+    from ground.compare import compare, report
+
+    try:
+        result = compare(run_a, run_b)
+    except (LogError, TlogError, ValueError, OSError) as exc:
+        _fail(exc, 2)
+    print("\n".join(report(result)))
+    raise typer.Exit(0 if result.same else 1)
 
 
 def main() -> None:

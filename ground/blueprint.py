@@ -19,7 +19,7 @@ class Plots:
     def __init__(self, start_s: float, end_s: float) -> None:
         at = rrb.TimeRangeBoundary.absolute
         window = rrb.TimeRange(start=at(seconds=start_s), end=at(seconds=end_s))
-        self.time = rrb.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal, view_range=window)
+        self.time = rrb.TimeAxis(link=rrb.components.LinkAxis.Independent, view_range=window)
 
     def plot(self, name: str, contents: list[str], span: Span | None = None) -> rrb.TimeSeriesView:
         """A plot of the named entities; `span` fixes the first vertical range."""
@@ -102,7 +102,10 @@ class Plots:
     def sensors(self) -> rrb.Vertical:
         """What the onboard software was fed."""
         speed = [
-            self.plot(f"{a} airspeed: probes, truth, estimate [m/s]", [f"{k}/{a}/V" for k in ("truth", "nav")] + [f"sensors/{a}/air/V"])
+            self.plot(
+                f"{a} airspeed: probes, truth, estimate [m/s]",
+                [f"{k}/{a}/V" for k in ("truth", "nav")] + [f"sensors/{a}/air/V"],
+            )
             for a in BOTH
         ]
         force = [self.plot(f"{a} specific force [m/s2]", [f"sensors/{a}/imu/acc/**"]) for a in BOTH]

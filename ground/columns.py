@@ -42,7 +42,7 @@ class Table:
     @property
     def t_s(self) -> NDArray[np.float64]:
         """Sample time [s]."""
-        return self.t_us * 1e-6
+        return self.t_us.astype(np.float64) * 1e-6
 
     def pick(self, index: NDArray) -> Table:
         """Rows selected by a mask or an index array."""

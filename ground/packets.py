@@ -126,7 +126,7 @@ def split(datagram: bytes) -> Iterator[tuple[bytes, str]]:
 
 
 def decode(packet: bytes) -> dict[str, Any]:
-    """Fields of one framed packet as Python values (arrays as lists, text as str). Raises KeyError for an unknown id."""
+    """Fields of one framed packet as Python values (arrays as lists, text as str). KeyError for an unknown id."""
     dt = DTYPES[packet_id(packet)]
     payload = packet[HEADER : HEADER + packet[1]].ljust(dt.itemsize, b"\0")[: dt.itemsize]
     row = np.frombuffer(payload, dtype=dt)[0]

@@ -16,7 +16,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TextIO
 
-from flightsw.icd.tlog import TlogWriter
+from flightsw.icd.tlog import TlogError, TlogWriter
 from ground.merge import Merger, SequenceGaps
 from ground.packets import MISSION_STATUS, packet_id, packet_time_us, phase_name, phase_of, split
 
@@ -56,6 +56,11 @@ def parse_target(text: str) -> tuple[str, int]:
     if not host or not port.isdigit() or not 0 < int(port) < 65536:
         raise RecordError(f"forward target {text!r} is not host:port with port 1..65535")
     return host, int(port)
+
+
+def _words(path: Path, exc: OSError) -> str:
+    """What went wrong with the log, naming the file once."""
+    return str(exc) if isinstance(exc, TlogError) else f"{path}: cannot be written: {exc.strerror or exc}"
 
 
 class Recorder:
@@ -173,7 +178,7 @@ def run(
             out_dir.mkdir(parents=True, exist_ok=True)
             recorder = Recorder(TlogWriter(path))
         except OSError as exc:
-            raise RecordError(f"cannot write {str(path)!r}: {exc.strerror or exc}") from exc
+            raise RecordError(_words(path, exc)) from exc
         flag = None if stop else StopFlag().install()
         stopped = stop or (lambda: bool(flag and flag.signum))
         _say(status_to, {"listening": port, **recorder.status()})
@@ -181,7 +186,7 @@ def run(
             _loop(sock, out, recorder, targets, stopped, status_to)
             recorder.finish()
         except OSError as exc:
-            raise RecordError(f"cannot write {str(path)!r}: {exc.strerror or exc}") from exc
+            raise RecordError(_words(path, exc)) from exc
         _say(status_to, {"done": True, **recorder.status(), "junk_kinds": recorder.junk})
         return recorder
     finally:

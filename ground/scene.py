@@ -7,6 +7,7 @@ The silhouettes are drawn from the published overall dimensions (KC-135R: length
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,7 +35,7 @@ def _tube(stations: list[tuple[float, float, float]], y: float = 0.0, sides: int
         np.stack([np.full(sides, x), y + r * np.cos(angle), z + r * np.sin(angle)], axis=1) for x, r, z in stations
     ]
     out: list[list[Array]] = []
-    for a, b in zip(rings[:-1], rings[1:], strict=True):
+    for a, b in pairwise(rings):
         for i in range(sides):
             j = (i + 1) % sides
             out += [[a[i], b[i], a[j]], [a[j], b[i], b[j]]]
@@ -101,11 +102,20 @@ def tanker_mesh() -> Mesh:
     pod = _tube([(-12.0, 0.1, 0.9), (-14.0, 0.55, 0.75), (-19.0, 0.5, 0.6), (-22.3, 0.3, 1.4)])  # boom operator's pod
     nacelles = []
     for x, y, z in ((3.4, 8.4, 1.9), (-2.6, 14.0, 1.15)):
-        nacelles.append(_both(_tube([(x + 2.4, 0.75, z), (x + 1.2, 1.05, z), (x - 0.9, 0.95, z), (x - 2.2, 0.5, z)], y)))
+        nacelles.append(
+            _both(_tube([(x + 2.4, 0.75, z), (x + 1.2, 1.05, z), (x - 0.9, 0.95, z), (x - 2.2, 0.5, z)], y))
+        )
         pylon = _panel((x + 1.2, y, z - 0.9), (x - 1.8, y, z - 0.7), (x - 3.0, y, z - 1.6), (x - 0.6, y, z - 1.6), 0.25)
         nacelles.append(_both(pylon))
     return _mesh(
-        [(fuselage, GREY), (_both(wing), LIGHT), (_both(tail), LIGHT), (fin, GREY), (pod, GREY), (np.concatenate(nacelles), DARK)]
+        [
+            (fuselage, GREY),
+            (_both(wing), LIGHT),
+            (_both(tail), LIGHT),
+            (fin, GREY),
+            (pod, GREY),
+            (np.concatenate(nacelles), DARK),
+        ]
     )
 
 

@@ -52,7 +52,7 @@ def fly(folder: Path, duration_s: float, *flags: str) -> dict[str, Any]:
             f"sil {' '.join(args)}: exit code {r.returncode}\n{r.stdout[-2000:]}{r.stderr[-2000:]}"
         ) from None
     if summary.get("run.outcome") != "completed":
-        raise BenchError(f"sil {' '.join(args)}: {summary.get('run.reason', 'not completed')}")
+        raise BenchError(f"sil {' '.join(args)}: exit code {r.returncode}\n{r.stdout[-2000:]}{r.stderr[-2000:]}")
     return dict(summary)
 
 

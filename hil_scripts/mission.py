@@ -36,9 +36,7 @@ def fly(plan: RunPlan, run: Path, port_offset: int, console: Console, stop: Stop
     """Run the plan to its end. Everything started here has ended when this returns, also by an exception."""
     ports.check_free(ports.needed(plan.names, port_offset))
     with Supervisor(run) as sup, Board(console, plan.duration_s, plan.names) as board:
-        ground = sup.start(
-            "ground", _argv("ground", "record", "--out", run, *_offset(port_offset)), board.on_ground
-        )
+        ground = sup.start("ground", _argv("ground", "record", "--out", run, *_offset(port_offset)), board.on_ground)
         flights = []
         for f in plan.flights:
             args = ["--config", run / f"flight_{f.name}.toml", "--sysid", f.sysid, "--run-dir", run]

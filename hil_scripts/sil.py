@@ -115,6 +115,57 @@ def warmup(force: Annotated[bool, typer.Option("--force", help="Also when nothin
             raise typer.Exit(128 + stop.signum if stop else 1)
 
 
+@app.command()
+def replay(run: RunDir) -> None:
+    """Re-run the onboard software from its recorded inputs; exit 1 if any output differs."""
+    kernel_cache.use()
+    from hil_scripts import replay_cmd
+
+    try:
+        same = replay_cmd.show(Console(), replay_cmd.replay_run(run))
+    except (ValueError, OSError) as e:
+        raise _fail(str(e)) from None
+    raise typer.Exit(0 if same else 1)
+
+
+@app.command()
+def bench(
+    duration: Annotated[float, typer.Option(help="Simulated length of the lockstep runs [s].", min=5.0)] = 120.0,
+    no_realtime: Annotated[bool, typer.Option("--no-realtime", help="Leave out the minute of real time.")] = False,
+    json_: Annotated[bool, typer.Option("--json", help="JSON on stdout instead of tables.")] = False,
+) -> None:
+    """Measure the speed of everything on this machine and print one table."""
+    import os
+    import tempfile
+
+    from hil_scripts.procs import SINGLE_THREAD
+
+    os.environ.update(SINGLE_THREAD)  # before numpy is imported
+    kernel_cache.use()
+    from hil_scripts import bench as b
+    from hil_scripts import warmup as w
+    from hil_scripts.procs import StopFlag
+
+    err = Console(stderr=True)
+    with StopFlag() as stop:
+        if not w.warm(err, stop):
+            raise typer.Exit(128 + stop.signum if stop else 1)
+    with tempfile.TemporaryDirectory(prefix="wakefield-bench-") as tmp:
+        try:
+            rows, timing = b.measure(
+                Path(tmp),
+                duration,
+                0.0 if no_realtime else b.REALTIME_S,
+                lambda text: err.print(f"measuring: {text} ...", highlight=False),
+            )
+        except (ValueError, OSError, RuntimeError) as e:
+            raise _fail(str(e)) from None
+    if json_:
+        print(b.as_json(rows, timing))
+    else:
+        b.show(Console(), rows, timing)
+
+
 def main() -> None:
     """Entry point of the `sil` command."""
     app()

@@ -61,7 +61,7 @@ def _check(key: str, bound: Any, value: Any) -> Check:
 
 def _text(v: Any) -> str:
     if v is None:
-        return "missing"
+        return "-"
     return f"{v:.4g}" if isinstance(v, float) else str(v)
 
 
@@ -76,20 +76,18 @@ def show_checks(console: Console, checks: list[Check]) -> None:
 
 
 def show_summary(console: Console, summary: dict[str, Any]) -> None:
-    """Table of summary.json; keys that differ in their last part (x, y, z) share a row."""
+    """Table of summary.json; keys that differ in their last part only share a row, empty figures are left out."""
     rows: dict[str, dict[str, Any]] = {}
     for key, v in summary.items():
-        head, _, axis = key.rpartition(".")
-        if axis in ("x", "y", "z") and head:
-            rows.setdefault(head, {})[axis] = v
+        head, _, last = key.rpartition(".")
+        if len(last) == 1 and head:
+            rows.setdefault(f"{head}.", {})[last] = v
         else:
             rows[key] = {"": v}
     t = Table(title="summary", title_justify="left")
     t.add_column("quantity", no_wrap=True)
     t.add_column("value", justify="right")
     for key, vals in rows.items():
-        if "" in vals:
-            t.add_row(key, _text(vals[""]))
-        else:
-            t.add_row(f"{key}.{'|'.join(vals)}", "  ".join(_text(x) for x in vals.values()))
+        if any(v is not None for v in vals.values()):
+            t.add_row(key + "|".join(vals), "  ".join(_text(v) for v in vals.values()))
     console.print(t)

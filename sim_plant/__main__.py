@@ -108,7 +108,7 @@ def run(
     seed: Annotated[int | None, typer.Option(min=0, help="random seed; default: the scenario's")] = None,
     run_dir: Annotated[Path | None, typer.Option(help="folder for truth.tlog and the resolved scenario.toml")] = None,
     realtime: Annotated[bool, typer.Option("--realtime", help="paced by the wall clock instead of lockstep")] = False,
-    port_offset: Annotated[int, typer.Option(min=0, max=40000, help="added to every UDP port")] = 0,
+    port_offset: Annotated[int, typer.Option(min=0, max=50000, help="added to every UDP port")] = 0,
     sets: Annotated[list[str] | None, typer.Option("--set", help="override a scenario key: noise.scale=2")] = None,
 ) -> None:
     """Fly a scenario: the world, its sensors and the radio, against one flightsw process per aircraft."""

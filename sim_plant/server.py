@@ -9,9 +9,10 @@ from pathlib import Path
 from flightsw.icd.codec import PlantCodec, Reply
 from flightsw.icd.geo import Origin
 from flightsw.icd.tlog import TlogWriter
+from flightsw.strict import ConfigError
 from flightsw.types import ActuatorCmd
 from sim_plant.radio import Radio
-from sim_plant.scenario import Scenario, dump
+from sim_plant.scenario import Scenario, dump, load_scenario
 from sim_plant.world import World
 
 TRUTH_HZ = 20
@@ -44,8 +45,18 @@ class PlantServer:
         if run_dir is not None:
             folder = Path(run_dir)
             folder.mkdir(parents=True, exist_ok=True)
-            (folder / "scenario.toml").write_text(dump(scenario, self.world.seed))
+            self._write_scenario(folder / "scenario.toml")
             self._log = TlogWriter(folder / "truth.tlog")
+
+    def _write_scenario(self, path: Path) -> None:
+        """Store the resolved scenario, unless the launcher already left an equal one."""
+        try:
+            have = load_scenario(str(path))
+            if have == self.scenario and have.meta.seed == self.world.seed:
+                return
+        except ConfigError:
+            pass  # none, or another one
+        path.write_text(dump(self.scenario, self.world.seed))
 
     @property
     def done(self) -> bool:

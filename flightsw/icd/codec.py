@@ -1,6 +1,7 @@
 """Port types to and from messages: the only place with wire units.
 
-`FlightCodec` serves the onboard side, `PlantCodec` the plant. Both re-exported here; telemetry encoders: codec_telemetry.
+`FlightCodec` serves the onboard side, `PlantCodec` the plant. Both re-exported here; telemetry encoders:
+codec_telemetry.
 """
 
 from __future__ import annotations

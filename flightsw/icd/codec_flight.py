@@ -1,79 +1,25 @@
-"""Onboard side of the plant link: sensor datagrams into a SensorFrame, actuator commands and data-link messages out.
-
-Only the messages named in ACCEPT exist for this codec; whatever else arrives is counted and dropped, and nothing that
-arrives can raise. A group with a NaN or infinity in it is dropped whole. A group whose stamp is not newer than its last
-one is dropped as out of order.
-"""
+"""Onboard side of the plant link: the receiver of codec_receive.py, and the actuator and data-link messages out."""
 
 from __future__ import annotations
 
 import math
 
 from flightsw.aircraft import Aircraft
-from flightsw.icd.geo import DEFAULT_ORIGIN, Origin, WireMap
-from flightsw.icd.scaling import COMP_AUTOPILOT, FUEL_KG_PER_ML, PROBES, ControlScale
-from flightsw.icd.wire import BY_NAME, Counters, Packet, Sender, split, table
-from flightsw.types import (
-    UPD_AIR,
-    UPD_ATT,
-    UPD_BARO,
-    UPD_BOOM,
-    UPD_FUEL,
-    UPD_GNSS,
-    UPD_IMU,
-    UPD_MAG,
-    UPD_PEER,
-    UPD_REL,
-    ActuatorCmd,
-    Command,
-    NavState,
-    SensorFrame,
-)
+from flightsw.icd.codec_receive import PEER_ALL, FlightReceiver
+from flightsw.icd.geo import DEFAULT_ORIGIN, Origin
+from flightsw.icd.scaling import COMP_AUTOPILOT, ControlScale
+from flightsw.icd.wire import BY_NAME, Sender
+from flightsw.types import ActuatorCmd, NavState
 
-ACCEPT = table(
-    (
-        "HIL_SENSOR",
-        "HIL_GPS",
-        "ATTITUDE_QUATERNION",
-        "AIR_DATA",
-        "REL_NAV",
-        "BOOM_STATE",
-        "FUEL_STATUS",
-        "FOLLOW_TARGET",
-        "WIND_COV",
-        "COMMAND_LONG",
-    )
-)
-HIL_SENSOR = BY_NAME["HIL_SENSOR"]
 _ACTUATORS = BY_NAME["HIL_ACTUATOR_CONTROLS"]
 _FOLLOW = BY_NAME["FOLLOW_TARGET"]
 _WIND = BY_NAME["WIND_COV"]
 
-IMU_BITS, MAG_BITS, BARO_BITS = 0x3F, 0x1C0, 0xA00  # HIL_SENSOR_UPDATED: gyro and acc; mag; abs_pressure and pressure_alt
-_AIR_LEN = slice(1, 1 + 3 * PROBES)
-_PEER_ALL = 15  # FOLLOW_TARGET.est_capabilities: position, velocity, acceleration, attitude and rates
-_GPS = BY_NAME["HIL_GPS"].pick("time_usec", "fix_type", "lat", "lon", "alt", "vn", "ve", "vd")
-_GPS_NO_FIX_BELOW = 3
-_ATT = BY_NAME["ATTITUDE_QUATERNION"].pick("time_boot_ms", "q1", "q2", "q3", "q4")
-_FUEL = BY_NAME["FUEL_STATUS"].pick("remaining_fuel", "flow_rate")
-_PEER = _FOLLOW.pick("timestamp", "lat", "lon", "alt", "vel", "acc", "attitude_q", "rates", "est_capabilities")
-_PEER_WIND = _WIND.pick("time_usec", "wind_x", "wind_y", "wind_z")
-_CMD = BY_NAME["COMMAND_LONG"].pick(
-    "target_system", "command", "confirmation", "param1", "param2", "param3", "param4", "param5", "param6", "param7"
-)
 
+class FlightCodec(FlightReceiver):
+    """Codec of one aircraft's plant link, both directions.
 
-def finite(values: tuple[float, ...]) -> bool:
-    """True if every value is a finite number (sums of wire floats cannot overflow a double)."""
-    s = math.fsum(values) if len(values) > 30 else sum(values)
-    return s - s == 0.0
-
-
-class FlightCodec:
-    """Codec of one aircraft's plant link.
-
-    `aircraft` fixes the control scale, `sysid` the own system id, `origin` the local frame. `peer_sysid`: accept data-link
-    messages of that aircraft only (0 = of any other). `count` holds what was dropped.
+    `aircraft` fixes the control scale; `lockstep` is told to the plant in every reply; the rest as in FlightReceiver.
     """
 
     def __init__(
@@ -85,220 +31,10 @@ class FlightCodec:
         peer_sysid: int = 0,
         lockstep: bool = True,
     ) -> None:
-        self.sysid = sysid
-        self.peer_sysid = peer_sysid
-        self.count = Counters()
+        super().__init__(sysid, origin, peer_sysid)
         self.send = Sender(sysid, COMP_AUTOPILOT)
-        self._map = WireMap(origin)
         self._scale = ControlScale(aircraft)
         self._flags = 1 if lockstep else 0
-        self._last_gnss = self._last_air = self._last_att = self._last_rel = self._last_boom = self._last_peer = -1
-        self._handlers = {
-            HIL_SENSOR.id: self._sensor,
-            BY_NAME["HIL_GPS"].id: self._gps,
-            BY_NAME["ATTITUDE_QUATERNION"].id: self._attitude,
-            BY_NAME["AIR_DATA"].id: self._air,
-            BY_NAME["REL_NAV"].id: self._relative,
-            BY_NAME["BOOM_STATE"].id: self._boom,
-            BY_NAME["FUEL_STATUS"].id: self._fuel,
-            _FOLLOW.id: self._peer_state,
-            _WIND.id: self._peer_wind,
-            BY_NAME["COMMAND_LONG"].id: self._command,
-        }
-
-    # --- receive ---------------------------------------------------------------------------------------------------
-
-    def parse(self, datagram: bytes) -> list[Packet]:
-        """Sound packets of a datagram; the rest is counted."""
-        return split(datagram, ACCEPT, self.count)
-
-    @staticmethod
-    def sensor_time(packets: list[Packet]) -> int:
-        """Time stamp [us] of the last HIL_SENSOR of a parsed datagram, or -1 if there is none."""
-        for p in reversed(packets):
-            if p[0] is HIL_SENSOR:
-                return int(p[1][0])
-        return -1
-
-    def apply(self, packets: list[Packet], frame: SensorFrame) -> None:
-        """Put parsed packets into `frame`: sets the bits of `updated`, appends commands. Never raises."""
-        handlers = self._handlers
-        for p in packets:
-            handlers[p[0].id](p, frame)
-
-    def decode(self, datagram: bytes, frame: SensorFrame) -> None:
-        """`parse` and `apply` of one datagram; `updated` and `commands` start empty."""
-        frame.updated = 0
-        frame.commands.clear()
-        self.apply(self.parse(datagram), frame)
-
-    def _sensor(self, p: Packet, f: SensorFrame) -> None:
-        t, ax, ay, az, gx, gy, gz, mx, my, mz, pressure, _, alt, _, fields, _ = p[1]
-        f.t_us = t
-        if f.fuel_t_us < 0:
-            f.fuel_t_us = t
-        if fields & IMU_BITS == IMU_BITS:
-            s = ax + ay + az + gx + gy + gz
-            if s - s == 0.0:
-                f.acc_b = (ax, ay, az)
-                f.gyro_b = (gx, gy, gz)
-                f.updated |= UPD_IMU
-            else:
-                self.count.non_finite += 1
-        if fields & MAG_BITS == MAG_BITS:
-            s = mx + my + mz
-            if s - s == 0.0:
-                f.mag_b = (mx, my, mz)
-                f.updated |= UPD_MAG
-            else:
-                self.count.non_finite += 1
-        if fields & BARO_BITS == BARO_BITS:
-            s = pressure + alt
-            if s - s == 0.0:
-                f.pressure_pa = pressure * 100.0
-                f.baro_alt_m = alt
-                f.updated |= UPD_BARO
-            else:
-                self.count.non_finite += 1
-
-    def _gps(self, p: Packet, f: SensorFrame) -> None:
-        t, fix, lat, lon, alt, vn, ve, vd = _GPS(p[1])
-        if t <= self._last_gnss:
-            self.count.out_of_order += 1
-            return
-        self._last_gnss = t
-        if fix < _GPS_NO_FIX_BELOW:
-            return
-        f.gnss_t_us = t
-        f.gnss_pos_n = self._map.decode(lat, lon, alt * 1e-3)
-        f.gnss_vel_n = (vn * 1e-2, ve * 1e-2, vd * 1e-2)
-        f.updated |= UPD_GNSS
-
-    def _attitude(self, p: Packet, f: SensorFrame) -> None:
-        ms, w, x, y, z = _ATT(p[1])
-        norm2 = w * w + x * x + y * y + z * z
-        if norm2 - norm2 != 0.0 or not 0.25 < norm2 < 4.0:  # a rotation, give or take the wire's rounding
-            self.count.non_finite += 1
-            return
-        if ms <= self._last_att:
-            self.count.out_of_order += 1
-            return
-        self._last_att = ms
-        k = 1.0 / math.sqrt(norm2)
-        f.att_t_us = ms * 1000
-        f.att_q_nb = (w * k, x * k, y * k, z * k)
-        f.updated |= UPD_ATT
-
-    def _air(self, p: Packet, f: SensorFrame) -> None:
-        v = p[1]
-        t, n, mask = v[0], min(v[-2], PROBES), v[-1]
-        data = v[_AIR_LEN]
-        if t <= self._last_air:
-            self.count.out_of_order += 1
-            return
-        self._last_air = t
-        speed, alpha, beta = data[:n], data[PROBES : PROBES + n], data[2 * PROBES : 2 * PROBES + n]
-        mask &= (1 << n) - 1
-        s = sum(data)
-        if s - s != 0.0:  # look which probe it is; its entries become 0 and its bit goes
-            for i in range(n):
-                s = speed[i] + alpha[i] + beta[i]
-                if s - s != 0.0:
-                    if mask >> i & 1:
-                        self.count.non_finite += 1
-                    mask &= ~(1 << i)
-            ok = [bool(mask >> i & 1) for i in range(n)]
-            speed = tuple(x if k else 0.0 for x, k in zip(speed, ok, strict=True))
-            alpha = tuple(x if k else 0.0 for x, k in zip(alpha, ok, strict=True))
-            beta = tuple(x if k else 0.0 for x, k in zip(beta, ok, strict=True))
-        f.air_t_us, f.air_mask = t, mask
-        f.air_V, f.air_alpha, f.air_beta = speed, alpha, beta
-        f.updated |= UPD_AIR
-
-    def _relative(self, p: Packet, f: SensorFrame) -> None:
-        t, x, y, z, vx, vy, vz, valid = p[1]
-        s = x + y + z + vx + vy + vz
-        if valid and s - s != 0.0:
-            self.count.non_finite += 1
-            return
-        if t <= self._last_rel:
-            self.count.out_of_order += 1
-            return
-        self._last_rel = t
-        f.rel_t_us = t
-        f.rel_valid = bool(valid)
-        if valid:
-            f.rel_pos_t = (x, y, z)
-            f.rel_vel_t = (vx, vy, vz)
-        f.updated |= UPD_REL
-
-    def _boom(self, p: Packet, f: SensorFrame) -> None:
-        t, elevation, azimuth, extension, contact, inside = p[1]
-        s = elevation + azimuth + extension
-        if s - s != 0.0:
-            self.count.non_finite += 1
-            return
-        if t <= self._last_boom:
-            self.count.out_of_order += 1
-            return
-        self._last_boom = f.boom_t_us = t
-        f.boom_elevation, f.boom_azimuth, f.boom_extension_m = elevation, azimuth, extension
-        f.boom_contact, f.boom_inside = bool(contact), bool(inside)
-        f.updated |= UPD_BOOM
-
-    def _fuel(self, p: Packet, f: SensorFrame) -> None:
-        remaining, flow = _FUEL(p[1])
-        s = remaining + flow
-        if s - s != 0.0:
-            self.count.non_finite += 1
-            return
-        # the message has no stamp of its own: the HIL_SENSOR that follows gives it the tick's time
-        f.fuel_t_us = -1
-        f.fuel_kg = remaining * FUEL_KG_PER_ML
-        f.fuel_flow_kgps = flow * FUEL_KG_PER_ML
-        f.updated |= UPD_FUEL
-
-    def _is_peer(self, sysid: int) -> bool:
-        return sysid == self.peer_sysid if self.peer_sysid else sysid != self.sysid
-
-    def _peer_state(self, p: Packet, f: SensorFrame) -> None:
-        if not self._is_peer(p[2]):
-            self.count.unknown += 1
-            return
-        v = _PEER(p[1])
-        if v[-1] & _PEER_ALL != _PEER_ALL:  # the sender has no solution
-            return
-        if not finite(v[3:-1]):
-            self.count.non_finite += 1
-            return
-        if v[0] <= self._last_peer:
-            self.count.out_of_order += 1
-            return
-        self._last_peer = v[0]
-        peer = f.peer
-        peer.t_us = v[0] * 1000
-        peer.pos_n = self._map.decode(v[1], v[2], v[3])
-        peer.vel_n, peer.acc_n, peer.q_nb, peer.w_b = v[4:7], v[7:10], v[10:14], v[14:17]
-        peer.wind_valid = False  # until the WIND_COV that belongs to it
-        f.updated |= UPD_PEER
-
-    def _peer_wind(self, p: Packet, f: SensorFrame) -> None:
-        if not self._is_peer(p[2]):
-            self.count.unknown += 1
-            return
-        t, x, y, z = _PEER_WIND(p[1])
-        s = x + y + z
-        if t != f.peer.t_us or s - s != 0.0:  # NaN = the sender has no estimate, not an error
-            return
-        f.peer.wind_n = (x, y, z)
-        f.peer.wind_valid = True
-
-    def _command(self, p: Packet, f: SensorFrame) -> None:
-        target, command, confirmation, *params = _CMD(p[1])
-        if target in (0, self.sysid):
-            f.commands.append(Command(command, tuple(params), p[2], p[3], confirmation))
-
-    # --- send ------------------------------------------------------------------------------------------------------
 
     def actuators(self, cmd: ActuatorCmd) -> bytes:
         """HIL_ACTUATOR_CONTROLS of a command: deflections over largest travel, `cmd.t_us` echoed."""
@@ -327,8 +63,8 @@ class FlightCodec:
         )
 
     def peer(self, nav: NavState) -> bytes:
-        """FOLLOW_TARGET and WIND_COV of a navigation state, for the other aircraft; an invalid state is sent as such."""
-        lat, lon, alt = self._map.encode(nav.pos_n)
+        """FOLLOW_TARGET and WIND_COV of a navigation state, for the other aircraft; an invalid one says so."""
+        lat, lon, alt = self.map.encode(nav.pos_n)
         v, a, s = nav.vel_n, nav.acc_n, nav.pos_sigma
         pack = self.send.pack
         return pack(
@@ -345,7 +81,7 @@ class FlightCodec:
             s[0] * s[0],
             s[1] * s[1],
             s[2] * s[2],
-            _PEER_ALL if nav.valid else 0,
+            PEER_ALL if nav.valid else 0,
         ) + pack(_WIND, *wind_fields(nav, alt))
 
     def ack(self, command: int, result: int, target_system: int, target_component: int) -> bytes:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from flightsw.aircraft import Aircraft
-from flightsw.icd.codec_flight import BARO_BITS, IMU_BITS, MAG_BITS, finite
+from flightsw.icd.codec_receive import BARO_BITS, IMU_BITS, MAG_BITS, finite
 from flightsw.icd.geo import DEFAULT_ORIGIN, Origin, WireMap
 from flightsw.icd.scaling import COMP_AUTOPILOT, COMP_PLANT, FUEL_KG_PER_ML, GROUND_SYSID, PROBES, ControlScale
 from flightsw.icd.wire import BY_NAME, Counters, Sender, split, table
@@ -101,7 +101,9 @@ class PlantCodec:
         if up & UPD_FUEL:
             out.append(self._fuel(frame))
         out.extend(extra)
-        fields = (IMU_BITS if up & UPD_IMU else 0) | (MAG_BITS if up & UPD_MAG else 0) | (BARO_BITS if up & UPD_BARO else 0)
+        fields = (
+            (IMU_BITS if up & UPD_IMU else 0) | (MAG_BITS if up & UPD_MAG else 0) | (BARO_BITS if up & UPD_BARO else 0)
+        )
         out.append(
             self.send.pack(
                 _SENSOR,
@@ -184,7 +186,9 @@ class PlantCodec:
     def command(self, command: int, *params: float) -> bytes:
         """COMMAND_LONG to this aircraft as if from the ground (sysid 255): scripted events of a scenario."""
         named = {f"param{i + 1}": p for i, p in enumerate(params)}
-        return self._station.named("COMMAND_LONG", target_system=self.sysid, target_component=COMP_AUTOPILOT, command=command, **named)
+        return self._station.named(
+            "COMMAND_LONG", target_system=self.sysid, target_component=COMP_AUTOPILOT, command=command, **named
+        )
 
     def shutdown(self) -> bytes:
         """The last datagram of a run: flightsw flushes and exits."""

@@ -50,8 +50,8 @@ def _i16(v: float) -> int:
 def _nav_state(s: Snapshot, c: Context) -> bytes:
     n = s.nav
     return c.send.pack(
-        _S["NAV_STATE"], s.t_us, n.V, n.beta, n.alpha, *n.w_b, *n.euler, *n.wind_n, *n.wind_sigma, *n.pos_sigma, *n.att_sigma,
-        n.nis, min(n.nis_dof, 255), 1 if n.valid else 0,
+        _S["NAV_STATE"], s.t_us, n.V, n.beta, n.alpha, *n.w_b, *n.euler, *n.wind_n, *n.wind_sigma, *n.pos_sigma,
+        *n.att_sigma, n.nis, min(n.nis_dof, 255), 1 if n.valid else 0,
     )  # fmt: skip
 
 
@@ -66,8 +66,8 @@ def _local(s: Snapshot, c: Context) -> bytes:
 def _relative(s: Snapshot, c: Context) -> bytes:
     n, g = s.nav, s.guid
     return c.send.pack(
-        _S["RELATIVE_STATE"], s.t_us, *n.rel_pos_t, *n.rel_vel_t, *n.rel_euler, *n.rel_sigma, *g.rel_pos_t, *g.rel_vel_t,
-        n.rel_age_s, n.peer_age_s, 1 if n.rel_valid else 0,
+        _S["RELATIVE_STATE"], s.t_us, *n.rel_pos_t, *n.rel_vel_t, *n.rel_euler, *n.rel_sigma, *g.rel_pos_t,
+        *g.rel_vel_t, n.rel_age_s, n.peer_age_s, 1 if n.rel_valid else 0,
     )  # fmt: skip
 
 
@@ -172,8 +172,8 @@ def _estimator(s: Snapshot, c: Context) -> bytes:
 def _timing(s: Snapshot, c: Context) -> bytes:
     t = c.timing
     return c.send.pack(
-        _S["LOOP_TIMING"], s.t_us, t.ticks, t.slips, t.exec_us_last, t.exec_us_max, t.exec_us_mean, t.late_us_p50, t.late_us_p99,
-        c.late_p999_us, t.late_us_max,
+        _S["LOOP_TIMING"], s.t_us, t.ticks, t.slips, t.exec_us_last, t.exec_us_max, t.exec_us_mean, t.late_us_p50,
+        t.late_us_p99, c.late_p999_us, t.late_us_max,
     )  # fmt: skip
 
 

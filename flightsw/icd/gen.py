@@ -1,7 +1,7 @@
 """Generate mav.py (pymavlink's mavgen) and docs/icd.md from house.xml.
 
-    python -m flightsw.icd.gen            write both
-    python -m flightsw.icd.gen --check    exit 1 and name the file if either is out of date
+python -m flightsw.icd.gen            write both
+python -m flightsw.icd.gen --check    exit 1 and name the file if either is out of date
 """
 
 from __future__ import annotations
@@ -82,8 +82,9 @@ def make_doc(root: ET.Element) -> str:
         "# Message ICD",
         "",
         "Generated from `flightsw/icd/house.xml` by `python -m flightsw.icd.gen`; edit the XML, not this page.",
-        "MAVLink 2, dialect `wakefield`. NED = local north-east-down; FRD = body forward-right-down; quaternions scalar",
-        "first, FRD to NED. Fields are listed in declaration order; `+` marks an extension field (ignored by CRC_EXTRA).",
+        "MAVLink 2, dialect `wakefield`, packets not signed (local links). NED = local north-east-down; FRD =",
+        "body forward-right-down; quaternions scalar first, FRD to NED. Fields are listed in declaration order; `+` marks an",
+        "extension field (ignored by CRC_EXTRA).",
         "",
         "## Messages",
         "",
@@ -104,7 +105,14 @@ def make_doc(root: ET.Element) -> str:
         out.append("")
     out += ["## Enumerations", ""]
     for e in root.iter("enum"):
-        out += [f"### {e.attrib['name']}", "", e.findtext("description") or "", "", "| value | name | meaning |", "|---|---|---|"]
+        out += [
+            f"### {e.attrib['name']}",
+            "",
+            e.findtext("description") or "",
+            "",
+            "| value | name | meaning |",
+            "|---|---|---|",
+        ]
         for n in e.findall("entry"):
             params = "; ".join(f"param{p.attrib['index']}: {p.text}" for p in n.findall("param"))
             text = (n.findtext("description") or "") + (f" ({params})" if params else "")

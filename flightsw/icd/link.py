@@ -1,4 +1,4 @@
-"""UDP endpoints. A busy port is an error that names it; sending never blocks; receive buffers are as large as allowed."""
+"""UDP endpoints. A busy port is an error that names it; sending never blocks; receive buffers are large."""
 
 from __future__ import annotations
 

@@ -1,7 +1,8 @@
 """The one table of telemetry: message -> rate [Hz]. Tests read it too.
 
-Messages of 10 Hz and less share the ticks of a 10 Hz grid, so a tick sends one datagram or none; the 1 Hz messages are spread
-over the ten slots of a second by their offset. A faster message (command SET_MESSAGE_INTERVAL) goes on its own ticks.
+Messages of 10 Hz and less share the ticks of a 10 Hz grid, so a tick sends one datagram or none; the 1 Hz messages are
+spread over the ten slots of a second by their offset. A faster message (command SET_MESSAGE_INTERVAL) goes on its own
+ticks.
 """
 
 from __future__ import annotations
@@ -9,7 +10,8 @@ from __future__ import annotations
 GRID_HZ = 10  # [Hz]
 MAX_RATE_HZ = 1000.0  # [Hz]
 
-# message -> (rate [Hz], offset in slots of the grid). Order = order within a datagram: the first due one must carry a time.
+# message -> (rate [Hz], offset in slots of the grid). Order = order within a datagram: the first due one must carry a
+# time.
 _COMMON = {
     "NAV_STATE": (10.0, 0),
     "ATTITUDE_QUATERNION": (10.0, 0),
@@ -37,7 +39,9 @@ def rates_for(mission: str, overrides: dict[str, float] | None = None) -> dict[s
 
 
 def due(tick: int, rate_hz: float, offset: int, base_hz: int) -> bool:
-    """Is a message of this rate due on base tick `tick`? On average exactly `rate_hz` (to 0.001 Hz), at most one per tick."""
+    """Is a message of this rate due on base tick `tick`? On average exactly `rate_hz` (to 0.001 Hz), at most one per
+    tick.
+    """
     rate = round(rate_hz * 1000.0)  # [mHz] integers: no rounding drifts in
     if rate <= 0:
         return False

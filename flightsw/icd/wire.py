@@ -1,8 +1,8 @@
 """Fast table-driven MAVLink 2 packer and parser, byte for byte the generated codec (tests/icd proves it).
 
 The generated module is read once, for its layout: struct format in wire order, CRC_EXTRA, array lengths. From then on a
-message is one `struct` call and one CRC. Values travel as one flat tuple in *wire order* (largest type first, as MAVLink
-sorts them): arrays are spread out, a char array is one bytes object. `Spec.pick` finds fields by name.
+message is one `struct` call and one CRC. Values travel as one flat tuple in *wire order* (largest type first, as
+MAVLink sorts them): arrays are spread out, a char array is one bytes object. `Spec.pick` finds fields by name.
 """
 
 from __future__ import annotations
@@ -33,7 +33,20 @@ Packet = tuple["Spec", tuple[Any, ...], int, int, int, int]  # spec, values, sys
 class Spec:
     """Layout of one message. `slots[name] = (first flat index, array length or 0)`."""
 
-    __slots__ = ("crc_extra", "defaults", "extra", "fields", "id", "id_bytes", "is_text", "name", "packer", "size", "slots", "unpack")
+    __slots__ = (
+        "crc_extra",
+        "defaults",
+        "extra",
+        "fields",
+        "id",
+        "id_bytes",
+        "is_text",
+        "name",
+        "packer",
+        "size",
+        "slots",
+        "unpack",
+    )
 
     def __init__(self, cls: Any) -> None:
         self.id: int = cls.id
@@ -130,7 +143,9 @@ class Sender:
         return b"\xfd" + body + _CRC_OUT(_crc(body + spec.extra))
 
     def named(self, name: str, **fields: Any) -> bytes:
-        """As `pack`, by message and field name (slower; missing fields are 0). Raises KeyError, ValueError, struct.error."""
+        """As `pack`, by message and field name (slower; missing fields are 0). Raises KeyError, ValueError,
+        struct.error.
+        """
         spec = BY_NAME[name]
         return self.pack(spec, *spec.from_dict(fields))
 
@@ -206,7 +221,9 @@ def split(data: bytes, accept: dict[int, Spec], count: Counters) -> list[Packet]
 
 
 def frames(data: bytes) -> list[bytes]:
-    """Cut a datagram of sound packets into packets by their lengths alone (no CRC). Raises ValueError on anything else."""
+    """Cut a datagram of sound packets into packets by their lengths alone (no CRC). Raises ValueError on anything
+    else.
+    """
     out = []
     at, end = 0, len(data)
     while at < end:

@@ -1,7 +1,7 @@
 """Run folder -> `run.rrd`: every series in one column-wise call, blueprint embedded.
 
-Entity paths mirror the data path (truth, nav, guid, ctrl, timing, sensors, each with the aircraft's name); timelines are
-sim_time and tick. This package and `ground.blueprint` are the only importers of rerun.
+Entity paths mirror the data path (truth, nav, guid, ctrl, timing, sensors, each with the aircraft's name); timelines
+are sim_time and tick. This package and `ground.blueprint` are the only importers of rerun.
 """
 
 from __future__ import annotations
@@ -137,7 +137,10 @@ def _mission(sink: Sink, tlm: Columns, sysid: int, name: str) -> None:
         names = [phase_name(int(p)) for p in table["phase"]]
         sink.states(f"guid/{name}/phase", t, names, PHASE_COLORS)
         if sysid == RECEIVER:
-            flags = ["MEASURING" if m else ("LATCHED" if k else "free") for m, k in zip(table["measure"], table["contact"], strict=True)]
+            flags = [
+                "MEASURING" if m else ("LATCHED" if k else "free")
+                for m, k in zip(table["measure"], table["contact"], strict=True)
+            ]
             sink.states(f"guid/{name}/boom", t, flags, PHASE_COLORS)
         _phase_log(sink, table, names, name)
         d = table.decimated(PERIOD_US)

@@ -73,8 +73,12 @@ def _boom(sink: Sink, t: NDArray[np.int64], rv: Table) -> None:
     ext = np.where(rv["contact"] != 0, ext, np.minimum(ext, 0.5 * sum(boom.extension_m)))
     fixed, tele = scene.boom_strips(boom, el, az, ext)
     contact, inside = (rv[k] != 0 for k in ("contact", "inside"))
-    hue = [COLOR["latched"] if c else COLOR["inside"] if i else COLOR["boom"] for c, i in zip(contact, inside, strict=True)]
-    sink.rec.log("truth/tanker/boom/fixed", rr.LineStrips3D.from_fields(radii=[0.33], colors=[COLOR["boom"]]), static=True)
+    hue = [
+        COLOR["latched"] if c else COLOR["inside"] if i else COLOR["boom"] for c, i in zip(contact, inside, strict=True)
+    ]
+    sink.rec.log(
+        "truth/tanker/boom/fixed", rr.LineStrips3D.from_fields(radii=[0.33], colors=[COLOR["boom"]]), static=True
+    )
     sink.columns("truth/tanker/boom/fixed", t, rr.LineStrips3D.columns(strips=fixed.astype(np.float32)))
     sink.rec.log("truth/tanker/boom/nozzle", rr.LineStrips3D.from_fields(radii=[0.16]), static=True)
     packed = np.array([(r << 24) | (g << 16) | (b << 8) | 255 for r, g, b in hue], dtype=np.uint32)

@@ -38,7 +38,14 @@ def _one(sink: Sink, log: Columns, name: str) -> None:
     if imu is not None:
         for kind, unit in (("acc", "m/s2"), ("gyro", "rad/s")):
             for i, axis in enumerate("xyz"):
-                sink.series(f"sensors/{name}/imu/{kind}/{axis}", imu.t_us, imu[f"{axis}{kind}"], f"{kind} {axis} {unit}", AXIS[i], 1.0)
+                sink.series(
+                    f"sensors/{name}/imu/{kind}/{axis}",
+                    imu.t_us,
+                    imu[f"{axis}{kind}"],
+                    f"{kind} {axis} {unit}",
+                    AXIS[i],
+                    1.0,
+                )
         sink.series(f"sensors/{name}/baro/altitude", imu.t_us, imu["pressure_alt"], f"{name} baro", COLOR[name], 1.0)
     air = _inbound(log, "AIR_DATA")
     if air is not None:

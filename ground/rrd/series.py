@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -64,7 +64,7 @@ class Sink:
         ends = np.array([self.start_us, self.end_us], dtype=np.int64)
         self.series(path, ends, np.array([values, values], dtype=np.float64), name, color, 1.0)
 
-    def states(self, path: str, t_us: NDArray[np.int64], names: list[str], colors: dict[str, Sequence[int]]) -> None:
+    def states(self, path: str, t_us: NDArray[np.int64], names: list[str], colors: Mapping[str, Sequence[int]]) -> None:
         """A lane of the state timeline: a row where the state changes."""
         if not names:
             return

@@ -6,9 +6,10 @@ import math
 
 import numpy as np
 import pytest
-from flightsw.aircraft import load_aircraft
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
+from flightsw.aircraft import load_aircraft
 from sim_plant.kernels import layout as n
 from sim_plant.kernels.atmosphere import isa, pressure_altitude
 from sim_plant.kernels.propulsion import thrust_available
@@ -145,4 +146,6 @@ def test_compiled_and_interpreted_kernels_agree_to_the_bit(h: float, mach: float
     plain = getattr(isa, "py_func", isa)
     assert plain(h) == isa(h)
     rho = isa(h)[2]
-    assert getattr(thrust_available, "py_func", thrust_available)(h, mach, rho, par) == thrust_available(h, mach, rho, par)
+    assert getattr(thrust_available, "py_func", thrust_available)(h, mach, rho, par) == thrust_available(
+        h, mach, rho, par
+    )

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from flightsw.aircraft import Aircraft, load_aircraft
 from scipy.integrate import solve_ivp
+
+from flightsw.aircraft import Aircraft, load_aircraft
 from sim_plant.kernels import layout as n
 from sim_plant.kernels.eom import derivative, inertia, step
 from sim_plant.kernels.rot import quat_dcm, quat_from_euler
@@ -33,8 +34,10 @@ def r_bi(psi: float, theta: float, phi: float) -> np.ndarray:
     return r1 @ r2 @ r3
 
 
-def wind_axis_rates(t: float, x: np.ndarray, ac: Aircraft, mass: float, ine: np.ndarray, surf: np.ndarray, thrust: float):
-    """lee.md 3.1 for x = V, beta, alpha, p, q, r, psi, theta, phi, position, with the derivative set of the aircraft file."""
+def wind_axis_rates(
+    t: float, x: np.ndarray, ac: Aircraft, mass: float, ine: np.ndarray, surf: np.ndarray, thrust: float
+):
+    """lee.md 3.1 for x = V, beta, alpha, p, q, r, psi, theta, phi, position, derivatives from the file."""
     v, b, a = x[0:3]
     w = x[3:6]
     r = r_bi(*x[6:9])
@@ -64,7 +67,7 @@ def wind_axis_rates(t: float, x: np.ndarray, ac: Aircraft, mass: float, ine: np.
     cn = k.Cn_beta * b + kb * (k.Cn_p * ps + k.Cn_r * rs) + k.Cn_da * da + k.Cn_dr * dr
     moment = qs * np.array([geo.b_m * (cl * ca - cn * sa), geo.c_m * cm, geo.b_m * (cl * sa + cn * ca)])
     wdot = np.linalg.solve(ine, moment + s_w @ (ine @ w))
-    psi, theta, phi = x[6:9]
+    theta, phi = x[7:9]
     sf, cf = np.sin(phi), np.cos(phi)
     euler = [
         (w[1] * sf + w[2] * cf) / np.cos(theta),
@@ -118,7 +121,12 @@ def _vacuum(name: str) -> tuple[np.ndarray, np.ndarray]:
     par[n.P_S], par[n.P_TSFC], par[n.P_IDLE] = 0.0, 0.0, 0.0
     s = np.zeros(n.NS)
     s[0:4] = quat_from_euler(0.4, 0.3, -0.8)
-    s[4:7], s[7:10], s[10:13], s[n.S_FUEL] = [0.5, 0.3, -0.4], [150.0, 20.0, -5.0], [0, 0, -7000.0], ac.mass.default_fuel_kg
+    s[4:7], s[7:10], s[10:13], s[n.S_FUEL] = (
+        [0.5, 0.3, -0.4],
+        [150.0, 20.0, -5.0],
+        [0, 0, -7000.0],
+        ac.mass.default_fuel_kg,
+    )
     return s, par
 
 

@@ -1,4 +1,4 @@
-"""Trim and linearised modes of both aircraft against aircraft-data.md tables 1.4 and 2.4 (two independent solvers there)."""
+"""Trim and linearised modes of both aircraft against aircraft-data.md tables 1.4 and 2.4 (two solvers agree there)."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+
 from flightsw.aircraft import load_aircraft
 from sim_plant.kernels import layout as n
 from sim_plant.kernels.eom import derivative
@@ -77,7 +78,7 @@ def test_trim_and_modes_match_the_reference_tables(row: tuple) -> None:
     o = observation(s, np.zeros(n.NW), par)
     assert abs(math.degrees(o[n.O_ALPHA]) - alpha) < 0.006
     assert abs(math.degrees(s[n.S_SURF + 1]) - de) < 0.006
-    assert abs(s[n.S_T] / 1e3 - thrust) < 0.0075 * max(1.0, thrust / 10.0)
+    assert abs(s[n.S_T] / 1e3 - thrust) < (0.0075 if thrust < 20.0 else 0.06)  # the last digit printed
     a = linearise(s, par)
     lon, lat = [0, 2, 4, 7], [1, 3, 5, 6]
     (sp, ph), _ = modes(a[np.ix_(lon, lon)])

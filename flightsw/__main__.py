@@ -1,0 +1,141 @@
+"""Command `flightsw`: one onboard process. Builds configuration, sockets, log and node, and runs the loop.
+
+Exit codes: 0 run ended by the plant, 1 unexpected error, 2 configuration, port or folder, 3 plant silent, 4 log cannot
+be written, 130 / 143 ended by SIGINT / SIGTERM.
+"""
+
+from __future__ import annotations
+
+import sys
+import traceback
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from flightsw.clock import RealtimeClock, monotonic_us, realtime_priority
+from flightsw.config import FlightConfig, load_flight
+from flightsw.executive import no_time
+from flightsw.icd.link import LinkError, UdpLink, plant_port, telemetry_port
+from flightsw.icd.tlog import TlogError
+from flightsw.loop import Process, Stop
+from flightsw.node import Node
+from flightsw.recorder import LinkRecorder
+from flightsw.strict import ConfigError
+
+EXIT_UNEXPECTED, EXIT_CONFIG, EXIT_LOG = 1, 2, 4
+
+
+def parse_sets(items: list[str]) -> dict[str, str]:
+    """Overrides "key=value" as a dict. Raises ConfigError."""
+    out = {}
+    for item in items:
+        key, sep, value = item.partition("=")
+        if not sep or not key.strip():
+            raise ConfigError(f"--set {item!r}: expected key=value")
+        out[key.strip()] = value.strip()
+    return out
+
+
+def open_process(cfg: FlightConfig, run_dir: Path, realtime: bool, port_offset: int, stop: Stop) -> Process:
+    """Ports, log and node of a configuration, warmed up. Raises LinkError, TlogError, ConfigError, ValueError."""
+    name, sysid = cfg.app.name, cfg.app.sysid
+
+    def say(text: str) -> None:
+        print(f"flightsw {name} (sysid {sysid}): {text}", file=sys.stderr, flush=True)
+
+    plant = UdpLink(
+        cfg.link.plant_port or plant_port(sysid, port_offset), f"plant link of {name}, sysid {sysid}", cfg.link.host
+    )
+    try:
+        telemetry = UdpLink(
+            cfg.link.telemetry_port or telemetry_port(sysid, port_offset),
+            f"telemetry of {name}, sysid {sysid}",
+            cfg.link.host,
+        )
+    except LinkError:
+        plant.close()
+        raise
+    try:
+        log = LinkRecorder(run_dir / f"link_{name}.tlog", sysid)
+        node = Node(cfg, realtime=realtime, now_us=monotonic_us if realtime else no_time)
+        warmup = getattr(node.app, "warmup", None)
+        if warmup is not None:
+            warmup()
+    except BaseException:
+        plant.close()
+        telemetry.close()
+        raise
+    return Process(cfg, node, plant, telemetry, log, stop, say, port_offset)
+
+
+def run(
+    config: Annotated[Path, typer.Option(help="Flight file (TOML).")],
+    run_dir: Annotated[Path, typer.Option(help="Folder for link_<name>.tlog; must exist.")],
+    sysid: Annotated[int, typer.Option(help="MAVLink system id; 0: the file's.")] = 0,
+    sets: Annotated[list[str], typer.Option("--set", help="Override, key=value; repeatable.")] = [],  # noqa: B006
+    realtime: Annotated[bool, typer.Option(help="Run against the wall clock instead of in lockstep.")] = False,
+    port_offset: Annotated[int, typer.Option(help="Added to every port, for parallel runs.")] = 0,
+) -> None:
+    """Fly one aircraft."""
+    raise typer.Exit(fly(config, run_dir, sysid or None, sets, realtime, port_offset))
+
+
+def fly(config: Path, run_dir: Path, sysid: int | None, sets: list[str], realtime: bool, port_offset: int) -> int:
+    """Run one flight process to its end. Returns the exit code; every expected failure is one line on stderr."""
+    stop = Stop()
+    try:
+        overrides: dict[str, object] = dict(parse_sets(sets))
+        if sysid is not None:
+            overrides["app.sysid"] = sysid
+        cfg = load_flight(config, overrides)
+        process = open_process(cfg, run_dir, realtime, port_offset, stop)
+    except (ConfigError, LinkError, TlogError, ValueError, ArithmeticError) as e:
+        print(f"flightsw: {e}", file=sys.stderr, flush=True)
+        return EXIT_CONFIG
+    if stop.signum:
+        process.close()
+        process.say("stopped by signal during start-up")
+        return stop.exit_code
+    code = EXIT_UNEXPECTED
+    try:
+        code = _loop(process, realtime)
+    except TlogError as e:
+        process.say(str(e))
+        code = EXIT_LOG
+    except Exception as e:
+        traceback.print_exc()
+        process.say(f"stopped at t = {process.node.t_us / 1e6:.2f} s by {type(e).__name__}: {e}")
+    finally:
+        try:
+            process.close()
+        except TlogError as e:
+            if code != EXIT_LOG:
+                process.say(str(e))
+                code = EXIT_LOG
+    if stop.signum and code == stop.exit_code:
+        process.say(f"stopped by signal {stop.signum} at t = {max(process.node.t_us, 0) / 1e6:.2f} s; log closed")
+    return code
+
+
+def _loop(process: Process, realtime: bool) -> int:
+    process.freeze()
+    if not realtime:
+        return process.lockstep()
+    process.say(f"real time at {process.cfg.app.base_rate_hz} Hz: {realtime_priority()}")
+    code = process.realtime(RealtimeClock(process.cfg.period_us))
+    ex = process.node.exec
+    process.say(
+        f"{ex.ticks} ticks, {ex.slips} slips, late p50 {ex.late.quantile(0.5):.0f} p99 {ex.late.quantile(0.99):.0f} "
+        f"p99.9 {ex.late_p999_us:.0f} max {ex.late.max:.0f} us, exec mean {ex.cost.mean:.0f} max {ex.cost.max:.0f} us"
+    )
+    return code
+
+
+def main() -> None:
+    """Entry point of the command."""
+    typer.run(run)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,198 @@
+"""The two loops around a Node: lockstep and real time. Sockets, signals and the log live here; no decision about
+flying does.
+"""
+
+from __future__ import annotations
+
+import gc
+import select
+import signal
+from collections.abc import Callable
+from types import FrameType
+
+from flightsw.clock import RealtimeClock, monotonic_us
+from flightsw.config import FlightConfig, parse_target
+from flightsw.icd.link import Address, UdpLink
+from flightsw.node import Node
+from flightsw.recorder import LinkRecorder
+
+EXIT_OK, EXIT_SILENT = 0, 3
+POLL_MS = 100  # [ms] longest wait before signals and time-outs are looked at
+LISTEN_TICKS = 1000  # telemetry also goes to whoever sent something within so many ticks
+MAX_LISTENERS = 4
+
+
+class Stop:
+    """SIGINT and SIGTERM as a flag, so that the loop ends between two ticks."""
+
+    def __init__(self) -> None:
+        self.signum = 0
+        for s in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(s, self._on)
+
+    def _on(self, signum: int, frame: FrameType | None) -> None:
+        self.signum = signum
+
+    @property
+    def exit_code(self) -> int:
+        """128 + signal number: 130 or 143."""
+        return 128 + self.signum
+
+
+class Ground:
+    """Telemetry socket: targets of the configuration, and whoever asked lately."""
+
+    def __init__(self, link: UdpLink, node: Node, targets: list[Address]) -> None:
+        self.link, self.node, self.targets = link, node, targets
+        self._listeners: dict[Address, int] = {}
+
+    def take(self) -> list[bytes]:
+        """Datagrams that arrived; their senders become listeners."""
+        out = []
+        for data, sender in self.link.drain(100):
+            out.append(data)
+            if sender not in self.targets:
+                if sender not in self._listeners and len(self._listeners) >= MAX_LISTENERS:
+                    del self._listeners[min(self._listeners, key=self._listeners.__getitem__)]
+                self._listeners[sender] = self.node.tick
+        return out
+
+    def send(self, datagrams: list[bytes]) -> None:
+        """Send telemetry; drops are counted in the node's telemetry."""
+        ctx = self.node.telemetry.ctx
+        if self._listeners:
+            old = self.node.tick - LISTEN_TICKS
+            self._listeners = {a: t for a, t in self._listeners.items() if t >= old}
+        for d in datagrams:
+            for a in (*self.targets, *self._listeners):
+                self.link.send(d, a)
+        ctx.dropped = self.link.dropped
+        ctx.sent += len(datagrams) * len(self.targets)
+
+
+class Process:
+    """One flight process: node, sockets, log. `say` prints one line for a person."""
+
+    def __init__(
+        self,
+        cfg: FlightConfig,
+        node: Node,
+        plant: UdpLink,
+        telemetry: UdpLink,
+        log: LinkRecorder,
+        stop: Stop,
+        say: Callable[[str], None],
+        port_offset: int = 0,
+    ) -> None:
+        self.cfg, self.node, self.plant, self.log, self.stop, self.say = cfg, node, plant, log, stop, say
+        targets = [(h, p + port_offset) for h, p in map(parse_target, cfg.link.targets)]
+        self.ground = Ground(telemetry, node, targets)
+        self._poll = select.poll()
+        self._poll.register(plant.sock, select.POLLIN)
+        self._telemetry_fd = telemetry.sock.fileno()
+        self._poll.register(self._telemetry_fd, select.POLLIN)
+
+    def freeze(self) -> None:
+        """After warm-up: what exists now is never collected, and nothing is collected behind our back."""
+        gc.collect()
+        gc.freeze()
+        gc.disable()
+
+    def lockstep(self) -> int:
+        """Answer every sensor datagram until the plant ends the run, falls silent or a signal comes. Returns the exit
+        code.
+        """
+        node, plant, ground, log = self.node, self.plant, self.ground, self.log
+        heard_us = monotonic_us()
+        asked: list[bytes] = []
+        while not self.stop.signum:
+            events = self._poll.poll(POLL_MS)
+            if not events:
+                if self._is_silent(heard_us):
+                    return EXIT_SILENT
+                continue
+            for fd, _ in events:
+                if fd == self._telemetry_fd:
+                    asked += ground.take()
+            got = plant.recv(0.0)
+            if got is None:
+                continue
+            datagram, sender = got
+            before = node.tick
+            reply = node.step((datagram,), None, asked)
+            if reply:
+                plant.send(reply, sender)
+            asked = []
+            telemetry = node.after()
+            heard_us = monotonic_us()
+            if node.tick != before:
+                if telemetry:
+                    ground.send(telemetry)
+                log.inbound(node.t_us, node.take_heard())
+                log.outbound(node.t_us, reply, telemetry)
+            if node.done:
+                return EXIT_OK
+        return self.stop.exit_code
+
+    def realtime(self, clock: RealtimeClock) -> int:
+        """Run at the base rate whatever comes, newest frame wins. Returns the exit code as `lockstep` does."""
+        node, plant, ground, log = self.node, self.plant, self.ground, self.log
+        period_us = self.cfg.period_us
+        heard_us = monotonic_us()
+        while not self._poll_plant():
+            if self.stop.signum:
+                return self.stop.exit_code
+            if self._is_silent(heard_us):
+                return EXIT_SILENT
+        clock.start()
+        heard_us = monotonic_us()
+        sender: Address | None = None
+        while not self.stop.signum:
+            k = clock.wait_tick()
+            begin_us = monotonic_us()
+            got = plant.drain()
+            if got:
+                heard_us = begin_us
+                sender = got[-1][1]
+            elif self._is_silent(heard_us):
+                return EXIT_SILENT
+            before = node.tick
+            reply = node.step([d for d, _ in got], k * period_us / 1e6, ground.take())
+            if reply and sender is not None:
+                plant.send(reply, sender)
+            telemetry = node.after()
+            if telemetry:
+                ground.send(telemetry)
+            if node.tick != before:
+                log.tick(node.t_us, k * period_us, node.exec.slips)
+                log.inbound(node.t_us, node.take_heard())
+                log.outbound(node.t_us, reply, telemetry)
+                node.exec.account(monotonic_us() - begin_us, clock.late_us, k - 1)
+            if node.done:
+                return EXIT_OK
+        return self.stop.exit_code
+
+    def close(self) -> None:
+        """Store what came after the last tick, flush and close everything. Raises TlogError."""
+        try:
+            self.log.inbound(max(self.node.t_us, 0), self.node.take_heard())
+        finally:
+            self.log.close()
+            self.plant.close()
+            self.ground.link.close()
+
+    def _poll_plant(self) -> bool:
+        """Wait a little; True if the plant sent something."""
+        return any(fd == self.plant.sock.fileno() for fd, _ in self._poll.poll(POLL_MS))
+
+    def _is_silent(self, heard_us: int) -> bool:
+        """True, and said, when the plant has been silent too long; until the second tick it may still be starting."""
+        link, node = self.cfg.link, self.node
+        limit = link.peer_timeout_s if node.tick > 1 else max(link.startup_timeout_s, link.peer_timeout_s)
+        if monotonic_us() - heard_us < limit * 1e6:
+            return False
+        where = (
+            f"last tick here: {node.tick - 1} at t = {node.t_us / 1e6:.2f} s" if node.tick else "no tick was received"
+        )
+        self.say(f"plant silent on port {self.plant.port} for {limit:g} s; {where}")
+        return True

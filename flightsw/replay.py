@@ -1,0 +1,217 @@
+"""Replay: feed the recorded inputs of link_<name>.tlog to a fresh Node and compare every packet it sends with the
+recorded one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from flightsw.icd.tlog import GROUND_IN, GROUND_OUT, LINK_IN, LINK_OUT, read
+from flightsw.icd.wire import BY_NAME, SPECS, Counters, Packet, split
+from flightsw.node import Node
+
+_SENSOR, _TICK, _RAW = BY_NAME["HIL_SENSOR"], BY_NAME["TICK"], BY_NAME["RAW_BYTES"]
+_RAW_FIELDS = _RAW.pick("count", "more", "data")
+# wall-clock figures of a real-time run cannot repeat
+WALL_CLOCK = {
+    "LOOP_TIMING": frozenset(
+        {"slips", "exec_last", "exec_max", "exec_mean", "late_p50", "late_p99", "late_p999", "late_max"}
+    ),
+    "SYS_STATUS": frozenset({"load", "drop_rate_comm", "errors_comm", "errors_count3"}),
+}
+
+
+@dataclass
+class Tick:
+    """Everything recorded under one stamp (real time: under one TICK record)."""
+
+    t_us: int
+    dt_s: float | None = None
+    slips: int = 0
+    plant: list[bytes] = field(default_factory=list)
+    ground: list[bytes] = field(default_factory=list)
+    reply: bytes = b""
+    telemetry: bytes = b""
+
+
+@dataclass
+class Report:
+    """Result of a replay. `worst` maps MESSAGE.field to the largest difference; `extra` lists packets only one side
+    has.
+    """
+
+    ticks: int = 0
+    packets: int = 0
+    differences: int = 0
+    first: str = ""
+    count: dict[str, int] = field(default_factory=dict)
+    worst: dict[str, float] = field(default_factory=dict)
+    extra: list[str] = field(default_factory=list)
+
+    @property
+    def ok(self) -> bool:
+        """True if every output was repeated to the bit."""
+        return not self.differences and not self.extra
+
+    def lines(self) -> list[str]:
+        """The report for a person."""
+        out = [f"{self.ticks} ticks, {self.packets} packets compared, {self.differences} fields differ"]
+        if self.first:
+            out.append(f"first difference: {self.first}")
+        out += [f"  {k}: {n} times, largest {self.worst[k]:.6g}" for k, n in sorted(self.count.items())]
+        out += [f"  {e}" for e in self.extra[:20]]
+        if len(self.extra) > 20:
+            out.append(f"  ... and {len(self.extra) - 20} more")
+        return out
+
+
+class _Inbox:
+    """Puts datagrams together again: raw chunks by their flag, plant packets up to each HIL_SENSOR."""
+
+    def __init__(self) -> None:
+        self.open = b""
+        self.raw = b""
+
+    def add(self, packet: bytes, out: list[bytes], until_sensor: bool) -> None:
+        """Take one recorded packet; complete datagrams go to `out`."""
+        if packet[7:10] == bytes(_RAW.id_bytes) and packet[6] == 0:
+            got = split(packet, {_RAW.id: _RAW}, Counters())
+            values = _RAW_FIELDS(got[0][1])
+            n, more, data = values[0], values[1], bytes(values[2:])
+            self.raw += data[:n]
+            if not more:
+                self.flush(out)
+                out.append(self.raw)
+                self.raw = b""
+            return
+        self.open += packet
+        if not until_sensor or packet[7:10] == bytes(_SENSOR.id_bytes):
+            self.flush(out)
+
+    def flush(self, out: list[bytes]) -> None:
+        """A datagram without HIL_SENSOR ends here."""
+        if self.open:
+            out.append(self.open)
+            self.open = b""
+
+
+def read_ticks(path: str | Path) -> Iterator[Tick]:
+    """Ticks of a link log, in order. Raises TlogError."""
+    tick: Tick | None = None
+    plant, ground = _Inbox(), _Inbox()
+    for t_us, link, packet in read(path):
+        is_tick = link == LINK_IN and packet[7:10] == bytes(_TICK.id_bytes) and packet[6] == 0
+        if tick is None or t_us != tick.t_us or is_tick:
+            if tick is not None:
+                plant.flush(tick.plant)
+                yield tick
+            tick = Tick(t_us)
+        if is_tick:
+            _, dt_us, tick.slips = split(packet, {_TICK.id: _TICK}, Counters())[0][1]
+            tick.dt_s = dt_us / 1e6
+        elif link == LINK_IN:
+            plant.add(packet, tick.plant, until_sensor=True)
+        elif link == GROUND_IN:
+            ground.add(packet, tick.ground, until_sensor=False)
+        elif link == LINK_OUT:
+            tick.reply += packet
+        elif link == GROUND_OUT:
+            tick.telemetry += packet
+    if tick is not None:
+        plant.flush(tick.plant)
+        yield tick
+
+
+def replay(path: str | Path, node: Node, limit: int | None = None) -> Report:
+    """Run `node` (fresh, of the run's configuration; `realtime` as recorded) over the log and compare. Raises
+    TlogError.
+
+    A log cut off in its last tick is compared up to the packets it has.
+    """
+    report = Report()
+    pending: Tick | None = None
+    for tick in read_ticks(path):
+        if pending is not None:
+            _one(pending, node, report, last=False)
+        pending = tick
+        if limit is not None and report.ticks >= limit:
+            break
+    if pending is not None and (limit is None or report.ticks < limit):
+        _one(pending, node, report, last=True)
+    return report
+
+
+def _one(tick: Tick, node: Node, report: Report, last: bool) -> None:
+    if tick.dt_s is not None:
+        node.exec.slips = tick.slips
+    before = node.tick
+    out = node.handle(tick.plant, tick.dt_s, tick.ground)
+    if node.tick == before:
+        # inputs after the last tick: answered by nothing, then as now
+        if tick.reply or tick.telemetry:
+            report.extra.append(f"t = {tick.t_us / 1e6:.2f} s: recorded outputs, but replay ran no tick")
+        return
+    report.ticks += 1
+    _compare(tick.t_us, "reply", tick.reply, out.reply, node.realtime, report, last)
+    _compare(tick.t_us, "telemetry", tick.telemetry, b"".join(out.telemetry), node.realtime, report, last)
+
+
+def _compare(t_us: int, what: str, old: bytes, new: bytes, realtime: bool, report: Report, last: bool) -> None:
+    """Compare two runs of packets field by field."""
+    a, b = split(old, SPECS, Counters()), split(new, SPECS, Counters())
+    report.packets += min(len(a), len(b))
+    if old == new:
+        return
+    for p, q in zip(a, b, strict=False):
+        _packet(t_us, what, p, q, realtime, report)
+    if len(a) > len(b) or (len(a) < len(b) and not last):
+        more, who = (a[len(b) :], "recorded") if len(a) > len(b) else (b[len(a) :], "replayed")
+        names = ", ".join(p[0].name for p in more)
+        report.extra.append(f"t = {t_us / 1e6:.2f} s, {what}: only {who}: {names}")
+
+
+def _packet(t_us: int, what: str, p: Packet, q: Packet, realtime: bool, report: Report) -> None:
+    if p[0] is not q[0]:
+        _note(
+            report,
+            f"{p[0].name}.(message)",
+            math.inf,
+            f"t = {t_us / 1e6:.2f} s, {what}: {p[0].name} became {q[0].name}",
+        )
+        return
+    skip = WALL_CLOCK.get(p[0].name, frozenset()) if realtime else frozenset()
+    old, new = p[0].to_dict(p[1]), q[0].to_dict(q[1])
+    old["(sysid, compid)"], new["(sysid, compid)"] = p[2:4], q[2:4]
+    for name, x in old.items():
+        y = new[name]
+        if name not in skip and not _same(x, y):
+            text = f"t = {t_us / 1e6:.2f} s, {what}: {p[0].name}.{name} was {x!r}, is {y!r}"
+            _note(report, f"{p[0].name}.{name}", _size(x, y), text)
+
+
+def _same(x: Any, y: Any) -> bool:
+    """Equal, NaN counting as equal to NaN."""
+    if isinstance(x, tuple):
+        return len(x) == len(y) and all(map(_same, x, y))
+    return x == y or (x != x and y != y)
+
+
+def _size(x: Any, y: Any) -> float:
+    """Largest difference of two values; infinite if they are not numbers."""
+    if isinstance(x, tuple):
+        return max(map(_size, x, y), default=0.0)
+    if isinstance(x, (int, float)):
+        d = abs(x - y)
+        return math.inf if d != d else float(d)
+    return math.inf
+
+
+def _note(report: Report, key: str, size: float, text: str) -> None:
+    report.differences += 1
+    report.first = report.first or text
+    report.count[key] = report.count.get(key, 0) + 1
+    report.worst[key] = max(report.worst.get(key, 0.0), size)

@@ -1,0 +1,74 @@
+"""How tests start the launcher: in a process of its own, with a bounded wait, as a user would."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+TIMEOUT_S = 240.0  # generous: a cold machine compiles kernels first
+
+
+@dataclass(frozen=True)
+class Ended:
+    """A finished launcher: exit code and everything it printed."""
+
+    code: int
+    text: str
+
+
+def command(*args: object) -> list[str]:
+    return [sys.executable, "-m", "hil_scripts.sil", *(str(a) for a in args)]
+
+
+def sil(*args: object, cwd: Path | None = None) -> Ended:
+    """Run `sil ARGS` to its end."""
+    env = {**os.environ, "COLUMNS": "200"}
+    r = subprocess.run(command(*args), capture_output=True, text=True, timeout=TIMEOUT_S, cwd=cwd, env=env, check=False)
+    return Ended(r.returncode, r.stdout + r.stderr)
+
+
+def start(*args: object, out: Path) -> subprocess.Popen[bytes]:
+    """Start `sil ARGS`; its words go to the file `out`."""
+    with out.open("wb") as f:
+        return subprocess.Popen(
+            command(*args), stdout=f, stderr=subprocess.STDOUT, env={**os.environ, "COLUMNS": "200"}
+        )
+
+
+def wait_for(condition: Callable[[], bool], seconds: float = TIMEOUT_S) -> bool:
+    """Poll until `condition()` or the time is over."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        if condition():
+            return True
+        time.sleep(0.05)
+    return False
+
+
+def summary(run: Path) -> dict[str, Any]:
+    """summary.json of a run folder."""
+    return dict(json.loads((run / "summary.json").read_text()))
+
+
+def processes(run: Path) -> dict[int, str]:
+    """pid -> command line of every living process that names the run folder, launchers and zombies left out."""
+    found = {}
+    for p in Path("/proc").iterdir():
+        if not p.name.isdigit():
+            continue
+        try:
+            args = (p / "cmdline").read_bytes().split(b"\0")
+            state = (p / "stat").read_text().rpartition(")")[2].split()[0]
+        except OSError:
+            continue
+        line = b" ".join(args).decode("utf-8", "replace")
+        if str(run) in line and "hil_scripts.sil" not in line and state != "Z":
+            found[int(p.name)] = line
+    return found

@@ -1,0 +1,125 @@
+"""However a run is ended, it ends soon, says why, leaves readable logs and no process behind.
+
+Waits are bounded generously; how fast is stated by the run's own peer time-out, not by these tests.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from flightsw.icd.tlog import read
+from tests.sil.launch import processes, start, summary, wait_for
+
+LOGS = ("link_tanker.tlog", "link_receiver.tlog", "tlm.tlog", "truth.tlog")
+END_S = 30.0  # [s] patience for an end that takes about one second
+
+
+class Flight:
+    """A run in mid-flight."""
+
+    def __init__(self, tmp: Path, offset: int) -> None:
+        self.run, self.words = tmp / "run", tmp / "words.txt"
+        args = ("run", "refueling", "--duration", 100000, "--no-rrd", "--out", self.run, "--port-offset", offset)
+        self.sil: subprocess.Popen[bytes] = start(*args, out=self.words)
+
+    def airborne(self) -> bool:
+        """Wait until the recorder has written telemetry."""
+        log = self.run / "tlm.tlog"
+        return wait_for(lambda: self.sil.poll() is not None or (log.exists() and log.stat().st_size > 0))
+
+    def pid(self, what: str) -> int:
+        """Process whose command line contains `what`."""
+        (pid,) = (p for p, line in processes(self.run).items() if what in line)
+        return pid
+
+    def text(self) -> str:
+        """What the launcher has printed, without line breaks."""
+        return " ".join(self.words.read_text().split())
+
+    def assert_clean(self) -> None:
+        """No process is left and every log reads."""
+        assert wait_for(lambda: not processes(self.run), END_S), processes(self.run)
+        for name in LOGS:
+            assert sum(1 for _ in read(self.run / name)) > 0, name
+
+
+@pytest.fixture
+def flight(tmp_path: Path, port_offset: int) -> Iterator[Flight]:
+    f = Flight(tmp_path, port_offset)
+    try:
+        assert f.airborne()
+        assert f.sil.poll() is None, f.text()
+        yield f
+    finally:
+        if f.sil.poll() is None:
+            f.sil.kill()
+        f.sil.wait()
+
+
+@pytest.mark.parametrize(
+    ("module", "extra", "name"),
+    [
+        ("-m flightsw", "flight_tanker", "flightsw-tanker"),
+        ("-m flightsw", "flight_receiver", "flightsw-receiver"),
+        ("-m sim_plant", "scenario.toml", "sim-plant"),
+        ("-m ground", "record", "ground"),
+    ],
+)
+def test_killing_any_process_ends_the_run_and_names_it(flight: Flight, module: str, extra: str, name: str) -> None:
+    pid = next(p for p, line in processes(flight.run).items() if module in line and extra in line)
+    os.kill(pid, signal.SIGKILL)
+    assert flight.sil.wait(END_S) == 1
+    assert f"{name} (pid {pid}) ended: killed by SIGKILL" in flight.text()
+    s = summary(flight.run)
+    assert s["run.outcome"] == "failed" and name in s["run.reason"]
+    flight.assert_clean()
+
+
+def test_a_frozen_process_is_named_by_the_one_that_waits_for_it(flight: Flight) -> None:
+    pid = flight.pid("flight_receiver")
+    os.kill(pid, signal.SIGSTOP)
+    try:
+        assert flight.sil.wait(END_S) == 1
+    finally:
+        try:
+            os.kill(pid, signal.SIGCONT)
+        except ProcessLookupError:
+            pass
+    assert "receiver (sysid 2" in flight.text() and "last answered tick" in flight.text()
+    assert wait_for(lambda: not processes(flight.run), END_S)
+
+
+@pytest.mark.parametrize("signum", [signal.SIGINT, signal.SIGTERM])
+def test_ctrl_c_in_flight(flight: Flight, signum: signal.Signals) -> None:
+    flight.sil.send_signal(signum)
+    assert flight.sil.wait(END_S) == 128 + signum
+    assert f"stopped by {signum.name}" in flight.text()
+    assert summary(flight.run)["run.outcome"] == "aborted"
+    flight.assert_clean()
+
+
+def test_the_launcher_killed_outright_leaves_no_orphan(flight: Flight) -> None:
+    flight.sil.kill()
+    flight.sil.wait()
+    flight.assert_clean()
+
+
+@pytest.mark.parametrize("at", ["folder", "processes"])
+def test_ctrl_c_during_start_up(tmp_path: Path, port_offset: int, at: str) -> None:
+    f = Flight(tmp_path, port_offset)
+    try:
+        assert wait_for(f.run.exists if at == "folder" else lambda: bool(processes(f.run)))
+        f.sil.send_signal(signal.SIGINT)
+        assert f.sil.wait(END_S) == 130
+        assert wait_for(lambda: not processes(f.run), END_S)
+        assert summary(f.run)["run.outcome"] == "aborted"
+    finally:
+        if f.sil.poll() is None:
+            f.sil.kill()
+        f.sil.wait()

@@ -1,0 +1,67 @@
+"""One seed, one result: over sockets twice, in process, and in replay; another seed, another result."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from tests.sil.launch import sil, summary
+
+SECONDS = 12.0
+SEED = 5
+LOGS = ("link_tanker.tlog", "link_receiver.tlog", "tlm.tlog", "truth.tlog")
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory, next_port_offset: Callable[[], int]) -> dict[str, Path]:
+    """The same flight twice with separate processes, once in process, once with another seed."""
+    base = tmp_path_factory.mktemp("runs")
+    out = {}
+    for name, seed, flags in (
+        ("first", SEED, ("--port-offset", next_port_offset())),
+        ("second", SEED, ("--port-offset", next_port_offset())),
+        ("single", SEED, ("--in-process",)),
+        ("other", SEED + 1, ("--in-process",)),
+    ):
+        out[name] = base / name
+        ended = sil("run", "refueling", "--seed", seed, "--duration", SECONDS, "--no-rrd", "--out", out[name], *flags)
+        assert ended.code == 0, ended.text
+    return out
+
+
+@pytest.mark.parametrize("log", LOGS)
+def test_two_runs_with_one_seed_are_byte_identical(runs: dict[str, Path], log: str) -> None:
+    assert (runs["first"] / log).read_bytes() == (runs["second"] / log).read_bytes()
+
+
+@pytest.mark.parametrize("log", LOGS)
+def test_in_process_equals_separate_processes(runs: dict[str, Path], log: str) -> None:
+    assert (runs["first"] / log).read_bytes() == (runs["single"] / log).read_bytes()
+
+
+@pytest.mark.parametrize("log", LOGS)
+def test_another_seed_differs(runs: dict[str, Path], log: str) -> None:
+    assert (runs["single"] / log).read_bytes() != (runs["other"] / log).read_bytes()
+
+
+def test_resolved_files_fly_the_same_run_again(runs: dict[str, Path], tmp_path: Path) -> None:
+    again = tmp_path / "again"
+    ended = sil("run", runs["single"] / "scenario.toml", "--in-process", "--no-rrd", "--out", again)
+    assert ended.code == 0, ended.text
+    assert (again / "scenario.toml").read_text() == (runs["single"] / "scenario.toml").read_text()
+    for log in LOGS:
+        assert (again / log).read_bytes() == (runs["single"] / log).read_bytes()
+
+
+def test_summaries_agree_in_everything_but_speed(runs: dict[str, Path]) -> None:
+    a, b = summary(runs["first"]), summary(runs["single"])
+    assert {k for k in a if a[k] != b.get(k)} <= {"run.sim_s_per_wall_s"}
+    assert set(a) == set(b)
+
+
+def test_replay_repeats_every_output(runs: dict[str, Path]) -> None:
+    ended = sil("replay", runs["first"])
+    assert ended.code == 0, ended.text
+    assert "receiver" in ended.text and "tanker" in ended.text

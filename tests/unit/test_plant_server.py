@@ -1,0 +1,264 @@
+"""The plant on the link: datagrams, radio, truth log, UDP lockstep and real time, and how a run ends."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from flightsw.icd.codec import FlightCodec
+from flightsw.icd.link import plant_port
+from flightsw.icd.tlog import read
+from flightsw.types import UPD_PEER, ActuatorCmd, NavState, SensorFrame
+from sim_plant.loops import PeerLostError, UdpPlant
+from sim_plant.radio import Radio
+from sim_plant.scenario import load_scenario
+from sim_plant.server import PlantServer
+
+SHORT = {"meta.duration_s": 1.0}
+
+
+class FakeFlight:
+    """Stands for one flightsw: decodes, answers with the trim command, transmits its state at 20 Hz."""
+
+    def __init__(self, server: PlantServer, i: int) -> None:
+        v = server.world.vehicles[i]
+        self.codec = FlightCodec(v.ac, v.cfg.sysid)
+        self.frame = SensorFrame()
+        self.cmd = server.world.trim_cmd(i)
+        self.heard: list[int] = []
+        self.commands: list[float] = []
+
+    def answer(self, datagram: bytes) -> bytes:
+        self.codec.decode(datagram, self.frame)
+        f, t = self.frame, self.frame.t_us
+        if f.updated & UPD_PEER:
+            self.heard.append(t - f.peer.t_us)
+        self.commands += [c.params[0] for c in f.commands]
+        c = self.cmd
+        out = self.codec.actuators(ActuatorCmd(t, c.aileron, c.elevator, c.rudder, c.throttle))
+        if t % 50000 == 0:
+            nav = NavState(t_us=t, valid=True, pos_n=(10.0, 20.0, -7000.0), vel_n=(195.0, 0.0, 0.0))
+            out += self.codec.peer(nav)
+        return out
+
+
+def in_process(over: dict[str, Any], run_dir: Path | None = None) -> tuple[PlantServer, list[FakeFlight], list[bytes]]:
+    s = PlantServer(load_scenario("refueling", SHORT | over), 1, run_dir)
+    peers = [FakeFlight(s, i) for i in range(2)]
+    sent = []
+    while not s.done:
+        out = s.begin_tick()
+        sent += out
+        s.end_tick([p.answer(d) for p, d in zip(peers, out, strict=True)])
+    s.close()
+    return s, peers, sent
+
+
+def test_radio_relays_late_and_in_order() -> None:
+    _, (tanker, receiver), _ = in_process({})
+    assert len(receiver.heard) == 19 and set(receiver.heard) == {50000}
+    assert len(tanker.heard) == 19
+
+
+def test_radio_latency_and_link_loss_events() -> None:
+    event = {"t_s": 0.5, "kind": "link_loss", "target": "tanker"}
+    _, (tanker, receiver), _ = in_process({"link.radio_latency_ms": 120.0, "event": [event]})
+    assert set(receiver.heard) == {120000}
+    assert len(receiver.heard) == 10 and len(tanker.heard) == 18
+
+
+def test_radio_loss_is_random_and_seeded() -> None:
+    def heard(seed: int) -> list[bytes]:
+        r = Radio(["a", "b"], seed, 50.0, 0.3, 100)
+        out = []
+        for k in range(1000):
+            r.send(0, k, [k.to_bytes(4, "big")])
+            out += r.receive(1, k)
+        return out
+
+    assert heard(1) == heard(1) != heard(2)
+    assert 620 < len(heard(1)) < 740
+
+
+def test_same_seed_gives_the_same_datagrams(tmp_path: Path) -> None:
+    a, b = in_process({}, tmp_path / "a")[2], in_process({}, tmp_path / "b")[2]
+    assert a == b
+    logs = [(tmp_path / d / "truth.tlog").read_bytes() for d in "ab"]
+    assert logs[0] == logs[1]
+    rows = list(read(tmp_path / "a" / "truth.tlog"))
+    assert [r[0] for r in rows] == [t * 50000 for t in range(20) for _ in (0, 1)]
+    assert load_scenario(str(tmp_path / "a" / "scenario.toml")).meta.duration_s == 1.0
+
+
+def test_begin_tick_repeats_and_stale_replies_are_refused() -> None:
+    s = PlantServer(load_scenario("refueling", SHORT), 1)
+    peer = FakeFlight(s, 0)
+    first = s.begin_tick()
+    assert s.begin_tick() is first
+    old = peer.answer(first[0])
+    assert not s.accept(0, b"rubbish")
+    assert s.accept(0, old) and not s.accept(0, old)  # duplicate
+    s.end_tick()
+    s.begin_tick()
+    assert not s.accept(0, old)  # late
+    assert s.accept(0, old, exact=False)  # real time takes it
+    assert s.rejected == [3, 0]
+
+
+def test_truth_never_travels_to_flightsw() -> None:
+    _, peers, sent = in_process({})
+    assert b"".join(sent).find((53020).to_bytes(3, "little")) < 0
+    assert all(p.codec.count.unknown == 0 for p in peers)
+
+
+def free_offset() -> int:
+    """A port offset at which both plant ports are free now."""
+    while True:
+        with (
+            socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as a,
+            socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as b,
+        ):
+            a.bind(("127.0.0.1", 0))
+            offset = a.getsockname()[1] - plant_port(1)
+            try:
+                b.bind(("127.0.0.1", plant_port(2, offset)))
+            except OSError:
+                continue
+            if 0 <= offset <= 40000:
+                return int(offset)
+
+
+class Thread:
+    """A FakeFlight on its UDP port until told to shut down or to die."""
+
+    def __init__(self, server: PlantServer, i: int, offset: int, twist: Callable[[int, bytes], list[bytes]]) -> None:
+        self.peer = FakeFlight(server, i)
+        self.sock = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.sock.bind(("127.0.0.1", plant_port(server.sysids[i], offset)))
+        self.sock.settimeout(0.2)
+        self.twist, self.count, self.stop = twist, 0, False
+        self.thread = threading.Thread(target=self._run, daemon=True)
+        self.thread.start()
+
+    def _run(self) -> None:
+        while not self.stop:
+            try:
+                data, addr = self.sock.recvfrom(65535)
+            except TimeoutError:
+                continue
+            for d in self.twist(self.count, self.peer.answer(data)):
+                self.sock.sendto(d, addr)
+            self.count += 1
+
+    def close(self) -> None:
+        self.stop = True
+        self.thread.join()
+        self.sock.close()
+
+
+def over_udp(over: dict[str, Any], twist: Callable[[int, bytes], list[bytes]]) -> tuple[PlantServer, UdpPlant, float]:
+    s = PlantServer(load_scenario("refueling", SHORT | over), 1)
+    offset = free_offset()
+    u = UdpPlant(s, offset, lambda t, k: None, lambda text: None)
+    peers = [Thread(s, 0, offset, lambda k, d: [d]), Thread(s, 1, offset, twist)]
+    began = time.monotonic()
+    try:
+        if s.scenario.clock.mode == "realtime":
+            u.realtime()
+        else:
+            u.lockstep()
+    finally:
+        wall = time.monotonic() - began
+        u.finish()
+        for p in peers:
+            p.close()
+    return s, u, wall
+
+
+def test_lockstep_over_udp_equals_in_process() -> None:
+    """Rubbish, duplicated and late replies on the way do not change the run."""
+    keep = [b""]
+
+    def dirty(k: int, d: bytes) -> list[bytes]:
+        old, keep[0] = keep[0], d
+        return [b"\x00rubbish", old, d, d] if k % 3 == 0 and old else [d]
+
+    s, _, _ = over_udp({}, dirty)
+    ref, _, _ = in_process({})
+    assert s.tick == 100
+    assert [s.world.truth(i) for i in (0, 1)] == [ref.world.truth(i) for i in (0, 1)]
+    assert s.rejected[1] > 60
+
+
+def test_a_silent_peer_ends_the_run_and_is_named() -> None:
+    with pytest.raises(
+        PeerLostError, match=r"peer silent for 0\.\d s; plant is at tick 40 .*receiver \(sysid 2.*last answered tick 39"
+    ):
+        over_udp({"clock.peer_timeout_s": 0.3}, lambda k, d: [d] if k < 40 else [])
+
+
+def test_rubbish_is_no_sign_of_life() -> None:
+    with pytest.raises(PeerLostError, match=r"receiver.*datagrams rejected"):
+        over_udp({"clock.peer_timeout_s": 0.3}, lambda k, d: [d] if k < 40 else [b"x"] * 5)
+
+
+def test_nobody_at_start_up_is_named() -> None:
+    with pytest.raises(PeerLostError, match=r"no answer at start-up.*receiver.*never answered"):
+        over_udp({"clock.startup_timeout_s": 0.5}, lambda k, d: [])
+
+
+def test_real_time_keeps_the_pace_and_ends() -> None:
+    """Wall time cannot be shorter than simulated time; a late reply is used, a missing one counted."""
+    s, u, wall = over_udp({"clock.mode": "realtime"}, lambda k, d: [d] if k % 10 else [])
+    assert s.done
+    assert wall > 0.97
+    assert u.missed[1] >= 9
+
+
+def _cli(*args: str) -> subprocess.Popen[str]:
+    env = os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    return subprocess.Popen(
+        [sys.executable, "-m", "sim_plant", *args], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=env
+    )
+
+
+@pytest.mark.parametrize(
+    ("args", "code", "text"),
+    [
+        (("--scenario", "nowhere"), 2, "available"),
+        (("--set", "noise.scal=1"), 2, "noise.scal: unknown key"),
+        (("--set", "noise.scale"), 2, "expected key=value"),
+        (("--run-dir", "/proc/nowhere"), 2, "/proc/nowhere"),
+        (("--set", "clock.startup_timeout_s=0.3", "--port-offset", str(free_offset())), 3, "tanker (sysid 1"),
+    ],
+)
+def test_command_line_errors_name_the_thing(args: tuple[str, ...], code: int, text: str) -> None:
+    p = _cli(*args)
+    out, err = p.communicate(timeout=60)
+    assert p.returncode == code
+    assert text in err and "Traceback" not in err
+    assert len(err.strip().splitlines()) == 1
+    assert json.loads(out.strip().splitlines()[-1])["done"] is True
+
+
+def test_a_signal_ends_the_run_cleanly(tmp_path: Path) -> None:
+    p = _cli("--run-dir", str(tmp_path), "--port-offset", str(free_offset()))
+    assert p.stdout is not None
+    assert json.loads(p.stdout.readline())["tick"] == 0
+    p.send_signal(signal.SIGTERM)
+    out, err = p.communicate(timeout=30)
+    assert p.returncode == 143
+    assert "stopped by SIGTERM" in err
+    assert json.loads(out.strip().splitlines()[-1])["outcome"] == "stopped"
+    assert len(list(read(tmp_path / "truth.tlog"))) == 2
