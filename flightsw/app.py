@@ -19,6 +19,7 @@ from flightsw.strict import ConfigError, convert
 from flightsw.types import (
     HF_ACT,
     HF_SAT,
+    UPD_IMU,
     Ack,
     ActuatorCmd,
     Command,
@@ -28,6 +29,7 @@ from flightsw.types import (
     Snapshot,
     Text,
     Timing,
+    Vec3,
 )
 
 MAX_STEP_S = 0.25  # [s] longest control step integrated at once, however late the tick
@@ -59,10 +61,11 @@ class FlightApp:
         self.act = ActuatorModel(self.ac, link_delay_ticks)
         self.u = np.zeros(4)
         self._good = (0.0, 0.0, 0.0, 0.0)
-        self.cmd = ActuatorCmd()
+        self.cmd = ActuatorCmd(armed=False)
         self.nav, self.guid, self.timing = NavState(), GuidanceCmd(), Timing()
         self.tick_no = 0
         self._updated = 0
+        self._gyro: list[tuple[int, Vec3]] = []
         self._slow_index = -1
         self._slow_t_us = -1
         self._started = False
@@ -73,6 +76,8 @@ class FlightApp:
         acks = [self._answer(c, texts) for c in f.commands] if f.commands else []
         h = self.health.step(f)
         self._updated |= f.updated
+        if f.updated & UPD_IMU:
+            self._gyro.append((f.t_us, f.gyro_b))
         if self._started:
             self.act.step(self.u, min(dt_s, MAX_STEP_S))
         index = f.t_us // self.slow_us
@@ -96,18 +101,34 @@ class FlightApp:
             self.u[:] = u
             self.act.reset(u[:3], float(u[3]))
             self._started = True
+        self._average_gyro(f)
         self.nav, self.guid, u, throttle = self.mission.step(f, self.act, self._updated, self.health.out, dt)
         self._updated = 0
         self.u[:] = u
         c = self.cmd
         c.aileron, c.elevator, c.rudder, c.throttle = float(u[0]), float(u[1]), float(u[2]), throttle
         c.latch = self.guid.latch
+        # until navigation has been valid once the aircraft keeps the trim it came in; afterwards it is never handed back
+        c.armed = c.armed or self.nav.valid
         h = self.health.out
         h.failed = h.failed | HF_SAT if self.mission.ctrl.core.saturated else h.failed & ~HF_SAT
         texts += self.mission.texts()
         if self.health.texts:
             texts += self.health.texts
             self.health.texts = []
+
+    def _average_gyro(self, f: SensorFrame) -> None:
+        """Mean rate since the last mission step: five samples of white noise are worth more than the last of them."""
+        g = self._gyro
+        f.gyro_count = n = len(g)
+        if n:
+            f.gyro_mean_b = (
+                math.fsum(w[0] for _, w in g) / n,
+                math.fsum(w[1] for _, w in g) / n,
+                math.fsum(w[2] for _, w in g) / n,
+            )
+            f.gyro_age_s = (f.t_us - sum(t for t, _ in g) / n) * 1e-6
+            g.clear()
 
     def _guard(self, texts: list[Text]) -> None:
         """Last look before the actuators: a non-finite value becomes the last good one, and is reported."""

@@ -29,27 +29,27 @@ class Clock(Protocol):
 
 
 class LockstepClock:
-    """Time is what the plant says. `advance` takes the stamp of a sensor datagram, `wait_tick` gives the periods it
-    was worth.
-    """
+    """Time is what the plant says: `advance` takes the stamp of each sensor datagram, the socket does the waiting."""
 
     def __init__(self, period_us: int) -> None:
         self.period_us = period_us
         self._t_us = -1
-        self._periods = 0
+        self._step_us = period_us
 
-    def advance(self, t_us: int) -> None:
-        """A sensor datagram stamped `t_us` [us] was taken."""
-        self._periods = 1 if self._t_us < 0 else max(0, round((t_us - self._t_us) / self.period_us))
+    def advance(self, t_us: int) -> float:
+        """A sensor datagram stamped `t_us` [us] was taken. Returns the step since the last [s]; first: one period."""
+        if self._t_us >= 0:
+            self._step_us = t_us - self._t_us
         self._t_us = t_us
+        return self._step_us / 1e6
 
     def now_us(self) -> int:
         """Stamp of the last sensor datagram [us]; -1 before the first."""
         return self._t_us
 
     def wait_tick(self) -> int:
-        """Periods between the last two stamps; does not wait, the socket does."""
-        return self._periods
+        """Periods between the last two stamps."""
+        return max(0, round(self._step_us / self.period_us))
 
 
 class RealtimeClock:

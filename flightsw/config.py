@@ -13,7 +13,7 @@ from typing import Annotated, Any
 from flightsw.icd.geo import Origin
 from flightsw.icd.link import GROUND_PORT, OPERATOR_PORT
 from flightsw.icd.rates import DEFAULT_RATES, MAX_RATE_HZ
-from flightsw.strict import ConfigError, Range, load
+from flightsw.strict import Range, load
 
 Hz = Annotated[float, Range(0.0, MAX_RATE_HZ)]
 Port = Annotated[int, Range(1, 65535)]
@@ -32,14 +32,12 @@ class AppConfig:
 
     def __post_init__(self) -> None:
         if self.base_rate_hz % 10:
-            raise ConfigError(f"app.base_rate_hz = {self.base_rate_hz}: allowed: multiples of 10")
+            raise ValueError(f"base_rate_hz = {self.base_rate_hz}: allowed: multiples of 10")
         if 250_000 % self.base_rate_hz:
-            raise ConfigError(
-                f"app.base_rate_hz = {self.base_rate_hz}: the period must be a multiple of 4 us (log stamps)"
-            )
+            raise ValueError(f"base_rate_hz = {self.base_rate_hz}: the period must be a multiple of 4 us (log stamps)")
         if self.base_rate_hz % self.mission_rate_hz:
-            raise ConfigError(
-                f"app.mission_rate_hz = {self.mission_rate_hz}: must divide base_rate_hz = {self.base_rate_hz}"
+            raise ValueError(
+                f"mission_rate_hz = {self.mission_rate_hz}: must divide base_rate_hz = {self.base_rate_hz}"
             )
 
 
@@ -87,7 +85,7 @@ class TelemetryConfig:
     def __post_init__(self) -> None:
         for name in self.rates_hz:
             if name not in DEFAULT_RATES:
-                raise ConfigError(f"telemetry.rates_hz.{name}: unknown message; allowed: {', '.join(DEFAULT_RATES)}")
+                raise ValueError(f"rates_hz.{name}: unknown message; allowed: {', '.join(DEFAULT_RATES)}")
 
 
 @dataclass(frozen=True)
@@ -119,10 +117,10 @@ class FlightConfig:
 
 
 def parse_target(text: str) -> tuple[str, int]:
-    """Host and port of "host:port". Raises ConfigError."""
+    """Host and port of "host:port". Raises ValueError."""
     host, _, port = text.rpartition(":")
     if not host or not port.isdigit() or not 1 <= int(port) <= 65535:
-        raise ConfigError(f"link.targets: {text!r}: expected host:port with a port of 1 to 65535")
+        raise ValueError(f"targets: {text!r}: expected host:port with a port of 1 to 65535")
     return host, int(port)
 
 

@@ -102,6 +102,7 @@ class Executive:
 
     def run(self, tick: int) -> None:
         """Run every group whose turn it is, in order."""
+        self.ticks += 1
         timed = self.now_us is not no_time
         for g in self.groups:
             if tick % g.divisor != g.offset:
@@ -117,7 +118,6 @@ class Executive:
 
     def account(self, exec_us: float, late_us: float, slipped: int) -> None:
         """Close a tick: what it cost, how late it began, how many periods were skipped before it."""
-        self.ticks += 1
         self.slips += slipped
         if self.now_us is not no_time:
             self.exec_last_us = exec_us

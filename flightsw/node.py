@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from flightsw.aircraft import load_aircraft
+from flightsw.clock import LockstepClock
 from flightsw.config import FlightConfig
 from flightsw.executive import Executive, no_time
 from flightsw.icd.codec import FlightCodec
@@ -96,6 +97,7 @@ class Node:
             getattr(self.app, "commands", MISSION_COMMANDS),
         )
         self.frame = SensorFrame()
+        self.clock = LockstepClock(cfg.period_us)
         self.exec = Executive(now_us)
         self.exec.add("app", 1, 0, self._run_app)
         if cfg.link.broadcast_peer:
@@ -108,7 +110,6 @@ class Node:
         self.heard: list[Heard] = []
         self.heard_lost = 0
         self.last_text = ""
-        self._period_s = cfg.period_us / 1e6
         self._sensor_t_us = -1
         self._last_datagram = b""
         self._last_reply = b""
@@ -242,7 +243,7 @@ class Node:
         f = self.frame
         before = self.t_us
         if dt_s is None:
-            dt_s = (self._sensor_t_us - before) / 1e6 if before >= 0 else self._period_s
+            dt_s = self.clock.advance(self._sensor_t_us)
         # without a new frame (real time only) time goes on by the step, and never backwards
         f.t_us = max(self._sensor_t_us, before) if new else before + round(dt_s * 1e6)
         self.t_us = f.t_us

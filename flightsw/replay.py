@@ -7,6 +7,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from difflib import SequenceMatcher
 from pathlib import Path
 from typing import Any
 
@@ -166,23 +167,24 @@ def _compare(t_us: int, what: str, old: bytes, new: bytes, realtime: bool, repor
     report.packets += min(len(a), len(b))
     if old == new:
         return
-    for p, q in zip(a, b, strict=False):
-        _packet(t_us, what, p, q, realtime, report)
-    if len(a) > len(b) or (len(a) < len(b) and not last):
-        more, who = (a[len(b) :], "recorded") if len(a) > len(b) else (b[len(a) :], "replayed")
-        names = ", ".join(p[0].name for p in more)
-        report.extra.append(f"t = {t_us / 1e6:.2f} s, {what}: only {who}: {names}")
+    # a missing message must not shift the comparison of those after it
+    old_ids, new_ids = [p[0].id for p in a], [p[0].id for p in b]
+    for op, i0, i1, j0, j1 in SequenceMatcher(None, old_ids, new_ids, autojunk=False).get_opcodes():
+        if op == "equal":
+            for p, q in zip(a[i0:i1], b[j0:j1], strict=True):
+                _packet(t_us, what, p, q, realtime, report)
+            continue
+        _only(t_us, what, "recorded", a[i0:i1], report)
+        if not (last and j1 == len(b)):  # the last tick of a log may have been cut off
+            _only(t_us, what, "replayed", b[j0:j1], report)
+
+
+def _only(t_us: int, what: str, who: str, packets: list[Packet], report: Report) -> None:
+    if packets:
+        report.extra.append(f"t = {t_us / 1e6:.2f} s, {what}: only {who}: {', '.join(p[0].name for p in packets)}")
 
 
 def _packet(t_us: int, what: str, p: Packet, q: Packet, realtime: bool, report: Report) -> None:
-    if p[0] is not q[0]:
-        _note(
-            report,
-            f"{p[0].name}.(message)",
-            math.inf,
-            f"t = {t_us / 1e6:.2f} s, {what}: {p[0].name} became {q[0].name}",
-        )
-        return
     skip = WALL_CLOCK.get(p[0].name, frozenset()) if realtime else frozenset()
     old, new = p[0].to_dict(p[1]), q[0].to_dict(q[1])
     old["(sysid, compid)"], new["(sysid, compid)"] = p[2:4], q[2:4]

@@ -76,8 +76,11 @@ def screenshot(
     out: Annotated[Path, typer.Option("--out", help="picture to write (.png)")],
     size: Annotated[str, typer.Option(help="WIDTHxHEIGHT in pixels")] = "1600x900",
     at: Annotated[float | None, typer.Option(help="time [s]; default: half-way through contact")] = None,
+    wide: Annotated[bool, typer.Option(help="the eye far back, as in run.rrd")] = False,
 ) -> None:
-    """Picture of RUN/run.rrd without a display (converts first if there is none)."""
+    """Picture of a run without a display, as `ground convert` lays it out, the eye near the boom."""
+    from tempfile import TemporaryDirectory
+
     from ground.columns import LogError, load
 
     try:
@@ -85,10 +88,9 @@ def screenshot(
         from ground.rrd.shot import ScreenshotError
         from ground.rrd.shot import screenshot as shoot
 
-        rrd = run / "run.rrd"
-        if not rrd.exists():
-            convert(run)
-        print(shoot(rrd, out, size, contact_time(load(run / "tlm.tlog")) if at is None else at))
+        time_s = contact_time(load(run / "tlm.tlog")) if at is None else at
+        with TemporaryDirectory() as folder:
+            print(shoot(convert(run, Path(folder) / "run.rrd", near=not wide), out, size, time_s))
     except (LogError, OSError, ScreenshotError) as exc:
         _fail(exc)
 

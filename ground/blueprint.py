@@ -11,6 +11,7 @@ TRAIL_S = 30.0  # [s] length of trails behind the cursor
 BOTH = ("tanker", "receiver")
 SURFACES = ("aileron", "elevator", "rudder")
 Span = tuple[float, float]
+Point = tuple[float, float, float]
 
 
 class Plots:
@@ -47,8 +48,7 @@ class Plots:
             ["guid/receiver/box", *(f"guid/receiver/error/{a}" for a in "xyz")],
             (-2.5, 2.5),
         )
-        bank = self.plot("bank [deg]", [f"truth/{a}/bank" for a in BOTH])
-        return rrb.Vertical(error, *self.wind("receiver"), bank, name="Overview", row_shares=[1.3, 1, 1, 1, 0.8])
+        return rrb.Vertical(error, *self.wind("receiver"), name="Overview", row_shares=[1.3, 1, 1, 1])
 
     def station(self) -> rrb.Vertical:
         """Station keeping in detail."""
@@ -113,7 +113,12 @@ class Plots:
         return rrb.Vertical(*speed, *force, self.plot("packets and samples rejected", rejected), name="Sensors")
 
 
-def _scene() -> rrb.Spatial3DView:
+# eye and what it looks at [m], tanker's axes: near the boom, and far enough back for the observation position
+NEAR = ((-54.0, -31.0, -9.0), (-19.0, 1.0, 3.0))
+WIDE = ((-98.0, -20.0, -17.0), (-34.0, 20.0, 3.0))
+
+
+def _scene(name: str, eye: tuple[Point, Point]) -> rrb.Spatial3DView:
     window = rrb.VisibleTimeRange(
         "sim_time",
         start=rrb.TimeRangeBoundary.cursor_relative(seconds=-TRAIL_S),
@@ -122,7 +127,7 @@ def _scene() -> rrb.Spatial3DView:
     trail = rrb.VisibleTimeRanges([window])
     return rrb.Spatial3DView(
         origin="/",
-        name="Tanker's frame: truth white, estimate orange, command magenta",
+        name=name,
         contents=[
             "truth/tanker/scene/**", "truth/receiver/scene/**", "truth/receiver/trail", "truth/tanker/boom/**",
             "truth/tanker/wind_arrow", "truth/receiver/wind_arrow", "nav/tanker/wind_arrow",
@@ -131,8 +136,8 @@ def _scene() -> rrb.Spatial3DView:
         overrides={"truth/receiver/trail": trail},
         eye_controls=rrb.EyeControls3D(
             kind=rrb.Eye3DKind.Orbital,
-            position=(-54.0, -31.0, -9.0),
-            look_target=(-19.0, 1.0, 3.0),
+            position=eye[0],
+            look_target=eye[1],
             eye_up=(0.0, 0.0, -1.0),
         ),
         line_grid=rrb.LineGrid3D(visible=False),
@@ -140,8 +145,8 @@ def _scene() -> rrb.Spatial3DView:
     )  # fmt: skip
 
 
-def blueprint(name: str, start_s: float, end_s: float) -> rrb.Blueprint:
-    """Layout of a run; plots begin with [start_s, end_s] and the timeline has it selected."""
+def blueprint(name: str, start_s: float, end_s: float, near: bool = False) -> rrb.Blueprint:
+    """Layout of a run; plots begin with [start_s, end_s], selected on the timeline. `near`: the eye near the boom."""
     states = rrb.StateTimelineView(
         origin="/",
         contents=[
@@ -157,7 +162,14 @@ def blueprint(name: str, start_s: float, end_s: float) -> rrb.Blueprint:
     tracks = [f"truth/{a}/{k}" for a in BOTH for k in ("track", "position")]
     world = rrb.MapView(origin="/", contents=tracks, name="Map", zoom=9.0)
     left = rrb.Vertical(
-        rrb.Tabs(_scene(), plan, world, active_tab=0, name="Scene"),
+        rrb.Tabs(
+            _scene("Formation (truth white, estimate orange)", WIDE),
+            _scene("Boom", NEAR),
+            plan,
+            world,
+            active_tab=1 if near else 0,
+            name="Scene",
+        ),
         rrb.Tabs(states, log, active_tab=0, name="Modes"),
         row_shares=[4, 1.5],
     )

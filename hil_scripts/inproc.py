@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import gc
 import tempfile
 from pathlib import Path
@@ -55,38 +56,49 @@ class InProcess:
         self.close()
 
     def close(self) -> None:
-        """Close every log, whatever state the run is in."""
-        for link in self.links:
-            link.close()
-        self.server.close()
-        self.ground.finish()
+        """Close every log, whatever state the run is in. Raises the first OSError after all have been tried."""
+        errors = []
+        for close in (*(link.close for link in self.links), self.server.close, self.ground.finish):
+            try:
+                close()
+            except OSError as e:
+                errors.append(e)
+        if errors:
+            raise errors[0]
 
 
 def fly(plan: RunPlan, run: Path, console: Console, stop: StopFlag) -> Outcome:
-    """Run the plan in this process. Errors of the programs come out as they are."""
+    """Run the plan in this process. A log that cannot be written is a failed outcome; others come out as they are."""
     with Board(console, plan.duration_s, plan.names) as board:
-        both = InProcess(plan, run)
+        flight = InProcess(plan, run)
         gc.collect()
         gc.freeze()
         gc.disable()  # as the separate processes do
         try:
-            while not both.server.done and not stop:
-                both.tick()
-                if both.server.tick % LOOK_EVERY == 0:
-                    both.ground.write_ready()
-                    board.advance(both.server.t_us / 1e6, both.server.tick)
-                    board.on_ground(both.ground.status())
-                    board.draw()
-            board.advance(both.server.t_us / 1e6, both.server.tick)
-            both.finish()
-        except BaseException:
-            both.close()
-            raise
+            _loop(flight, board, stop)
+            flight.finish()
+        except OSError as e:
+            with contextlib.suppress(OSError):
+                flight.close()
+            console.print(f"run failed at t = {board.sim_s:.1f} s: {e}", style="red", markup=False, highlight=False)
+            return Outcome("failed", str(e), board.sim_s, board.speed)
         finally:
             gc.enable()
     if stop:
-        return Outcome("aborted", f"stopped at t = {board.sim_s:.1f} s", board.sim_s, board.speed, stop.signum)
+        return Outcome("aborted", stop.text(board.sim_s), board.sim_s, board.speed, stop.signum)
     return Outcome("completed", "", board.sim_s, board.speed)
+
+
+def _loop(flight: InProcess, board: Board, stop: StopFlag) -> None:
+    server = flight.server
+    while not server.done and not stop:
+        flight.tick()
+        if server.tick % LOOK_EVERY == 0:
+            flight.ground.write_ready()
+            board.advance(server.t_us / 1e6, server.tick)
+            board.on_ground(flight.ground.status())
+            board.draw()
+    board.advance(server.t_us / 1e6, server.tick)
 
 
 def fly_a_little(scenario: str, duration_s: float) -> None:

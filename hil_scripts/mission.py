@@ -109,10 +109,7 @@ def _end(
     """Stop what runs and say why."""
     if stop and not bad:
         sup.stop(last=[ground], stop=stop)
-        name = signal.Signals(stop.signum).name
-        return Outcome(
-            "aborted", f"stopped by {name} at t = {board.sim_s:.1f} s", board.sim_s, board.speed, stop.signum
-        )
+        return Outcome("aborted", stop.text(board.sim_s), board.sim_s, board.speed, stop.signum)
     sup.settle(COLLATERAL_S)
     dead = [*(bad or []), *sup.newly_ended()]
     alive = [c for c in dead if c.popen.poll() is None]

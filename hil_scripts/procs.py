@@ -58,6 +58,10 @@ class StopFlag:
         for s, old in self._old.items():
             signal.signal(s, old)
 
+    def text(self, sim_s: float) -> str:
+        """Which signal ended a run, and at what simulated time [s]."""
+        return f"stopped by {signal.Signals(self.signum).name} at t = {sim_s:.1f} s"
+
     def _on_signal(self, signum: int, _frame: FrameType | None) -> None:
         self.hurry = self.signum != 0
         self.signum = self.signum or signum
@@ -85,8 +89,11 @@ class Child:
     def feed(self, stream: str, data: bytes) -> None:
         """Take raw bytes of stdout (`out`) or stderr (`err`). JSON lines go to `on_message`, the rest to the tail."""
         if stream == "err" and self.log is not None:
-            self.log.write(data)
-            self.log.flush()
+            try:
+                self.log.write(data)
+                self.log.flush()
+            except OSError:  # a full disk must not keep us from stopping the children
+                self.log = None
         *lines, self.partial[stream] = (self.partial[stream] + data).split(b"\n")
         for raw in lines:
             self._line(stream, raw.decode("utf-8", "replace").rstrip())

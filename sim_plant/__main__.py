@@ -1,7 +1,8 @@
 """Command line of the plant: `sim-plant --scenario refueling --seed 1 --run-dir runs/x`.
 
 Machine-readable status goes to stdout, one JSON object a line; words for people go to stderr.
-Exit code 0: scenario complete; 2: bad configuration or file; 3: a peer was lost; 130 / 143: interrupted.
+Exit code 0: scenario complete; 2: bad configuration or file; 3: a peer was lost; 4: an aircraft was lost;
+130 / 143: interrupted.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from flightsw.strict import ConfigError
 from sim_plant.loops import PeerLostError, UdpPlant
 from sim_plant.scenario import load_scenario
 from sim_plant.server import PlantServer
+from sim_plant.world import AircraftLostError
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
@@ -80,6 +82,9 @@ def fly(
         _say(str(e))
     except PeerLostError as e:
         outcome, code = "peer lost", 3
+        _say(str(e))
+    except AircraftLostError as e:
+        outcome, code = "aircraft lost", 4
         _say(str(e))
     except OSError as e:
         outcome, code = "file or port error", 2

@@ -128,6 +128,7 @@ class UdpPlant:
         lockstep."""
         s, n = self.server, len(self._peers)
         self.start()
+        s.rejected = [0] * n  # answers repeated while another aircraft was still starting are no fault
         s.end_tick()
         period = 1.0 / s.world.rate_hz
         limit = s.scenario.clock.peer_timeout_s

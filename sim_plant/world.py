@@ -6,6 +6,8 @@ step():   command delay -> fuel transfer -> servos, forces, integration -> next 
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from flightsw.strict import ConfigError
@@ -27,6 +29,10 @@ from sim_plant.wind.field import AirMass
 MAG_N = np.array([0.215, 0.010, 0.440])  # [gauss] earth's field at the origin, NED (mid-latitude dipole)
 MAV_CMD_USER_1 = 31010
 GROUND_SYSID, GROUND_COMPID = 255, 190
+
+
+class AircraftLostError(RuntimeError):
+    """An aircraft reached the ground, or its state is no longer finite. The text names it and the time."""
 
 
 class World:
@@ -135,6 +141,13 @@ class World:
             view.s, view.o = v.s.tolist(), v.obs.tolist()
             if v.index:
                 view.rel = v.rel.tolist()
+            if not view.s[n.S_P + 2] < 0.0:  # also true for NaN
+                what = (
+                    "hit the ground"
+                    if math.isfinite(view.s[n.S_P + 2])
+                    else "has left the model: its state is not finite"
+                )
+                raise AircraftLostError(f"{v.cfg.name} {what} at t = {self.t_us / 1e6:.2f} s (tick {self.tick})")
         if self.boom is not None and self._receiver is not None:
             r = self._receiver.view
             self.boom.step(r.rel, self._receiver.path.current[4])
@@ -151,7 +164,10 @@ class World:
             r.transfer_kgps, lead.view.transfer_kgps = flow, -flow
 
     def sense(self) -> list[SensorFrame]:
-        """Sensor frames of the current tick, one per aircraft. The frame objects are reused from tick to tick."""
+        """Sensor frames of the current tick, one per aircraft. The frame objects are reused from tick to tick.
+
+        Raises AircraftLostError when an aircraft is no longer flying.
+        """
         if self._sensed:
             return [v.frame for v in self.vehicles]
         self.faults.step(self.tick)

@@ -6,6 +6,7 @@ import itertools
 import os
 from collections.abc import Callable
 
+import hypothesis
 import pytest
 
 from hil_scripts import kernel_cache
@@ -15,6 +16,10 @@ from hil_scripts.procs import SINGLE_THREAD
 os.environ.update(SINGLE_THREAD)
 if os.environ.get("NUMBA_DISABLE_JIT") != "1":
     kernel_cache.use()
+
+# no deadline: the first call of a compiled kernel takes seconds; the same examples everywhere: a failure repeats
+hypothesis.settings.register_profile("wakefield", deadline=None, derandomize=True)
+hypothesis.settings.load_profile("wakefield")
 
 FIRST_OFFSET = 3000
 PER_WORKER = 600  # ports of one xdist worker

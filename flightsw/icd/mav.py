@@ -475,10 +475,8 @@ MAV_RESULT_FAILED = 4
 enums["MAV_RESULT"][4] = EnumEntry("MAV_RESULT_FAILED", """Tried and failed.""")
 MAV_RESULT_IN_PROGRESS = 5
 enums["MAV_RESULT"][5] = EnumEntry("MAV_RESULT_IN_PROGRESS", """Begun; a final answer follows.""")
-MAV_RESULT_CANCELLED = 6
-enums["MAV_RESULT"][6] = EnumEntry("MAV_RESULT_CANCELLED", """Cancelled.""")
-MAV_RESULT_ENUM_END = 7
-enums["MAV_RESULT"][7] = EnumEntry("MAV_RESULT_ENUM_END", """""")
+MAV_RESULT_ENUM_END = 6
+enums["MAV_RESULT"][6] = EnumEntry("MAV_RESULT_ENUM_END", """""")
 
 # MAV_SEVERITY
 enums["MAV_SEVERITY"] = Enum()

@@ -95,9 +95,8 @@ class AirframeNav:
         c.w_air[:] = x[3:6]
         if updated & UPD_AIR and (n := c.take_air(f)):
             c.add_air(n, d[0], d[1], d[2], (f.t_us - f.air_t_us) * 1e-6)
-        if updated & UPD_IMU:
-            for i in range(3):
-                c.add(3 + i, f.gyro_b[i], p.r_rate)
+        if updated & UPD_IMU and f.gyro_count:
+            c.add_gyro(f, d[3:6])
         if updated & UPD_ATT:
             self._q[:] = f.att_q_nb
             dcm_from_quat(self._q, self._R)

@@ -73,7 +73,7 @@ class NavParams:
     bias_vel: NonNeg = 0.03  # [m/s]
     wind_sigma0: Pos = 20.0  # [m/s]
     nis_gate: Pos = 60.0  # NIS per degree of freedom beyond which a whole update is refused
-    settle_s: NonNeg = 2.0  # [s] from first fix to `valid`
+    settle_s: NonNeg = 0.5  # [s] from first fix to `valid`
 
 
 class EstimatorCore:
@@ -116,6 +116,12 @@ class EstimatorCore:
         self.add(0, self.air[0] + Vdot * age, self.p.r_V * s)
         self.add(1, self.air[1] + bdot * age, self.p.r_beta * s)
         self.add(2, self.air[2] + adot * age, self.p.r_alpha * s)
+
+    def add_gyro(self, f: SensorFrame, d: np.ndarray) -> None:
+        """Queue the mean gyro reading, carried from the middle of its window to now with the modelled rates d [3]."""
+        r = self.p.r_rate / math.sqrt(f.gyro_count)
+        for i in range(3):
+            self.add(3 + i, f.gyro_mean_b[i] + d[i] * f.gyro_age_s, r)
 
     def noise_factor(self, R_bi: np.ndarray, dt: float) -> None:
         """Fill the filter's SQ [15,18]: diagonal part, and the wind increment through -eps^-1 R_BI (R_bi [9])."""

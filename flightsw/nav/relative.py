@@ -123,9 +123,8 @@ class RelativeNav:
         self._own_rates(tk)
         if updated & UPD_AIR and (n := c.take_air(f)):
             c.add_air(n, d[0], d[1], d[2], (f.t_us - f.air_t_us) * 1e-6)
-        if updated & UPD_IMU:
-            for i in range(3):
-                c.add(3 + i, f.gyro_b[i], p.r_rate)
+        if updated & UPD_IMU and f.gyro_count:
+            c.add_gyro(f, d[3:6])
         if updated & UPD_GNSS:
             age = (f.t_us - f.gnss_t_us) * 1e-6
             acc = self._acceleration()

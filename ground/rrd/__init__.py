@@ -25,14 +25,18 @@ from ground.rrd.series import AXIS, Sink
 PERIOD_US = 100_000  # [us] series are thinned to 10 Hz, the rate of the telemetry; the truth comes faster
 
 
-def convert(run: Path) -> Path:
-    """Write `run.rrd` of a run folder and return its path. Raises LogError for a missing log, OSError if unwritable."""
+def convert(run: Path, out: Path | None = None, near: bool = False) -> Path:
+    """Write `run.rrd` of a run folder (or `out`) and return its path; `near`: first look at the boom.
+
+    Raises LogError for a missing log, OSError if unwritable.
+    """
     truth, tlm = load(run / "truth.tlog"), load(run / "tlm.tlog")
     end = max(truth.end_us, tlm.end_us)
-    path = run / "run.rrd"
+    path = run / "run.rrd" if out is None else out
+    name = run.resolve().name or "run"
     with path.open("wb"):  # a plain message for a read-only folder, before rerun starts
         pass
-    sink = Sink(path, 0, end, blueprint(run.resolve().name, *interest(tlm, end)))
+    sink = Sink(path, name, 0, end, blueprint(name, *interest(tlm, end), near))
     for sysid, name in AIRCRAFT.items():
         _truth(sink, truth, sysid, name)
         _nav(sink, tlm, sysid, name)

@@ -17,7 +17,7 @@ from ground.palette import COLOR, NAV, TRUTH
 from ground.rrd.series import Array, Sink
 
 SCENE_US = 100_000  # [us] 10 Hz
-ARROW = 0.8  # [m per m/s] length of wind arrows
+ARROW = 0.5  # [m per m/s] length of wind arrows
 BOOM_REACH_M = 12.0  # beyond the retracted length the operator does not point at the receiver
 
 

@@ -1,4 +1,4 @@
-"""The dialect: stock layout where the name is stock, generated files current, every field described, truth kept apart."""
+"""The dialect: stock layout where the name is stock, generated files current, fields described, truth kept apart."""
 
 from __future__ import annotations
 
@@ -67,7 +67,9 @@ def test_generated_files_are_current(capsys: pytest.CaptureFixture[str]) -> None
     assert gen.make_module() == gen.make_module()
 
 
-def test_check_names_a_stale_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_check_names_a_stale_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     stale = tmp_path / "icd.md"
     stale.write_text("old")
     monkeypatch.setattr(gen, "DOC", stale)

@@ -129,7 +129,9 @@ def test_truncated_datagram(cut: int) -> None:
     count = wire.Counters()
     got = wire.split(data[:-cut], wire.SPECS, count)
     assert [p[0].name for p in got] == ["HEARTBEAT", "HIL_SENSOR", "STATUSTEXT"][: len(got)]
-    assert len(got) >= 1 and count.bad_length == (0 if cut in (len(packets[2]), len(packets[2]) + len(packets[1])) else 1)
+    assert len(got) >= 1 and count.bad_length == (
+        0 if cut in (len(packets[2]), len(packets[2]) + len(packets[1])) else 1
+    )
 
 
 @given(st.binary(max_size=400))
@@ -140,7 +142,7 @@ def test_any_bytes_never_raise(data: bytes) -> None:
 
 
 def test_unknown_message_is_skipped_whole_and_counted() -> None:
-    packets, data = stream()
+    _, data = stream()
     count = wire.Counters()
     got = wire.split(data, wire.table(["HEARTBEAT", "STATUSTEXT"]), count)
     assert [p[0].name for p in got] == ["HEARTBEAT", "STATUSTEXT"]

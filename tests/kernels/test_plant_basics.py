@@ -41,17 +41,20 @@ def test_isa_matches_the_published_table(row: tuple[float, ...]) -> None:
     assert abs(a / row[4] - 1.0) < 3e-5
 
 
+@settings(deadline=None)
 @given(st.floats(-500.0, 19000.0))
 def test_pressure_altitude_inverts_isa(h: float) -> None:
     assert abs(pressure_altitude(isa(h)[1]) - h) < 1e-6
 
 
+@settings(deadline=None)
 @given(angle, st.floats(-1.5, 1.5), angle)
 def test_euler_angles_survive_the_quaternion(psi: float, theta: float, phi: float) -> None:
     back = euler_from_quat(*quat_from_euler(psi, theta, phi))
     assert np.allclose(back, (psi, theta, phi), atol=1e-7)
 
 
+@settings(deadline=None)
 @given(angle, st.floats(-1.5, 1.5), angle)
 def test_dcm_is_a_proper_rotation_and_matches_elementary_rotations(psi: float, theta: float, phi: float) -> None:
     c = np.array(quat_dcm(*quat_from_euler(psi, theta, phi))).reshape(3, 3)
@@ -70,6 +73,7 @@ def test_dcm_is_a_proper_rotation_and_matches_elementary_rotations(psi: float, t
     assert np.allclose(c, rz(psi) @ ry(theta) @ rx(phi), atol=1e-14)
 
 
+@settings(deadline=None)
 @given(st.lists(unit, min_size=8, max_size=8).filter(lambda x: all(np.linalg.norm(x[i : i + 4]) > 0.1 for i in (0, 4))))
 def test_quaternion_product_composes_rotations(x: list[float]) -> None:
     v = np.array(x)
@@ -79,6 +83,7 @@ def test_quaternion_product_composes_rotations(x: list[float]) -> None:
     assert np.allclose(np.array(quat_dcm(*quat_mul(*v))).reshape(3, 3), a @ b, atol=1e-13)
 
 
+@settings(deadline=None)
 @given(st.tuples(unit, unit, unit))
 def test_quaternion_rate_turns_the_body_by_its_rates(w: tuple[float, float, float]) -> None:
     q = quat_from_euler(0.3, -0.2, 0.7)
@@ -139,7 +144,7 @@ def test_thrust_lapse_matches_the_sources() -> None:
     assert thrust_available(20000.0, 2.0, rho, jet) == pytest.approx(0.275 * 26244.0, rel=1e-12)
 
 
-@settings(max_examples=20)
+@settings(max_examples=20, deadline=None)
 @given(st.floats(0.0, 15000.0), st.floats(0.0, 0.9))
 def test_compiled_and_interpreted_kernels_agree_to_the_bit(h: float, mach: float) -> None:
     par = parameter_vector(load_aircraft("learjet24"))

@@ -6,6 +6,7 @@ Waits are bounded generously; how fast is stated by the run's own peer time-out,
 from __future__ import annotations
 
 import os
+import resource
 import signal
 import subprocess
 from collections.abc import Iterator
@@ -14,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from flightsw.icd.tlog import read
-from tests.sil.launch import processes, start, summary, wait_for
+from tests.sil.launch import processes, sil, start, summary, wait_for
 
 LOGS = ("link_tanker.tlog", "link_receiver.tlog", "tlm.tlog", "truth.tlog")
 END_S = 30.0  # [s] patience for an end that takes about one second
@@ -29,9 +30,13 @@ class Flight:
         self.sil: subprocess.Popen[bytes] = start(*args, out=self.words)
 
     def airborne(self) -> bool:
-        """Wait until the recorder has written telemetry."""
-        log = self.run / "tlm.tlog"
-        return wait_for(lambda: self.sil.poll() is not None or (log.exists() and log.stat().st_size > 0))
+        """Wait until every log holds something: what a killed process has not written yet is lost."""
+
+        def all_written() -> bool:
+            logs = [self.run / name for name in LOGS]
+            return all(p.exists() and p.stat().st_size > 0 for p in logs)
+
+        return wait_for(lambda: self.sil.poll() is not None or all_written())
 
     def pid(self, what: str) -> int:
         """Process whose command line contains `what`."""
@@ -123,3 +128,23 @@ def test_ctrl_c_during_start_up(tmp_path: Path, port_offset: int, at: str) -> No
         if f.sil.poll() is None:
             f.sil.kill()
         f.sil.wait()
+
+
+@pytest.mark.parametrize("flags", [(), ("--in-process",)], ids=["processes", "in-process"])
+def test_a_full_disk_is_named_with_its_file(tmp_path: Path, port_offset: int, flags: tuple[str, ...]) -> None:
+    """A limit on file size stands for the full disk: writing on fails in the same call, with another reason."""
+    run = tmp_path / "run"
+    limit = resource.getrlimit(resource.RLIMIT_FSIZE)
+    args = ("run", "refueling", "--duration", 100000, "--no-rrd", "--out", run, *flags)
+    args += () if flags else ("--port-offset", port_offset)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (400_000, limit[1]))
+    try:
+        ended = sil(*args)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limit)
+    assert ended.code == 1, ended.text
+    assert ".tlog: cannot be written" in ended.text and "Traceback" not in ended.text
+    assert summary(run)["run.outcome"] == "failed"
+    assert wait_for(lambda: not processes(run), END_S)
+    for name in LOGS:
+        assert sum(1 for _ in read(run / name)) > 0, name

@@ -13,7 +13,7 @@ from flightsw.strict import ConfigError
 from flightsw.types import ActuatorCmd
 from sim_plant.kernels import layout as n
 from sim_plant.scenario import load_scenario
-from sim_plant.world import World
+from sim_plant.world import AircraftLostError, World
 
 CALM = {"wind.dryden.sigma_mps": 0.0}
 AT_CONTACT = CALM | {"aircraft.receiver.start.xi_m": [-35.5, 0.0, 8.5], "wind.wake.source": ""}
@@ -201,3 +201,25 @@ def test_scripted_commands_arrive_at_their_tick() -> None:
 def test_impossible_start_is_named() -> None:
     with pytest.raises(ConfigError, match="no trim at airspeed 60"):
         world({"aircraft.tanker.start.V_mps": 60.0})
+
+
+def test_an_aircraft_on_the_ground_ends_the_run_and_is_named() -> None:
+    low = CALM | {"wind.prevailing": "constant", "aircraft.tanker.start.pos_n_m": [0.0, 0.0, -150.0]}
+    w = world(low | {"aircraft.receiver.start.xi_m": [-59.0, 56.0, 0.0]})
+    dive = w.trim_cmd(1)
+    dive.elevator, dive.throttle = dive.elevator + 0.05, 0.0
+    with pytest.raises(AircraftLostError, match=r"receiver hit the ground at t = \d"):
+        for _ in range(3000):
+            w.sense()
+            w.step([w.trim_cmd(0), dive])
+
+
+def test_a_state_that_is_not_finite_ends_the_run_and_is_named() -> None:
+    w = world()
+    w.sense()
+    w.vehicles[0].s[n.S_V] = math.nan
+    w.step([None, None])
+    with pytest.raises(AircraftLostError, match="tanker has left the model"):
+        for _ in range(3):
+            w.sense()
+            w.step([None, None])

@@ -43,7 +43,9 @@ class Wind:
 
 
 def random_case(rng: np.random.Generator, name: str) -> tuple[Array, Array]:
-    """A flight state [12] in the wind-axis layout (V, beta, alpha, p, q, r, psi, theta, phi, position) and controls [4]."""
+    """A flight state [12] in the wind-axis layout (V, beta, alpha, p, q, r, psi, theta, phi, position) and controls
+    [4].
+    """
     x = np.zeros(12)
     x[0:3] = rng.uniform(140, 230), rng.uniform(-0.2, 0.2), rng.uniform(-0.1, 0.2)
     x[3:6] = rng.uniform(-0.5, 0.5, 3)
@@ -54,7 +56,9 @@ def random_case(rng: np.random.Generator, name: str) -> tuple[Array, Array]:
 
 
 def plant_state(x: Array, u: Array, wind: Array, fuel: float) -> Array:
-    """The plant's state vector of a wind-axis state in wind (only elementary rotations: the plant's own kernels stay out)."""
+    """The plant's state vector of a wind-axis state in wind (only elementary rotations: the plant's own kernels stay
+    out).
+    """
     s = np.zeros(n.NS)
     h = 0.5 * x[6:9]
     qz, qy, qx = ((math.cos(a), math.sin(a)) for a in h)
@@ -138,7 +142,7 @@ def test_plant_agrees_with_the_wind_axis_equations_at_random_states(name: str) -
 
 @pytest.mark.parametrize("name", AIRCRAFT)
 def test_plant_and_wind_axis_equations_stay_together_for_ten_seconds(name: str) -> None:
-    """Both sets integrated by the same library solver from one state through the same time-varying wind and controls."""
+    """Both sets integrated by one library solver from one state through the same time-varying wind and controls."""
     rng = np.random.default_rng(4)
     ac, par = load_aircraft(name), plant_parameters(load_aircraft(name))
     b, wind = wa.body(ac, AIRCRAFT[name]), Wind(rng)
@@ -174,7 +178,9 @@ def relative_state(sr: Array, st: Array, wind_r: Array) -> Array:
     """(V, beta, alpha, w_rel, psi, theta, phi, xi) of two inertial plant states."""
     Rr, Rt = dcm_bn(sr[0:4]), dcm_bn(st[0:4])
     R = Rr @ Rt.T
-    return np.concatenate((flow(Rr @ (sr[7:10] - wind_r)), sr[4:7] - R @ st[4:7], angles(R), Rt @ (sr[10:13] - st[10:13])))
+    return np.concatenate(
+        (flow(Rr @ (sr[7:10] - wind_r)), sr[4:7] - R @ st[4:7], angles(R), Rt @ (sr[10:13] - st[10:13]))
+    )
 
 
 def test_relative_equations_agree_with_differencing_two_plant_aircraft() -> None:

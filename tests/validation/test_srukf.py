@@ -1,4 +1,6 @@
-"""The square-root unscented filter against two programs we did not write and against large Monte Carlo (acceptance 6)."""
+"""The square-root unscented filter against two programs we did not write and against large Monte Carlo (acceptance
+6).
+"""
 
 from __future__ import annotations
 
@@ -89,11 +91,14 @@ def test_linear_problem_equals_textbook_kalman_filter_and_filterpy() -> None:
             worst[name] = max(worst[name], gap(ours.x, xr), gap(ours.P, Pr))
         worst["NIS"] = max(worst["NIS"], abs(nis - nu @ np.linalg.solve(Pyy, nu)) / max(1.0, nis))
         assert_factor(ours.S)
-    print(f"largest relative differences over {steps} linear steps: " + ", ".join(f"{k} {v:.1e}" for k, v in worst.items()))
+    print(
+        f"largest relative differences over {steps} linear steps: "
+        + ", ".join(f"{k} {v:.1e}" for k, v in worst.items())
+    )
     assert max(worst.values()) < 1e-9
 
 
-# --- nonlinear: a target in a level turn seen by a range and bearing sensor --------------------------------------------
+# --- nonlinear: a target in a level turn seen by a range and bearing sensor -----------------------------------------
 R_POLAR = np.array([0.5, 0.004])
 
 
@@ -140,8 +145,8 @@ def test_nonlinear_problem_equals_filterpy() -> None:
 def test_transformed_moments_lie_inside_the_monte_carlo_confidence_interval() -> None:
     """Polar to Cartesian with 4 m and 3.4 deg: mean and spread against 4 million samples, 99.9 % intervals.
 
-    The bending of the arc pulls the mean 0.36 m inward, more than 40 standard errors of the sample mean on either axis: a
-    linearised transform fails the same check.
+    The bending of the arc pulls the mean 0.36 m inward, more than 40 standard errors of the sample mean on either
+    axis: a linearised transform fails the same check.
     """
     mean, sd, N = np.array([200.0, 0.7]), np.array([4.0, 0.06]), 4_000_000
     rng = np.random.default_rng(3)
@@ -157,14 +162,15 @@ def test_transformed_moments_lie_inside_the_monte_carlo_confidence_interval() ->
     print(f"mean {ours.x} against {mc} +- {z * err}")
     assert (np.abs(ours.x - mc) < z * err).all()
     assert (np.abs(to_xy(mean[None])[0] - mc) > 40 * err).all()
-    # standard deviations: sampling error sd/sqrt(2N), and the transform's own fourth-order error, sigma_bearing^2 relative
+    # standard deviations: sampling error sd/sqrt(2N), and the transform's own fourth-order error, sigma_bearing^2
+    # relative
     ratio = np.sqrt(np.diag(ours.P)) / Y.std(axis=0)
     print(f"standard deviation ratio {ratio}")
     assert (np.abs(ratio - 1.0) < z / math.sqrt(2 * N) + sd[1] ** 2).all()
 
 
 def test_update_matches_the_monte_carlo_linear_estimator() -> None:
-    """One range-bearing update: gain, innovation covariance and posterior covariance against 4 million joint samples."""
+    """One range-bearing update: posterior mean and spread against 4 million joint samples."""
     rng = np.random.default_rng(5)
     N, batches = 4_000_000, 40
     ours = start(SquareRootUKF(5, 2, 5), X0_TURN, S0_TURN**2)
@@ -182,7 +188,8 @@ def test_update_matches_the_monte_carlo_linear_estimator() -> None:
     mc, err = parts.mean(axis=0), parts.std(axis=0, ddof=1) / math.sqrt(batches)
     ours.update(polar, y, R_POLAR)
     got = np.concatenate((ours.x, np.sqrt(np.diag(ours.P))))
-    # 10 comparisons at 99.9 % together; the transform's own fourth-order error may add a thousandth of the posterior sigma
+    # 10 comparisons at 99.9 % together; the transform's own fourth-order error may add a thousandth of the posterior
+    # sigma
     z = norm.ppf(1 - 0.001 / 20)
     print(f"deviation in standard errors {np.round((got - mc) / err, 1)}, allowed {z:.1f}")
     assert (np.abs(got - mc) < z * err + 1e-3 * np.tile(mc[5:], 2)).all()
@@ -210,7 +217,7 @@ def test_filter_is_consistent_over_a_monte_carlo_of_runs() -> None:
     assert (np.abs(bias) < norm.ppf(1 - 0.001 / 10)).all(), f"normalised mean errors {bias}"
 
 
-# --- behaviour ---------------------------------------------------------------------------------------------------------
+# --- behaviour ------------------------------------------------------------------------------------------------------
 def test_a_missing_measurement_leaves_its_information_out() -> None:
     """Fewer columns than the filter was sized for: equal to a textbook update with the remaining rows alone."""
     p = Linear()
@@ -261,7 +268,9 @@ def test_large_offsets_do_not_cancel() -> None:
 
 @pytest.mark.parametrize(("alpha", "kappa", "beta"), [(1.0, 3 - 45, 2.0), (1e-3, 0.0, 2.0), (1.0, -3.0, 0.0)])
 def test_negative_centre_weight_is_refused(alpha: float, kappa: float, beta: float) -> None:
-    """lee.md trap 13 and erratum E17: kappa = 3 - L would need a down-date; it is refused by name, not computed wrongly."""
+    """lee.md trap 13 and erratum E17: kappa = 3 - L would need a down-date; it is refused by name, not computed
+    wrongly.
+    """
     n = 45 if kappa < -3 else 5
     with pytest.raises(ValueError, match=r"centre weight -.* < 0; allowed >= 0"):
         SquareRootUKF(n, 1, n, alpha=alpha, kappa=kappa, beta=beta)

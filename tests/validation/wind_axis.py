@@ -1,4 +1,5 @@
-"""Equations of motion in wind axes, written from lee.md sections 2 and 3 alone: the yardstick of the body-axis programs.
+"""Equations of motion in wind axes, written from lee.md sections 2 and 3 alone: the yardstick of the body-axis
+programs.
 
 Plain numpy, one aircraft at a time, no speed in mind. Frames: I = north-east-down, B = body. Air-relative velocity
 u_a = R_BW [V, 0, 0]; aerodynamic force in wind axes [-D, -S, -L] with S positive to the left. Moments are built up in
@@ -43,9 +44,7 @@ def r_bi(psi: float, theta: float, phi: float) -> Array:
 def eps(V: float, beta: float, alpha: float) -> Array:
     """d(u_a)/d(V, beta, alpha): columns by differentiation of R_BW [V, 0, 0]."""
     ca, sa, cb, sb = math.cos(alpha), math.sin(alpha), math.cos(beta), math.sin(beta)
-    return np.array(
-        [[ca * cb, -V * ca * sb, -V * sa * cb], [sb, V * cb, 0.0], [sa * cb, -V * sa * sb, V * ca * cb]]
-    )
+    return np.array([[ca * cb, -V * ca * sb, -V * sa * cb], [sb, V * cb, 0.0], [sa * cb, -V * sa * sb, V * ca * cb]])
 
 
 def euler_rates(w: Array, theta: float, phi: float) -> Array:
@@ -115,7 +114,8 @@ def air_rates(
     """(Vdot, betadot, alphadot) and body angular acceleration; lee.md 3.1, first two lines.
 
     g_b gravity and wdot_b = R_BI Wdot_I in body axes. The aerodynamic alpha-dot terms see the aircraft's own motion
-    (the value without the wind's acceleration), as the aircraft data were measured in still air; they are linear in it.
+    (the value without the wind's acceleration), as the aircraft data were measured in still air; they are linear in
+    it.
     """
     V, beta, alpha = va
     rbw, inv = r_bw(beta, alpha), np.linalg.inv(eps(V, beta, alpha))
@@ -145,7 +145,16 @@ def single(b: Body, x: Array, u: Array, wind: Array, wind_dot: Array, w_eff: Arr
 
 
 def relative(
-    b: Body, x: Array, u: Array, rho: float, wind: Array, wind_dot: Array, r_bti: Array, w_t: Array, w_t_dot: Array, v_t: Array
+    b: Body,
+    x: Array,
+    u: Array,
+    rho: float,
+    wind: Array,
+    wind_dot: Array,
+    r_bti: Array,
+    w_t: Array,
+    w_t_dot: Array,
+    v_t: Array,
 ) -> Array:
     """Rates [12] of V, beta, alpha, w_rel, psi, theta, phi (B_T -> B_R), xi (lee.md 3.2, W_I form).
 

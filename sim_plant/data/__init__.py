@@ -1,0 +1,1 @@
+"""Files shipped with the plant; see README.md here."""

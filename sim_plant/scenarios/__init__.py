@@ -1,0 +1,1 @@
+"""Scenario files: one TOML = one experiment (schema: sim_plant/scenario.py)."""

@@ -1,0 +1,94 @@
+"""A small application and plant for tests of the process around the application."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+from flightsw.aircraft import load_aircraft
+from flightsw.config import AppConfig, FlightConfig, LinkConfig, TelemetryConfig
+from flightsw.icd import wire
+from flightsw.icd.codec import PlantCodec
+from flightsw.types import (
+    UPD_IMU,
+    Ack,
+    ActuatorCmd,
+    GuidanceCmd,
+    Health,
+    NavState,
+    SensorFrame,
+    Snapshot,
+    Text,
+    Timing,
+)
+
+
+class FakeApp:
+    """Commands what the gyro says; accepts every command it is given; remembers the time steps and stamps it saw."""
+
+    def __init__(self) -> None:
+        self.n = 0
+        self.steps: list[float] = []
+        self.stamps: list[int] = []
+        self.updated: list[int] = []
+        self.texts: list[Text] = []
+        self.health = Health()
+        self.nav = NavState(valid=True, V=195.0, reason="")
+        self.gain = 1.0
+
+    def tick(self, frame: SensorFrame, dt_s: float) -> tuple[ActuatorCmd, Snapshot]:
+        self.steps.append(dt_s)
+        self.stamps.append(frame.t_us)
+        self.updated.append(frame.updated)
+        self.nav.t_us = frame.t_us
+        self.nav.w_b = frame.gyro_b
+        cmd = ActuatorCmd(frame.t_us, elevator=self.gain * frame.gyro_b[1], throttle=0.5)
+        acks = [Ack(c.command, 0, c.src_system, c.src_component) for c in frame.commands]
+        texts, self.texts = self.texts, []
+        snap = Snapshot(
+            frame.t_us,
+            self.n,
+            frame,
+            self.nav,
+            GuidanceCmd(phase=3, reason="test"),
+            cmd,
+            self.health,
+            Timing(),
+            texts,
+            acks,
+        )
+        self.n += 1
+        return cmd, snap
+
+
+def config(**changes: Any) -> FlightConfig:
+    """A receiver's configuration with a few numbers to show as parameters."""
+    cfg = FlightConfig(
+        AppConfig("receiver", "receiver", "learjet24", 2),
+        link=LinkConfig(peer_sysid=1),
+        telemetry=TelemetryConfig(),
+        ctrl={"w_pos_m": [0.6, 0.5, 0.4], "schedule": {"V_mps": [180.0, 200.0]}},
+    )
+    return dataclasses.replace(cfg, **changes)
+
+
+class FakePlant:
+    """Datagrams for one aircraft."""
+
+    def __init__(self, sysid: int = 2, aircraft: str = "learjet24") -> None:
+        self.codec = PlantCodec(load_aircraft(aircraft), sysid)
+
+    def at(self, tick: int, *extra: bytes) -> bytes:
+        """The datagram of a tick: an IMU sample that depends on the tick."""
+        f = SensorFrame(t_us=tick * 10_000, updated=UPD_IMU, gyro_b=(0.0, tick * 1e-4, 0.0), acc_b=(0.0, 0.0, -9.81))
+        return self.codec.sensors(f, extra)
+
+
+def names(data: bytes) -> list[str]:
+    """Message names in a datagram."""
+    return [p[0].name for p in wire.split(data, wire.SPECS, wire.Counters())]
+
+
+def fields(data: bytes, name: str) -> list[dict[str, Any]]:
+    """Fields of every message `name` in a datagram."""
+    return [p[0].to_dict(p[1]) for p in wire.split(data, wire.SPECS, wire.Counters()) if p[0].name == name]

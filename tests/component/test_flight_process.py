@@ -1,0 +1,223 @@
+"""The command `flightsw` over real sockets, with a small application in place of the real one."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from flightsw.icd import tlog
+from flightsw.icd.link import UdpLink, plant_port, telemetry_port
+from flightsw.icd.wire import Sender
+from flightsw.node import Node
+from flightsw.replay import replay
+
+from .flight_fakes import FakeApp, FakePlant, config, fields, names
+
+HERE = Path(__file__).resolve().parent
+FLIGHT = """
+[app]
+name = "receiver"
+mission = "receiver"
+aircraft = "learjet24"
+sysid = 2
+[link]
+peer_sysid = 1
+startup_timeout_s = 20.0
+peer_timeout_s = 0.5
+[ctrl]
+w_pos_m = [0.6, 0.5, 0.4]
+[ctrl.schedule]
+V_mps = [180.0, 200.0]
+"""
+# the real command with the fake application
+RUNNER = f"""
+import sys
+sys.path.insert(0, {str(HERE)!r})
+import importlib.util
+spec = importlib.util.spec_from_file_location("flight_fakes", {str(HERE / "flight_fakes.py")!r})
+fakes = importlib.util.module_from_spec(spec)
+spec.loader.exec_module(fakes)
+import flightsw.node
+flightsw.node.make_app = lambda cfg: fakes.FakeApp()
+from flightsw.__main__ import main
+main()
+"""
+
+
+class Flight:
+    """A running flightsw and the plant's end of its link."""
+
+    def __init__(self, folder: Path, offset: int, *args: str) -> None:
+        (folder / "flight.toml").write_text(FLIGHT)
+        argv = [sys.executable, "-c", RUNNER, "--config", str(folder / "flight.toml"), "--run-dir", str(folder)]
+        self.popen = subprocess.Popen(
+            [*argv, "--port-offset", str(offset), *args], stderr=subprocess.PIPE, text=True, env=os.environ.copy()
+        )
+        self.plant = FakePlant()
+        self.link = UdpLink(0, "plant of the test")
+        self.to = ("127.0.0.1", plant_port(2, offset))
+        self.ground_to = ("127.0.0.1", telemetry_port(2, offset))
+        self.tick = 0
+
+    def start(self) -> bytes:
+        """Repeat tick 0 until it is answered; the answer."""
+        d = self.plant.at(0)
+        for _ in range(100):
+            self.link.send(d, self.to)
+            got = self.link.recv(0.2)
+            if got is not None:
+                self.tick = 1
+                return got[0]
+            assert self.popen.poll() is None, self.err()
+        raise AssertionError("flightsw did not answer")
+
+    def fly(self, n: int) -> None:
+        """n more ticks in lockstep."""
+        for _ in range(n):
+            self.link.send(self.plant.at(self.tick), self.to)
+            while True:
+                got = self.link.recv(5.0)
+                assert got is not None, self.err()
+                if fields(got[0], "HIL_ACTUATOR_CONTROLS")[0]["time_usec"] == self.tick * 10_000:
+                    break
+            self.tick += 1
+
+    def wait(self) -> int:
+        return self.popen.wait(20)
+
+    def err(self) -> str:
+        if self.popen.poll() is None:
+            self.popen.kill()
+        assert self.popen.stderr is not None
+        return self.popen.stderr.read()
+
+    def close(self) -> None:
+        if self.popen.poll() is None:
+            self.popen.kill()
+            self.popen.wait()
+        assert self.popen.stderr is not None
+        self.popen.stderr.close()
+        self.link.close()
+
+
+@pytest.fixture
+def flight(tmp_path: Path, port_offset: int) -> Iterator[Flight]:
+    f = Flight(tmp_path, port_offset)
+    yield f
+    f.close()
+
+
+def test_lockstep_run_to_the_end_and_replay(flight: Flight, tmp_path: Path) -> None:
+    assert names(flight.start()) == ["HIL_ACTUATOR_CONTROLS"]
+    flight.fly(100)
+    flight.link.send(b"\xfdrubbish" * 50, flight.to)
+    flight.fly(100)
+    gcs = UdpLink(0, "ground station of the test")
+    gcs.send(Sender(255, 190).named("COMMAND_LONG", target_system=2, command=31010, param1=3.0), flight.ground_to)
+    acked = False
+    for _ in range(50):
+        flight.fly(10)
+        acked = acked or any("COMMAND_ACK" in names(d) for d, _ in gcs.drain())
+        if acked:
+            break
+    gcs.close()
+    assert acked  # also to a station that is no configured target
+    flight.link.send(flight.plant.codec.shutdown(), flight.to)
+    assert flight.wait() == 0
+    report = replay(tmp_path / "link_receiver.tlog", Node(config(), FakeApp()))
+    assert report.ok and report.ticks == flight.tick, report.lines()
+
+
+@pytest.mark.parametrize(("signum", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
+def test_signal_closes_the_log(flight: Flight, tmp_path: Path, signum: int, code: int) -> None:
+    flight.start()
+    flight.fly(50)
+    flight.popen.send_signal(signum)
+    assert flight.wait() == code
+    assert "flightsw receiver (sysid 2): stopped by signal" in flight.err()
+    assert len({t for t, _, _ in tlog.read(tmp_path / "link_receiver.tlog")}) == 51
+
+
+def test_silent_plant_ends_the_run_and_says_the_last_tick(flight: Flight, tmp_path: Path) -> None:
+    flight.start()
+    flight.fly(20)
+    assert flight.wait() == 3
+    err = flight.err()
+    assert "flightsw receiver (sysid 2): plant silent on port" in err and "last tick here: 20 at t = 0.20 s" in err
+    assert len(list(tlog.read(tmp_path / "link_receiver.tlog"))) > 40
+
+
+def test_plant_that_never_comes(tmp_path: Path, port_offset: int) -> None:
+    f = Flight(tmp_path, port_offset, "--set", "link.startup_timeout_s=0.3", "--set", "link.peer_timeout_s=0.2")
+    assert f.wait() == 3
+    assert "no tick was received" in f.err()
+    f.close()
+
+
+@pytest.mark.parametrize("which", ["plant", "telemetry"])
+def test_busy_port_is_named(tmp_path: Path, port_offset: int, which: str) -> None:
+    port = plant_port(2, port_offset) if which == "plant" else telemetry_port(2, port_offset)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as s:
+        s.bind(("127.0.0.1", port))
+        f = Flight(tmp_path, port_offset)
+        assert f.wait() == 2
+        assert f"UDP port 127.0.0.1:{port} ({which}" in f.err()
+        f.close()
+
+
+@pytest.mark.parametrize(
+    ("args", "message"),
+    [
+        (["--set", "app.speed=1"], "app.speed: unknown key; allowed: name"),
+        (["--set", "nonsense"], "--set 'nonsense': expected key=value"),
+        (["--set", "app.aircraft=concorde"], "aircraft file"),
+        (["--run-dir", "/nowhere/at/all"], "/nowhere/at/all/link_receiver.tlog: cannot be created"),
+        (["--config", "/none.toml"], "/none.toml: cannot be read"),
+    ],
+)
+def test_bad_start_is_one_line_and_code_2(tmp_path: Path, port_offset: int, args: list[str], message: str) -> None:
+    f = Flight(tmp_path, port_offset, *args)
+    assert f.wait() == 2
+    err = f.err()
+    assert message in err and len(err.strip().splitlines()) == 1
+    f.close()
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
+def test_full_disk_ends_the_run_with_code_4(tmp_path: Path, port_offset: int) -> None:
+    (tmp_path / "link_receiver.tlog").symlink_to("/dev/full")
+    f = Flight(tmp_path, port_offset)
+    f.start()
+    for k in range(1, 400):
+        f.link.send(f.plant.at(k), f.to)
+        if f.link.recv(0.5) is None:
+            break
+    assert f.wait() == 4
+    err = f.err()
+    assert "link_receiver.tlog: cannot be written: No space left on device" in err and "Traceback" not in err
+    f.close()
+
+
+def test_realtime_run_answers_late_and_missing_frames_and_replays(tmp_path: Path, port_offset: int) -> None:
+    f = Flight(tmp_path, port_offset, "--realtime")
+    f.start()
+    replies = 0
+    for k in range(1, 60):
+        if k % 7:
+            f.link.send(f.plant.at(k), f.to)
+        got = f.link.recv(0.05)
+        replies += got is not None
+    f.link.send(f.plant.codec.shutdown(), f.to)
+    assert f.wait() == 0
+    err = f.err()
+    assert replies > 50 and "real time at 100 Hz" in err and "slips" in err
+    report = replay(tmp_path / "link_receiver.tlog", Node(config(), FakeApp(), realtime=True))
+    assert report.ok and report.ticks > 50, report.lines()
+    f.close()

@@ -1,0 +1,132 @@
+"""Rates, order and stamping of telemetry."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections import Counter
+from itertools import pairwise
+
+import pytest
+
+from flightsw.icd import wire
+from flightsw.icd.codec_telemetry import ENCODERS, TIMED
+from flightsw.icd.rates import DEFAULT_RATES, MISSION_RATES, OFFSETS, due, schedule
+from flightsw.node import Node
+from flightsw.types import HF_GNSS, Text
+
+from .flight_fakes import FakeApp, FakePlant, config, fields, names
+
+
+def test_table_and_encoders_name_the_same_messages() -> None:
+    assert set(DEFAULT_RATES) == set(ENCODERS) == set(OFFSETS)
+    assert next(iter(DEFAULT_RATES)) == "NAV_STATE" and "NAV_STATE" in TIMED
+    for rates in MISSION_RATES.values():
+        assert set(rates) <= set(DEFAULT_RATES)
+
+
+@pytest.mark.parametrize("base", [50, 100, 250])
+@pytest.mark.parametrize("rate", [0.5, 1.0, 2.0, 3.0, 4.0, 5.0, 10.0, 20.0, 33.0, 50.0])
+def test_average_rate_is_exact(rate: float, base: int) -> None:
+    n = sum(due(tick, rate, 3, base) for tick in range(100 * base))
+    assert n == pytest.approx(100 * rate, abs=1)
+
+
+def test_rate_above_base_is_every_tick_and_zero_never() -> None:
+    assert all(due(t, 400.0, 0, 100) for t in range(100))
+    assert not any(due(t, 0.0, 0, 100) for t in range(100))
+
+
+def test_status_messages_are_spread_over_the_second() -> None:
+    table = schedule(dict(DEFAULT_RATES), 100)
+    slow = [n for n, r in DEFAULT_RATES.items() if r == 1.0]
+    at = {n: next(t for t in range(100) if n in table[t]) for n in slow}
+    assert len(set(at.values())) == len(slow)
+    assert all(table[t] == () for t in range(1000) if t % 10)
+
+
+def run(seconds: int, **changes: object) -> tuple[Node, list[bytes]]:
+    node, plant = Node(config(**changes), FakeApp()), FakePlant()
+    out: list[bytes] = []
+    for k in range(100 * seconds):
+        out += node.handle([plant.at(k)]).telemetry
+    return node, out
+
+
+def test_counts_per_message_over_ten_seconds() -> None:
+    _, out = run(10)
+    got = Counter(n for d in out for n in names(d))
+    want = {n: 10 * r for n, r in DEFAULT_RATES.items() if r}
+    assert got == {n: int(c) for n, c in want.items()}
+    assert len(out) == 100  # one datagram per slot
+
+
+def test_first_packet_of_every_datagram_carries_the_time() -> None:
+    node, plant = Node(config(), FakeApp()), FakePlant()
+    app = node.app
+    assert isinstance(app, FakeApp)
+    for k in range(60):
+        if k == 33:
+            app.texts = [Text(6, "x" * 80)] * 40  # more than one datagram
+        for d in node.handle([plant.at(k)]).telemetry:
+            assert len(d) <= 1400
+            first = wire.split(d, wire.SPECS, wire.Counters())[0]
+            f = first[0].to_dict(first[1])
+            t_us = f["time_usec"] if "time_usec" in f else f["time_boot_ms"] * 1000
+            assert t_us == k * 10_000
+        if k == 33:
+            assert node.t_us == 330_000
+
+
+def test_sequence_has_no_gap() -> None:
+    _, out = run(3)
+    seqs = [p[4] for d in out for p in wire.frames(d)]
+    assert all((b - a) % 256 == 1 for a, b in pairwise(seqs))
+
+
+def test_mission_without_relative_state_does_not_send_it() -> None:
+    cfg = config()
+    cfg = dataclasses.replace(cfg, app=dataclasses.replace(cfg.app, mission="tanker"))
+    node, plant = Node(cfg, FakeApp()), FakePlant()
+    assert "RELATIVE_STATE" not in names(node.handle([plant.at(0)]).telemetry[0])
+
+
+def test_non_finite_navigation_drops_integer_messages_only() -> None:
+    node, plant = Node(config(), FakeApp()), FakePlant()
+    app = node.app
+    assert isinstance(app, FakeApp)
+    app.nav.pos_n = (math.nan, 0.0, 0.0)
+    out = names(node.handle([plant.at(0)]).telemetry[0])
+    assert "GLOBAL_POSITION_INT" not in out and out[0] == "NAV_STATE"
+    assert node.telemetry.failed == 1
+    app.nav.V = 1e300  # does not fit the wire's float: the leading message fails, a time takes its place
+    for k in range(1, 10):
+        node.handle([plant.at(k)])
+    out = names(node.handle([plant.at(10)]).telemetry[0])
+    assert out[0] == "SYSTEM_TIME" and "ATTITUDE_QUATERNION" in out
+
+
+def test_wind_is_nan_until_navigation_is_valid_and_health_is_shown() -> None:
+    node, plant = Node(config(), FakeApp()), FakePlant()
+    app = node.app
+    assert isinstance(app, FakeApp)
+    app.nav.valid = False
+    app.health.failed = HF_GNSS
+    out = b"".join(b"".join(node.handle([plant.at(k)]).telemetry) for k in range(100))
+    assert math.isnan(fields(out, "WIND_COV")[0]["wind_x"])
+    assert fields(out, "HEARTBEAT")[0]["system_status"] == 2
+    assert not fields(out, "SYS_STATUS")[0]["onboard_control_sensors_health"] & 0x20
+    assert fields(out, "HEALTH_STATUS")[0]["failed"] == HF_GNSS
+    assert fields(out, "ESTIMATOR_STATUS")[0]["flags"] == 0x400
+    timing = fields(out, "LOOP_TIMING")[0]
+    assert all(v == 0 for k, v in timing.items() if k not in ("time_usec", "ticks"))
+
+
+def test_stock_decoder_sees_vehicle_attitude_position_and_wind() -> None:
+    from pymavlink.dialects.v20 import common
+
+    _, out = run(2)
+    link = common.MAVLink(None, 255, 1)
+    link.robust_parsing = True
+    got = {m.get_type() for d in out for m in (link.parse_buffer(d) or [])}
+    assert {"HEARTBEAT", "ATTITUDE", "GLOBAL_POSITION_INT", "VFR_HUD", "WIND_COV", "SYS_STATUS"} <= got

@@ -1,0 +1,164 @@
+"""Commands over loopback sockets: accepted, refused, unanswered; the monitor's words."""
+
+from __future__ import annotations
+
+import runpy
+import socket
+import threading
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from flightsw.icd.wire import SPECS, Counters, Sender, split
+from ground.command import ACTIONS, CommandError, Order, order, send
+from ground.live import STALE_S, Monitor, health_words, wind_words
+
+Synth = runpy.run_path(str(Path(__file__).with_name("ground_synth.py")))["Synth"]
+Reply = Callable[[dict[str, float]], list[bytes]]
+
+
+class Aircraft:
+    """Answers COMMAND_LONG on an ephemeral port with what `reply` says; keeps what it heard."""
+
+    def __init__(self, reply: Reply) -> None:
+        self.reply = reply
+        self.heard: list[dict[str, float]] = []
+        self.sock = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.sock.bind(("127.0.0.1", 0))
+        self.port = self.sock.getsockname()[1]
+        self.thread = threading.Thread(target=self._serve, daemon=True)
+        self.thread.start()
+
+    def _serve(self) -> None:
+        while True:
+            data, who = self.sock.recvfrom(65536)
+            if not data:
+                return
+            for spec, values, *_ in split(data, SPECS, Counters()):
+                self.heard.append(spec.to_dict(values))
+                for packet in self.reply(self.heard[-1]):
+                    self.sock.sendto(packet, who)
+
+    def close(self) -> None:
+        """End the thread by an empty datagram."""
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as s:
+            s.sendto(b"", ("127.0.0.1", self.port))
+        self.thread.join()
+        self.sock.close()
+
+
+def ack(result: int, command: int = 31010, sysid: int = 2, to: int = 255) -> bytes:
+    """A COMMAND_ACK."""
+    return Sender(sysid, 1).named("COMMAND_ACK", command=command, result=result, target_system=to)
+
+
+def ask(reply: Reply, what: Order, attempts: int = 4, retry_s: float = 2.0) -> tuple[int, str, list[dict[str, float]]]:
+    """Exit code, text and what the aircraft heard."""
+    aircraft = Aircraft(reply)
+    try:
+        answer = send(what, port=aircraft.port, attempts=attempts, retry_s=retry_s)
+    finally:
+        aircraft.close()
+    return answer.exit_code, answer.text, aircraft.heard
+
+
+def test_accepted() -> None:
+    code, text, heard = ask(lambda _: [ack(0)], order("contact", None, None))
+    assert code == 0
+    assert "accepted" in text
+    assert len(heard) == 1
+    assert heard[0]["command"] == 31010
+    assert heard[0]["param1"] == 3.0
+    assert heard[0]["target_system"] == 2
+
+
+def test_refused_says_why() -> None:
+    code, text, _ = ask(lambda _: [ack(1)], order("contact", None, None))
+    assert code == 1
+    assert "refused" in text
+    assert "TEMPORARILY_REJECTED" in text
+
+
+def test_lost_command_is_repeated_with_rising_confirmation() -> None:
+    code, _, heard = ask(lambda c: [ack(0)] if c["confirmation"] == 2 else [], order("hold", None, None), retry_s=0.1)
+    assert code == 0
+    assert [c["confirmation"] for c in heard] == [0, 1, 2]
+
+
+def test_unanswered_in_bounded_attempts() -> None:
+    code, text, heard = ask(lambda _: [], order("hold", None, None), attempts=3, retry_s=0.05)
+    assert code == 2
+    assert "no answer from receiver" in text
+    assert len(heard) == 3
+
+
+def test_nobody_there_at_all() -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as s:
+        s.bind(("127.0.0.1", 0))
+        port = s.getsockname()[1]
+    answer = send(order("hold", None, None), port=port, attempts=2, retry_s=0.05)
+    assert answer.exit_code == 2
+
+
+def test_answers_to_others_and_rubbish_do_not_count() -> None:
+    def reply(_: dict[str, float]) -> list[bytes]:
+        return [b"rubbish", ack(1, command=178), ack(1, sysid=1), ack(1, to=42), ack(0)]
+
+    code, text, _ = ask(reply, order("breakaway", None, None))
+    assert code == 0, text
+
+
+def test_in_progress_waits_for_the_end() -> None:
+    code, text, _ = ask(lambda _: [ack(5), ack(4)], order("contact", None, None))
+    assert code == 1
+    assert "FAILED" in text
+
+
+def test_speed_goes_to_the_tanker() -> None:
+    what = order("speed", 195.0, None)
+    assert (what.target, what.command, what.params[1]) == (1, 178, 195.0)
+    assert order("speed", 195.0, 2).target == 2
+
+
+@pytest.mark.parametrize(
+    ("action", "value", "words"),
+    [("dance", None, "unknown action 'dance'"), ("speed", None, "needs a value"), ("speed", -3.0, "greater than 0"),
+     ("speed", float("nan"), "greater than 0"), ("hold", 3.0, "takes no value")],
+)  # fmt: skip
+def test_bad_orders_are_named(action: str, value: float | None, words: str) -> None:
+    with pytest.raises(CommandError, match=words):
+        order(action, value, None)
+
+
+def test_actions_are_the_dialects() -> None:
+    expected = ("hold", "precontact", "contact", "disconnect", "breakaway", "observation")
+    assert dict(zip(expected, range(1, 7), strict=True)) == ACTIONS
+
+
+def test_monitor_shows_both_and_says_when_a_stream_stops() -> None:
+    now = [100.0]
+    monitor = Monitor(clock=lambda: now[0])
+    now[0] += 3.0
+    assert monitor.lines() == ["no data for 3 s"]
+    synth = Synth(duration_s=10.0)
+    for datagram in synth.telemetry(0)[:60] + synth.telemetry(1)[:60]:
+        monitor.take(datagram)
+    monitor.take(b"junk")
+    tanker, receiver = monitor.lines()
+    assert tanker.startswith("tanker: phase ")
+    assert "phase CONTACT" in receiver
+    assert "speed 190.0 m/s" in receiver
+    assert "altitude 7010 m" in tanker
+    assert "error +0.15 -0.15 +0.35 m" in receiver
+    assert "no data" not in receiver
+    assert monitor.junk == 1
+    now[0] += STALE_S + 5.0
+    assert "no data for 7 s" in monitor.lines()[1]
+    assert monitor.screen() is not None
+
+
+def test_words() -> None:
+    assert health_words(0) == "ok"
+    assert health_words(2 | 32) == "GNSS PEER"
+    assert wind_words([0.0, -10.0, 1.0], [0.1, 0.2, 0.1]) == "10.0 m/s from 090, down +1.0 (3 sigma 0.6)"
