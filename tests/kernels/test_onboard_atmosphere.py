@@ -54,7 +54,9 @@ def test_density_falls_with_height_without_a_step(h: float, dh: float) -> None:
 @repeatable
 @given(st.sampled_from(["kc135r", "learjet24"]), st.floats(1000.0, 10900.0), st.floats(60.0, 250.0))
 def test_thrust_available_is_the_plants(name: str, h: float, V: float) -> None:
-    """The throttle is a fraction of this figure on both sides of the link: a difference would be a steady thrust error."""
+    """The throttle is a fraction of this figure on both sides of the link: a difference would be a steady thrust
+    error.
+    """
     ac = load_aircraft(name)
     _, _, rho, a = isa(h)
     assert abs(thrust_available(ac, h, V) / plant_thrust(h, V / a, rho, parameter_vector(ac)) - 1) < 1e-5

@@ -166,7 +166,9 @@ def test_an_undamped_state_outside_the_cost_is_refused_by_name() -> None:
     A, B, q, r = small_design()
     A = np.pad(A, ((0, 1), (0, 1)))  # an integrator nobody can move
     with pytest.raises(DesignError, match=r"the case in hand"):
-        design(A, np.pad(B, ((0, 1), (0, 0))), T, 0.0, np.append(q, 0.0), r, np.zeros(5), np.zeros(4), "the case in hand")
+        design(
+            A, np.pad(B, ((0, 1), (0, 0))), T, 0.0, np.append(q, 0.0), r, np.zeros(5), np.zeros(4), "the case in hand"
+        )
 
 
 # --- the six nominals of both aircraft -----------------------------------------------------------------------------
@@ -188,13 +190,15 @@ def test_schedule_has_six_finite_laws_in_the_works_order(laws: dict[str, GainSch
     assert thrust[0] > thrust[2] and thrust[4] > thrust[2]
     if who == "tanker":
         assert thrust[0] == pytest.approx(thrust[4], rel=1e-6)
-        assert (s.u0[[0, 1], 0] == pytest.approx(-s.u0[[4, 5], 0], abs=1e-7))
+        assert s.u0[[0, 1], 0] == pytest.approx(-s.u0[[4, 5], 0], abs=1e-7)
 
 
 @pytest.mark.parametrize("who", ["tanker", "receiver"])
 @pytest.mark.parametrize("node", range(6))
 def test_every_nominal_closed_loop_is_stable(who: str, node: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The sampled, delayed loop is rebuilt here from the linear model the design was given; nothing of the law is reused."""
+    """The sampled, delayed loop is rebuilt here from the linear model the design was given; nothing of the law is
+    reused.
+    """
     import flightsw.ctrl.receiver as receiver
     import flightsw.ctrl.tanker as tanker
 

@@ -128,6 +128,8 @@ def test_wrapping_keeps_the_direction_and_lands_in_one_turn(a: float) -> None:
     assert abs(math.remainder(w - a, 2 * math.pi)) < 1e-11
 
 
-@pytest.mark.parametrize(("a", "want"), [(0.0, 0.0), (math.pi, -math.pi), (-math.pi, -math.pi), (3 * math.pi / 2, -math.pi / 2)])
+@pytest.mark.parametrize(
+    ("a", "want"), [(0.0, 0.0), (math.pi, -math.pi), (-math.pi, -math.pi), (3 * math.pi / 2, -math.pi / 2)]
+)
 def test_wrapping_at_the_seam(a: float, want: float) -> None:
     assert abs(wrap_pi(a) - want) < 1e-15

@@ -1,0 +1,163 @@
+"""Every compiled onboard kernel equals its plain-Python source to the bit, on seeded inputs.
+
+The list is made by searching the packages, so a new kernel without a case here fails the first test.
+"""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+import flightsw
+from flightsw.aircraft import load_aircraft
+from flightsw.models.actuators import surface_limits
+from flightsw.models.params import parameter_vector
+
+Rng = np.random.Generator
+Args = list  # arguments of one call; arrays are outputs too
+AC = load_aircraft("learjet24")
+P = parameter_vector(AC, 5000.0)
+LIM = surface_limits(AC)
+
+
+def kernels() -> dict[str, object]:
+    """Compiled functions of the onboard software by qualified name (nothing when the compiler is off)."""
+    out = {}
+    for m in pkgutil.walk_packages(flightsw.__path__, "flightsw."):
+        if not any(
+            m.name.startswith(f"flightsw.{p}.") for p in ("kernels", "filters", "models", "nav", "ctrl", "guid", "fdi")
+        ):
+            continue
+        module = importlib.import_module(m.name)
+        for name, f in vars(module).items():
+            if hasattr(f, "py_func") and f.py_func.__module__ == m.name:
+                out[f"{m.name.removeprefix('flightsw.')}.{name}"] = f
+    return out
+
+
+def unit9(r: Rng) -> np.ndarray:
+    return np.linalg.qr(r.normal(size=(3, 3)))[0].ravel()
+
+
+def free_state(r: Rng) -> np.ndarray:
+    x = np.zeros(15)
+    x[:3] = r.uniform(150, 220), r.uniform(-0.1, 0.1), r.uniform(-0.05, 0.1)
+    x[3:6], x[6:9] = r.uniform(-0.2, 0.2, 3), r.uniform(-0.5, 0.5, 3)
+    x[9:12], x[12:15] = r.uniform(-100, 100, 3), r.uniform(-15, 15, 3)
+    return x
+
+
+def controls(r: Rng) -> np.ndarray:
+    return np.array([*r.uniform(-0.2, 0.2, 3), r.uniform(2e3, 1e4)])
+
+
+def stage(r: Rng) -> np.ndarray:
+    return np.concatenate((unit9(r), r.uniform(-0.1, 0.1, 6), r.uniform(-200, 200, 3)))
+
+
+def lower(r: Rng, n: int) -> np.ndarray:
+    return np.tril(r.normal(size=(n, n))) * 0.1 + np.eye(n)
+
+
+def points(r: Rng) -> np.ndarray:
+    return np.array([free_state(r) for _ in range(31)])
+
+
+def z(*shape: int) -> np.ndarray:
+    return np.zeros(shape)
+
+
+def correct_args(r: Rng) -> Args:
+    n, m = 15, 12
+    X = r.normal(size=(2 * n + 1, n))
+    return [
+        X, r.normal(size=(2 * n + 1, m)), r.normal(size=m), r.uniform(0.1, 1, m), m, 0.0, 2.0, 0.5 / n,
+        X[0].copy(), lower(r, n), z(m), z(n, m), z(m, m), z(n, 2 * n + 1 + m), z(n, 2 * n + 1 + m),
+    ]  # fmt: skip
+
+
+def probe_args(r: Rng) -> Args:
+    flow = [r.uniform(180, 200, 3), r.uniform(-0.1, 0.1, 3), r.uniform(-0.1, 0.1, 3)]
+    return [*flow, np.array([1, 0, 1]), r.normal(size=(3, 3)), r.uniform(-0.2, 0.2, 3), z(3)]
+
+
+def codes(r: Rng, top: int) -> np.ndarray:
+    return r.permutation(top).astype(np.int64)
+
+
+CASES: dict[str, Callable[[Rng], Args]] = {
+    "kernels.atmosphere.temperature": lambda r: [r.uniform(0, 2e4)],
+    "kernels.atmosphere.density": lambda r: [r.uniform(0, 2e4)],
+    "kernels.atmosphere.sound_speed": lambda r: [r.uniform(0, 2e4)],
+    "kernels.linalg.tria": lambda r: [r.normal(size=(15, 49)), 15, 49, z(15, 15)],
+    "kernels.linalg.forward_sub": lambda r: [lower(r, 12), 12, r.normal(size=12)],
+    "kernels.linalg.backward_sub_t": lambda r: [lower(r, 12), 12, r.normal(size=12)],
+    "kernels.rotations.dcm_from_euler": lambda r: [*r.uniform(-1.5, 1.5, 3), z(9)],
+    "kernels.rotations.euler_from_dcm": lambda r: [unit9(r), z(3)],
+    "kernels.rotations.dcm_from_quat": lambda r: [r.normal(size=4), z(9)],
+    "kernels.rotations.quat_from_euler": lambda r: [*r.uniform(-1.5, 1.5, 3), z(4)],
+    "kernels.rotations.mul33": lambda r: [r.normal(size=9), r.normal(size=9), z(9)],
+    "kernels.rotations.mul33_t": lambda r: [r.normal(size=9), r.normal(size=9), z(9)],
+    "kernels.rotations.rotate_dcm": lambda r: [unit9(r), r.normal(size=3), r.uniform(0, 0.3), z(9)],
+    "kernels.rotations.wrap_pi": lambda r: [r.uniform(-50, 50)],
+    "filters.srukf.draw": lambda r: [r.normal(size=15), lower(r, 15), 3.9, z(31, 15)],
+    "filters.srukf._weighted_mean": lambda r: [r.normal(size=(31, 15)), 15, 0.0, 1 / 30, z(15)],
+    "filters.srukf.recombine": lambda r: [
+        r.normal(size=(31, 15)), 0.0, 2.0, 1 / 30, r.normal(size=(15, 18)), z(15), z(15, 15), z(15, 49),
+    ],  # fmt: skip
+    "filters.srukf.correct": correct_args,
+    "filters.srukf.row_norms": lambda r: [lower(r, 15), z(15)],
+    "models.actuators.servo_step": lambda r: [r.normal(size=3) * 0.1, r.normal(size=3), r.normal(size=3), LIM, 20.0, 0.7, 0.01],
+    "models.actuators.actuators_step": lambda r: [
+        r.normal(size=(2, 4)), r.normal(size=4), r.normal(size=3) * 0.1, r.normal(size=3), r.normal(size=1), z(4), LIM,
+        20.0, 0.7, 1.2, 0.01,
+    ],  # fmt: skip
+    "models.airframe.force_moment": lambda r: [
+        r.uniform(150, 220), *r.uniform(-0.1, 0.1, 2), *r.uniform(-0.2, 0.2, 3), controls(r), 0.59, P, z(9),
+    ],  # fmt: skip
+    "models.airframe._rigid": lambda r: [
+        r.uniform(150, 220), *r.uniform(-0.1, 0.1, 2), *r.uniform(-0.2, 0.2, 3), r.normal(size=9), *r.normal(size=3), P, z(6),
+    ],  # fmt: skip
+    "models.airframe._euler_rates": lambda r: [*r.uniform(-0.3, 0.3, 3), *r.uniform(-1, 1, 2), z(3)],
+    "models.airframe.free_rates": lambda r: [free_state(r), controls(r), 0.59, P, z(9), z(9), z(15)],
+    "models.airframe.relative_rates": lambda r: [free_state(r), controls(r), 0.59, P, stage(r), z(9), z(9), z(15)],
+    "models.airframe.relative_velocity": lambda r: [free_state(r), stage(r), unit9(r), z(3)],
+    "models.airframe.propagate_free": lambda r: [points(r), controls(r), 0.59, P, 0.05, z(5, 15)],
+    "models.airframe.propagate_relative": lambda r: [
+        points(r), controls(r), 0.59, P, np.array([stage(r) for _ in range(3)]), 0.05, z(5, 15),
+    ],  # fmt: skip
+    "models.airframe.air_jacobian": lambda r: [r.uniform(150, 220), *r.uniform(-0.1, 0.1, 2), unit9(r), z(3, 3)],
+    "models.measure.measure_free": lambda r: [points(r), codes(r, 15), 15, z(31, 15)],
+    "models.measure.measure_relative": lambda r: [points(r), codes(r, 18), 18, stage(r), z(31, 18)],
+    "models.measure.average_probes": probe_args,
+    "ctrl.schedule.weights": lambda r: [
+        r.uniform(-0.04, 0.04), r.uniform(170, 210), np.array([-0.03, 0.0, 0.03]), np.array([180.0, 200.0]), z(6),
+    ],  # fmt: skip
+    "ctrl.schedule.scheduled": lambda r: [
+        r.normal(size=(6, 4, 26)), r.normal(size=(6, 26)), r.normal(size=(6, 4)), r.normal(size=6), r.normal(size=26),
+        r.normal(size=26), z(4),
+    ],  # fmt: skip
+}  # fmt: skip
+
+
+def test_every_kernel_has_a_case() -> None:
+    missing = sorted(set(kernels()) - set(CASES))
+    assert not missing, f"add seeded inputs for {missing}"
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_compiled_and_plain_python_agree_to_the_bit(name: str) -> None:
+    module, func = name.rsplit(".", 1)
+    compiled = getattr(importlib.import_module(f"flightsw.{module}"), func)
+    plain = getattr(compiled, "py_func", compiled)
+    for seed in range(3):
+        a, b = CASES[name](np.random.default_rng(seed)), CASES[name](np.random.default_rng(seed))
+        assert compiled(*a) == plain(*b)
+        for x, y in zip(a, b, strict=True):
+            if isinstance(x, np.ndarray):
+                assert np.isfinite(x).all()
+                assert x.tobytes() == y.tobytes(), f"{name}, seed {seed}: differs by {np.abs(x - y).max():.3g}"
