@@ -7,6 +7,7 @@ in lockstep, in real time, in process and in replay.
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -19,12 +20,18 @@ from flightsw.strict import ConfigError, convert
 from flightsw.types import (
     HF_ACT,
     HF_SAT,
+    UPD_AIR,
+    UPD_ATT,
+    UPD_GNSS,
     UPD_IMU,
+    UPD_PEER,
+    UPD_REL,
     Ack,
     ActuatorCmd,
     Command,
     GuidanceCmd,
     NavState,
+    PeerState,
     SensorFrame,
     Snapshot,
     Text,
@@ -32,6 +39,7 @@ from flightsw.types import (
     Vec3,
 )
 
+WARMUP_TICKS = 150  # past the settling time of navigation: the closed loop runs too
 MAX_STEP_S = 0.25  # [s] longest control step integrated at once, however late the tick
 
 
@@ -49,10 +57,16 @@ class FlightApp:
         if mission not in MISSIONS:
             raise ConfigError(f"{where}: app.mission = {mission!r}: allowed: {', '.join(MISSIONS)}")
         if base_rate_hz % mission_rate_hz:
-            raise ConfigError(f"{where}: app.mission_rate_hz = {mission_rate_hz}: must divide base_rate_hz = {base_rate_hz}")
-        cls = MISSIONS[mission]
+            raise ConfigError(
+                f"{where}: app.mission_rate_hz = {mission_rate_hz}: must divide base_rate_hz = {base_rate_hz}"
+            )
+        cls: Any = MISSIONS[mission]
         own = dict(tables)
         health = convert(own.pop("health", {}), HealthParams, f"{where}: health")
+        self._again = partial(
+            FlightApp, mission, aircraft, tables, base_rate_hz=base_rate_hz, mission_rate_hz=mission_rate_hz,
+            link_delay_ticks=link_delay_ticks, where=where,
+        )  # fmt: skip
         self.period_us = 1_000_000 // base_rate_hz
         self.slow_us = 1_000_000 // mission_rate_hz
         self.ac = load_aircraft(aircraft)
@@ -90,6 +104,23 @@ class FlightApp:
         snap = Snapshot(f.t_us, self.tick_no, f, self.nav, self.guid, c, h, self.timing, texts, acks)
         self.tick_no += 1
         return c, snap
+
+    def warmup(self) -> None:
+        """Run every code path once on a throw-away copy fed with level flight, so that no first use falls into a deadline."""
+        app = self._again()
+        f = SensorFrame(
+            acc_b=(0.0, 0.0, -9.8), gnss_pos_n=(0.0, 0.0, -7010.0), gnss_vel_n=(195.0, 0.0, 0.0), air_mask=1,
+            air_V=(195.0,), air_alpha=(0.03,), air_beta=(0.0,), rel_valid=True, rel_pos_t=(-59.0, 56.0, 0.0), fuel_kg=1800.0,
+        )  # fmt: skip
+        f.peer = PeerState(vel_n=(195.0, 0.0, 0.0))
+        for k in range(WARMUP_TICKS):
+            f.t_us = f.gnss_t_us = f.air_t_us = f.att_t_us = f.rel_t_us = f.peer.t_us = (k + 1) * self.period_us
+            f.updated = UPD_IMU | UPD_AIR | UPD_ATT | UPD_GNSS | UPD_REL | UPD_PEER
+            # a sensor that repeats itself is refused as stuck: let the readings move
+            e = 1e-4 * (k % 7)
+            f.gyro_b, f.air_alpha, f.gnss_vel_n = (e, e, e), (0.03 + e,), (195.0 + e, e, e)
+            f.att_q_nb, f.rel_vel_t, f.peer.vel_n = (1.0, 0.0, 0.015 + e, 0.0), (e, e, e), (195.0, e, e)
+            app.tick(f, self.period_us * 1e-6)
 
     def _slow(self, f: SensorFrame, texts: list[Text]) -> None:
         """Navigation, guidance, control."""

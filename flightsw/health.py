@@ -57,7 +57,14 @@ def _inside(v: tuple[float, ...], lim: float) -> bool:
 class HealthMonitor:
     """Judges each new sample, clears its update bit when refused, and keeps the failed flags."""
 
-    NAMES = {HF_IMU: "IMU", HF_AIR: "air data", HF_ATT: "attitude", HF_GNSS: "GNSS", HF_REL: "relative nav", HF_PEER: "data link"}
+    NAMES = {
+        HF_IMU: "IMU",
+        HF_AIR: "air data",
+        HF_ATT: "attitude",
+        HF_GNSS: "GNSS",
+        HF_REL: "relative nav",
+        HF_PEER: "data link",
+    }
 
     def __init__(self, p: HealthParams, watch: int) -> None:
         """`watch`: HF_* flags of the groups this aircraft depends on; others are not reported."""
@@ -108,7 +115,11 @@ class HealthMonitor:
             return _inside(f.gyro_b, p.rate_max_radps) and _inside(f.acc_b, p.acc_max_mps2), f.gyro_b + f.acc_b
         if flag == HF_AIR:
             for i, v in enumerate(f.air_V):
-                good = p.V_min_mps <= v <= p.V_max_mps and abs(f.air_alpha[i]) < p.flow_max_rad and abs(f.air_beta[i]) < p.flow_max_rad
+                good = (
+                    p.V_min_mps <= v <= p.V_max_mps
+                    and abs(f.air_alpha[i]) < p.flow_max_rad
+                    and abs(f.air_beta[i]) < p.flow_max_rad
+                )
                 if not good:
                     f.air_mask &= ~(1 << i)
             return f.air_mask != 0, f.air_V + f.air_alpha + f.air_beta

@@ -71,7 +71,9 @@ def apply_overrides(data: dict[str, Any], overrides: dict[str, Any], where: str)
             else:
                 nxt = node.setdefault(part, {})
                 if not isinstance(nxt, (dict, list)):
-                    raise ConfigError(f"{where}: override {key!r}: {'.'.join(parts[: i + 1])!r} is a value, not a table")
+                    raise ConfigError(
+                        f"{where}: override {key!r}: {'.'.join(parts[: i + 1])!r} is a value, not a table"
+                    )
                 node = nxt
         if isinstance(node, list):
             raise ConfigError(f"{where}: override {key!r} ends in a list; name a key of one of its entries")

@@ -62,7 +62,9 @@ class SensorFrame:
     updated: int = 0
     # IMU, 100 Hz
     gyro_b: Vec3 = ZERO3  # [rad/s]
-    gyro_mean_b: Vec3 = ZERO3  # [rad/s] mean of the good samples since the last navigation step (filled by the application)
+    gyro_mean_b: Vec3 = (
+        ZERO3  # [rad/s] mean of the good samples since the last navigation step (filled by the application)
+    )
     gyro_count: int = 0  # how many; 0: none
     gyro_age_s: float = 0.0  # [s] age of the middle of that window
     acc_b: Vec3 = ZERO3  # [m/s^2] specific force (level and still: -9.81 on z)

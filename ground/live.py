@@ -20,15 +20,11 @@ from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
-from flightsw.icd import mav
 from ground.merge import SequenceGaps
-from ground.packets import AIRCRAFT, NAMES, decode, packet_id, packet_time_us, phase_name, split
+from ground.packets import AIRCRAFT, NAMES, decode, health_words, packet_id, packet_time_us, phase_name, split
 
 STALE_S = 2.0  # [s] wall time without data after which the stream counts as stopped
 REFRESH_S = 0.25  # [s]
-FLAGS = [
-    (v, e.name.removeprefix("WKF_HEALTH_")) for v, e in mav.enums["WKF_HEALTH"].items() if "ENUM_END" not in e.name
-]
 
 
 class Vehicle:
@@ -67,11 +63,6 @@ class Vehicle:
         """Decoded newest packet of a message, None if there was none."""
         packet = self.packets.get(name)
         return decode(packet) if packet else None
-
-
-def health_words(failed: int) -> str:
-    """Failed inputs by name, "ok" if none."""
-    return " ".join(n for v, n in FLAGS if failed & v) or "ok"
 
 
 def wind_words(wind: list[float], sigma: list[float]) -> str:

@@ -25,6 +25,9 @@ PHASES: dict[int, str] = {
     for value, entry in mav.enums.get("WKF_PHASE", {}).items()
     if not entry.name.endswith("ENUM_END")
 }
+FLAGS = [
+    (v, e.name.removeprefix("WKF_HEALTH_")) for v, e in mav.enums["WKF_HEALTH"].items() if "ENUM_END" not in e.name
+]
 AIRCRAFT: dict[int, str] = {1: "tanker", 2: "receiver"}  # sysid -> name of the entity path
 TANKER, RECEIVER = 1, 2
 
@@ -96,6 +99,11 @@ def phase_of(packet: bytes) -> int:
 def phase_name(phase: int) -> str:
     """Name of a WKF_PHASE value."""
     return PHASES.get(phase, f"PHASE_{phase}")
+
+
+def health_words(failed: int) -> str:
+    """Failed inputs by name, "ok" if none."""
+    return " ".join(n for v, n in FLAGS if failed & v) or "ok"
 
 
 def split(datagram: bytes) -> Iterator[tuple[bytes, str]]:

@@ -32,5 +32,6 @@ PHASE_COLORS: dict[str, Color] = {
     "MEASURING": (50, 150, 70),
     "LATCHED": (120, 160, 60),
     "free": (80, 84, 92),
-    "healthy": (55, 105, 70),
+    "ok": (55, 105, 70),
+    "SAT": (150, 130, 50),
 }

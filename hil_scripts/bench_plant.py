@@ -1,55 +1,66 @@
-"""One aircraft-step of the plant (wind, wake, sensors, servos, forces, integration) against one run() of JSBSim."""
+"""One aircraft-step of the plant (wind, wake, sensors, servos, forces, integration) against one run() of JSBSim.
+
+Batches alternate, so that other load on the machine falls on both alike.
+"""
 
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
 from sim_plant.scenario import load_scenario
 from sim_plant.world import World
 
-
-def plant_step_us(ticks: int = 3000, seed: int = 1) -> float:
-    """Microseconds per aircraft and tick of the refuelling world, median of ten batches."""
-    world = World(load_scenario("refueling"), seed)
-    n = len(world.vehicles)
-    cmds = [world.trim_cmd(i) for i in range(n)]
-
-    def batch(count: int) -> float:
-        t0 = time.perf_counter()
-        for _ in range(count):
-            world.sense()
-            world.step(list(cmds))
-        return (time.perf_counter() - t0) / count / n
-
-    batch(100)
-    return float(np.median([batch(ticks // 10) for _ in range(10)])) * 1e6
+BATCHES = 10
+PLANT = "plant"
+AIRCRAFT = ("737", "B747")  # the 737 as shipped polls input sockets in every run(); the B747 has none
 
 
-def jsbsim_run_us(steps: int = 6000) -> float:
-    """Microseconds of JSBSim's FGFDMExec.run() for its Boeing 737 in flight at 120 Hz, median of ten batches.
+def step_us(batch_steps: int = 400) -> dict[str, float]:
+    """Microseconds per step, median of alternating batches: `plant` per aircraft and tick, JSBSim's aircraft by name.
 
-    Raises RuntimeError when JSBSim cannot load or initialise the aircraft.
+    Raises RuntimeError when JSBSim cannot load, initialise or trim an aircraft.
     """
+    steppers = {PLANT: _plant(), **{name: _jsbsim(name) for name in AIRCRAFT}}
+    taken: dict[str, list[float]] = {name: [] for name in steppers}
+    for batch in range(BATCHES + 1):
+        for name, (step, per_step) in steppers.items():
+            t0 = time.perf_counter()
+            for _ in range(batch_steps):
+                step()
+            if batch:  # the first is warm-up
+                taken[name].append((time.perf_counter() - t0) / batch_steps / per_step)
+    return {name: float(np.median(t)) * 1e6 for name, t in taken.items()}
+
+
+def _plant(seed: int = 1) -> tuple[Callable[[], Any], int]:
+    """One tick of the refuelling world in trim, and how many aircraft that is."""
+    world = World(load_scenario("refueling"), seed)
+    cmds = [world.trim_cmd(i) for i in range(len(world.vehicles))]
+
+    def step() -> None:
+        world.sense()
+        world.step(cmds)
+
+    return step, len(cmds)
+
+
+def _jsbsim(name: str) -> tuple[Callable[[], Any], int]:
+    """run() of a JSBSim aircraft in trimmed flight at 23,000 ft and 280 knots."""
     import jsbsim
 
     jsbsim.FGJSBBase().debug_lvl = 0
     fdm = jsbsim.FGFDMExec(None)
     fdm.set_debug_level(0)
-    if not fdm.load_model("737"):
-        raise RuntimeError("JSBSim cannot load its 737")
+    if not fdm.load_model(name):
+        raise RuntimeError(f"JSBSim cannot load its {name}")
     fdm["ic/h-sl-ft"] = 23000.0
     fdm["ic/vc-kts"] = 280.0
     fdm["propulsion/set-running"] = -1
     if not fdm.run_ic():
-        raise RuntimeError("JSBSim cannot initialise its 737")
-
-    def batch(count: int) -> float:
-        t0 = time.perf_counter()
-        for _ in range(count):
-            fdm.run()
-        return (time.perf_counter() - t0) / count
-
-    batch(100)
-    return float(np.median([batch(steps // 10) for _ in range(10)])) * 1e6
+        raise RuntimeError(f"JSBSim cannot initialise its {name}")
+    fdm["simulation/do_simple_trim"] = 0  # full longitudinal; raises if there is none
+    return fdm.run, 1

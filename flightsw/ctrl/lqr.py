@@ -24,9 +24,7 @@ class Design:
     radius: float
 
 
-def augment(
-    A: np.ndarray, B: np.ndarray, C: np.ndarray, D: np.ndarray, ac: Aircraft
-) -> tuple[np.ndarray, np.ndarray]:
+def augment(A: np.ndarray, B: np.ndarray, C: np.ndarray, D: np.ndarray, ac: Aircraft) -> tuple[np.ndarray, np.ndarray]:
     """Append three second-order servos, the engine lag and the output integrals to a rigid model.
 
     A [n,n], B [n,4] (aileron, elevator, rudder, thrust), integrated outputs C x + D u, C [ny,n], D [ny,4].

@@ -71,7 +71,9 @@ class TankerControl:
         z0[0] = z0[8] = 0.0  # airspeed and altitude enter as errors to the command
         z0[N : N + 3], z0[N + 6] = t.u[:3], t.u[3]
         r = 1.0 / np.square(p.w_input)
-        return design(Aa, Ba, dt_s, s.delay_s, 1.0 / np.square(scale), r, z0, t.u, f"tanker at {V:g} m/s, {yd:.4f} rad/s")
+        return design(
+            Aa, Ba, dt_s, s.delay_s, 1.0 / np.square(scale), r, z0, t.u, f"tanker at {V:g} m/s, {yd:.4f} rad/s"
+        )
 
     def step(self, nav: NavState, cmd: GuidanceCmd, act: ActuatorModel, dt: float) -> tuple[np.ndarray, float]:
         """Command (u [4], throttle) towards cmd.V [m/s], cmd.alt_m [m], cmd.psi_dot [rad/s]."""

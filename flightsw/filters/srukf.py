@@ -162,9 +162,7 @@ class SquareRootUKF:
     writes their propagated values back into `X`, or their measurement images into `Y`.
     """
 
-    def __init__(
-        self, n: int, m: int, nq: int, *, alpha: float = 1.0, kappa: float = 0.0, beta: float = 2.0
-    ) -> None:
+    def __init__(self, n: int, m: int, nq: int, *, alpha: float = 1.0, kappa: float = 0.0, beta: float = 2.0) -> None:
         """n states, m measurements at most, nq columns of process-noise factor.
 
         Raises ValueError when the scaling would give negative covariance weights (they need down-dates).
@@ -175,7 +173,9 @@ class SquareRootUKF:
         self.w0c = self.w0m + 1.0 - alpha * alpha + beta
         self.wi = 0.5 / (n + lam)
         if self.w0c < 0.0:
-            raise ValueError(f"alpha={alpha}, kappa={kappa}, beta={beta}: centre weight {self.w0c:.4g} < 0; allowed >= 0")
+            raise ValueError(
+                f"alpha={alpha}, kappa={kappa}, beta={beta}: centre weight {self.w0c:.4g} < 0; allowed >= 0"
+            )
         self.n, self.m, self.nq = n, m, nq
         self.x = np.zeros(n)
         self.S = np.eye(n)

@@ -37,7 +37,9 @@ class RacetrackGuidance:
         self.leg = 0
         self.V_target = p.V_mps
         self.V = p.V_mps
-        self.psi_ref = 0.0  # heading of the current or coming leg: the one flown at engagement, then half a turn each time
+        self.psi_ref = (
+            0.0  # heading of the current or coming leg: the one flown at engagement, then half a turn each time
+        )
         self.psi_dot = 0.0
         self.texts: list[Text] = []
         self.out = GuidanceCmd(V=p.V_mps, alt_m=p.alt_m)

@@ -112,3 +112,15 @@ def rotate_dcm(R: np.ndarray, w: np.ndarray, dt: float, out: np.ndarray) -> None
 def wrap_pi(a: float) -> float:
     """Angle a [rad] wrapped to [-pi, pi)."""
     return a - 2.0 * math.pi * math.floor((a + math.pi) / (2.0 * math.pi))
+
+
+def vec3(a: np.ndarray) -> tuple[float, float, float]:
+    """First three entries of an array as a tuple of floats (what port types hold)."""
+    x, y, z = a[:3].tolist()
+    return x, y, z
+
+
+def quat4(a: np.ndarray) -> tuple[float, float, float, float]:
+    """First four entries of an array as a tuple of floats."""
+    w, x, y, z = a[:4].tolist()
+    return w, x, y, z

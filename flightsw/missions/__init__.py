@@ -5,4 +5,7 @@ from __future__ import annotations
 from flightsw.missions.receiver import ReceiverMission
 from flightsw.missions.tanker import TankerMission
 
-MISSIONS = {"tanker": TankerMission, "receiver": ReceiverMission}
+MISSIONS: dict[str, type[TankerMission] | type[ReceiverMission]] = {
+    "tanker": TankerMission,
+    "receiver": ReceiverMission,
+}

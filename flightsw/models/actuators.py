@@ -18,7 +18,9 @@ SUBSTEPS = 4
 
 
 @jit
-def servo_step(pos: np.ndarray, rate: np.ndarray, cmd: np.ndarray, lim: np.ndarray, wn: float, zeta: float, dt: float) -> None:
+def servo_step(
+    pos: np.ndarray, rate: np.ndarray, cmd: np.ndarray, lim: np.ndarray, wn: float, zeta: float, dt: float
+) -> None:
     """Advance three servos by dt [s] in place: pos, rate, cmd [3] in rad; lim [3,3] lower, upper [rad], rate limit [rad/s]."""
     h = dt / SUBSTEPS
     for _ in range(SUBSTEPS):

@@ -112,7 +112,9 @@ def _euler_rates(p: float, q: float, r: float, theta: float, phi: float, d: np.n
 
 
 @jit
-def free_rates(x: np.ndarray, u: np.ndarray, rho: float, P: np.ndarray, R: np.ndarray, fm: np.ndarray, d: np.ndarray) -> None:
+def free_rates(
+    x: np.ndarray, u: np.ndarray, rho: float, P: np.ndarray, R: np.ndarray, fm: np.ndarray, d: np.ndarray
+) -> None:
     """d [15] <- time derivative of the free aircraft state x [15]; R [9] <- R_BI, fm [9] <- specific force etc. (outputs)."""
     dcm_from_euler(x[6], x[7], x[8], R)
     force_moment(x[0], x[1], x[2], x[3], x[4], x[5], u, rho, P, fm)
@@ -127,7 +129,14 @@ def free_rates(x: np.ndarray, u: np.ndarray, rho: float, P: np.ndarray, R: np.nd
 
 @jit
 def relative_rates(
-    x: np.ndarray, u: np.ndarray, rho: float, P: np.ndarray, tk: np.ndarray, R: np.ndarray, fm: np.ndarray, d: np.ndarray
+    x: np.ndarray,
+    u: np.ndarray,
+    rho: float,
+    P: np.ndarray,
+    tk: np.ndarray,
+    R: np.ndarray,
+    fm: np.ndarray,
+    d: np.ndarray,
 ) -> None:
     """d [15] <- time derivative of the receiver state relative to the tanker, x [15].
 

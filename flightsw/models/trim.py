@@ -73,7 +73,11 @@ def trim_free(ac: Aircraft, mass_kg: float, h_m: float, V: float, psi_dot: float
         d = free_derivative(*fill(z), rho, P)
         return np.array([d[0] / 10, d[1], d[2], d[3], d[4], d[5], d[11] / V])
 
-    z = _solve(fun, [0.04, 0.04, math.atan(V * psi_dot / G0), 0, 0, 0, 0.07], f"{ac.meta.name} at {V:g} m/s, {psi_dot:.4g} rad/s")
+    z = _solve(
+        fun,
+        [0.04, 0.04, math.atan(V * psi_dot / G0), 0, 0, 0, 0.07],
+        f"{ac.meta.name} at {V:g} m/s, {psi_dot:.4g} rad/s",
+    )
     xx, u = fill(z)
     return Trim(xx.copy(), u)
 
@@ -133,7 +137,9 @@ def linearise_free(ac: Aircraft, mass_kg: float, t: Trim) -> tuple[np.ndarray, n
     return A, B
 
 
-def linearise_relative(ac: Aircraft, mass_kg: float, tanker: Trim, t: Trim) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def linearise_relative(
+    ac: Aircraft, mass_kg: float, tanker: Trim, t: Trim
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """A [15,15], B [15,4], and C_v [3,15] = d(xi_dot)/dx of the receiver relative to the tanker at a trim."""
     P, rho, tk = parameter_vector(ac, mass_kg), density(-tanker.x[11]), tanker_stage(tanker.x)
     A = jacobian(lambda x: relative_derivative(x, t.u, rho, P, tk), t.x, X_STEP)

@@ -11,7 +11,15 @@ import numpy as np
 
 from flightsw.aircraft import Aircraft
 from flightsw.kernels.atmosphere import density
-from flightsw.kernels.rotations import dcm_from_euler, dcm_from_quat, euler_from_dcm, quat_from_euler, wrap_pi
+from flightsw.kernels.rotations import (
+    dcm_from_euler,
+    dcm_from_quat,
+    euler_from_dcm,
+    quat4,
+    quat_from_euler,
+    vec3,
+    wrap_pi,
+)
 from flightsw.models.airframe import free_rates, propagate_free
 from flightsw.models.measure import measure_free
 from flightsw.models.params import set_mass
@@ -133,15 +141,14 @@ class AirframeNav:
         o.valid = f.t_us - self.started_us >= c.p.settle_s * 1e6
         o.reason = "" if o.valid else "settling"
         o.V, o.beta, o.alpha = float(x[0]), float(x[1]), float(x[2])
-        o.w_b = tuple(x[3:6].tolist())
-        o.euler = tuple(x[6:9].tolist())
+        o.w_b = vec3(x[3:6])
+        o.euler = vec3(x[6:9])
         quat_from_euler(x[6], x[7], x[8], self._q)
-        o.q_nb = tuple(self._q.tolist())
-        o.pos_n = tuple(x[9:12].tolist())
-        o.vel_n = tuple(self._d[9:12].tolist())
-        o.acc_n = tuple(self.acceleration().tolist())
-        o.wind_n = tuple(x[12:15].tolist())
+        o.q_nb = quat4(self._q)
+        o.pos_n = vec3(x[9:12])
+        o.vel_n = vec3(self._d[9:12])
+        o.acc_n = vec3(self.acceleration())
+        o.wind_n = vec3(x[12:15])
         c.publish_sigma(o)
         o.nis, o.nis_dof = nis, m
         return o
-

@@ -65,7 +65,9 @@ class NavParams:
     r_euler: Pos = 0.0035  # [rad]
     r_pos: Pos = 0.5  # [m]
     r_vel: Pos = 0.1  # [m/s]
-    r_own_vel: Pos = 0.5  # [m/s] receiver only: own GNSS velocity beside the tanker's transmitted one; loose, because the two
+    r_own_vel: Pos = (
+        0.5  # [m/s] receiver only: own GNSS velocity beside the tanker's transmitted one; loose, because the two
+    )
     # receivers' biases differ, and a conflict of 0.05 m/s would pull the relative position by decimetres
     bias_V: NonNeg = 0.2  # [m/s]
     bias_flow: NonNeg = 0.0015  # [rad] alpha and beta vanes
@@ -87,6 +89,7 @@ class EstimatorCore:
         k = len(ac.probe)
         self._aV, self._aa, self._ab, self._ok = np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k, dtype=np.int64)
         self.air = np.zeros(3)
+        self.probes = 0
         self.w_air = np.zeros(3)
         self.work = np.zeros((5, 15))
         self.codes = np.zeros(m, dtype=np.int64)
@@ -94,7 +97,9 @@ class EstimatorCore:
         self.r = np.zeros(m)
         self.m = 0
         self._G = np.zeros((3, 3))
-        self._qdiag = np.array([p.q_V, p.q_beta, p.q_alpha, *[p.q_rate] * 3, *[p.q_euler] * 3, *[p.q_pos] * 3, 0.0, 0.0, 0.0])
+        self._qdiag = np.array(
+            [p.q_V, p.q_beta, p.q_alpha, *[p.q_rate] * 3, *[p.q_euler] * 3, *[p.q_pos] * 3, 0.0, 0.0, 0.0]
+        )
 
     def take_air(self, f: SensorFrame) -> int:
         """Average the valid probes of frame `f` into `air` [3] (V, beta, alpha at the centre of gravity); returns how many."""
@@ -103,7 +108,8 @@ class EstimatorCore:
             self._aV[i], self._aa[i], self._ab[i] = f.air_V[i], f.air_alpha[i], f.air_beta[i]
             self._ok[i] = (f.air_mask >> i) & 1
         self._ok[k:] = 0
-        return int(average_probes(self._aV, self._aa, self._ab, self._ok, self.probe_pos, self.w_air, self.air))
+        self.probes = int(average_probes(self._aV, self._aa, self._ab, self._ok, self.probe_pos, self.w_air, self.air))
+        return self.probes
 
     def add(self, code: int, value: float, sigma: float) -> None:
         """Queue one scalar measurement for the coming update."""
@@ -137,7 +143,8 @@ class EstimatorCore:
     def publish_sigma(self, o: NavState) -> None:
         """Write the reported 1-sigma values: filter covariance, and for wind the unmodelled sensor biases on top."""
         s, p = self.ukf.sigmas(), self.p
-        b = o.V * o.V * (p.bias_flow**2 + p.bias_att**2) + p.bias_V**2 + p.bias_vel**2
+        n = max(self.probes, 1)  # biases of separate probes average out
+        b = o.V * o.V * (p.bias_flow**2 / n + p.bias_att**2) + p.bias_V**2 / n + p.bias_vel**2
         o.wind_sigma = (math.sqrt(s[12] ** 2 + b), math.sqrt(s[13] ** 2 + b), math.sqrt(s[14] ** 2 + b))
         o.pos_sigma = (s[9], s[10], s[11])
         o.att_sigma = (s[6], s[7], s[8])
@@ -153,7 +160,9 @@ class EstimatorCore:
 
 def sane(x: np.ndarray, S: np.ndarray) -> bool:
     """Whether a filter's state and factor are finite and its airspeed is one a wing flies at."""
-    return bool(np.isfinite(x).all() and np.isfinite(S).all() and 20.0 < x[0] < 400.0 and abs(x[2]) < 0.6 and abs(x[1]) < 0.6)
+    return bool(
+        np.isfinite(x).all() and np.isfinite(S).all() and 20.0 < x[0] < 400.0 and abs(x[2]) < 0.6 and abs(x[1]) < 0.6
+    )
 
 
 _HEALTH_TO_UPDATE = (

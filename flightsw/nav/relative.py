@@ -18,7 +18,9 @@ from flightsw.kernels.rotations import (
     euler_from_dcm,
     mul33,
     mul33_t,
+    quat4,
     quat_from_euler,
+    vec3,
     wrap_pi,
 )
 from flightsw.models.airframe import propagate_relative, relative_rates
@@ -170,26 +172,26 @@ class RelativeNav:
         o.V, o.beta, o.alpha = float(x[0]), float(x[1]), float(x[2])
         mul33(self._R, tk[:9], self._Rn)
         self._own_rates(tk)
-        o.w_b = tuple(c.w_air.tolist())
+        o.w_b = vec3(c.w_air)
         euler_from_dcm(self._Rn, self._e)
-        o.euler = tuple(self._e.tolist())
+        o.euler = vec3(self._e)
         quat_from_euler(self._e[0], self._e[1], self._e[2], self._q)
-        o.q_nb = tuple(self._q.tolist())
+        o.q_nb = quat4(self._q)
         Rt = tk[:9].reshape(3, 3).T
-        o.pos_n = tuple((self.peer.position(f.t_us) + Rt @ x[9:12]).tolist())
+        o.pos_n = vec3(self.peer.position(f.t_us) + Rt @ x[9:12])
         # inertial velocity = air-relative velocity + wind
         cb = math.cos(x[1])
         ua = np.array([x[0] * math.cos(x[2]) * cb, x[0] * math.sin(x[1]), x[0] * math.sin(x[2]) * cb])
-        o.vel_n = tuple((self._Rn.reshape(3, 3).T @ ua + x[12:15]).tolist())
-        o.acc_n = tuple(self._acceleration().tolist())
-        o.wind_n = tuple(x[12:15].tolist())
+        o.vel_n = vec3(self._Rn.reshape(3, 3).T @ ua + x[12:15])
+        o.acc_n = vec3(self._acceleration())
+        o.wind_n = vec3(x[12:15])
         c.publish_sigma(o)
         o.rel_sigma = o.pos_sigma
         o.nis, o.nis_dof = nis, m
         o.rel_age_s = (f.t_us - self.rel_us) * 1e-6
         o.rel_valid = o.valid and o.rel_age_s < 2.0 and o.peer_age_s < PEER_FREEZE_S
-        o.rel_pos_t = tuple(x[9:12].tolist())
-        o.rel_vel_t = tuple(self._d[9:12].tolist())
-        o.rel_euler = tuple(x[6:9].tolist())
-        o.rel_w_b = tuple(x[3:6].tolist())
+        o.rel_pos_t = vec3(x[9:12])
+        o.rel_vel_t = vec3(self._d[9:12])
+        o.rel_euler = vec3(x[6:9])
+        o.rel_w_b = vec3(x[3:6])
         return o

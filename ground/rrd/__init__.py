@@ -16,7 +16,7 @@ from ground.blueprint import blueprint
 from ground.columns import Columns, Table, load
 from ground.geometry import quat_euler
 from ground.metrics import contact_error
-from ground.packets import AIRCRAFT, RECEIVER, phase_name
+from ground.packets import AIRCRAFT, RECEIVER, health_words, phase_name
 from ground.palette import BOX, COLOR, NAV, PHASE_COLORS, TRUTH
 from ground.rrd.scene3d import scene3d
 from ground.rrd.sensors import sensors
@@ -161,7 +161,7 @@ def _mission(sink: Sink, tlm: Columns, sysid: int, name: str) -> None:
         sink.columns(f"guid/{name}/text", text.t_us, rr.TextLog.columns(text=lines, level=level))
     health = tlm.get(sysid, "HEALTH_STATUS")
     if health is not None:
-        states = ["healthy" if f == 0 else f"failed {int(f):#x}" for f in health["failed"]]
+        states = [health_words(int(f)) for f in health["failed"]]
         sink.states(f"sensors/{name}/health", health.t_us, states, PHASE_COLORS)
         for key in ("bad_packets", "rejected"):
             sink.series(f"sensors/{name}/{key}", health.t_us, health[key], f"{name} {key}", COLOR[name], step=True)

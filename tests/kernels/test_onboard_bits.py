@@ -75,9 +75,22 @@ def correct_args(r: Rng) -> Args:
     n, m = 15, 12
     X = r.normal(size=(2 * n + 1, n))
     return [
-        X, r.normal(size=(2 * n + 1, m)), r.normal(size=m), r.uniform(0.1, 1, m), m, 0.0, 2.0, 0.5 / n,
-        X[0].copy(), lower(r, n), z(m), z(n, m), z(m, m), z(n, 2 * n + 1 + m), z(n, 2 * n + 1 + m),
-    ]  # fmt: skip
+        X,
+        r.normal(size=(2 * n + 1, m)),
+        r.normal(size=m),
+        r.uniform(0.1, 1, m),
+        m,
+        0.0,
+        2.0,
+        0.5 / n,
+        X[0].copy(),
+        lower(r, n),
+        z(m),
+        z(n, m),
+        z(m, m),
+        z(n, 2 * n + 1 + m),
+        z(n, 2 * n + 1 + m),
+    ]
 
 
 def probe_args(r: Rng) -> Args:
@@ -107,41 +120,92 @@ CASES: dict[str, Callable[[Rng], Args]] = {
     "filters.srukf.draw": lambda r: [r.normal(size=15), lower(r, 15), 3.9, z(31, 15)],
     "filters.srukf._weighted_mean": lambda r: [r.normal(size=(31, 15)), 15, 0.0, 1 / 30, z(15)],
     "filters.srukf.recombine": lambda r: [
-        r.normal(size=(31, 15)), 0.0, 2.0, 1 / 30, r.normal(size=(15, 18)), z(15), z(15, 15), z(15, 49),
-    ],  # fmt: skip
+        r.normal(size=(31, 15)),
+        0.0,
+        2.0,
+        1 / 30,
+        r.normal(size=(15, 18)),
+        z(15),
+        z(15, 15),
+        z(15, 49),
+    ],
     "filters.srukf.correct": correct_args,
     "filters.srukf.row_norms": lambda r: [lower(r, 15), z(15)],
-    "models.actuators.servo_step": lambda r: [r.normal(size=3) * 0.1, r.normal(size=3), r.normal(size=3), LIM, 20.0, 0.7, 0.01],
+    "models.actuators.servo_step": lambda r: [
+        r.normal(size=3) * 0.1,
+        r.normal(size=3),
+        r.normal(size=3),
+        LIM,
+        20.0,
+        0.7,
+        0.01,
+    ],
     "models.actuators.actuators_step": lambda r: [
-        r.normal(size=(2, 4)), r.normal(size=4), r.normal(size=3) * 0.1, r.normal(size=3), r.normal(size=1), z(4), LIM,
-        20.0, 0.7, 1.2, 0.01,
-    ],  # fmt: skip
+        r.normal(size=(2, 4)),
+        r.normal(size=4),
+        r.normal(size=3) * 0.1,
+        r.normal(size=3),
+        r.normal(size=1),
+        z(4),
+        LIM,
+        20.0,
+        0.7,
+        1.2,
+        0.01,
+    ],
     "models.airframe.force_moment": lambda r: [
-        r.uniform(150, 220), *r.uniform(-0.1, 0.1, 2), *r.uniform(-0.2, 0.2, 3), controls(r), 0.59, P, z(9),
-    ],  # fmt: skip
+        r.uniform(150, 220),
+        *r.uniform(-0.1, 0.1, 2),
+        *r.uniform(-0.2, 0.2, 3),
+        controls(r),
+        0.59,
+        P,
+        z(9),
+    ],
     "models.airframe._rigid": lambda r: [
-        r.uniform(150, 220), *r.uniform(-0.1, 0.1, 2), *r.uniform(-0.2, 0.2, 3), r.normal(size=9), *r.normal(size=3), P, z(6),
-    ],  # fmt: skip
+        r.uniform(150, 220),
+        *r.uniform(-0.1, 0.1, 2),
+        *r.uniform(-0.2, 0.2, 3),
+        r.normal(size=9),
+        *r.normal(size=3),
+        P,
+        z(6),
+    ],
     "models.airframe._euler_rates": lambda r: [*r.uniform(-0.3, 0.3, 3), *r.uniform(-1, 1, 2), z(3)],
     "models.airframe.free_rates": lambda r: [free_state(r), controls(r), 0.59, P, z(9), z(9), z(15)],
     "models.airframe.relative_rates": lambda r: [free_state(r), controls(r), 0.59, P, stage(r), z(9), z(9), z(15)],
     "models.airframe.relative_velocity": lambda r: [free_state(r), stage(r), unit9(r), z(3)],
     "models.airframe.propagate_free": lambda r: [points(r), controls(r), 0.59, P, 0.05, z(5, 15)],
     "models.airframe.propagate_relative": lambda r: [
-        points(r), controls(r), 0.59, P, np.array([stage(r) for _ in range(3)]), 0.05, z(5, 15),
-    ],  # fmt: skip
+        points(r),
+        controls(r),
+        0.59,
+        P,
+        np.array([stage(r) for _ in range(3)]),
+        0.05,
+        z(5, 15),
+    ],
     "models.airframe.air_jacobian": lambda r: [r.uniform(150, 220), *r.uniform(-0.1, 0.1, 2), unit9(r), z(3, 3)],
     "models.measure.measure_free": lambda r: [points(r), codes(r, 15), 15, z(31, 15)],
     "models.measure.measure_relative": lambda r: [points(r), codes(r, 18), 18, stage(r), z(31, 18)],
     "models.measure.average_probes": probe_args,
     "ctrl.schedule.weights": lambda r: [
-        r.uniform(-0.04, 0.04), r.uniform(170, 210), np.array([-0.03, 0.0, 0.03]), np.array([180.0, 200.0]), z(6),
-    ],  # fmt: skip
+        r.uniform(-0.04, 0.04),
+        r.uniform(170, 210),
+        np.array([-0.03, 0.0, 0.03]),
+        np.array([180.0, 200.0]),
+        z(6),
+    ],
     "ctrl.schedule.scheduled": lambda r: [
-        r.normal(size=(6, 4, 26)), r.normal(size=(6, 26)), r.normal(size=(6, 4)), r.normal(size=6), r.normal(size=26),
-        r.normal(size=26), z(4),
-    ],  # fmt: skip
-}  # fmt: skip
+        r.normal(size=(6, 4, 26)),
+        r.normal(size=(6, 26)),
+        r.normal(size=(6, 4)),
+        r.normal(size=6),
+        r.normal(size=26),
+        r.normal(size=26),
+        z(4),
+    ],
+}
 
 
 def test_every_kernel_has_a_case() -> None:

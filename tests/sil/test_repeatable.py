@@ -9,6 +9,7 @@ import pytest
 
 from tests.sil.launch import sil, summary
 
+pytestmark = pytest.mark.xdist_group("repeatable")  # one worker, so that the runs are flown once
 SECONDS = 12.0
 SEED = 5
 LOGS = ("link_tanker.tlog", "link_receiver.tlog", "tlm.tlog", "truth.tlog")

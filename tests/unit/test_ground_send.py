@@ -12,7 +12,8 @@ import pytest
 
 from flightsw.icd.wire import SPECS, Counters, Sender, split
 from ground.command import ACTIONS, CommandError, Order, order, send
-from ground.live import STALE_S, Monitor, health_words, wind_words
+from ground.live import STALE_S, Monitor, wind_words
+from ground.packets import health_words
 
 Synth = runpy.run_path(str(Path(__file__).with_name("ground_synth.py")))["Synth"]
 Reply = Callable[[dict[str, float]], list[bytes]]

@@ -1,0 +1,404 @@
+"""Refuelling phase machine and racetrack: commands, escapes, paths. Navigation by hand, no plant."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from flightsw.aircraft import load_aircraft
+from flightsw.guid.path import Quintic, duration
+from flightsw.guid.racetrack import LEG, TURN, RacetrackGuidance, RacetrackParams
+from flightsw.guid.refuel import (
+    BREAKAWAY,
+    CONTACT,
+    DISCONNECT,
+    HOLD,
+    INIT,
+    NAMES,
+    OBSERVATION,
+    PRECONTACT,
+    RETURN,
+    TO_CONTACT,
+    TO_PRECONTACT,
+    RefuelGuidance,
+    RefuelParams,
+)
+from flightsw.types import NavState, SensorFrame
+
+DT = 0.05
+ACTION = {"hold": 1, "precontact": 2, "contact": 3, "disconnect": 4, "breakaway": 5, "observation": 6}
+
+
+class Flight:
+    """A receiver that is always exactly where the reference wants it."""
+
+    def __init__(self, params: RefuelParams | None = None) -> None:
+        self.g = RefuelGuidance(params or RefuelParams())
+        self.f, self.nav = SensorFrame(), NavState(valid=True, reason="", rel_valid=True, rel_age_s=0.0, peer_age_s=0.0)
+        self.nav.rel_pos_t = self.g.p.observation_m
+        self.offset = np.zeros(3)
+        self.path: list[tuple[float, float, float]] = []
+        self.vel: list[tuple[float, float, float]] = []
+
+    def step(self, n: int = 1) -> None:
+        for _ in range(n):
+            self.f.t_us += round(DT * 1e6)
+            out = self.g.step(self.f, self.nav, DT)
+            self.nav.rel_pos_t = tuple(np.array(out.rel_pos_t) + self.offset)
+            self.nav.rel_vel_t = out.rel_vel_t
+            self.path.append(out.rel_pos_t)
+            self.vel.append(out.rel_vel_t)
+
+    def until(self, phase: int, limit_s: float = 600.0) -> None:
+        for _ in range(round(limit_s / DT)):
+            if self.g.phase == phase:
+                return
+            self.step()
+        raise AssertionError(f"{NAMES[phase]} not reached from {NAMES[self.g.phase]}")
+
+    def order(self, name: str) -> None:
+        ok, why = self.g.command(ACTION[name])
+        assert ok, why
+
+    def at(self, phase: int) -> Flight:
+        """Fly to a phase by the regular procedure."""
+        self.until(OBSERVATION)
+        self.step(400)
+        if phase == OBSERVATION:
+            return self
+        if phase == HOLD:
+            self.order("hold")
+            return self
+        self.order("precontact")
+        if phase == TO_PRECONTACT:
+            self.step(100)
+            return self
+        self.until(PRECONTACT)
+        if phase in (TO_CONTACT, CONTACT, DISCONNECT):
+            self.order("contact")
+            self.step(50)
+        if phase in (CONTACT, DISCONNECT):
+            self.until(CONTACT)
+        if phase in (DISCONNECT, RETURN, BREAKAWAY):
+            self.order({DISCONNECT: "disconnect", RETURN: "observation", BREAKAWAY: "breakaway"}[phase])
+            self.step(20)
+        assert self.g.phase == phase
+        return self
+
+
+# what each command does in each phase; a phase left out refuses it
+ALLOWED = {
+    "hold": dict.fromkeys(range(1, 10), HOLD),
+    "precontact": dict.fromkeys((OBSERVATION, HOLD, RETURN), TO_PRECONTACT),
+    "contact": {PRECONTACT: TO_CONTACT},
+    "disconnect": dict.fromkeys((CONTACT, TO_CONTACT), DISCONNECT),
+    "breakaway": dict.fromkeys(range(1, 10), BREAKAWAY),
+    "observation": dict.fromkeys((PRECONTACT, TO_PRECONTACT, BREAKAWAY, HOLD), RETURN),
+}
+
+
+@pytest.mark.parametrize("phase", range(1, 10), ids=NAMES[1:])
+@pytest.mark.parametrize("name", ACTION)
+def test_every_command_in_every_phase(name: str, phase: int) -> None:
+    f = Flight().at(phase)
+    before = f.g.pos
+    ok, why = f.g.command(ACTION[name])
+    want = ALLOWED[name].get(phase)
+    assert ok == (want is not None)
+    assert f.g.phase == (phase if want is None else want)
+    if want is None:
+        assert NAMES[phase] in why  # the refusal says where it was refused
+    f.step()
+    assert math.dist(f.g.pos, before) < 0.25  # whatever was ordered, the reference does not jump
+
+
+@pytest.mark.parametrize("name", [n for n in ACTION if n != "hold"])
+def test_before_navigation_every_movement_is_refused(name: str) -> None:
+    g = RefuelGuidance(RefuelParams())
+    ok, why = g.command(ACTION[name])
+    assert not ok and "navigation" in why
+    assert g.phase == INIT
+
+
+@pytest.mark.parametrize("action", [0, 7, -1, 10**9])
+def test_an_unknown_action_is_refused_with_what_is_allowed(action: int) -> None:
+    ok, why = Flight().at(OBSERVATION).g.command(action)
+    assert not ok and "1 to 6" in why
+
+
+def test_it_starts_where_the_aircraft_is() -> None:
+    f = Flight()
+    f.nav.rel_pos_t, f.nav.rel_vel_t = (-70.0, 60.0, 3.0), (0.5, -0.2, 0.1)
+    f.g.step(f.f, f.nav, DT)
+    assert f.g.phase == OBSERVATION
+    assert f.g.pos == (-70.0, 60.0, 3.0)
+    assert math.dist(f.g.vel, (0.5, -0.2, 0.1)) < 1e-12
+
+
+def test_the_latch_is_closed_only_while_closing_and_in_contact() -> None:
+    for phase in range(1, 10):
+        f = Flight().at(phase)
+        f.step()
+        assert f.g.out.latch == (f.g.phase in (TO_CONTACT, CONTACT)), NAMES[phase]
+
+
+def test_contact_counts_for_station_keeping_after_settling_with_the_boom_in() -> None:
+    f = Flight().at(CONTACT)
+    f.f.boom_contact = True
+    f.step(round(9.8 / DT))
+    assert not f.g.out.measure
+    f.step(10)
+    assert f.g.out.measure
+    f.f.boom_contact = False
+    f.step()
+    assert not f.g.out.measure
+
+
+# --- leaving by its own rule -----------------------------------------------------------------------------------------
+NEAR = (TO_PRECONTACT, PRECONTACT, TO_CONTACT, CONTACT, DISCONNECT)
+
+
+@pytest.mark.parametrize("phase", NEAR, ids=[NAMES[p] for p in NEAR])
+@pytest.mark.parametrize("what", ["navigation", "link", "relative"])
+def test_it_breaks_away_when_what_it_flies_on_stops(what: str, phase: int) -> None:
+    f = Flight().at(phase)
+    if what == "navigation":
+        f.nav.valid, f.nav.reason = False, "settling"
+    elif what == "link":
+        f.nav.peer_age_s = 1.05
+    else:
+        f.nav.rel_age_s = 2.05
+    f.step()
+    assert f.g.phase == BREAKAWAY
+    assert {"navigation": "settling", "link": "data link", "relative": "relative sensor"}[what] in f.g.reason
+    assert f.g.texts[-1].severity <= 2
+    assert not f.g.out.latch
+
+
+@pytest.mark.parametrize("phase", [TO_CONTACT, CONTACT])
+def test_it_breaks_away_after_half_a_second_of_large_station_error(phase: int) -> None:
+    f = Flight().at(phase)
+    f.offset[:] = 0.0, 3.2, 0.0
+    f.step(10)
+    assert f.g.phase == phase
+    f.step(3)
+    assert f.g.phase == BREAKAWAY and "station error 3.2 m" in f.g.reason
+
+
+def test_a_short_excursion_is_not_an_escape() -> None:
+    f = Flight().at(CONTACT)
+    for _ in range(5):
+        f.offset[:] = 0.0, 0.0, 3.5
+        f.step(8)
+        f.offset[:] = 0.0
+        f.step(2)
+    assert f.g.phase == CONTACT
+
+
+def test_the_reference_waits_for_an_aircraft_that_lags() -> None:
+    f = Flight().at(TO_PRECONTACT)
+    f.offset[:] = 0.0, 0.0, 4.5
+    f.step(2)
+    here = f.g.pos
+    f.step(200)
+    assert f.g.pos == here
+    f.offset[:] = 0.0
+    f.step(40)
+    assert math.dist(f.g.pos, here) > 0.5
+
+
+def test_recapture_leaves_the_boom_from_the_present_position() -> None:
+    f = Flight().at(CONTACT)
+    f.nav.rel_pos_t = (-37.0, 1.0, 9.0)
+    f.g.recapture(f.nav)
+    assert f.g.phase == BREAKAWAY and f.g.pos == (-37.0, 1.0, 9.0)
+
+
+# --- the path ---------------------------------------------------------------------------------------------------------
+TANKER = load_aircraft("kc135r")
+TIP_Y = math.pi / 8 * TANKER.geometry.b_m  # half the vortex span, pi/4 b
+CLEARANCE = 10.0
+
+
+def vortex_distance(path: np.ndarray) -> float:
+    """Smallest distance [m] from xi [k,3] to either tip vortex, which leaves the wing against the flow (alpha 0 to 6 deg)."""
+    worst = math.inf
+    for side in (-1, 1):
+        for alpha in np.radians(np.arange(0.0, 6.1, 1.0)):
+            root = np.array([TANKER.wake.wing_ac_m[0], side * TIP_Y, TANKER.wake.wing_ac_m[2]])
+            direction = np.array([-math.cos(alpha), 0.0, -math.sin(alpha)])
+            d = path - root
+            along = np.maximum(d @ direction, 0.0)
+            worst = min(worst, float(np.linalg.norm(d - along[:, None] * direction, axis=1).min()))
+    return worst
+
+
+def test_the_whole_procedure_stays_clear_of_the_tip_vortices() -> None:
+    f = Flight().at(CONTACT)
+    f.order("disconnect")
+    f.until(PRECONTACT)
+    f.order("observation")
+    f.until(OBSERVATION)
+    path = np.array(f.path)
+    assert vortex_distance(path) > CLEARANCE
+    # the lateral crossing is made well below the wake and the tanker
+    crossing = path[np.abs(np.abs(path[:, 1]) - TIP_Y) < 5.0]
+    assert len(crossing) and crossing[:, 2].min() > 20.0
+    # never ahead of the contact position, never above the observation position
+    assert path[:, 0].max() < -35.4 and path[:, 2].min() > -0.1
+
+
+@settings(deadline=None, derandomize=True, max_examples=40)
+@given(st.lists(st.tuples(st.sampled_from(sorted(ACTION.values())), st.integers(1, 900)), min_size=1, max_size=12))
+def test_no_sequence_of_commands_leads_near_a_vortex_or_makes_the_reference_jump(orders: list[tuple[int, int]]) -> None:
+    f = Flight()
+    f.step(200)
+    for action, steps in orders:
+        f.g.command(action)
+        f.step(steps)
+    path, vel = np.array(f.path), np.array(f.vel)
+    assert np.isfinite(path).all() and np.isfinite(vel).all()
+    assert vortex_distance(path) > CLEARANCE
+    fastest = np.linalg.norm(vel, axis=1).max()
+    assert fastest < 6.0
+    jump = np.linalg.norm(np.diff(path, axis=0), axis=1)
+    assert jump.max() < 6.0 * DT
+    # velocity is what position does (trapezoid; end points of segments are held exactly)
+    assert np.abs(np.diff(path, axis=0) - 0.5 * DT * (vel[1:] + vel[:-1])).max() < 0.02
+
+
+def test_breakaway_goes_back_and_down_without_moving_sideways() -> None:
+    for phase in (CONTACT, PRECONTACT, TO_PRECONTACT, OBSERVATION):
+        f = Flight().at(phase)
+        start = np.array(f.g.pos)
+        f.path.clear()
+        f.order("breakaway")
+        f.step(1000)
+        path = np.array(f.path)
+        assert (np.diff(path[:, 0]) <= 1e-9).all(), "never forward"
+        lateral = np.abs(path[:, 1] - start[1]).max()
+        assert lateral < 5.0
+        assert path[-1, 0] <= -95.0 and path[-1, 2] >= 55.0
+        assert vortex_distance(path) > CLEARANCE
+
+
+# --- segments ---------------------------------------------------------------------------------------------------------
+coord = st.tuples(*[st.floats(-100, 100)] * 3)
+
+
+@settings(deadline=None, derandomize=True)
+@given(coord, st.tuples(*[st.floats(-5, 5)] * 3), coord, st.floats(1.0, 100.0))
+def test_quintic_meets_its_boundary_values(p0: tuple, v0: tuple, p1: tuple, T: float) -> None:
+    q = Quintic(p0, v0, p1, T)
+    assert np.allclose(q.at(0.0)[0], p0, atol=1e-12) and np.allclose(q.at(0.0)[1], v0, atol=1e-12)
+    end, rest = q.at(T * (1 - 1e-12))
+    assert np.allclose(end, p1, atol=1e-8) and np.allclose(rest, 0, atol=1e-8)
+    assert q.at(T) == (p1, (0.0, 0.0, 0.0)) == q.at(T + 5.0)
+    # acceleration is zero at both ends: the velocity leaves its end values with the square of time
+    h = 1e-4 * T
+    scale = (np.abs(np.subtract(p1, p0)).max() + np.abs(v0).max() * T + 1.0) / T
+    for t, v in ((h, v0), (T - h, (0.0, 0.0, 0.0))):
+        assert np.abs(np.subtract(q.at(t)[1], v)).max() < 400 * scale * 1e-8
+    # velocity is the derivative of position
+    t = 0.37 * T
+    d = (np.array(q.at(t + h)[0]) - np.array(q.at(t - h)[0])) / (2 * h)
+    assert np.abs(d - q.at(t)[1]).max() < 1e-5 * scale
+
+
+@settings(deadline=None, derandomize=True)
+@given(coord, coord, st.floats(0.1, 5.0))
+def test_rest_to_rest_duration_keeps_the_peak_speed(p0: tuple, p1: tuple, v: float) -> None:
+    T = duration(p0, p1, v, 4.0)
+    q = Quintic(p0, (0.0, 0.0, 0.0), p1, T)
+    peak = max(math.hypot(*q.at(s * T / 200)[1]) for s in range(201))
+    assert peak <= v * (1 + 1e-9)
+    if T > 4.0:
+        assert peak == pytest.approx(v, rel=1e-9)
+
+
+# --- racetrack --------------------------------------------------------------------------------------------------------
+class Pattern:
+    """A tanker that turns exactly as commanded."""
+
+    def __init__(self, **params: float) -> None:
+        self.g = RacetrackGuidance(RacetrackParams(first_leg_s=20.0, leg_s=30.0, **params))
+        self.f, self.psi = SensorFrame(), 0.3
+        self.nav = NavState(valid=True, V=195.0, euler=(self.psi, 0.05, 0.0))
+        self.log: list[tuple[int, float, float, float]] = []
+
+    def step(self, n: int, shift: float = 0.0) -> None:
+        for _ in range(n):
+            self.f.t_us += round(DT * 1e6)
+            out = self.g.step(self.f, self.nav, DT)
+            self.psi += out.psi_dot * DT
+            self.nav.euler = (self.psi + shift, 0.05, 0.0)
+            self.log.append((out.phase, self.psi, out.psi_dot, out.V))
+
+
+@pytest.mark.parametrize("rate", [1.7, -1.7, 3.0])
+def test_turns_are_half_circles_at_the_commanded_rate(rate: float) -> None:
+    p = Pattern(turn_rate_degps=rate)
+    p.step(9000)
+    log = np.array(p.log)
+    legs = []
+    for a, b in zip(log[:-1], log[1:], strict=True):
+        if a[0] == LEG and b[0] == TURN:
+            legs.append(a[1])
+    assert len(legs) >= 3
+    turned = np.degrees(np.diff(legs))
+    assert np.abs(turned - math.copysign(180.0, rate)).max() < 0.1
+    assert np.abs(np.degrees(log[:, 2])).max() == pytest.approx(abs(rate), rel=1e-9)
+    # most of the half circle is flown at the full rate
+    assert (np.abs(np.abs(np.degrees(log[:, 2])) - abs(rate)) < 1e-9).sum() * DT > 0.7 * 180 / abs(rate) * (len(legs) - 1)
+
+
+def test_turn_rate_never_changes_faster_than_its_limit() -> None:
+    p = Pattern()
+    p.step(6000)
+    step = np.abs(np.diff([r[2] for r in p.log])).max()
+    assert step <= math.radians(0.15) * DT * (1 + 1e-9)
+
+
+def test_a_heading_shifted_by_whole_turns_changes_nothing() -> None:
+    """An estimator that restarts may count its heading from another turn."""
+    a, b = Pattern(), Pattern()
+    for p, shift in ((a, 0.0), (b, 2 * math.pi)):
+        p.step(900)
+        p.step(4000, shift)
+    assert np.allclose([r[2] for r in a.log], [r[2] for r in b.log], atol=1e-9)
+
+
+def test_a_leg_brings_the_heading_back() -> None:
+    p = Pattern()
+    p.step(20)
+    p.psi += math.radians(2.0)
+    p.g.p = RacetrackParams(first_leg_s=1e4)
+    p.step(3000)
+    assert abs(math.degrees(p.psi - 0.3)) < 0.1
+    assert max(abs(r[2]) for r in p.log) <= math.radians(0.3) * (1 + 1e-9)
+
+
+def test_speed_orders_are_checked_and_ramped() -> None:
+    p = Pattern()
+    p.step(10)
+    assert p.g.set_speed(149.0, 150.0, 235.0) == (False, "speed 149 m/s, allowed 150 to 235")
+    assert p.g.set_speed(math.nan, 150.0, 235.0)[0] is False
+    assert p.g.set_speed(200.0, 150.0, 235.0) == (True, "")
+    p.step(1200)
+    V = np.array([r[3] for r in p.log])
+    assert V[-1] == pytest.approx(200.0)
+    assert np.abs(np.diff(V)).max() <= 0.15 * DT * (1 + 1e-9)
+
+
+def test_it_waits_for_navigation_and_starts_on_the_heading_flown() -> None:
+    p = Pattern()
+    p.nav.valid = False
+    p.step(5)
+    assert p.g.out.phase == INIT and p.g.out.psi_dot == 0.0
+    p.nav.valid = True
+    p.step(1)
+    assert p.g.out.phase == LEG and p.g.psi_ref == pytest.approx(0.3)

@@ -1,0 +1,183 @@
+"""Health monitor: ages, ranges, stuck sensors, recovery. Frames by hand, no plant."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from flightsw.health import HealthMonitor, HealthParams
+from flightsw.types import (
+    HF_AIR,
+    HF_ATT,
+    HF_GNSS,
+    HF_IMU,
+    HF_PEER,
+    HF_REL,
+    UPD_AIR,
+    UPD_ATT,
+    UPD_GNSS,
+    UPD_IMU,
+    UPD_PEER,
+    UPD_REL,
+    SensorFrame,
+)
+
+ALL = HF_IMU | HF_AIR | HF_ATT | HF_GNSS | HF_REL | HF_PEER
+GROUPS = {
+    "IMU": (HF_IMU, UPD_IMU, 0.1),
+    "air data": (HF_AIR, UPD_AIR, 0.3),
+    "attitude": (HF_ATT, UPD_ATT, 0.3),
+    "GNSS": (HF_GNSS, UPD_GNSS, 0.5),
+    "relative nav": (HF_REL, UPD_REL, 0.5),
+    "data link": (HF_PEER, UPD_PEER, 0.5),
+}
+EVERY = UPD_IMU | UPD_AIR | UPD_ATT | UPD_GNSS | UPD_REL | UPD_PEER
+
+
+def frame(t_us: int, updated: int = EVERY) -> SensorFrame:
+    """A plausible sample of every group; a small change from tick to tick stands for noise."""
+    e = 1e-6 * (t_us % 977)
+    f = SensorFrame(t_us=t_us, updated=updated)
+    f.gyro_b, f.acc_b = (e, 0.0, 0.0), (0.1 + e, 0.0, -9.81)
+    f.air_V, f.air_alpha, f.air_beta, f.air_mask = (195.0 + e, 195.1), (0.05, 0.05 + e), (0.0, 0.001), 0b11
+    f.att_q_nb = (math.cos(e), math.sin(e), 0.0, 0.0)
+    f.gnss_pos_n, f.gnss_vel_n = (100.0 + e, 0.0, -7010.0), (195.0, e, 0.0)
+    f.rel_valid, f.rel_pos_t, f.rel_vel_t = True, (-59.0 + e, 56.0, 0.0), (0.0, e, 0.0)
+    f.peer.t_us, f.peer.vel_n, f.peer.q_nb = t_us, (195.0 + e, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)
+    return f
+
+
+def monitor(watch: int = ALL, **params: float) -> HealthMonitor:
+    m = HealthMonitor(HealthParams(**params), watch)
+    m.step(frame(0))
+    return m
+
+
+@pytest.mark.parametrize("name", GROUPS)
+def test_a_silent_group_is_lost_at_its_age_and_back_with_the_next_good_sample(name: str) -> None:
+    flag, upd, age = GROUPS[name]
+    m, silent = monitor(), EVERY & ~upd
+    last_good = round(age * 1e6)
+    for t in range(10_000, last_good + 1, 10_000):
+        assert m.step(frame(t, silent)).failed == 0
+    h = m.step(frame(last_good + 10_000, silent))
+    assert h.failed == flag
+    assert h.reason == name
+    assert [t.text for t in m.texts] == [f"{name} lost"]
+    m.step(frame(last_good + 20_000, silent))
+    assert len(m.texts) == 1  # said once
+    h = m.step(frame(last_good + 30_000))
+    assert h.failed == 0 and h.reason == ""
+    assert m.texts[-1].text == f"{name} back"
+
+
+def test_groups_the_mission_does_not_need_are_not_reported() -> None:
+    m = monitor(HF_IMU)
+    for t in range(10_000, 2_000_000, 10_000):
+        h = m.step(frame(t, UPD_IMU))
+    assert h.failed == 0
+
+
+def test_a_group_that_never_came_gets_five_seconds() -> None:
+    m = HealthMonitor(HealthParams(), HF_PEER)
+    for t in range(0, 5_500_001, 10_000):
+        assert m.step(frame(t, EVERY & ~UPD_PEER)).failed == 0
+    assert m.step(frame(5_510_000, EVERY & ~UPD_PEER)).failed == HF_PEER
+
+
+BAD = {
+    "gyro range": (UPD_IMU, "gyro_b", (0.0, 6.5, 0.0)),
+    "gyro nan": (UPD_IMU, "gyro_b", (0.0, math.nan, 0.0)),
+    "acceleration range": (UPD_IMU, "acc_b", (0.0, 0.0, -200.0)),
+    "acceleration inf": (UPD_IMU, "acc_b", (math.inf, 0.0, 0.0)),
+    "airspeed nan": (UPD_AIR, "air_V", (math.nan, math.nan)),
+    "airspeed low": (UPD_AIR, "air_V", (5.0, 5.0)),
+    "alpha range": (UPD_AIR, "air_alpha", (0.8, -0.8)),
+    "beta nan": (UPD_AIR, "air_beta", (math.nan, math.nan)),
+    "quaternion zero": (UPD_ATT, "att_q_nb", (0.0, 0.0, 0.0, 0.0)),
+    "quaternion nan": (UPD_ATT, "att_q_nb", (math.nan, 0.0, 0.0, 0.0)),
+    "GNSS speed": (UPD_GNSS, "gnss_vel_n", (700.0, 0.0, 0.0)),
+    "GNSS velocity nan": (UPD_GNSS, "gnss_vel_n", (math.nan, 0.0, 0.0)),
+    "GNSS position nan": (UPD_GNSS, "gnss_pos_n", (0.0, math.nan, 0.0)),
+    "relative range": (UPD_REL, "rel_pos_t", (6000.0, 0.0, 0.0)),
+    "relative invalid": (UPD_REL, "rel_valid", False),
+    "relative position nan": (UPD_REL, "rel_pos_t", (0.0, 0.0, math.nan)),
+    "relative velocity nan": (UPD_REL, "rel_vel_t", (0.0, 0.0, math.nan)),
+    "peer quaternion": (UPD_PEER, "peer.q_nb", (0.0, 0.0, 0.0, 0.0)),
+    "peer velocity": (UPD_PEER, "peer.vel_n", (0.0, 900.0, 0.0)),
+    "peer position nan": (UPD_PEER, "peer.pos_n", (math.nan, 0.0, 0.0)),
+    "peer acceleration nan": (UPD_PEER, "peer.acc_n", (math.nan, 0.0, 0.0)),
+    "peer rates nan": (UPD_PEER, "peer.w_b", (math.nan, 0.0, 0.0)),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_a_bad_sample_is_taken_out_of_the_frame_and_counted(case: str) -> None:
+    upd, field, value = BAD[case]
+    m, f = monitor(), frame(10_000)
+    owner, name = (f.peer, field[5:]) if field.startswith("peer.") else (f, field)
+    setattr(owner, name, value)
+    h = m.step(f)
+    assert f.updated == EVERY & ~upd
+    assert h.rejected == 1
+    assert h.failed == 0  # one bad sample is not a lost sensor
+    assert m.step(frame(20_000)).failed == 0
+
+
+def test_one_probe_out_of_range_leaves_the_others_in_use() -> None:
+    m, f = monitor(), frame(10_000)
+    f.air_V = (195.0, 3.0)
+    m.step(f)
+    assert f.updated & UPD_AIR
+    assert f.air_mask == 0b01
+
+
+@pytest.mark.parametrize("name", GROUPS)
+def test_a_stuck_group_is_refused_after_ten_repeats_then_lost_and_recovers(name: str) -> None:
+    flag, upd, age = GROUPS[name]
+    m, t0 = monitor(), 10_000
+    held = frame(t0)
+    accepted = 0
+    t = t0
+    for k in range(200):
+        t = t0 + 10_000 * k
+        f = frame(t)
+        for field in (
+            "gyro_b", "acc_b", "air_V", "air_alpha", "air_beta", "att_q_nb", "gnss_pos_n", "gnss_vel_n", "rel_pos_t", "rel_vel_t",
+        ):  # fmt: skip
+            if (upd, field[:3]) in {
+                (UPD_IMU, "gyr"), (UPD_IMU, "acc"), (UPD_AIR, "air"), (UPD_ATT, "att"), (UPD_GNSS, "gns"), (UPD_REL, "rel"),
+            }:  # fmt: skip
+                setattr(f, field, getattr(held, field))
+        if upd == UPD_PEER:
+            f.peer.vel_n, f.peer.q_nb = held.peer.vel_n, held.peer.q_nb
+        h = m.step(f)
+        accepted += bool(f.updated & upd)
+        if h.failed:
+            break
+    assert accepted == 10  # the first and nine repeats
+    assert h.failed == flag
+    # age runs from the last sample that was believed
+    assert t - (t0 + 90_000) == pytest.approx(age * 1e6 + 10_000, abs=1)
+    assert m.step(frame(t + 10_000)).failed == 0
+
+
+@pytest.mark.parametrize(
+    ("case", "fields"),
+    [("gyro frozen, accelerometer alive", ("gyro_b",)), ("one probe frozen", ())],
+)
+def test_part_of_a_group_stuck_is_not_hidden_by_the_rest(case: str, fields: tuple[str, ...]) -> None:
+    m, held = monitor(), frame(10_000)
+    for k in range(100):
+        f = frame(10_000 * (k + 1))
+        for name in fields:
+            setattr(f, name, getattr(held, name))
+        if not fields:
+            f.air_V, f.air_alpha, f.air_beta = (197.0, 195.0 + 1e-3 * k), (0.05, 0.05), (0.0, 1e-5 * k)
+        m.step(f)
+    if fields:
+        assert not f.updated & UPD_IMU, case
+    else:
+        assert f.updated & UPD_AIR, case
+        assert f.air_mask == 0b10, case
