@@ -218,14 +218,16 @@ def test_recapture_leaves_the_boom_from_the_present_position() -> None:
     assert f.g.phase == BREAKAWAY and f.g.pos == (-37.0, 1.0, 9.0)
 
 
-# --- the path ---------------------------------------------------------------------------------------------------------
+# --- the path -------------------------------------------------------------------------------------------------------
 TANKER = load_aircraft("kc135r")
 TIP_Y = math.pi / 8 * TANKER.geometry.b_m  # half the vortex span, pi/4 b
 CLEARANCE = 10.0
 
 
 def vortex_distance(path: np.ndarray) -> float:
-    """Smallest distance [m] from xi [k,3] to either tip vortex, which leaves the wing against the flow (alpha 0 to 6 deg)."""
+    """Smallest distance [m] from xi [k,3] to either tip vortex, which leaves the wing against the flow (alpha 0 to 6
+    deg).
+    """
     worst = math.inf
     for side in (-1, 1):
         for alpha in np.radians(np.arange(0.0, 6.1, 1.0)):
@@ -286,7 +288,7 @@ def test_breakaway_goes_back_and_down_without_moving_sideways() -> None:
         assert vortex_distance(path) > CLEARANCE
 
 
-# --- segments ---------------------------------------------------------------------------------------------------------
+# --- segments -------------------------------------------------------------------------------------------------------
 coord = st.tuples(*[st.floats(-100, 100)] * 3)
 
 
@@ -320,7 +322,7 @@ def test_rest_to_rest_duration_keeps_the_peak_speed(p0: tuple, p1: tuple, v: flo
         assert peak == pytest.approx(v, rel=1e-9)
 
 
-# --- racetrack --------------------------------------------------------------------------------------------------------
+# --- racetrack ------------------------------------------------------------------------------------------------------
 class Pattern:
     """A tanker that turns exactly as commanded."""
 
@@ -353,7 +355,9 @@ def test_turns_are_half_circles_at_the_commanded_rate(rate: float) -> None:
     assert np.abs(turned - math.copysign(180.0, rate)).max() < 0.1
     assert np.abs(np.degrees(log[:, 2])).max() == pytest.approx(abs(rate), rel=1e-9)
     # most of the half circle is flown at the full rate
-    assert (np.abs(np.abs(np.degrees(log[:, 2])) - abs(rate)) < 1e-9).sum() * DT > 0.7 * 180 / abs(rate) * (len(legs) - 1)
+    assert (np.abs(np.abs(np.degrees(log[:, 2])) - abs(rate)) < 1e-9).sum() * DT > 0.7 * 180 / abs(rate) * (
+        len(legs) - 1
+    )
 
 
 def test_turn_rate_never_changes_faster_than_its_limit() -> None:
