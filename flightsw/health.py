@@ -26,6 +26,7 @@ from flightsw.types import (
 )
 
 SENSORS = HF_IMU | HF_AIR | HF_ATT | HF_GNSS | HF_REL | HF_PEER
+FAR_M = 1e7  # [m] no local position is farther away
 START_US = 5_000_000  # [us] grace before a group that never came counts as lost
 Age = Annotated[float, Range(0.01, 60.0)]
 
@@ -51,7 +52,13 @@ class HealthParams:
 
 
 def _inside(v: tuple[float, ...], lim: float) -> bool:
+    """Whether every component lies within +-lim (never true of NaN)."""
     return all(-lim <= x <= lim for x in v)
+
+
+def _unit(q: tuple[float, ...]) -> bool:
+    """Whether a quaternion has about unit length (never true of NaN)."""
+    return 0.9 < math.fsum(x * x for x in q) < 1.1
 
 
 class HealthMonitor:
@@ -71,8 +78,8 @@ class HealthMonitor:
         self.p, self.watch = p, watch
         self.out = Health()
         self._last_us: dict[int, int] = {}
-        self._value: dict[int, tuple[float, ...]] = {}
-        self._same: dict[int, int] = {}
+        self._value: dict[str, tuple[float, ...]] = {}
+        self._same: dict[str, int] = {}
         self._t0_us = -1
         self.texts: list[Text] = []
         self._groups = (
@@ -92,8 +99,7 @@ class HealthMonitor:
         failed = 0
         for flag, upd, age in self._groups:
             if f.updated & upd:
-                ok, value = self._judge(f, flag)
-                if ok and self._moving(flag, value):
+                if self._judge(f, flag):
                     self._last_us[flag] = f.t_us
                 else:
                     f.updated &= ~upd
@@ -109,36 +115,38 @@ class HealthMonitor:
             h.reason = ", ".join(n for b, n in self.NAMES.items() if failed & b)
         return h
 
-    def _judge(self, f: SensorFrame, flag: int) -> tuple[bool, tuple[float, ...]]:
+    def _judge(self, f: SensorFrame, flag: int) -> bool:
+        """Whether the new sample of a group is in range and alive. Air-data probes are judged one by one."""
         p = self.p
         if flag == HF_IMU:
-            return _inside(f.gyro_b, p.rate_max_radps) and _inside(f.acc_b, p.acc_max_mps2), f.gyro_b + f.acc_b
+            alive = self._moving("gyro", f.gyro_b) & self._moving("accelerometer", f.acc_b)
+            return alive and _inside(f.gyro_b, p.rate_max_radps) and _inside(f.acc_b, p.acc_max_mps2)
         if flag == HF_AIR:
             for i, v in enumerate(f.air_V):
-                good = (
-                    p.V_min_mps <= v <= p.V_max_mps
-                    and abs(f.air_alpha[i]) < p.flow_max_rad
-                    and abs(f.air_beta[i]) < p.flow_max_rad
-                )
-                if not good:
+                a, b = f.air_alpha[i], f.air_beta[i]
+                good = p.V_min_mps <= v <= p.V_max_mps and abs(a) < p.flow_max_rad and abs(b) < p.flow_max_rad
+                if not self._moving(f"probe {i}", (v, a, b)) or not good:
                     f.air_mask &= ~(1 << i)
-            return f.air_mask != 0, f.air_V + f.air_alpha + f.air_beta
+            return f.air_mask != 0
         if flag == HF_ATT:
-            n = math.fsum(x * x for x in f.att_q_nb)
-            return 0.9 < n < 1.1, f.att_q_nb
+            return self._moving("attitude", f.att_q_nb) and _unit(f.att_q_nb)
         if flag == HF_GNSS:
-            return _inside(f.gnss_vel_n, p.speed_max_mps), f.gnss_pos_n + f.gnss_vel_n
+            alive = self._moving("gnss", f.gnss_pos_n + f.gnss_vel_n)
+            return alive and _inside(f.gnss_vel_n, p.speed_max_mps) and _inside(f.gnss_pos_n, FAR_M)
         if flag == HF_REL:
-            return f.rel_valid and _inside(f.rel_pos_t, p.rel_max_m), f.rel_pos_t + f.rel_vel_t
-        q = f.peer.q_nb
-        n = math.fsum(x * x for x in q)
-        return 0.9 < n < 1.1 and _inside(f.peer.vel_n, p.speed_max_mps), f.peer.vel_n + q
+            alive = self._moving("relative", f.rel_pos_t + f.rel_vel_t)
+            inside = _inside(f.rel_pos_t, p.rel_max_m) and _inside(f.rel_vel_t, p.speed_max_mps)
+            return alive and f.rel_valid and inside
+        q = f.peer
+        alive = self._moving("peer", q.vel_n + q.q_nb)
+        state = _inside(q.vel_n, p.speed_max_mps) and _inside(q.pos_n, FAR_M) and _unit(q.q_nb)
+        return alive and state and _inside(q.acc_n, p.acc_max_mps2) and _inside(q.w_b, p.rate_max_radps)
 
-    def _moving(self, flag: int, value: tuple[float, ...]) -> bool:
+    def _moving(self, channel: str, value: tuple[float, ...]) -> bool:
         """False once the same bits have come `stuck_samples` times in a row: real noise never repeats."""
-        same = self._same.get(flag, 0) + 1 if self._value.get(flag) == value else 0
-        self._same[flag] = same
-        self._value[flag] = value
+        same = self._same.get(channel, 0) + 1 if self._value.get(channel) == value else 0
+        self._same[channel] = same
+        self._value[channel] = value
         return same < self.p.stuck_samples
 
     def _report(self, now: int, before: int) -> None:

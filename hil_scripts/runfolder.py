@@ -96,9 +96,16 @@ def parse_sets(sets: list[str]) -> dict[str, dict[str, str]]:
 
 
 def _flight_config_path(aircraft: dict[str, Any], scenario: Path) -> Path:
-    """The onboard parameters of an aircraft are those of its mission: flightsw/params/<mission>.toml, or a path."""
+    """Onboard parameters of an aircraft: flight_<name>.toml beside the scenario (the scenario lies in a run folder), else
+    those of its mission, flightsw/params/<mission>.toml or a path.
+    """
     text = aircraft.get("mission") or aircraft["name"]
-    for p in (PARAMS / f"{text}.toml", scenario.parent / text, ROOT / text):
+    for p in (
+        scenario.parent / f"flight_{aircraft['name']}.toml",
+        PARAMS / f"{text}.toml",
+        scenario.parent / text,
+        ROOT / text,
+    ):
         if p.is_file():
             return p
     known = ", ".join(sorted(p.stem for p in PARAMS.glob("*.toml")))
@@ -134,8 +141,12 @@ def resolve(
     for a in resolved["aircraft"]:
         sets_of = dict(by_owner.get(a["name"], {}))
         # identity and origin are the world's to give: both sides must agree on them
-        given = {"app.name": a["name"], "app.sysid": a["sysid"], **{f"origin.{k}": v for k, v in origin.items()}}
-        cfg = load_flight(_flight_config_path(a, path), {**sets_of, **given})
+        own = {"app.name": a["name"], "app.sysid": a["sysid"], **{f"origin.{k}": v for k, v in origin.items()}}
+        if taken := sorted(set(sets_of) & set(own)):
+            raise ConfigError(
+                f"--set {a['name']}.{taken[0]}: given by the scenario; change it there with --set plant.…"
+            )
+        cfg = load_flight(_flight_config_path(a, path), {**sets_of, **own})
         flights.append(FlightPlan(a["name"], int(a["sysid"]), to_dict(cfg)))
     return RunPlan(
         scenario_name=path.stem,

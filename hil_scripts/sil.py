@@ -40,7 +40,7 @@ def run(
             metavar="OWNER.KEY=VALUE",
             help="Override one key, repeatable. OWNER `plant`: a key of the scenario, for example "
             "plant.wind.dryden.sigma_mps=1.0. OWNER an aircraft's name: a key of its onboard parameters, "
-            "for example receiver.link.base_rate_hz=100. VALUE is a TOML value; a bare word is a text.",
+            "for example receiver.nav.q_wind=0.4. VALUE is a TOML value; a bare word is a text.",
         ),
     ] = None,
     realtime: Annotated[bool, typer.Option("--realtime", help="Paced by the wall clock instead of lockstep.")] = False,
@@ -50,7 +50,7 @@ def run(
     out: Annotated[Path | None, typer.Option(help="Run folder (default: runs/<scenario>-<seed>-<timestamp>).")] = None,
     port_offset: Annotated[int, typer.Option(help="Added to every UDP port, for runs side by side.", min=0)] = 0,
     no_rrd: Annotated[bool, typer.Option("--no-rrd", help="Do not write run.rrd.")] = False,
-    duration: Annotated[float | None, typer.Option(help="End after this simulated time [s].", min=0.1)] = None,
+    duration: Annotated[float | None, typer.Option(help="End after this many simulated seconds.", min=0.1)] = None,
 ) -> None:
     """Fly a scenario. Exit 0: completed within its bounds; 1: failed; 2: bad input; 4: bound violated; 130: Ctrl-C."""
     from hil_scripts.procs import StopFlag
@@ -129,7 +129,7 @@ def replay(run: RunDir) -> None:
 
 @app.command()
 def bench(
-    duration: Annotated[float, typer.Option(help="Simulated length of the lockstep runs [s].", min=5.0)] = 120.0,
+    duration: Annotated[float, typer.Option(help="Simulated length of the lockstep runs in seconds.", min=5.0)] = 120.0,
     no_realtime: Annotated[bool, typer.Option("--no-realtime", help="Leave out the minute of real time.")] = False,
     json_: Annotated[bool, typer.Option("--json", help="JSON on stdout instead of tables.")] = False,
 ) -> None:

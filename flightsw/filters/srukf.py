@@ -232,3 +232,19 @@ class SquareRootUKF:
     def P(self) -> np.ndarray:
         """Covariance [n,n]."""
         return self.S @ self.S.T
+
+    def set_factor(self, S: np.ndarray) -> None:
+        """S [n,n] <- lower-triangular factor of S S^T for any S [n,k]."""
+        A = np.zeros((self.n, max(S.shape[1], self.n)))
+        A[:, : S.shape[1]] = S
+        tria(A, self.n, A.shape[1], self.S)
+
+    def set_cov(self, P: np.ndarray) -> None:
+        """S <- factor of the symmetric P [n,n] by its eigenvalues, so zero variances are allowed.
+
+        Raises ValueError when P is indefinite.
+        """
+        w, V = np.linalg.eigh(0.5 * (P + P.T))
+        if not w[0] >= -1e-9 * w[-1]:
+            raise ValueError(f"covariance: smallest eigenvalue {w[0]:.4g}; allowed: positive semi-definite")
+        self.set_factor(V * np.sqrt(np.maximum(w, 0.0)))

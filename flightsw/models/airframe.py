@@ -31,7 +31,7 @@ def force_moment(
 
     V [m/s], beta, alpha [rad], p, q, r [rad/s] relative to the air, u [4], rho [kg/m^3]. out [9] <- specific force
     without gravity fx, fy, fz [m/s^2]; moments L, M, N [N m] at alpha-dot = 0; d(fx), d(fz), d(M) per rad/s of alpha-dot.
-    Stability-axis derivatives rotated by alpha (Stevens and Lewis, section 2.3).
+    Moments: stability-axis derivatives rotated by alpha (Stevens and Lewis, section 2.3).
     """
     ca, sa = math.cos(alpha), math.sin(alpha)
     qS = 0.5 * rho * V * V * P[1]
@@ -47,10 +47,13 @@ def force_moment(
     Cl = P[24] * beta + hb * (P[25] * ps + P[26] * rs) + P[27] * da + P[28] * dr
     Cm = P[15] + P[16] * alpha + P[18] * hc * q + P[19] * de
     Cn = P[29] * beta + hb * (P[30] * ps + P[31] * rs) + P[32] * da + P[33] * dr
+    # wind axes to body axes: [-D, Y, -L] through R_BW (Lee 2.11; his S is -Y)
+    cb, sb = math.cos(beta), math.sin(beta)
     k = qS / P[0]
-    out[0] = k * (CL * sa - CD * ca) + T / P[0]
-    out[1] = k * CY
-    out[2] = -k * (CL * ca + CD * sa)
+    axial = CD * cb + CY * sb
+    out[0] = k * (CL * sa - axial * ca) + T / P[0]
+    out[1] = k * (CY * cb - CD * sb)
+    out[2] = -k * (CL * ca + axial * sa)
     out[3] = qS * P[2] * (Cl * ca - Cn * sa)
     out[4] = qS * P[3] * Cm
     out[5] = qS * P[2] * (Cl * sa + Cn * ca)

@@ -15,6 +15,9 @@ from flightsw.models.airframe import free_rates, relative_rates, relative_veloci
 from flightsw.models.params import parameter_vector
 
 
+ALPHA_MAX = 0.35  # [rad] beyond this the linear build-up has roots no wing flies at
+
+
 class TrimError(RuntimeError):
     """No equilibrium found; the text names aircraft, condition and residual."""
 
@@ -44,7 +47,7 @@ def relative_derivative(x: np.ndarray, u: np.ndarray, rho: float, P: np.ndarray,
 def _solve(fun, z0, what: str) -> np.ndarray:  # type: ignore[no-untyped-def]
     sol = root(fun, z0, method="hybr", tol=1e-12)
     res = float(np.abs(sol.fun).max())
-    if res > 1e-6:
+    if not res <= 1e-6:
         raise TrimError(f"{what}: no trim, residual {res:.3g} after {sol.nfev} evaluations")
     return np.asarray(sol.x)
 
@@ -79,6 +82,11 @@ def trim_free(ac: Aircraft, mass_kg: float, h_m: float, V: float, psi_dot: float
         f"{ac.meta.name} at {V:g} m/s, {psi_dot:.4g} rad/s",
     )
     xx, u = fill(z)
+    if not (abs(xx[2]) <= ALPHA_MAX and u[3] > 0.0):
+        raise TrimError(
+            f"{ac.meta.name} at {V:g} m/s, {psi_dot:.4g} rad/s: no trim the linear aerodynamics hold for "
+            f"(alpha {xx[2]:.3g} rad, allowed +-{ALPHA_MAX:g}; thrust {u[3]:.4g} N)"
+        )
     return Trim(xx.copy(), u)
 
 

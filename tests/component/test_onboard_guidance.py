@@ -346,10 +346,7 @@ def test_turns_are_half_circles_at_the_commanded_rate(rate: float) -> None:
     p = Pattern(turn_rate_degps=rate)
     p.step(9000)
     log = np.array(p.log)
-    legs = []
-    for a, b in zip(log[:-1], log[1:], strict=True):
-        if a[0] == LEG and b[0] == TURN:
-            legs.append(a[1])
+    legs = log[:-1][(log[:-1, 0] == LEG) & (log[1:, 0] == TURN), 1]
     assert len(legs) >= 3
     turned = np.degrees(np.diff(legs))
     assert np.abs(turned - math.copysign(180.0, rate)).max() < 0.1

@@ -32,6 +32,13 @@ GROUPS = {
     "relative nav": (HF_REL, UPD_REL, 0.5),
     "data link": (HF_PEER, UPD_PEER, 0.5),
 }
+FIELDS = {
+    UPD_IMU: ("gyro_b", "acc_b"),
+    UPD_AIR: ("air_V", "air_alpha", "air_beta"),
+    UPD_ATT: ("att_q_nb",),
+    UPD_GNSS: ("gnss_pos_n", "gnss_vel_n"),
+    UPD_REL: ("rel_pos_t", "rel_vel_t"),
+}
 EVERY = UPD_IMU | UPD_AIR | UPD_ATT | UPD_GNSS | UPD_REL | UPD_PEER
 
 
@@ -143,13 +150,8 @@ def test_a_stuck_group_is_refused_after_ten_repeats_then_lost_and_recovers(name:
     for k in range(200):
         t = t0 + 10_000 * k
         f = frame(t)
-        for field in (
-            "gyro_b", "acc_b", "air_V", "air_alpha", "air_beta", "att_q_nb", "gnss_pos_n", "gnss_vel_n", "rel_pos_t", "rel_vel_t",
-        ):  # fmt: skip
-            if (upd, field[:3]) in {
-                (UPD_IMU, "gyr"), (UPD_IMU, "acc"), (UPD_AIR, "air"), (UPD_ATT, "att"), (UPD_GNSS, "gns"), (UPD_REL, "rel"),
-            }:  # fmt: skip
-                setattr(f, field, getattr(held, field))
+        for field in FIELDS.get(upd, ()):
+            setattr(f, field, getattr(held, field))
         if upd == UPD_PEER:
             f.peer.vel_n, f.peer.q_nb = held.peer.vel_n, held.peer.q_nb
         h = m.step(f)

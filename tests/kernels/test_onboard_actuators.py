@@ -96,8 +96,12 @@ def readings(u_a: np.ndarray, w: np.ndarray, pos: np.ndarray) -> tuple[np.ndarra
 
 @repeatable
 @given(
-    st.floats(120, 240), st.floats(-0.2, 0.3), st.floats(-0.2, 0.2), st.tuples(*[st.floats(-0.5, 0.5)] * 3), st.integers(1, 7)
-)  # fmt: skip
+    st.floats(120, 240),
+    st.floats(-0.2, 0.3),
+    st.floats(-0.2, 0.2),
+    st.tuples(*[st.floats(-0.5, 0.5)] * 3),
+    st.integers(1, 7),
+)
 def test_probe_average_takes_the_rotation_off_exactly(
     V: float, alpha: float, beta: float, rates: tuple[float, float, float], mask: int
 ) -> None:

@@ -41,6 +41,7 @@ def edited(tmp_path: Path, old: str, new: str) -> Path:
         ("plant.link.actuator_delay_ticks=1.5", ["actuator_delay_ticks", "expected int"]),
         ("receiver.link.nonsense=1", ["link.nonsense", "unknown key"]),
         ("receiver.app.base_rate_hz=7", ["base_rate_hz", "allowed"]),
+        ("receiver.app.sysid=9", ["receiver.app.sysid", "given by the scenario"]),
         ("nobody.app.name=x", ["nobody", "plant, tanker, receiver"]),
         ("nonsense", ["'nonsense'", "plant.<key>=<value>"]),
     ],

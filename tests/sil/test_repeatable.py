@@ -17,7 +17,7 @@ LOGS = ("link_tanker.tlog", "link_receiver.tlog", "tlm.tlog", "truth.tlog")
 
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory: pytest.TempPathFactory, next_port_offset: Callable[[], int]) -> dict[str, Path]:
-    """The same flight twice with separate processes, once in process, once with another seed."""
+    """The same flight twice with separate processes, once in process, with another seed, with another parameter."""
     base = tmp_path_factory.mktemp("runs")
     out = {}
     for name, seed, flags in (
@@ -25,6 +25,7 @@ def runs(tmp_path_factory: pytest.TempPathFactory, next_port_offset: Callable[[]
         ("second", SEED, ("--port-offset", next_port_offset())),
         ("single", SEED, ("--in-process",)),
         ("other", SEED + 1, ("--in-process",)),
+        ("tuned", SEED, ("--in-process", "--set", "receiver.nav.q_wind=0.4")),
     ):
         out[name] = base / name
         ended = sil("run", "refueling", "--seed", seed, "--duration", SECONDS, "--no-rrd", "--out", out[name], *flags)
@@ -47,13 +48,14 @@ def test_another_seed_differs(runs: dict[str, Path], log: str) -> None:
     assert (runs["single"] / log).read_bytes() != (runs["other"] / log).read_bytes()
 
 
-def test_resolved_files_fly_the_same_run_again(runs: dict[str, Path], tmp_path: Path) -> None:
+@pytest.mark.parametrize("which", ["single", "tuned"])
+def test_resolved_files_fly_the_same_run_again(runs: dict[str, Path], tmp_path: Path, which: str) -> None:
     again = tmp_path / "again"
-    ended = sil("run", runs["single"] / "scenario.toml", "--in-process", "--no-rrd", "--out", again)
+    ended = sil("run", runs[which] / "scenario.toml", "--in-process", "--no-rrd", "--out", again)
     assert ended.code == 0, ended.text
-    assert (again / "scenario.toml").read_text() == (runs["single"] / "scenario.toml").read_text()
+    assert (again / "scenario.toml").read_text() == (runs[which] / "scenario.toml").read_text()
     for log in LOGS:
-        assert (again / log).read_bytes() == (runs["single"] / log).read_bytes()
+        assert (again / log).read_bytes() == (runs[which] / log).read_bytes()
 
 
 def test_summaries_agree_in_everything_but_speed(runs: dict[str, Path]) -> None:

@@ -1,0 +1,178 @@
+"""Linear Kalman filter with given matrices, Joseph-form covariance (Lee 2011, section 3.1; Bierman 1977).
+
+It also serves the point interface: F and H are then read off the propagated points by differences, exact for affine
+models.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flightsw.filters.base import CovarianceFilter
+from flightsw.filters.covariance import add_factor, apply_innovation, chol_psd, gain, root_diagonal
+from flightsw.kernels.jit import jit
+
+Array = np.ndarray
+CBRT_EPS = 6.055454452393343e-06  # [-] cube root of the double rounding unit: the balance of a central difference
+
+
+@jit
+def spread(x: np.ndarray, sigma: np.ndarray, step: float, d: np.ndarray, X: np.ndarray) -> None:
+    """X [2n+1,n] <- x, x + d_i e_i, x - d_i e_i with d_i [n] = max(step sigma_i, cbrt(eps) |x_i|), at least 1e-9."""
+    n = x.shape[0]
+    for k in range(2 * n + 1):
+        for i in range(n):
+            X[k, i] = x[i]
+    for i in range(n):
+        d[i] = max(step * sigma[i], CBRT_EPS * abs(x[i]), 1e-9)
+        X[1 + i, i] = x[i] + d[i]
+        X[1 + n + i, i] = x[i] - d[i]
+        # half the distance between the two points as stored: their rounding does not enter the slope
+        d[i] = 0.5 * (X[1 + i, i] - X[1 + n + i, i])
+
+
+@jit
+def slopes(Z: np.ndarray, rows: int, n: int, d: np.ndarray, J: np.ndarray) -> None:
+    """J [>=rows,n] <- central differences of the images Z [2n+1,>=rows] of the points made by `spread`."""
+    for i in range(n):
+        q = 0.5 / d[i]
+        for a in range(rows):
+            J[a, i] = (Z[1 + i, a] - Z[1 + n + i, a]) * q
+
+
+@jit
+def time_update(F: np.ndarray, SQ: np.ndarray, P: np.ndarray, W: np.ndarray) -> None:
+    """P [n,n] <- F P F^T + SQ SQ^T; F [n,n], SQ [n,nq], workspace W [n,n]."""
+    n = P.shape[0]
+    for i in range(n):
+        for j in range(n):
+            s = 0.0
+            for k in range(n):
+                s += F[i, k] * P[k, j]
+            W[i, j] = s
+    for i in range(n):
+        for j in range(i + 1):
+            s = 0.0
+            for k in range(n):
+                s += W[i, k] * F[j, k]
+            P[i, j] = s
+            P[j, i] = s
+    add_factor(P, n, SQ)
+
+
+@jit
+def measurement_update(
+    H: np.ndarray, r: np.ndarray, m: int, P: np.ndarray, K: np.ndarray, Sy: np.ndarray, W: np.ndarray, A: np.ndarray
+) -> int:
+    """Gain K [n,>=m], innovation factor Sy [>=m,>=m] and P [n,n] <- (I-KH) P (I-KH)^T + K R K^T; r [>=m] 1-sigma.
+
+    H [>=m,n]; workspaces W [max(n,m),n], A [max(n,m), max(n,m)]. Returns 1 if the innovation covariance is indefinite.
+    """
+    n = P.shape[0]
+    for i in range(n):
+        for a in range(m):
+            s = 0.0
+            for k in range(n):
+                s += P[i, k] * H[a, k]
+            K[i, a] = s
+    for a in range(m):
+        for b in range(a + 1):
+            s = r[a] * r[a] if a == b else 0.0
+            for k in range(n):
+                s += H[a, k] * K[k, b]
+            A[a, b] = s
+    if chol_psd(A, m, Sy):
+        return 1
+    gain(K, n, Sy, m)
+    for i in range(n):
+        for j in range(n):
+            s = 1.0 if i == j else 0.0
+            for a in range(m):
+                s -= K[i, a] * H[a, j]
+            A[i, j] = s
+    for i in range(n):
+        for j in range(n):
+            s = 0.0
+            for k in range(n):
+                s += A[i, k] * P[k, j]
+            W[i, j] = s
+    for i in range(n):
+        for j in range(i + 1):
+            s = 0.0
+            for k in range(n):
+                s += W[i, k] * A[j, k]
+            for a in range(m):
+                s += K[i, a] * r[a] * r[a] * K[j, a]
+            P[i, j] = s
+            P[j, i] = s
+    return 0
+
+
+@jit
+def correct_points(
+    Y: np.ndarray, d: np.ndarray, y: np.ndarray, r: np.ndarray, m: int, x: np.ndarray, P: np.ndarray, nu: np.ndarray,
+    H: np.ndarray, K: np.ndarray, Sy: np.ndarray, W: np.ndarray, A: np.ndarray,
+) -> float:  # fmt: skip
+    """Measurement update from the images Y [2n+1,>=m] of `spread` points; returns NIS, or -1 when it was refused."""
+    slopes(Y, m, x.shape[0], d, H)
+    for a in range(m):
+        nu[a] = y[a] - Y[0, a]
+    if measurement_update(H, r, m, P, K, Sy, W, A):
+        return -1.0
+    return apply_innovation(K, nu, m, Sy, x, W[0])
+
+
+class KalmanFilter(CovarianceFilter):
+    """Linear filter. Use `predict_linear`/`update_linear` with matrices, or the point interface with an affine model."""
+
+    step = 1.0  # [-] difference step in units of each state's sigma
+
+    def __init__(self, n: int, m: int, nq: int) -> None:
+        """n states, m measurements at most, nq columns of process-noise factor. Raises ValueError for sizes below 1."""
+        super().__init__(n, m, nq, 2 * n + 1)
+        big = max(n, m)
+        self.F = np.eye(n)
+        self.H = np.zeros((m, n))
+        self._d = np.ones(n)
+        self._W = np.zeros((big, big))
+        self._A = np.zeros((big, big))
+
+    def draw(self) -> Array:
+        """Points X [2n+1,n]: the mean and steps either way along every axis."""
+        root_diagonal(self.P, self.sigma)
+        spread(self.x, self.sigma, self.step, self._d, self.X)
+        return self.X
+
+    def recombine(self) -> None:
+        """Time update: mean is the propagated centre, F [n,n] the central differences of the propagated points."""
+        slopes(self.X, self.n, self.n, self._d, self.F)
+        self.x[:] = self.X[0]
+        time_update(self.F, self.SQ, self.P, self._W)
+
+    def correct(self, y: Array, r: Array, m: int) -> float:
+        """Measurement update from Y[:, :m]; y, r [>=m]; returns NIS. An indefinite innovation covariance is counted
+        in `failures` and the update refused (NIS -1).
+        """
+        nis = float(
+            correct_points(
+                self.Y, self._d, y, r, m, self.x, self.P, self.nu, self.H, self.K, self.Sy, self._W, self._A
+            )
+        )
+        self.failures += nis < 0.0
+        return nis
+
+    def predict_linear(self, F: Array, SQ: Array, b: Array | float = 0.0) -> None:
+        """x <- F x + b, P <- F P F^T + SQ SQ^T; F [n,n], SQ [n,any], b [n]."""
+        self.F[:] = F
+        self.x[:] = F @ self.x + b
+        time_update(self.F, np.ascontiguousarray(SQ, dtype=float), self.P, self._W)
+
+    def update_linear(self, H: Array, y: Array, r: Array) -> float:
+        """Measurement y [k] = H x + v, H [k,n], v of 1-sigma r [k], k <= m; returns NIS (-1: refused)."""
+        k = len(y)
+        self.H[:k] = H
+        self.nu[:k] = y - H @ self.x
+        if measurement_update(self.H, np.asarray(r, dtype=float), k, self.P, self.K, self.Sy, self._W, self._A):
+            self.failures += 1
+            return -1.0
+        return float(apply_innovation(self.K, self.nu, k, self.Sy, self.x, self._W[0]))

@@ -1,0 +1,91 @@
+"""What a study is: named cases and one function that makes one run of one case from a seed."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+-]*")  # names become file and folder names
+
+
+class CampaignError(ValueError):
+    """Bad input or a folder, cluster or study that cannot be used; the text says which and what is allowed."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One setting of a study; `params` holds plain JSON values (SI, keys end in the unit)."""
+
+    name: str
+    params: dict[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class RunResult:
+    """What one run gives.
+
+    values: flat dotted keys to scalars, SI unless the key names another unit, for example
+        "default.wind.magnitude_rms_pct". NaN and infinity are kept in the table and left out of the statistics.
+    traces: small arrays for pictures, for example t [N] s, wind_true [N,3] m/s NED; kept for run 0 of each case.
+    """
+
+    values: dict[str, float]
+    traces: dict[str, NDArray[Any]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Study:
+    """A campaign's definition.
+
+    run(case, seed) must be a module-level function that depends on nothing but its arguments: workers in other processes
+    and on other machines call it, in any order. An exception it raises becomes a failed run with that reason.
+    binary: last parts of value keys that are 0 or 1, for example "lost"; their mean gets a Wilson interval.
+    """
+
+    name: str
+    title: str
+    purpose: str
+    cases: tuple[Case, ...]
+    run: Callable[[Case, int], RunResult]
+    default_runs: int = 20
+    binary: tuple[str, ...] = ("lost",)
+
+    def __post_init__(self) -> None:
+        names = [c.name for c in self.cases]
+        for what, text in [("study", self.name), *(("case", n) for n in names)]:
+            if not NAME.fullmatch(text):
+                raise CampaignError(f"{what} name {text!r}: allowed are letters, digits and _ . + - (first: letter, digit)")
+        twice = sorted({n for n in names if names.count(n) > 1})
+        if not names or twice:
+            raise CampaignError(f"study {self.name}: " + (f"case {twice[0]} twice" if twice else "no cases"))
+
+    def choose(self, wanted: list[str] | None) -> tuple[Case, ...]:
+        """The named cases in the study's order, all without names. Raises CampaignError listing the known ones."""
+        if not wanted:
+            return self.cases
+        known = [c.name for c in self.cases]
+        for name in wanted:
+            if name not in known:
+                raise CampaignError(f"case {name!r}: study {self.name} has no such case; known: {', '.join(known)}")
+        return tuple(c for c in self.cases if c.name in wanted)
+
+
+def run_seed(master_seed: int, study: str, run: int) -> int:
+    """Seed of run index `run`: the first 63 bits of SHA-256 of (master seed, study, run).
+
+    The case is left out on purpose: every case and every filter sees the same noise in run i, so that they are compared
+    on the same luck. The value is part of the file format: it never changes.
+    """
+    digest = hashlib.sha256(f"{master_seed}\n{study}\n{run}".encode()).digest()
+    return int.from_bytes(digest[:8], "big") >> 1
+
+
+def finite(value: float) -> bool:
+    """True for a value that enters the statistics."""
+    return bool(np.isfinite(value))
