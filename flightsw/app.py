@@ -166,6 +166,7 @@ class FlightApp:
         c = self.cmd
         if math.isfinite(c.aileron + c.elevator + c.rudder + c.throttle):
             self._good = (c.aileron, c.elevator, c.rudder, c.throttle)
+            self.health.out.failed &= ~HF_ACT
             return
         if not self.health.out.failed & HF_ACT:
             texts.append(Text(2, "non-finite actuator command replaced"))

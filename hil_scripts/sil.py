@@ -9,6 +9,7 @@ import typer
 from rich.console import Console
 
 from hil_scripts import kernel_cache
+from hil_scripts.campaign.cli import campaign
 
 app = typer.Typer(
     add_completion=False,
@@ -163,6 +164,9 @@ def bench(
         print(b.as_json(rows, timing))
     else:
         b.show(Console(), rows, timing)
+
+
+app.command()(campaign)
 
 
 def main() -> None:

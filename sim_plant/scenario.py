@@ -82,6 +82,16 @@ class Slow:
 
     sigma_mps: NonNeg = 0.0
     tau_s: Pos = 20000.0
+    from_zero: bool = False  # start at the prevailing wind instead of somewhere in the stationary spread
+
+
+@dataclass(frozen=True)
+class Sine:
+    """Deterministic variation amplitude * sin(2 pi t / period + phase), north, east, down."""
+
+    amplitude_mps: V3
+    period_s: V3
+    phase_rad: V3 = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -99,6 +109,7 @@ class Wind:
     constant_mps: tuple[float, float] = (0.0, 0.0)  # north, east, air moves towards
     sounding: str = "sounding_oun_20181222_12z_uwyo.txt"
     slow: Slow = field(default_factory=Slow)
+    sine: tuple[Sine, ...] = ()
     dryden: Dryden = field(default_factory=Dryden)
     wake: Wake = field(default_factory=Wake)
 

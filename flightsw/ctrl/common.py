@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -42,12 +43,19 @@ class ControlCore:
         """Advance the integrals by err [n] * dt, clamped, and held while the command sits at a limit and would wind up."""
         for i in range(len(self.e)):
             step = err[i] * dt
+            if not math.isfinite(step):  # one bad estimate must not live on in the integral
+                continue
             if self.saturated and step * self.e[i] > 0.0:
                 continue
             self.e[i] = min(max(self.e[i] + step, -self.int_limit[i]), self.int_limit[i])
 
     def limit(self, u: np.ndarray, h_m: float, V: float) -> tuple[np.ndarray, float]:
-        """Clip u [4] (surfaces [rad], thrust [N]) to the actuators; returns (u, throttle 0..1). Sets `saturated`."""
+        """Clip u [4] (surfaces [rad], thrust [N]) to the actuators; returns (u, throttle 0..1). Sets `saturated`.
+
+        Throttle is NaN when anything that went in is not finite.
+        """
+        if not (math.isfinite(h_m) and math.isfinite(V) and np.isfinite(u).all()):
+            return u, math.nan  # the guard replaces it; the previous command and its memory stay
         avail = thrust_available(self.ac, h_m, V)
         floor = self.ac.engine.idle_frac * avail
         sat = False

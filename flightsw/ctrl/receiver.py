@@ -83,10 +83,11 @@ class ReceiverControl:
         """Command (u [4], throttle). psi_dot_t [rad/s], V_t [m/s]: tanker turn rate and airspeed; h_m altitude [m]."""
         c, z = self.core, self.z
         a = dt / (self.p.condition_tau_s + dt)
-        if not c.started:
+        if not c.started and np.isfinite(psi_dot_t) and np.isfinite(V_t):
             self._cond[:] = psi_dot_t, V_t
-        self._cond[0] += a * (psi_dot_t - self._cond[0])
-        self._cond[1] += a * (V_t - self._cond[1])
+        if np.isfinite(psi_dot_t) and np.isfinite(V_t):
+            self._cond[0] += a * (psi_dot_t - self._cond[0])
+            self._cond[1] += a * (V_t - self._cond[1])
         self.sched.set_condition(self._cond[0], self._cond[1])
         if not c.started:
             c.u_prev[:] = act.pos[0], act.pos[1], act.pos[2], act.thrust

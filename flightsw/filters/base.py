@@ -34,6 +34,10 @@ class PointFilter(Protocol):
     def P(self) -> Array:
         """Covariance [n,n]."""
 
+    @property
+    def S(self) -> Array:
+        """Lower-triangular factor of the covariance [n,n]; read it, write with set_factor."""
+
     def draw(self) -> Array:
         """Points X [k,n] of the present mean and covariance."""
 

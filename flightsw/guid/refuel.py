@@ -72,7 +72,7 @@ class RefuelGuidance:
         ph = self.phase
         if name is None:
             return False, f"action {action} unknown, allowed 1 to 6"
-        if ph == INIT and name != "hold":
+        if ph == INIT:
             return False, "navigation not valid yet"
         if name == "hold":
             self._stop()
@@ -131,7 +131,7 @@ class RefuelGuidance:
 
     def _watch(self, nav: NavState, err: float, dt: float) -> None:
         """Leave the boom by rule: relative solution, data link or station error not good enough."""
-        near = self.phase in (TO_PRECONTACT, PRECONTACT, TO_CONTACT, CONTACT, DISCONNECT)
+        near = self.phase not in (OBSERVATION, BREAKAWAY)
         if not near:
             self._bad_s = 0.0
             return
@@ -152,9 +152,12 @@ class RefuelGuidance:
 
     def _advance(self, nav: NavState, err: float, dt: float) -> None:
         if self.seg is not None:
-            if err < self.p.track_error_m or self.phase == BREAKAWAY:
+            moving = err < self.p.track_error_m or self.phase == BREAKAWAY
+            if moving:
                 self.seg_t += dt
             self.pos, self.vel = self.seg.at(self.seg_t)
+            if not moving:  # the reference waits for the aircraft
+                self.vel = ZERO3
             if self.seg_t < self.seg.T:
                 return
             self.seg = None
@@ -203,8 +206,6 @@ class RefuelGuidance:
         self._fly(legs)
 
     def _stop(self) -> None:
-        if self.phase == INIT:
-            return
         T = 5.0
         target = tuple(x + 0.4 * v * T for x, v in zip(self.pos, self.vel, strict=True))
         self._enter(HOLD, "commanded")

@@ -1,8 +1,5 @@
-"""Campaigns: one study, many runs, in parallel, resumable; the result is a table and a summary in a folder."""
+"""Campaigns: one study, many runs, in parallel, resumable; the result is a table and a summary in a folder.
 
-from __future__ import annotations
-
-from hil_scripts.campaign.engine import Outcome, run_campaign
-from hil_scripts.campaign.study import CampaignError, Case, RunResult, Study
-
-__all__ = ["CampaignError", "Case", "Outcome", "RunResult", "Study", "run_campaign"]
+`study` holds what a study module needs (Study, Case, RunResult), `engine` the function `run_campaign`. Nothing is imported
+here: the command line sets the number of numerical threads before numpy is loaded.
+"""

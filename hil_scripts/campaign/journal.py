@@ -34,6 +34,12 @@ def parse(data: bytes, where: object) -> tuple[list[Row], int]:
     return rows, whole
 
 
+def read(folder: Path) -> list[Row]:
+    """Rows on record, without locking; none when there is no journal. Raises CampaignError, OSError."""
+    path = folder / FILE
+    return parse(path.read_bytes(), path)[0] if path.exists() else []
+
+
 class Journal:
     """Context manager: the journal of folder `folder`, locked against a second campaign. `rows` is what it holds.
 

@@ -60,7 +60,9 @@ class Study:
         names = [c.name for c in self.cases]
         for what, text in [("study", self.name), *(("case", n) for n in names)]:
             if not NAME.fullmatch(text):
-                raise CampaignError(f"{what} name {text!r}: allowed are letters, digits and _ . + - (first: letter, digit)")
+                raise CampaignError(
+                    f"{what} name {text!r}: allowed are letters, digits and _ . + - (first: letter, digit)"
+                )
         twice = sorted({n for n in names if names.count(n) > 1})
         if not names or twice:
             raise CampaignError(f"study {self.name}: " + (f"case {twice[0]} twice" if twice else "no cases"))

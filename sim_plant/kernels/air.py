@@ -64,7 +64,7 @@ def lay_gust(s: Arr, w: Arr, aligned: bool, gust: Arr, at: int, ring: Arr, k: in
 
 @jit
 def free_air(s: Arr, table: Arr, slow: Arr, at: int, ring: Arr, k: int, lag: float, free: Arr) -> None:
-    """Wind [m/s, NED] at the aircraft without wake: sounding at its height + slow[at] (north, east) + gust laid
+    """Wind [m/s, NED] at the aircraft without wake: sounding at its height + slow[at] (north, east, down) + gust laid
     `lag` ticks ago.
 
     `table` [m, 3] height, north, east component, ascending; components are interpolated linearly, ends held. The
@@ -96,4 +96,4 @@ def free_air(s: Arr, table: Arr, slow: Arr, at: int, ring: Arr, k: int, lag: flo
     a, b = (k - i) % size, (k - i - 1) % size
     free[0] += ring[a, 0] + f * (ring[b, 0] - ring[a, 0])
     free[1] += ring[a, 1] + f * (ring[b, 1] - ring[a, 1])
-    free[2] = ring[a, 2] + f * (ring[b, 2] - ring[a, 2])
+    free[2] = slow[at, 2] + ring[a, 2] + f * (ring[b, 2] - ring[a, 2])

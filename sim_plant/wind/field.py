@@ -56,17 +56,18 @@ class AirMass:
             _Gusts(DrydenSeries(seed, f"{vehicles[i].cfg.name}.dryden", d.V_mps, d.L_m, d.sigma_mps, dt_s))
             for i in range(count)
         ]
-        self._slow_cfg = cfg.slow
-        self._slow = np.zeros((BLOCK, 2))
+        self._slow_cfg, self._sines, self._dt = cfg.slow, cfg.sine, dt_s
+        self._slow = np.zeros((BLOCK, 3))  # north, east, down [m/s]
         self._slow_at = BLOCK
+        self._slow_block = 0
         if cfg.slow.sigma_mps > 0.0:
             self._slow_rng = generator(seed, "wind.slow")
-            self._slow_x = self._slow_rng.standard_normal(2)
+            self._slow_x = self._slow_rng.standard_normal(2) * (0.0 if cfg.slow.from_zero else 1.0)
             self._slow_e = math.exp(-dt_s / cfg.slow.tau_s)
         self._lead = vehicles[0]
         self._wake = bool(cfg.wake.source)
         self._rate = 1.0 / dt_s
-        self._zero = np.zeros((1, 2))
+        self._zero = np.zeros((1, 3))
         self._calm = np.zeros((2, 3))
 
     def mean(self, v: Vehicle) -> None:
@@ -95,12 +96,21 @@ class AirMass:
 
     def _next_slow(self) -> None:
         self._slow_at += 1
-        if self._slow_at >= BLOCK:
-            self._slow_at = 0
-            if self._slow_cfg.sigma_mps > 0.0:
-                unit = self._slow_rng.standard_normal((BLOCK, 2))
-                gauss_markov_block(self._slow_x, self._slow_e, unit)
-                self._slow = unit * self._slow_cfg.sigma_mps
+        if self._slow_at < BLOCK:
+            return
+        self._slow_at = 0
+        if self._slow_cfg.sigma_mps > 0.0:
+            unit = self._slow_rng.standard_normal((BLOCK, 2))
+            gauss_markov_block(self._slow_x, self._slow_e, unit)
+            self._slow[:, :2] = unit * self._slow_cfg.sigma_mps
+        if self._sines:
+            self._slow[:, (2 if self._slow_cfg.sigma_mps > 0.0 else 0) :] = 0.0
+            t = (self._slow_block * BLOCK + np.arange(BLOCK)) * self._dt
+            for w in self._sines:
+                for i in range(3):
+                    a, period, phase = w.amplitude_mps[i], w.period_s[i], w.phase_rad[i]
+                    self._slow[:, i] += a * np.sin(2.0 * math.pi * t / period + phase)
+        self._slow_block += 1
 
     def _add_wake(self, v: Vehicle) -> None:
         v.wind[0:3] = v.free

@@ -1,0 +1,93 @@
+"""Command `sil campaign`."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+EXIT_FAILED_RUNS = 1
+EXIT_CONFIG = 2
+
+
+def _list(console: Console) -> None:
+    from hil_scripts.campaign.registry import all_studies
+
+    table = Table("study", "cases", "runs", "about", box=None, pad_edge=False)
+    studies = all_studies()
+    for s in studies.values():
+        table.add_row(s.name, str(len(s.cases)), str(s.default_runs), s.title)
+    console.print(table if studies else "no studies")
+
+
+def campaign(
+    name: Annotated[str | None, typer.Argument(help="Study; `sil campaign --list` shows them.", metavar="NAME")] = None,
+    runs: Annotated[int | None, typer.Option(help="Runs per case (default: the study's).", min=1)] = None,
+    cases: Annotated[str | None, typer.Option(help="Only these cases, for example a,b.", metavar="A,B")] = None,
+    seed: Annotated[int, typer.Option(help="Master seed; run i draws from (seed, study, i), alike in every case.")] = 1,
+    scheduler: Annotated[
+        str | None, typer.Option(help="Use the Dask cluster at this address.", metavar="tcp://HOST:PORT")
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option(help="Local worker processes (default 2; 0: in this process).", min=0, max=256)
+    ] = None,
+    resume: Annotated[
+        bool | None,
+        typer.Option(
+            "--resume/--fresh",
+            help="A folder that exists is resumed if the code is the same. --resume: also if it changed. --fresh: start over.",
+            show_default=False,
+        ),
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Campaign folder (default: campaigns/NAME-SEED).")] = None,
+    list_: Annotated[bool, typer.Option("--list", help="List the studies.")] = False,
+) -> None:
+    """Make many runs of a study. Exit 0: all made; 1: some failed (recorded); 2: bad input or cluster lost; 130: Ctrl-C."""
+    from hil_scripts import kernel_cache
+    from hil_scripts.procs import SINGLE_THREAD, StopFlag
+
+    os.environ.update(SINGLE_THREAD)  # before numpy is imported, also in the workers
+    kernel_cache.use()
+    from hil_scripts import warmup
+    from hil_scripts.campaign.engine import run_campaign
+    from hil_scripts.campaign.registry import find
+    from hil_scripts.campaign.study import CampaignError
+
+    console = Console()
+    try:
+        if list_ or name is None:
+            _list(console)
+            raise typer.Exit(0 if list_ else EXIT_CONFIG)
+        if scheduler is not None and workers is not None:
+            raise CampaignError("--workers is for local workers; a cluster at --scheduler has its own")
+        study = find(name)
+        wanted = [c.strip() for c in cases.split(",") if c.strip()] if cases is not None else None
+        with StopFlag() as stop:
+            if scheduler is None and not warmup.warm(console, stop):
+                raise typer.Exit(128 + stop.signum if stop else EXIT_FAILED_RUNS)
+            done = run_campaign(
+                study,
+                runs,
+                seed,
+                out,
+                scheduler,
+                workers,
+                resume is not False,
+                cases=wanted,
+                mixed_code=resume is True,
+                stop=stop,
+                console=console,
+            )
+    except CampaignError as e:
+        Console(stderr=True).print(f"sil: {e}", style="red", markup=False, highlight=False, soft_wrap=True)
+        raise typer.Exit(EXIT_CONFIG) from None
+    text = f"{done.folder}: {done.rows} runs on record, {done.made} made now, {done.failed} failed"
+    console.print(text, highlight=False, soft_wrap=True)
+    if not done.complete:
+        console.print("stopped; the same command goes on from here", highlight=False)
+        raise typer.Exit(128 + stop.signum)
+    raise typer.Exit(EXIT_FAILED_RUNS if done.failed else 0)
