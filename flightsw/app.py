@@ -95,10 +95,11 @@ class FlightApp:
         if self._started:
             self.act.step(self.u, min(dt_s, MAX_STEP_S))
         index = f.t_us // self.slow_us
-        if index != self._slow_index:
+        fresh = index != self._slow_index
+        if fresh:
             self._slow(f, texts)
             self._slow_index = index
-        self._guard(texts)
+        self._guard(texts, fresh)
         c = self.cmd
         c.t_us = f.t_us
         snap = Snapshot(f.t_us, self.tick_no, f, self.nav, self.guid, c, h, self.timing, texts, acks)
@@ -161,12 +162,16 @@ class FlightApp:
             f.gyro_age_s = (f.t_us - sum(t for t, _ in g) / n) * 1e-6
             g.clear()
 
-    def _guard(self, texts: list[Text]) -> None:
-        """Last look before the actuators: a non-finite value becomes the last good one, and is reported."""
+    def _guard(self, texts: list[Text], fresh: bool) -> None:
+        """Last look before the actuators: a non-finite value becomes the last good one, and is reported once.
+
+        `fresh`: the command was computed in this tick, so a good one clears the flag.
+        """
         c = self.cmd
         if math.isfinite(c.aileron + c.elevator + c.rudder + c.throttle):
             self._good = (c.aileron, c.elevator, c.rudder, c.throttle)
-            self.health.out.failed &= ~HF_ACT
+            if fresh:
+                self.health.out.failed &= ~HF_ACT
             return
         if not self.health.out.failed & HF_ACT:
             texts.append(Text(2, "non-finite actuator command replaced"))

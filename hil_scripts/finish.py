@@ -57,11 +57,10 @@ def finish(plan: RunPlan, run: Path, outcome: Outcome, rrd: bool, console: Conso
 
 
 def _judge(plan: RunPlan, summary: dict[str, Any], console: Console) -> int:
-    if not plan.expect:
-        return 0
     if plan.shortened:
         text = f"bounds of the scenario hold for its full {plan.full_s:.0f} s and were not judged"
         console.print(text, markup=False, highlight=False)
+    if not plan.expect:
         return 0
     try:
         checks = verdict.evaluate(plan.expect, summary)

@@ -124,7 +124,15 @@ class FilterFailureError(ArithmeticError):
 
 @jit
 def augmented_recombine(
-    X: np.ndarray, w0m: float, w0c: float, wi: float, SQ: np.ndarray, again: bool, g: float, x: np.ndarray, P: np.ndarray
+    X: np.ndarray,
+    w0m: float,
+    w0c: float,
+    wi: float,
+    SQ: np.ndarray,
+    again: bool,
+    g: float,
+    x: np.ndarray,
+    P: np.ndarray,
 ) -> None:
     """(3.11b, c): x [n], P [n,n] <- moments of X [2L+1,n]; noise through the points, or (`again`) added to P."""
     n = x.shape[0]

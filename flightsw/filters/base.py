@@ -28,6 +28,7 @@ class PointFilter(Protocol):
     Y: Array  # [k,m] their measurement images
     SQ: Array  # [n,nq] process-noise factor of the coming time update
     nu: Array  # [m] innovation of the last correction
+    K: Array  # [n,m] its gain
     Sy: Array  # [m,m] lower factor of its covariance
 
     @property

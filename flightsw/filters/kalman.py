@@ -154,9 +154,7 @@ class KalmanFilter(CovarianceFilter):
         in `failures` and the update refused (NIS -1).
         """
         nis = float(
-            correct_points(
-                self.Y, self._d, y, r, m, self.x, self.P, self.nu, self.H, self.K, self.Sy, self._W, self._A
-            )
+            correct_points(self.Y, self._d, y, r, m, self.x, self.P, self.nu, self.H, self.K, self.Sy, self._W, self._A)
         )
         self.failures += nis < 0.0
         return nis

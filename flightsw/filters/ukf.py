@@ -59,7 +59,9 @@ def own_cov(Y: np.ndarray, y: np.ndarray, m: int, w0: float, wi: float, C: np.nd
 
 
 @jit
-def recombine_full(X: np.ndarray, w0m: float, w0c: float, wi: float, SQ: np.ndarray, x: np.ndarray, P: np.ndarray) -> None:
+def recombine_full(
+    X: np.ndarray, w0m: float, w0c: float, wi: float, SQ: np.ndarray, x: np.ndarray, P: np.ndarray
+) -> None:
     """x [n], P [n,n] <- mean and covariance of the points X [p,n] plus SQ SQ^T."""
     n = x.shape[0]
     _weighted_mean(X, n, w0m, wi, x)

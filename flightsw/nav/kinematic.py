@@ -1,15 +1,21 @@
 """Wind estimator without an aerodynamic model: air data, attitude, body rates and ground velocity are all it needs.
 
-States [12]: air-relative velocity (V, beta, alpha), wind (N, E, D), specific force in body axes (the sum of everything that
-is not gravity: wing, propulsion, tether), and the probe's errors (airspeed scale, beta and alpha offsets). Between samples
+States [12]: air-relative velocity u in body axes (V, beta, alpha are read off it), wind (N, E, D), specific force in body
+axes (the sum of everything that is not gravity: wing, propulsion, tether), and the probe's errors (airspeed scale k, beta and
+alpha offsets b, a). Between samples
 
     u_dot = -w x u + f + R_BI g,     W random walk,  f random walk,  probe errors random walk,
 
-with u = R_BW [V,0,0], body rates w and attitude R_BI as known inputs. A wind increment dW enters (V, beta, alpha) through
--eps^-1 R_BI (Lee 2011, re-formulated: process noise of the wind and of the air-relative velocity are fully correlated).
+with u = R_BW [V,0,0], attitude R_BI and body rates w as known inputs. A wind increment dW enters u as -R_BI dW: the
+-eps^-1 R_BI coupling of Lee's filter, re-formulated. In (V, beta, alpha) that coupling is a linearisation; at a random walk
+of 1 m/s/sqrt(s) and 20 m/s of airspeed its neglected second order, q^2/V per second and always of one sign, walks the
+airspeed scale off by 9 % in 50 s of noise-free straight flight. In u the process is linear and nothing is neglected.
 Measured: ground velocity R_BI^T u + W, and (V, beta, alpha) of u + C (k, b, a). The velocity is used once, as a measurement;
-its difference is nowhere an input, so that its noise does not appear twice. Attitude noise acts on the velocity equation as
-V sigma_att; rate noise turns the air-relative velocity by sigma_rate dt.
+its difference is nowhere an input, so that its noise does not appear twice.
+
+The turn between samples is that of the attitude; the integrated rates fill in while no attitude comes, and judge it when it
+does: an increment that disagrees with them is an attitude correction, not motion, and that step's noise u x d grows by the
+disagreement. Turning by the rates alone would let a rate scale error of 2 % walk u away from R_BI (v - W) for good.
 
 Why C is formed at the slow air velocity R_BI (v - W_slow) and not at u: with V (1 + k) the turbulence itself, seen in u,
 would count as excitation of k. It is correlated with the very noise it is weighed against, so each gust would bias k and
@@ -27,8 +33,7 @@ import numpy as np
 from flightsw.filters.srukf import SquareRootUKF, row_norms
 from flightsw.kernels.jit import jit
 from flightsw.kernels.linalg import forward_sub, tria
-from flightsw.kernels.rotations import dcm_from_euler, rotate_dcm, vec3
-from flightsw.models.airframe import air_jacobian
+from flightsw.kernels.rotations import dcm_from_euler, mul33_t, rotate_dcm, vec3
 from flightsw.strict import Range
 
 Pos = Annotated[float, Range(1e-12)]
@@ -52,15 +57,14 @@ class KinematicParams:
     r_beta: Pos = 0.0035  # [rad]
     r_alpha: Pos = 0.0035  # [rad]
     r_vel: Pos = 0.03  # [m/s]
-    r_att: NonNeg = 0.002  # [rad] sample-to-sample part of the attitude error
-    r_rate: NonNeg = 0.02  # [rad/s]
+    r_att: NonNeg = 0.001  # [rad] change of the attitude error from sample to sample
+    r_rate: NonNeg = 0.02  # [rad/s] body rates, where they stand in for the attitude
     probe_scale: NonNeg = 0.03  # [-] start 1-sigma of the airspeed scale error
     probe_beta: NonNeg = 0.02  # [rad]
     probe_alpha: NonNeg = 0.02  # [rad]
     bias_att: NonNeg = 0.005  # [rad] slow attitude error, not a state: added to the reported wind uncertainty
     bias_vel: NonNeg = 0.1  # [m/s] slow velocity error, likewise
     slow_s: Pos = 10.0  # [s] time constant of the slow wind in the probe-error matrix
-    wind_sigma0: Pos = 20.0  # [m/s]
     force_sigma0: Pos = 20.0  # [m/s^2]
     soft_gate: Pos = 3.0  # [-] innovation over its 1-sigma beyond which a measurement loses weight
     hard_gate: Pos = 6.0  # [-] and beyond which it is refused
@@ -78,6 +82,7 @@ class KinematicInput:
     w_b: Vec3 = (0.0, 0.0, 0.0)
     vel_n: Vec3 = (0.0, 0.0, 0.0)
     air: Vec3 = (0.0, 0.0, 0.0)
+    att_ok: bool = True
     air_ok: bool = True
     vel_ok: bool = True
 
@@ -106,30 +111,20 @@ class KinematicState:
 
 
 @jit
-def propagate(X: np.ndarray, w: np.ndarray, R: np.ndarray, dt: float, E: np.ndarray, B: np.ndarray) -> None:
-    """Points X [k,12] <- dt [s] later. w [3] mean body rate, R [9] NED to body in the middle of the step; work E, B [9].
+def propagate(X: np.ndarray, E: np.ndarray, R0: np.ndarray, R1: np.ndarray, dt: float) -> None:
+    """Points X [k,12] <- dt [s] later. E [9] turn of the body axes, R0, R1 [9] NED to body before and after.
 
     Half the acceleration, the exact turn of the axes, the other half (second order in dt).
     """
-    for i in range(9):
-        B[i] = 1.0 if i % 4 == 0 else 0.0
-    rotate_dcm(B, w, dt, E)
     h = 0.5 * dt
+    g = 9.80665 * h
     for s in range(X.shape[0]):
         x = X[s]
-        V, b, a = x[0], x[1], x[2]
-        cb = math.cos(b)
-        ax, ay, az = x[6] + R[2] * 9.80665, x[7] + R[5] * 9.80665, x[8] + R[8] * 9.80665
-        u0 = V * math.cos(a) * cb + h * ax
-        u1 = V * math.sin(b) + h * ay
-        u2 = V * math.sin(a) * cb + h * az
-        v0 = E[0] * u0 + E[1] * u1 + E[2] * u2 + h * ax
-        v1 = E[3] * u0 + E[4] * u1 + E[5] * u2 + h * ay
-        v2 = E[6] * u0 + E[7] * u1 + E[8] * u2 + h * az
-        n = max(math.sqrt(v0 * v0 + v1 * v1 + v2 * v2), 1e-6)
-        x[0] = n
-        x[1] = math.asin(max(-1.0, min(1.0, v1 / n)))
-        x[2] = math.atan2(v2, v0)
+        f0, f1, f2 = x[6] * h, x[7] * h, x[8] * h
+        u0, u1, u2 = x[0] + f0 + R0[2] * g, x[1] + f1 + R0[5] * g, x[2] + f2 + R0[8] * g
+        x[0] = E[0] * u0 + E[1] * u1 + E[2] * u2 + f0 + R1[2] * g
+        x[1] = E[3] * u0 + E[4] * u1 + E[5] * u2 + f1 + R1[5] * g
+        x[2] = E[6] * u0 + E[7] * u1 + E[8] * u2 + f2 + R1[8] * g
 
 
 @jit
@@ -151,11 +146,9 @@ def measure(X: np.ndarray, R: np.ndarray, C: np.ndarray, codes: np.ndarray, m: i
     """
     for s in range(X.shape[0]):
         x = X[s]
-        cb = math.cos(x[1])
-        u0, u1, u2 = x[0] * math.cos(x[2]) * cb, x[0] * math.sin(x[1]), x[0] * math.sin(x[2]) * cb
-        a0 = u0 + C[0] * x[9] + C[1] * x[10] + C[2] * x[11]
-        a1 = u1 + C[3] * x[9] + C[4] * x[10] + C[5] * x[11]
-        a2 = u2 + C[6] * x[9] + C[7] * x[10] + C[8] * x[11]
+        a0 = x[0] + C[0] * x[9] + C[1] * x[10] + C[2] * x[11]
+        a1 = x[1] + C[3] * x[9] + C[4] * x[10] + C[5] * x[11]
+        a2 = x[2] + C[6] * x[9] + C[7] * x[10] + C[8] * x[11]
         V = max(math.sqrt(a0 * a0 + a1 * a1 + a2 * a2), 1e-6)
         for j in range(m):
             c = codes[j]
@@ -167,7 +160,7 @@ def measure(X: np.ndarray, R: np.ndarray, C: np.ndarray, codes: np.ndarray, m: i
                 Y[s, j] = math.atan2(a2, a0)
             else:
                 i = c - 3
-                Y[s, j] = R[i] * u0 + R[3 + i] * u1 + R[6 + i] * u2 + x[c]
+                Y[s, j] = R[i] * x[0] + R[3 + i] * x[1] + R[6 + i] * x[2] + x[c]
 
 
 @jit
@@ -210,9 +203,9 @@ class KinematicNav:
         self.ukf = SquareRootUKF(N, M, NQ)
         self.out = KinematicState()
         self.started = False
-        self._w0, self._e0 = np.zeros(3), np.zeros(3)
-        self._w, self._R, self._Rm, self._E, self._B = np.zeros(3), np.zeros(9), np.zeros(9), np.zeros(9), np.zeros(9)
-        self._G, self._C, self._slow = np.zeros((3, 3)), np.zeros(9), np.zeros(3)
+        self._w0 = np.zeros(3)
+        self._w, self._R, self._Rg, self._R0, self._E = np.zeros(3), np.zeros(9), np.zeros(9), np.zeros(9), np.zeros(9)
+        self._C, self._slow = np.zeros(9), np.zeros(3)
         self._codes = np.zeros(M, dtype=np.int64)
         self._y, self._r, self._nu, self._sd, self._e = (np.zeros(M) for _ in range(5))
         self._L, self._A = np.zeros((M, M)), np.zeros((M, 2 * N + 1 + M))
@@ -226,20 +219,21 @@ class KinematicNav:
     def get_state(self) -> dict[str, np.ndarray]:
         """Copy of the state."""
         head = np.array([float(self.started), float(self.out.t_us)])
-        return {"x": self.ukf.x.copy(), "S": self.ukf.S.copy(), "w": self._w0.copy(), "e": self._e0.copy(),
+        return {"x": self.ukf.x.copy(), "S": self.ukf.S.copy(), "w": self._w0.copy(), "R": self._R.copy(),
                 "since": self._since.copy(), "slow": self._slow.copy(), "C": self._C.copy(), "head": head}  # fmt: skip
 
     def set_state(self, s: dict[str, np.ndarray]) -> None:
         """Restore what `get_state` returned."""
-        self.ukf.x[:], self.ukf.S[:], self._w0[:], self._e0[:] = s["x"], s["S"], s["w"], s["e"]
+        self.ukf.x[:], self.ukf.S[:], self._w0[:], self._R[:] = s["x"], s["S"], s["w"], s["R"]
         self._since[:], self._slow[:], self._C[:] = s["since"], s["slow"], s["C"]
         self.started, self.out.t_us = bool(s["head"][0]), int(s["head"][1])
 
     def step(self, f: KinematicInput) -> KinematicState:
         """One sample. Never raises on bad data: `valid` and `reason` of the returned state say what is wrong."""
         o, p = self.out, self.p
-        if not all(map(math.isfinite, (*f.euler, *f.w_b))):
-            o.valid, o.reason, o.codes = False, "attitude or body rate not finite", ()
+        att_ok = f.att_ok and all(map(math.isfinite, f.euler))
+        if not all(map(math.isfinite, f.w_b)):
+            o.valid, o.reason, o.codes = False, "body rate not finite", ()
             return o
         air_ok = f.air_ok and all(map(math.isfinite, f.air)) and f.air[0] >= p.min_airspeed
         vel_ok = f.vel_ok and all(map(math.isfinite, f.vel_n))
@@ -250,67 +244,84 @@ class KinematicNav:
                 return o
             self.started = False
         if not self.started:
-            return self._start(f, air_ok and vel_ok)
-        self._predict(f, dt)
+            return self._start(f, att_ok and air_ok and vel_ok)
+        self._predict(f, dt, att_ok)
         self._fuse(f, dt, air_ok, vel_ok)
         x = self.ukf.x
-        if not (np.isfinite(x).all() and np.isfinite(self.ukf.S).all() and p.min_airspeed < x[0] < 400.0):
+        if not (np.isfinite(x).all() and np.isfinite(self.ukf.S).all() and p.min_airspeed < self.airspeed() < 400.0):
             self.started = False
             o.t_us, o.valid, o.reason = f.t_us, False, "estimate left its domain, starting again"
             return o
         return self._publish(f)
 
+    def airspeed(self) -> float:
+        """Estimated airspeed [m/s]."""
+        x = self.ukf.x
+        return math.sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2])
+
     def _start(self, f: KinematicInput, usable: bool) -> KinematicState:
         o, p, x = self.out, self.p, self.ukf.x
         o.t_us, o.codes = f.t_us, ()
         if not usable:
-            o.valid, o.reason = False, "waiting for air data and ground velocity"
+            o.valid, o.reason = False, "waiting for attitude, air data and ground velocity"
             return o
-        x[:] = 0.0
-        x[AIR] = f.air
-        dcm_from_euler(*f.euler, self._R)
         cb = math.cos(f.air[1])
         u = f.air[0] * np.array([math.cos(f.air[2]) * cb, math.sin(f.air[1]), math.sin(f.air[2]) * cb])
+        dcm_from_euler(*f.euler, self._R)
         R = self._R.reshape(3, 3)
-        x[WIND] = np.array(f.vel_n) - R.T @ u
+        x[AIR], x[WIND], x[PROBE] = u, np.array(f.vel_n) - R.T @ u, 0.0
         x[FORCE] = np.cross(f.w_b, u) - G0 * R[:, 2]
-        sd = [math.hypot(p.r_V, f.air[0] * p.probe_scale), math.hypot(p.r_beta, p.probe_beta)]
-        sd += [math.hypot(p.r_alpha, p.probe_alpha), *[p.wind_sigma0] * 3, *[p.force_sigma0] * 3]
-        self.ukf.S[:] = np.diag([*sd, p.probe_scale, p.probe_beta, p.probe_alpha])
+        # what is wrong with u is wrong with the wind as well: the start covariance carries it, and needs no wide guess
+        probe_matrix(u, self._C)
+        C = self._C.reshape(3, 3)
+        J = np.zeros((N, 12))
+        J[PROBE, 0:3] = np.diag([p.probe_scale, p.probe_beta, p.probe_alpha])
+        J[AIR, 0:3] = -C @ J[PROBE, 0:3]
+        J[AIR, 3:6] = C * np.array([p.r_V / f.air[0], p.r_beta, p.r_alpha])
+        J[WIND, 0:6] = -R.T @ J[AIR, 0:6]
+        J[WIND, 6:9] = np.eye(3) * p.r_vel
+        J[FORCE, 9:12] = np.eye(3) * p.force_sigma0
+        A = np.ascontiguousarray(J)
+        tria(A, N, 12, self.ukf.S)
         self._since[:] = 0.0
         self._slow[:] = x[WIND]
-        probe_matrix(u, self._C)
-        self._w0[:], self._e0[:] = f.w_b, f.euler
+        self._w0[:] = f.w_b
         self.started = True
         return self._publish(f)
 
-    def _predict(self, f: KinematicInput, dt: float) -> None:
+    def _predict(self, f: KinematicInput, dt: float, att_ok: bool) -> None:
         p, x, SQ = self.p, self.ukf.x, self.ukf.SQ
         for i in range(3):
             self._w[i] = 0.5 * (self._w0[i] + f.w_b[i])
-        dcm_from_euler(*self._e0, self._R)
-        rotate_dcm(self._R, self._w, 0.5 * dt, self._Rm)
-        self._w0[:], self._e0[:] = f.w_b, f.euler
+        self._w0[:], self._R0[:] = f.w_b, self._R
+        rotate_dcm(self._R0, self._w, dt, self._Rg)
+        s = p.r_rate * dt  # [rad] 1-sigma of the turn
+        if att_ok:
+            dcm_from_euler(*f.euler, self._R)
+            mul33_t(self._R, self._Rg, self._E)  # attitude against rates: close to I - [d x]
+            E = self._E
+            d2 = (E[5] - E[7]) ** 2 + (E[6] - E[2]) ** 2 + (E[1] - E[3]) ** 2
+            s = math.sqrt(p.r_att**2 + max(0.0, 0.25 * d2 / 3.0 - s * s))
+        else:
+            self._R[:] = self._Rg
+        mul33_t(self._R, self._R0, self._E)
         rt = math.sqrt(dt)
         SQ[:] = 0.0
-        air_jacobian(x[0], x[1], x[2], self._Rm, self._G)
-        SQ[AIR, 0:3] = self._G * (p.q_wind * rt)
+        SQ[AIR, 0:3] = self._R.reshape(3, 3) * (-p.q_wind * rt)
         SQ[3, 0] = SQ[4, 1] = SQ[5, 2] = p.q_wind * rt
         SQ[6, 3] = SQ[7, 4] = SQ[8, 5] = p.q_force * rt
-        s = p.r_rate * dt  # [rad] the rate noise is white from sample to sample
-        # turning by the small angle d changes u by -d x u: no change of V, and to first order alpha by d_q, beta by -d_r
-        ca, sa, tb = math.cos(x[2]), math.sin(x[2]), math.tan(x[1])
-        SQ[1, 6], SQ[1, 8] = s * sa, -s * ca
-        SQ[2, 6], SQ[2, 7], SQ[2, 8] = -s * ca * tb, s, -s * sa * tb
+        # turning by a small d changes u by u x d
+        SQ[0, 7], SQ[0, 8] = -x[2] * s, x[1] * s
+        SQ[1, 6], SQ[1, 8] = x[2] * s, -x[0] * s
+        SQ[2, 6], SQ[2, 7] = -x[1] * s, x[0] * s
         for i, (q, on) in enumerate(((p.q_scale, p.probe_scale), (p.q_offset, p.probe_beta), (p.q_offset, p.probe_alpha))):
             SQ[9 + i, 9 + i] = q * rt if on > 0.0 else 0.0
-        propagate(self.ukf.draw(), self._w, self._Rm, dt, self._E, self._B)
+        propagate(self.ukf.draw(), self._E, self._R0, self._R, dt)
         self.ukf.recombine()
 
     def _fuse(self, f: KinematicInput, dt: float, air_ok: bool, vel_ok: bool) -> None:
         o, p, m = self.out, self.p, 0
-        s_vel = math.hypot(p.r_vel, self.ukf.x[0] * p.r_att)
-        values, sigmas = (*f.air, *f.vel_n), (p.r_V, p.r_beta, p.r_alpha, s_vel, s_vel, s_vel)
+        values, sigmas = (*f.air, *f.vel_n), (p.r_V, p.r_beta, p.r_alpha, p.r_vel, p.r_vel, p.r_vel)
         for c in range(M):
             if air_ok if c < 3 else vel_ok:
                 self._codes[m], self._y[m], self._r[m] = c, values[c], sigmas[c]
@@ -318,7 +329,6 @@ class KinematicNav:
         o.codes, o.softened, o.refused, o.log_likelihood = tuple(self._codes[:m].tolist()), 0, 0, 0.0
         if m == 0:
             return
-        dcm_from_euler(*f.euler, self._R)
         ukf = self.ukf
         self._slow += (ukf.x[WIND] - self._slow) * min(1.0, dt / p.slow_s)
         if vel_ok:
@@ -349,9 +359,11 @@ class KinematicNav:
     def _publish(self, f: KinematicInput) -> KinematicState:
         o, p, x = self.out, self.p, self.ukf.x
         o.t_us, o.valid, o.reason = f.t_us, True, ""
-        o.air, o.wind_n, o.force_b, o.probe = vec3(x[AIR]), vec3(x[WIND]), vec3(x[FORCE]), vec3(x[PROBE])
+        V = self.airspeed()
+        o.air = (V, math.asin(max(-1.0, min(1.0, x[1] / V))), math.atan2(x[2], x[0]))
+        o.wind_n, o.force_b, o.probe = vec3(x[WIND]), vec3(x[FORCE]), vec3(x[PROBE])
         s = self.ukf.sigmas()
-        b = (x[0] * p.bias_att) ** 2 + p.bias_vel**2
+        b = (V * p.bias_att) ** 2 + p.bias_vel**2
         o.wind_sigma = (math.sqrt(s[3] ** 2 + b), math.sqrt(s[4] ** 2 + b), math.sqrt(s[5] ** 2 + b))
         o.probe_sigma = (s[9], s[10], s[11])
         SW = self.ukf.S[WIND]
