@@ -50,21 +50,21 @@ class KinematicParams:
     """Tuning; process noise per sqrt(s), sensor values 1-sigma per sample. `probe_*` = 0 switches that probe state off."""
 
     q_wind: NonNeg = 1.2  # [m/s]
-    q_force: NonNeg = 9.0  # [m/s^2]
+    q_force: NonNeg = 7.0  # [m/s^2]
     q_scale: NonNeg = 1e-4  # [-]
     q_offset: NonNeg = 1e-4  # [rad]
     r_V: Pos = 0.07  # [m/s]
     r_beta: Pos = 0.0035  # [rad]
     r_alpha: Pos = 0.0035  # [rad]
-    r_vel: Pos = 0.03  # [m/s]
+    r_vel: Pos = 0.01  # [m/s]
     r_att: NonNeg = 0.001  # [rad] change of the attitude error from sample to sample
     r_rate: NonNeg = 0.02  # [rad/s] body rates, where they stand in for the attitude
-    probe_scale: NonNeg = 0.03  # [-] start 1-sigma of the airspeed scale error
-    probe_beta: NonNeg = 0.02  # [rad]
-    probe_alpha: NonNeg = 0.02  # [rad]
+    probe_scale: NonNeg = 0.02  # [-] start 1-sigma of the airspeed scale error
+    probe_beta: NonNeg = 0.015  # [rad]
+    probe_alpha: NonNeg = 0.015  # [rad]
     bias_att: NonNeg = 0.005  # [rad] slow attitude error, not a state: added to the reported wind uncertainty
     bias_vel: NonNeg = 0.1  # [m/s] slow velocity error, likewise
-    slow_s: Pos = 10.0  # [s] time constant of the slow wind in the probe-error matrix
+    slow_s: Pos = 3.0  # [s] time constant of the slow wind in the probe-error matrix
     force_sigma0: Pos = 20.0  # [m/s^2]
     soft_gate: Pos = 3.0  # [-] innovation over its 1-sigma beyond which a measurement loses weight
     hard_gate: Pos = 6.0  # [-] and beyond which it is refused
@@ -331,8 +331,8 @@ class KinematicNav:
             return
         ukf = self.ukf
         self._slow += (ukf.x[WIND] - self._slow) * min(1.0, dt / p.slow_s)
-        if vel_ok:
-            probe_matrix(self._R.reshape(3, 3) @ (np.array(f.vel_n) - self._slow), self._C)
+        # R (v - W_slow) with the predicted velocity: the noise of the measured one is in the innovation it would meet
+        probe_matrix(ukf.x[AIR] + self._R.reshape(3, 3) @ (ukf.x[WIND] - self._slow), self._C)
         measure(ukf.draw(), self._R, self._C, self._codes, m, ukf.Y)
         o.log_likelihood = float(innovate(ukf.Y, m, ukf.w0c, ukf.wi, self._y, self._r, self._nu, self._sd, self._e, self._L, self._A))
         o.innovation[:m], o.innovation_sigma[:m], o.whitened[:m] = self._nu[:m], self._sd[:m], self._e[:m]

@@ -174,9 +174,9 @@ def run(treatment: str, seed: int, n: int = 3000) -> tuple[float, float]:
 
 
 def test_noise_states_are_optimal_and_honest_ignoring_colour_is_neither() -> None:
-    res = {t: np.mean([run(t, seed) for seed in range(4)], axis=0) for t in ("ignored", "scaled", "states")}
+    res = {t: np.mean([run(t, seed) for seed in range(10)], axis=0) for t in ("ignored", "scaled", "states")}
     assert res["states"][0] <= min(res["ignored"][0], res["scaled"][0]) * 1.001
-    assert 0.8 < res["states"][1] < 1.25
+    assert 0.75 < res["states"][1] < 1.25
     assert res["ignored"][1] > 3.0  # over-confident
     assert res["scaled"][1] < 1.25  # pessimistic or right, never over-confident
     assert res["scaled"][0] < res["ignored"][0] * 1.1

@@ -1,0 +1,1 @@
+"""Offline estimation on recorded flights: `sil estimate FILE`."""

@@ -1,0 +1,82 @@
+"""The onboard estimator run over a log, and the raw wind triangle beside it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from flightsw.nav.kinematic import KinematicInput, KinematicNav, KinematicParams
+from hil_scripts.estimate.flightlog import FlightLog
+
+Array = np.ndarray
+CHANNELS = ("airspeed", "beta", "alpha", "vel_n", "vel_e", "vel_d")
+
+
+@dataclass(frozen=True)
+class Track:
+    """Estimate at every sample of a log. wind, sigma, probe, probe_sigma, air [n,3]; z, e [n,6] innovation over its 1-sigma and
+    whitened (NaN at the first sample); P [n,6,6] covariance of wind and probe errors.
+    """
+
+    wind: Array
+    sigma: Array
+    air: Array
+    probe: Array
+    probe_sigma: Array
+    z: Array
+    e: Array
+    P: Array
+    log_likelihood: float
+    softened: int
+    refused: int
+
+
+def run(log: FlightLog, params: KinematicParams) -> Track:
+    """Run `KinematicNav` over the log, sample by sample, as it would run onboard (no look-ahead)."""
+    n = len(log)
+    nav = KinematicNav(params)
+    wind, sigma, air, probe, psig = (np.full((n, 3), np.nan) for _ in range(5))
+    z, e, P = np.full((n, 6), np.nan), np.full((n, 6), np.nan), np.full((n, 6, 6), np.nan)
+    ll, soft, refused = 0.0, 0, 0
+    f = KinematicInput()
+    t_us = np.rint(log.t * 1e6).astype(np.int64).tolist()
+    rows = zip(t_us, log.euler.tolist(), log.w_b.tolist(), log.vel_n.tolist(), log.air.tolist(), strict=True)
+    for k, (t, euler, w, v, a) in enumerate(rows):
+        f.t_us, f.euler, f.w_b, f.vel_n, f.air = t, tuple(euler), tuple(w), tuple(v), tuple(a)
+        o = nav.step(f)
+        if not o.valid:
+            continue
+        wind[k], sigma[k], air[k], probe[k], psig[k] = o.wind_n, o.wind_sigma, o.air, o.probe, o.probe_sigma
+        S = nav.ukf.S[[3, 4, 5, 9, 10, 11]]
+        P[k] = S @ S.T
+        if len(o.codes) == 6:
+            z[k], e[k] = o.innovation / o.innovation_sigma, o.whitened
+            ll += o.log_likelihood
+        soft += o.softened
+        refused += o.refused
+    return Track(wind, sigma, air, probe, psig, z, e, P, ll, soft, refused)
+
+
+def body_axes(log: FlightLog) -> Rotation:
+    """Rotations body to NED at every sample (3-2-1 angles)."""
+    return Rotation.from_euler("ZYX", log.euler)
+
+
+def air_velocity(air: Array) -> Array:
+    """Air-relative velocity [n,3] in body axes of (V, beta, alpha) [n,3]."""
+    V, b, a = air.T
+    return np.stack([V * np.cos(a) * np.cos(b), V * np.sin(b), V * np.sin(a) * np.cos(b)], axis=-1)
+
+
+def triangle(log: FlightLog) -> Array:
+    """Raw wind triangle [n,3] NED: ground velocity less the air-relative velocity, sample by sample."""
+    return log.vel_n - body_axes(log).apply(air_velocity(log.air))
+
+
+def implied_air(log: FlightLog, wind: Array) -> Array:
+    """(V, beta, alpha) [n,3] that a probe without error would read in this wind [n,3] NED."""
+    u = body_axes(log).apply(log.vel_n - wind, inverse=True)
+    V = np.linalg.norm(u, axis=1)
+    return np.stack([V, np.arcsin(u[:, 1] / V), np.arctan2(u[:, 2], u[:, 0])], axis=-1)
