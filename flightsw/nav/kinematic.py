@@ -314,7 +314,9 @@ class KinematicNav:
         SQ[0, 7], SQ[0, 8] = -x[2] * s, x[1] * s
         SQ[1, 6], SQ[1, 8] = x[2] * s, -x[0] * s
         SQ[2, 6], SQ[2, 7] = -x[1] * s, x[0] * s
-        for i, (q, on) in enumerate(((p.q_scale, p.probe_scale), (p.q_offset, p.probe_beta), (p.q_offset, p.probe_alpha))):
+        for i, (q, on) in enumerate(
+            ((p.q_scale, p.probe_scale), (p.q_offset, p.probe_beta), (p.q_offset, p.probe_alpha))
+        ):
             SQ[9 + i, 9 + i] = q * rt if on > 0.0 else 0.0
         propagate(self.ukf.draw(), self._E, self._R0, self._R, dt)
         self.ukf.recombine()
@@ -334,7 +336,9 @@ class KinematicNav:
         # R (v - W_slow) with the predicted velocity: the noise of the measured one is in the innovation it would meet
         probe_matrix(ukf.x[AIR] + self._R.reshape(3, 3) @ (ukf.x[WIND] - self._slow), self._C)
         measure(ukf.draw(), self._R, self._C, self._codes, m, ukf.Y)
-        o.log_likelihood = float(innovate(ukf.Y, m, ukf.w0c, ukf.wi, self._y, self._r, self._nu, self._sd, self._e, self._L, self._A))
+        o.log_likelihood = float(
+            innovate(ukf.Y, m, ukf.w0c, ukf.wi, self._y, self._r, self._nu, self._sd, self._e, self._L, self._A)
+        )
         o.innovation[:m], o.innovation_sigma[:m], o.whitened[:m] = self._nu[:m], self._sd[:m], self._e[:m]
         k = 0
         for j in range(m):

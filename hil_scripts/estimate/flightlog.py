@@ -38,7 +38,9 @@ AIR = (
     *_group("beta_rad alpha_rad", 1.2, "rad expected, this looks like degrees"),
 )
 WIND = _group("wind_n_mps wind_e_mps wind_d_mps", 120.0, "m/s expected, this looks like cm/s or km/h")
-POS = _group("pos_n_m pos_e_m pos_d_m", 1e6, "metres from a local origin expected, this looks like an earth-fixed frame")
+POS = _group(
+    "pos_n_m pos_e_m pos_d_m", 1e6, "metres from a local origin expected, this looks like an earth-fixed frame"
+)
 REQUIRED = (TIME, *VEL, *ATT, *RATE, *AIR)
 
 
@@ -139,7 +141,9 @@ def _check_time(path: Path, t: Array) -> None:
         raise LogError(f"{path}: line {k + 3}: column t_s = {t[k + 1]:g} does not advance from {t[k]:g}")
     step = float(np.median(d))
     if not 1e-3 <= step <= 0.5:
-        raise LogError(f"{path}: column t_s: median step {step:g}; allowed 0.001 to 0.5 s (milliseconds, or rows left out?)")
+        raise LogError(
+            f"{path}: column t_s: median step {step:g}; allowed 0.001 to 0.5 s (milliseconds, or rows left out?)"
+        )
 
 
 def _ratio(of: Array, by: Array) -> float:

@@ -73,7 +73,9 @@ def make(log: FlightLog, p: KinematicParams, seed: int, slow: SlowErrors | None 
     probe = rng.normal(size=3) * [p.probe_scale, p.probe_beta, p.probe_alpha]
     u = body.apply(vel - wind, inverse=True)
     V = np.linalg.norm(u, axis=1)
-    air = np.stack([V * (1.0 + probe[0]), np.arcsin(u[:, 1] / V) + probe[1], np.arctan2(u[:, 2], u[:, 0]) + probe[2]], -1)
+    air = np.stack(
+        [V * (1.0 + probe[0]), np.arcsin(u[:, 1] / V) + probe[1], np.arctan2(u[:, 2], u[:, 0]) + probe[2]], -1
+    )
     air = air + rng.normal(size=(n, 3)) * [p.r_V, p.r_beta, p.r_alpha]
     vel_m = vel + rng.normal(size=(n, 3)) * p.r_vel
     gyro = rate + rng.normal(size=(n, 3)) * 0.5 * p.r_rate

@@ -67,9 +67,7 @@ def oracle(wind: np.ndarray, y: np.ndarray, r: np.ndarray, scale: float = 1.0) -
     return per_segment(np.array(err))
 
 
-def adapted(
-    wind: np.ndarray, y: np.ndarray, r: np.ndarray, kind: str = "ukf"
-) -> tuple[np.ndarray, np.ndarray]:
+def adapted(wind: np.ndarray, y: np.ndarray, r: np.ndarray, kind: str = "ukf") -> tuple[np.ndarray, np.ndarray]:
     flt, ad, err, q = new(kind, len(r)), NoiseAdapter(0.33, 0, len(r)), [], []
     for i in range(len(y)):
         step(flt, y[i], r, ad.q)
@@ -78,7 +76,9 @@ def adapted(
     return per_segment(np.array(err)), np.array(q)
 
 
-def banked(wind: np.ndarray, y: np.ndarray, r: np.ndarray, mix: bool, kind: str = "ukf") -> tuple[np.ndarray, np.ndarray]:
+def banked(
+    wind: np.ndarray, y: np.ndarray, r: np.ndarray, mix: bool, kind: str = "ukf"
+) -> tuple[np.ndarray, np.ndarray]:
     k = len(r)
     values = (0.2, 0.6, 2.0)
     bank = FilterBank([new(kind, k) for _ in values], values, markov(3, 20.0, T), mix=mix)
