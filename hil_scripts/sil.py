@@ -169,6 +169,22 @@ def bench(
 app.command()(campaign)
 
 
+@app.command()
+def estimate(
+    file: Annotated[Path, typer.Argument(help="Flight log, CSV; columns as in docs/real-data.md.", metavar="FILE")],
+    out: Annotated[Path | None, typer.Option(help="Folder for summary.json and wind.png.")] = None,
+    twins: Annotated[int, typer.Option(help="Synthetic flights of each kind on the log's path; 0: none.", min=0)] = 20,
+) -> None:
+    """Estimate the wind along a recorded flight, offline, and compare it with the logged one. Exit 2: bad input."""
+    kernel_cache.use()
+    from hil_scripts.estimate import command
+
+    try:
+        command.estimate(file, out or Path("runs") / f"estimate-{file.stem}", twins, Console())
+    except (ValueError, OSError) as e:
+        raise _fail(str(e)) from None
+
+
 def main() -> None:
     """Entry point of the `sil` command."""
     app()

@@ -14,8 +14,8 @@ from flightsw.ctrl.common import ScheduleParams
 from flightsw.ctrl.tanker import TankerControl, TankerCtrlParams
 from flightsw.guid.racetrack import RacetrackGuidance, RacetrackParams
 from flightsw.models.actuators import ActuatorModel
-from flightsw.nav.airframe import AirframeNav
 from flightsw.nav.common import NavParams
+from flightsw.nav.variants import make_airframe_nav
 from flightsw.types import HF_AIR, HF_ATT, HF_GNSS, HF_IMU, Command, GuidanceCmd, Health, NavState, SensorFrame, Text
 
 MAV_CMD_DO_CHANGE_SPEED = 178
@@ -37,7 +37,7 @@ class TankerMission:
     watch = HF_IMU | HF_AIR | HF_ATT | HF_GNSS
 
     def __init__(self, ac: Aircraft, p: TankerParams, period_s: float) -> None:
-        self.nav = AirframeNav(ac, p.nav)
+        self.nav = make_airframe_nav(ac, p.nav)
         self.guid = RacetrackGuidance(p.guid)
         self.ctrl = TankerControl(ac, p.ctrl, period_s)
         self.limits = ac.limits

@@ -115,6 +115,13 @@ def _euler_rates(p: float, q: float, r: float, theta: float, phi: float, d: np.n
 
 
 @jit
+def air_velocity(V: float, beta: float, alpha: float) -> tuple[float, float, float]:
+    """Air-relative velocity [m/s] in body axes, R_BW [V, 0, 0]."""
+    cb = math.cos(beta)
+    return V * math.cos(alpha) * cb, V * math.sin(beta), V * math.sin(alpha) * cb
+
+
+@jit
 def free_rates(
     x: np.ndarray, u: np.ndarray, rho: float, P: np.ndarray, R: np.ndarray, fm: np.ndarray, d: np.ndarray
 ) -> None:
@@ -123,8 +130,7 @@ def free_rates(
     force_moment(x[0], x[1], x[2], x[3], x[4], x[5], u, rho, P, fm)
     _rigid(x[0], x[1], x[2], x[3], x[4], x[5], fm, G0 * R[2], G0 * R[5], G0 * R[8], P, d)
     _euler_rates(x[3], x[4], x[5], x[7], x[8], d[6:9])
-    cb = math.cos(x[1])
-    a, b, c = x[0] * math.cos(x[2]) * cb, x[0] * math.sin(x[1]), x[0] * math.sin(x[2]) * cb
+    a, b, c = air_velocity(x[0], x[1], x[2])
     for i in range(3):
         d[9 + i] = R[i] * a + R[3 + i] * b + R[6 + i] * c + x[12 + i]
         d[12 + i] = 0.0
@@ -174,8 +180,7 @@ def relative_rates(
 @jit
 def relative_velocity(x: np.ndarray, tk: np.ndarray, R: np.ndarray, v: np.ndarray) -> None:
     """v [3] <- d(xi)/dt in tanker axes: R^T u_a + R_BTI (W - v_T) - w_T x xi (Lee 2.23); R [9] = R_BRBT of x."""
-    cb = math.cos(x[1])
-    a, b, c = x[0] * math.cos(x[2]) * cb, x[0] * math.sin(x[1]), x[0] * math.sin(x[2]) * cb
+    a, b, c = air_velocity(x[0], x[1], x[2])
     n0, n1, n2 = x[12] - tk[15], x[13] - tk[16], x[14] - tk[17]
     w0, w1, w2 = tk[9], tk[10], tk[11]
     for i in range(3):

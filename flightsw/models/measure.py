@@ -1,7 +1,7 @@
 """Onboard measurement models as compiled kernels: sigma points to expected measurements, and probe averaging.
 
 Measurement codes (columns are selected by an integer list, so a missing sensor simply leaves its codes out):
-free aircraft 0..11 = state entry, 12..14 = inertial velocity NED; relative 0..2 V, beta, alpha; 3..5 inertial body rates;
+free aircraft 0..11 = state entry, 12..14 = inertial velocity NED, 15..17 = wind NED (calculated); relative 0..2 V, beta, alpha; 3..5 inertial body rates;
 6..8 relative psi, theta, phi; 9..11 xi; 12..14 d(xi)/dt in tanker axes; 15..17 own inertial velocity NED.
 """
 
@@ -13,7 +13,7 @@ import numpy as np
 
 from flightsw.kernels.jit import jit
 from flightsw.kernels.rotations import dcm_from_euler
-from flightsw.models.airframe import relative_velocity
+from flightsw.models.airframe import air_velocity, relative_velocity
 
 
 @jit
@@ -24,13 +24,12 @@ def measure_free(X: np.ndarray, codes: np.ndarray, m: int, Y: np.ndarray) -> Non
     for s in range(X.shape[0]):
         x = X[s]
         dcm_from_euler(x[6], x[7], x[8], R)
-        cb = math.cos(x[1])
-        a, b, c = x[0] * math.cos(x[2]) * cb, x[0] * math.sin(x[1]), x[0] * math.sin(x[2]) * cb
+        a, b, c = air_velocity(x[0], x[1], x[2])
         for i in range(3):
             v[i] = R[i] * a + R[3 + i] * b + R[6 + i] * c + x[12 + i]
         for j in range(m):
             k = codes[j]
-            Y[s, j] = x[k] if k < 12 else v[k - 12]
+            Y[s, j] = x[k] if k < 12 else (v[k - 12] if k < 15 else x[k - 3])
 
 
 @jit

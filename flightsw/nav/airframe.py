@@ -38,8 +38,9 @@ from flightsw.types import (
 class AirframeNav:
     """State and wind of one aircraft from its own sensors."""
 
-    def __init__(self, ac: Aircraft, params: NavParams) -> None:
-        self.core = EstimatorCore(ac, params, 15)
+    def __init__(self, ac: Aircraft, params: NavParams, extra: int = 0) -> None:
+        """`extra`: states a variant carries beyond the 15."""
+        self.core = EstimatorCore(ac, params, 18, extra)
         self.t_us = 0
         self.started_us = -1
         self._R, self._fm, self._d = np.zeros(9), np.zeros(9), np.zeros(15)
@@ -63,16 +64,28 @@ class AirframeNav:
             dcm_from_euler(x[6], x[7], x[8], self._R)
             c.noise_factor(self._R, dt)
             ukf.draw()
-            propagate_free(ukf.X, u, rho, c.P, dt, c.work)
+            self._propagate(f, u, rho, dt)
             ukf.recombine()
         free_rates(x, u, rho, c.P, self._R, self._fm, self._d)
-        nis, m = self._fuse(f, updated & ~failed_bits(health))
+        nis, m = self._fuse(f, u, updated & ~failed_bits(health))
         if not sane(x, ukf.S):
             self.started_us = -1
             self.out.valid, self.out.reason = False, "estimate left its domain, restarting"
             return self.out
         free_rates(x, u, rho, c.P, self._R, self._fm, self._d)
         return self._publish(f, nis, m)
+
+    def _propagate(self, f: SensorFrame, u: np.ndarray, rho: float, dt: float) -> None:
+        """Carry the drawn points over dt [s]."""
+        c = self.core
+        propagate_free(c.ukf.X, u, rho, c.P, dt, c.work)
+
+    def _correct(self, f: SensorFrame, u: np.ndarray) -> float:
+        """Measurement update with the queued measurements; returns NIS."""
+        c = self.core
+        c.ukf.draw()
+        measure_free(c.ukf.X, c.codes, c.m, c.ukf.Y)
+        return c.ukf.correct(c.y, c.r, c.m)
 
     def _start(self, f: SensorFrame, u: np.ndarray, updated: int, health: Health) -> NavState:
         need = UPD_AIR | UPD_ATT | UPD_GNSS | UPD_IMU
@@ -91,12 +104,12 @@ class AirframeNav:
         ua = x[0] * np.array([np.cos(x[2]) * cb, np.sin(x[1]), np.sin(x[2]) * cb])
         x[12:15] = np.array(f.gnss_vel_n) - self._R.reshape(3, 3).T @ ua
         s = [p.r_V, p.r_beta, p.r_alpha, *[p.r_rate] * 3, *[p.r_euler] * 3, *[2 * p.r_pos] * 3, *[p.wind_sigma0] * 3]
-        c.ukf.S[:] = np.diag(s)
+        c.ukf.set_factor(np.diag(s))
         self.t_us = self.started_us = f.t_us
         free_rates(x, u, density(-x[11]), c.P, self._R, self._fm, self._d)
         return self._publish(f, 0.0, 0)
 
-    def _fuse(self, f: SensorFrame, updated: int) -> tuple[float, int]:
+    def _fuse(self, f: SensorFrame, u: np.ndarray, updated: int) -> tuple[float, int]:
         c, d = self.core, self._d
         x, p = c.ukf.x, c.p
         c.m = 0
@@ -118,13 +131,12 @@ class AirframeNav:
             acc = self.acceleration()
             for i in range(3):
                 c.add(9 + i, f.gnss_pos_n[i] + d[9 + i] * age, p.r_pos)
-            for i in range(3):
-                c.add(12 + i, f.gnss_vel_n[i] + acc[i] * age, p.r_vel)
+            if p.velocity:
+                for i in range(3):
+                    c.add(12 + i, f.gnss_vel_n[i] + acc[i] * age, p.r_vel)
         if c.m == 0:
             return 0.0, 0
-        c.ukf.draw()
-        measure_free(c.ukf.X, c.codes, c.m, c.ukf.Y)
-        return c.ukf.correct(c.y, c.r, c.m), c.m
+        return self._correct(f, u), c.m
 
     def acceleration(self) -> np.ndarray:
         """Inertial acceleration [3] NED [m/s^2] at the current estimate (specific force rotated, plus gravity)."""

@@ -9,11 +9,11 @@ from typing import Annotated
 import numpy as np
 
 from flightsw.aircraft import Aircraft
-from flightsw.filters.srukf import SquareRootUKF
+from flightsw.filters.factory import KINDS, make_filter
 from flightsw.models.airframe import air_jacobian
 from flightsw.models.measure import average_probes
 from flightsw.models.params import parameter_vector
-from flightsw.strict import Range
+from flightsw.strict import OneOf, Range
 from flightsw.types import (
     HF_AIR,
     HF_ATT,
@@ -34,6 +34,9 @@ from flightsw.types import (
 
 Pos = Annotated[float, Range(1e-12)]
 NonNeg = Annotated[float, Range(0.0)]
+
+MODELS = ("aero", "hybrid", "inertial")  # all aerodynamic; translation from accelerometers; rotation from the gyro too
+COLOURS = ("scaled", "ignored", "removed", "augmented")
 
 # state slices, both estimators
 AIR = slice(0, 3)  # V [m/s], beta, alpha [rad]
@@ -75,21 +78,34 @@ class NavParams:
     bias_vel: NonNeg = 0.03  # [m/s]
     wind_sigma0: Pos = 20.0  # [m/s]
     nis_gate: Pos = 60.0  # NIS per degree of freedom beyond which a whole update is refused
+    filter: Annotated[str, OneOf(KINDS)] = "srukf"  # flightsw.filters.factory
+    model: Annotated[str, OneOf(MODELS)] = "aero"  # what drives the prediction (free aircraft)
+    velocity: bool = True  # inertial velocity is a measurement
+    cmw: bool = False  # calculated measurement of wind instead (Lee's printed method)
+    cmw_samples: Annotated[int, Range(1, 1001)] = 41  # its moving average
+    correlated_wind: bool = True  # a wind increment enters V, beta, alpha at once; False: diagonal Q as printed
+    wind_tau_s: NonNeg = 0.0  # [s] correlation time of the wind's Gauss-Markov model; 0: random walk
+    colour_tau_s: NonNeg = 0.0  # [s] correlation time of the measurement noise; 0: white
+    colour: Annotated[str, OneOf(COLOURS)] = "scaled"  # how it is treated (free aircraft)
+    adapt_wind: bool = False  # q_wind follows the innovations
+    acc_sigma: Pos = 0.05  # [m/s^2] accelerometer, used by models other than "aero"
     settle_s: NonNeg = 0.5  # [s] from first fix to `valid`
 
 
 class EstimatorCore:
     """Filter, parameter vector and intake buffers of a 15-state estimator with at most `m` measurements."""
 
-    def __init__(self, ac: Aircraft, p: NavParams, m: int) -> None:
+    def __init__(self, ac: Aircraft, p: NavParams, m: int, extra: int = 0) -> None:
+        """`extra` states beyond the 15, each with a process-noise column of its own."""
         self.ac, self.p = ac, p
-        self.ukf = SquareRootUKF(15, m, 18)
+        self.ukf = make_filter(p.filter, 15 + extra, m, 18 + extra)
         self.P = parameter_vector(ac, ac.mass.empty_kg + ac.mass.default_fuel_kg)
         self.probe_pos = np.array([q.position_m for q in ac.probe], dtype=float)
         k = len(ac.probe)
         self._aV, self._aa, self._ab, self._ok = np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k, dtype=np.int64)
         self.air = np.zeros(3)
         self.probes = 0
+        self.q_wind = p.q_wind  # [m/s per sqrt(s)] in force; moves when adapted
         self.w_air = np.zeros(3)
         self.work = np.zeros((5, 15))
         self.codes = np.zeros(m, dtype=np.int64)
@@ -134,8 +150,9 @@ class EstimatorCore:
         SQ, x = self.ukf.SQ, self.ukf.x
         rt = dt**0.5
         air_jacobian(x[0], x[1], x[2], R_bi, self._G)
-        qw = self.p.q_wind * rt
-        SQ[0:3, 15:18] = self._G * qw
+        qw = self.q_wind * rt
+        if self.p.correlated_wind:
+            SQ[0:3, 15:18] = self._G * qw
         for i in range(15):
             SQ[i, i] = self._qdiag[i] * rt
         SQ[12, 15] = SQ[13, 16] = SQ[14, 17] = qw

@@ -17,7 +17,7 @@ The turn between samples is that of the attitude; the integrated rates fill in w
 does: an increment that disagrees with them is an attitude correction, not motion, and that step's noise u x d grows by the
 disagreement. Turning by the rates alone would let a rate scale error of 2 % walk u away from R_BI (v - W) for good.
 
-Why C is formed at the slow air velocity R_BI (v - W_slow) and not at u: with V (1 + k) the turbulence itself, seen in u,
+C is formed at the slow air velocity R_BI (v - W_slow) and not at u: with V (1 + k) the turbulence itself, seen in u,
 would count as excitation of k. It is correlated with the very noise it is weighed against, so each gust would bias k and
 shrink its variance (errors in variables). What identifies k, b, a is the manoeuvre alone.
 """
@@ -25,8 +25,6 @@ shrink its variance (errors in variables). What identifies k, b, a is the manoeu
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
-from typing import Annotated
 
 import numpy as np
 
@@ -34,133 +32,11 @@ from flightsw.filters.srukf import SquareRootUKF, row_norms
 from flightsw.kernels.jit import jit
 from flightsw.kernels.linalg import forward_sub, tria
 from flightsw.kernels.rotations import dcm_from_euler, mul33_t, rotate_dcm, vec3
-from flightsw.strict import Range
-
-Pos = Annotated[float, Range(1e-12)]
-NonNeg = Annotated[float, Range(0.0)]
-Vec3 = tuple[float, float, float]
+from flightsw.models.kinematic import G0, measure, probe_matrix, propagate
+from flightsw.nav.kinematic_ports import KinematicInput, KinematicParams, KinematicState
 
 AIR, WIND, FORCE, PROBE = slice(0, 3), slice(3, 6), slice(6, 9), slice(9, 12)
-G0 = 9.80665  # [m/s^2]
 N, M, NQ = 12, 6, 12
-
-
-@dataclass(frozen=True)
-class KinematicParams:
-    """Tuning; process noise per sqrt(s), sensor values 1-sigma per sample. `probe_*` = 0 switches that probe state off."""
-
-    q_wind: NonNeg = 1.2  # [m/s]
-    q_force: NonNeg = 7.0  # [m/s^2]
-    q_scale: NonNeg = 1e-4  # [-]
-    q_offset: NonNeg = 1e-4  # [rad]
-    r_V: Pos = 0.07  # [m/s]
-    r_beta: Pos = 0.0035  # [rad]
-    r_alpha: Pos = 0.0035  # [rad]
-    r_vel: Pos = 0.01  # [m/s]
-    r_att: NonNeg = 0.001  # [rad] change of the attitude error from sample to sample
-    r_rate: NonNeg = 0.02  # [rad/s] body rates, where they stand in for the attitude
-    probe_scale: NonNeg = 0.02  # [-] start 1-sigma of the airspeed scale error
-    probe_beta: NonNeg = 0.015  # [rad]
-    probe_alpha: NonNeg = 0.015  # [rad]
-    bias_att: NonNeg = 0.005  # [rad] slow attitude error, not a state: added to the reported wind uncertainty
-    bias_vel: NonNeg = 0.1  # [m/s] slow velocity error, likewise
-    slow_s: Pos = 3.0  # [s] time constant of the slow wind in the probe-error matrix
-    force_sigma0: Pos = 20.0  # [m/s^2]
-    soft_gate: Pos = 3.0  # [-] innovation over its 1-sigma beyond which a measurement loses weight
-    hard_gate: Pos = 6.0  # [-] and beyond which it is refused
-    lockout_s: Pos = 0.5  # [s] refused for this long without a break: taken with less weight instead
-    max_gap_s: Pos = 1.0  # [s] longer gap between inputs: start again
-    min_airspeed: Pos = 3.0  # [m/s] below it the flow angles mean nothing
-
-
-@dataclass(slots=True)
-class KinematicInput:
-    """One sample. euler (psi, theta, phi) [rad], w_b [rad/s] body, vel_n [m/s] NED, air (V [m/s], beta, alpha [rad])."""
-
-    t_us: int = 0
-    euler: Vec3 = (0.0, 0.0, 0.0)
-    w_b: Vec3 = (0.0, 0.0, 0.0)
-    vel_n: Vec3 = (0.0, 0.0, 0.0)
-    air: Vec3 = (0.0, 0.0, 0.0)
-    att_ok: bool = True
-    air_ok: bool = True
-    vel_ok: bool = True
-
-
-@dataclass(slots=True)
-class KinematicState:
-    """Estimate after a step. wind_sigma includes the slow errors that are no state; wind_P [3,3] is the filter's own."""
-
-    t_us: int = 0
-    valid: bool = False
-    reason: str = "not started"
-    air: Vec3 = (0.0, 0.0, 0.0)  # V [m/s], beta, alpha [rad]
-    wind_n: Vec3 = (0.0, 0.0, 0.0)  # [m/s]
-    wind_sigma: Vec3 = (0.0, 0.0, 0.0)  # [m/s]
-    wind_P: np.ndarray = field(default_factory=lambda: np.zeros((3, 3)))  # [m^2/s^2]
-    force_b: Vec3 = (0.0, 0.0, 0.0)  # [m/s^2]
-    probe: Vec3 = (0.0, 0.0, 0.0)  # airspeed scale [-], beta, alpha offset [rad]
-    probe_sigma: Vec3 = (0.0, 0.0, 0.0)
-    codes: tuple[int, ...] = ()  # offered this step: 0..2 V, beta, alpha; 3..5 velocity N, E, D
-    innovation: np.ndarray = field(default_factory=lambda: np.zeros(M))  # in the order of `codes`, before gating
-    innovation_sigma: np.ndarray = field(default_factory=lambda: np.zeros(M))
-    whitened: np.ndarray = field(default_factory=lambda: np.zeros(M))  # unit white when the model is right
-    log_likelihood: float = 0.0
-    softened: int = 0  # measurements that lost weight, this step
-    refused: int = 0  # and that were refused
-
-
-@jit
-def propagate(X: np.ndarray, E: np.ndarray, R0: np.ndarray, R1: np.ndarray, dt: float) -> None:
-    """Points X [k,12] <- dt [s] later. E [9] turn of the body axes, R0, R1 [9] NED to body before and after.
-
-    Half the acceleration, the exact turn of the axes, the other half (second order in dt).
-    """
-    h = 0.5 * dt
-    g = 9.80665 * h
-    for s in range(X.shape[0]):
-        x = X[s]
-        f0, f1, f2 = x[6] * h, x[7] * h, x[8] * h
-        u0, u1, u2 = x[0] + f0 + R0[2] * g, x[1] + f1 + R0[5] * g, x[2] + f2 + R0[8] * g
-        x[0] = E[0] * u0 + E[1] * u1 + E[2] * u2 + f0 + R1[2] * g
-        x[1] = E[3] * u0 + E[4] * u1 + E[5] * u2 + f1 + R1[5] * g
-        x[2] = E[6] * u0 + E[7] * u1 + E[8] * u2 + f2 + R1[8] * g
-
-
-@jit
-def probe_matrix(u: np.ndarray, C: np.ndarray) -> None:
-    """C [9] <- velocity error in body axes per unit airspeed scale, beta and alpha offset, at air velocity u [3] (body)."""
-    V = max(math.sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2]), 1e-6)
-    h = max(math.sqrt(u[0] * u[0] + u[2] * u[2]), 1e-6)  # V cos(beta)
-    t = u[1] / h
-    C[0], C[3], C[6] = u[0], u[1], u[2]
-    C[1], C[4], C[7] = -u[0] * t, h, -u[2] * t
-    C[2], C[5], C[8] = -u[2], 0.0, u[0]
-
-
-@jit
-def measure(X: np.ndarray, R: np.ndarray, C: np.ndarray, codes: np.ndarray, m: int, Y: np.ndarray) -> None:
-    """Y [k,:m] <- what the sensors `codes` [m] (0..2 air data, 3..5 ground velocity NED) read at points X [k,12].
-
-    R [9] NED to body; C [9] probe-error matrix (`probe_matrix`).
-    """
-    for s in range(X.shape[0]):
-        x = X[s]
-        a0 = x[0] + C[0] * x[9] + C[1] * x[10] + C[2] * x[11]
-        a1 = x[1] + C[3] * x[9] + C[4] * x[10] + C[5] * x[11]
-        a2 = x[2] + C[6] * x[9] + C[7] * x[10] + C[8] * x[11]
-        V = max(math.sqrt(a0 * a0 + a1 * a1 + a2 * a2), 1e-6)
-        for j in range(m):
-            c = codes[j]
-            if c == 0:
-                Y[s, j] = V
-            elif c == 1:
-                Y[s, j] = math.asin(max(-1.0, min(1.0, a1 / V)))
-            elif c == 2:
-                Y[s, j] = math.atan2(a2, a0)
-            else:
-                i = c - 3
-                Y[s, j] = R[i] * x[0] + R[3 + i] * x[1] + R[6 + i] * x[2] + x[c]
 
 
 @jit
@@ -193,6 +69,9 @@ def innovate(
     for a in range(m):
         ll -= 0.5 * e[a] * e[a] + math.log(L[a, a]) + 0.9189385332046727  # log(2 pi) / 2
     return ll
+
+
+__all__ = ["KinematicInput", "KinematicNav", "KinematicParams", "KinematicState"]
 
 
 class KinematicNav:

@@ -112,7 +112,7 @@ class RelativeNav:
         ua = x[0] * np.array([math.cos(x[2]) * cb, math.sin(x[1]), math.sin(x[2]) * cb])
         x[12:15] = np.array(f.gnss_vel_n) - self._R.reshape(3, 3).T @ ua
         s = [p.r_V, p.r_beta, p.r_alpha, *[p.r_rate] * 3, *[p.r_euler] * 3, *[2 * p.r_pos] * 3, *[p.wind_sigma0] * 3]
-        c.ukf.S[:] = np.diag(s)
+        c.ukf.set_factor(np.diag(s))
         self.t_us = self.started_us = self.rel_us = f.t_us
         relative_rates(x, u, density(self._altitude(f)), c.P, tk, self._R, self._fm, self._d)
         return self._publish(f, 0.0, 0)

@@ -56,17 +56,17 @@ def read_meta(folder: Path) -> dict[str, Any] | None:
     """meta.json of a campaign folder, None when the folder is new or empty. Raises CampaignError on anything else."""
     path = folder / META
     try:
-        if not path.exists():
-            if folder.is_dir() and any(folder.iterdir()):
-                raise CampaignError(
-                    f"{folder} is not empty and not a campaign folder (no {META}); name another with --out"
-                )
-            return None
-        meta = json.loads(path.read_text())
+        text = path.read_text() if path.exists() else None
+        strangers = text is None and folder.is_dir() and any(folder.iterdir())
+        meta = json.loads(text) if text is not None else None
     except OSError as e:
         raise CampaignError(f"{folder}: cannot be read: {e.strerror}") from None
     except ValueError:
         raise CampaignError(f"{path} is damaged; name another folder with --out") from None
+    if strangers:
+        raise CampaignError(f"{folder} is not empty and not a campaign folder (no {META}); name another with --out")
+    if text is None:
+        return None
     if not isinstance(meta, dict) or not {"study", "master_seed", "cases", "identity"} <= meta.keys():
         raise CampaignError(f"{path} is not a campaign's; name another folder with --out")
     return meta

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import queue
 import re
@@ -120,6 +121,7 @@ class DaskPool:
 
         logging.getLogger("distributed").setLevel(logging.CRITICAL)
         try:
+            asyncio.run(asyncio.wait_for(_greet(scheduler), ANSWER_S))
             self._client = Client(scheduler, timeout=ANSWER_S)
             self._client.wait_for_workers(1, timeout=ANSWER_S)
             others = self._client.run(identity)
@@ -194,6 +196,14 @@ class DaskPool:
             _quietly(lambda: self._cluster.close(timeout=5))
         if self._tmp is not None:
             shutil.rmtree(self._tmp, ignore_errors=True)
+
+
+async def _greet(scheduler: str) -> None:
+    """Ask the scheduler who it is: Client alone waits for ever on a port where something listens and never answers."""
+    from distributed.core import rpc
+
+    async with rpc(scheduler) as peer:
+        await peer.identity(n_workers=0)
 
 
 def _quietly(action: Callable[[], Any]) -> None:

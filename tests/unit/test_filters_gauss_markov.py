@@ -66,7 +66,7 @@ def test_small_steps_keep_their_digits() -> None:
     w, T = 0.356, 1e-4
     Q = critically_damped(T, w)[1]
     # leading relative correction is of order wT = 3.6e-5
-    assert Q == pytest.approx(np.array([[T**3 / 3, T**2 / 2], [T**2 / 2, T]]), rel=2e-4)
+    assert pytest.approx(np.array([[T**3 / 3, T**2 / 2], [T**2 / 2, T]]), rel=2e-4) == Q
     np.linalg.cholesky(Q)
 
 

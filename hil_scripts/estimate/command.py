@@ -1,0 +1,167 @@
+"""What `sil estimate FILE` does: read, estimate, compare, print, write summary.json and the picture."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from flightsw.nav.kinematic import KinematicParams
+from hil_scripts.estimate import compare, flightlog, offline
+
+CANNOT = (
+    "There is no independent wind truth (no mast, lidar or second aircraft): what is shown are differences between estimates",
+    "that share the same probe, attitude and velocity. A common error of those does not show.",
+)
+DOWN_ZERO = (
+    "The logged vertical wind is constant at {0:g}: nothing onboard estimated it, there is nothing to compare with."
+)
+TURNS = "Vertical wind and alpha offset separate only through turns: {0:.0f} % of what is known of the offset came from this log."
+NO_ACCEL = (
+    "There is no accelerometer in the log: the specific force is a state that follows the velocity, not a measurement."
+)
+SHORT = "{0:.0f} s: statistics of wind below {1:.2f} Hz rest on a handful of cycles; the mean wind is one sample of the day's."
+JUMPS = "The logged position jumps by up to {0:.2f} m in a step against its own velocity; it is checked, never fused."
+
+
+def estimate(path: Path, out: Path, twins: int, console: Console) -> dict[str, float]:
+    """Run everything on one log and write summary.json and wind.png into `out`; returns the figures. Raises LogError, OSError."""
+    log = flightlog.read(path)
+    p = KinematicParams()
+    tr = offline.run(log, p)
+    read = offline.run(log, compare.without_probe(p))
+    v = compare.figures(log, tr, read, p)
+    v.update(compare.sensitivity(log, tr, read, p))
+    if twins:
+        v.update(compare.twins(log, p, twins))
+    v.update({f"params.{k}": float(x) for k, x in asdict(p).items()})
+    out.mkdir(parents=True, exist_ok=True)
+    text = json.dumps(dict(sorted(v.items())), indent=1, allow_nan=False)
+    (out / "summary.json").write_text(text + "\n", encoding="utf-8")
+    from hil_scripts.estimate import figure
+
+    figure.draw(log, tr, out / "wind.png")
+    show(console, log, v)
+    console.print(f"written: {out / 'summary.json'}, {out / 'wind.png'}", highlight=False, soft_wrap=True)
+    return v
+
+
+def _table(title: str, *heads: str) -> Table:
+    t = Table(title=escape(title), title_justify="left", title_style="bold")
+    for k, h in enumerate(heads):
+        t.add_column(escape(h), justify="left" if k == 0 else "right")
+    return t
+
+
+def show(console: Console, log: flightlog.FlightLog, v: dict[str, float]) -> None:
+    """Print the tables and what the data cannot show."""
+    console.print(
+        f"{log.name}: {len(log)} samples, {v['log.duration_s']:.2f} s at {1.0 / v['log.step_s']:.1f} Hz; "
+        f"first {v['log.settle_s']:g} s left out of the figures",
+        highlight=False,
+    )
+    t = _table("Wind [m/s]", "", "N mean", "E mean", "D mean", "N std", "E std", "D std", "speed", "from [deg]")
+    for name in ("estimate", "as_read", "triangle", "logged"):
+        if f"wind.{name}.speed" in v:
+            cells = [f"{v[f'wind.{name}.{a}.{s}']:.2f}" for s in ("mean", "std") for a in "ned"]
+            t.add_row(name, *cells, f"{v[f'wind.{name}.speed']:.2f}", f"{v[f'wind.{name}.from_rad'] * 57.29578:.1f}")
+    console.print(t)
+    t = _table(
+        "Differences [m/s]: RMS (95th percentile), share inside 3 sigma of the estimate",
+        "",
+        "N",
+        "E",
+        "D",
+        "horizontal",
+    )
+    for pair in ("estimate_logged", "as_read_logged", "triangle_logged", "estimate_triangle", "as_read_triangle"):
+        k = f"diff.{pair}"
+        if f"{k}.n.rms" in v:
+            t.add_row(
+                pair.replace("_", " - ", 1) if pair[0] != "a" else pair.replace("read_", "read - "),
+                *[_cell(v, f"{k}.{a}") for a in ("n", "e", "d", "horizontal")],
+            )
+    console.print(t)
+    t = _table(
+        "Probe read less probe implied by the wind: mean (RMS)", "", "airspeed [m/s]", "beta [deg]", "alpha [deg]"
+    )
+    for name in ("estimate", "logged"):
+        if f"residual.{name}.airspeed.rms" in v:
+            cells = []
+            for c, s in (("airspeed", 1.0), ("beta", 57.29578), ("alpha", 57.29578)):
+                k = f"residual.{name}.{c}"
+                cells.append(f"{v[f'{k}.mean'] * s:+.2f} ({v[f'{k}.rms'] * s:.2f})")
+            t.add_row(name, *cells)
+    console.print(t)
+    t = _table("Innovations", "channel", "std (1 = model)", "lag-1 correlation", "lags 1-25 in white band")
+    for c in offline.CHANNELS:
+        k = f"innovation.{c}"
+        t.add_row(c, f"{v[f'{k}.std']:.2f}", f"{v[f'{k}.lag1']:+.2f}", f"{v[f'{k}.lags_inside95']:.0%}")
+    console.print(t)
+    for name, dof in (("air", 3), ("velocity", 3), ("all", 6)):
+        k = f"nis.{name}"
+        console.print(
+            f"NIS {name} ({dof} degrees of freedom): mean {v[f'{k}.mean']:.2f}, median {v[f'{k}.median']:.2f}, 95 % band of the "
+            f"mean {v[f'{k}.band95_lo']:.2f}-{v[f'{k}.band95_hi']:.2f}; samples in their 95 % band {v[f'{k}.inside95']:.1%}",
+            highlight=False, soft_wrap=True,
+        )  # fmt: skip
+    console.print(
+        f"gate: {v['gate.softened_share']:.2%} of scalar measurements lost weight, {v['gate.refused_share']:.2%} refused",
+        highlight=False,
+    )
+    t = _table("Probe errors: found by the filter, and what 3 % or 1 deg more would do to the wind", "", "value", "1 sigma",
+               "prior", "wind shift N E D, estimated", "taken as read")  # fmt: skip
+    for name, s, u in (("scale", 100.0, "%"), ("beta", 57.29578, "deg"), ("alpha", 57.29578, "deg")):
+        k = f"probe.{name}"
+        shift = [" ".join(f"{v[f'shift.{name}.{m}.{a}.rms']:.2f}" for a in "ned") for m in ("estimate", "as_read")]
+        cells = [f"{v[f'{k}.{x}'] * s:.2f} {u}" for x in ("value", "sigma", "prior_sigma")]
+        t.add_row(name, *cells, *shift)
+    console.print(t)
+    if "twin.exact.n" in v:
+        _show_twins(console, v)
+    _show_limits(console, log, v)
+
+
+def _cell(v: dict[str, float], k: str) -> str:
+    if f"{k}.rms" not in v:
+        return "-"
+    inside = f", {v[f'{k}.inside_3sigma']:.1%}" if f"{k}.inside_3sigma" in v else ""
+    return f"{v[f'{k}.rms']:.2f} ({v[f'{k}.p95']:.2f}){inside}"
+
+
+def _show_twins(console: Console, v: dict[str, float]) -> None:
+    n = v["twin.exact.n"]
+    t = _table(f"Synthetic flights on this path, wind and probe errors known, {n:.0f} of each kind: RMS error (95 % interval)",
+               "kind", "N", "E", "D", "in 3 sigma", "NEES wind", "NEES probe", "band (3)",
+               "probe RMS (sigma): scale, beta, alpha")  # fmt: skip
+    for kind in ("exact", "like_log"):
+        k = f"twin.{kind}"
+        cells = [f"{v[f'{k}.{a}.rms']:.2f} ({v[f'{k}.{a}.ci95_lo']:.2f}-{v[f'{k}.{a}.ci95_hi']:.2f})" for a in "ned"]
+        probe = ", ".join(
+            f"{v[f'{k}.probe_{x}.rms'] * s:.2f} ({v[f'{k}.probe_{x}.sigma'] * s:.2f}) {u}"
+            for x, s, u in (("scale", 100.0, "%"), ("beta", 57.29578, "deg"), ("alpha", 57.29578, "deg"))
+        )
+        t.add_row(kind, *cells, f"{v[f'{k}.inside_3sigma']:.1%}", f"{v[f'{k}.nees_wind']:.2f}", f"{v[f'{k}.nees_probe']:.2f}",
+                  f"{v[f'{k}.nees_band95_lo']:.2f}-{v[f'{k}.nees_band95_hi']:.2f}", probe)  # fmt: skip
+    console.print(t)
+
+
+def _show_limits(console: Console, log: flightlog.FlightLog, v: dict[str, float]) -> None:
+    lines = [" ".join(CANNOT)]
+    if log.wind_n is not None and float(log.wind_n[:, 2].max() - log.wind_n[:, 2].min()) == 0.0:
+        lines.append(DOWN_ZERO.format(log.wind_n[0, 2]))
+    lines.append(TURNS.format(100.0 * v["probe.alpha.information_gained"]))
+    lines.append(NO_ACCEL)
+    if log.pos_n is not None:
+        step = (log.pos_n[1:] - log.pos_n[:-1]) - 0.5 * (log.vel_n[1:] + log.vel_n[:-1]) * (log.t[1:] - log.t[:-1])[
+            :, None
+        ]
+        lines.append(JUMPS.format(float(abs(step).max())))
+    lines.append(SHORT.format(v["log.duration_s"], 5.0 / v["log.duration_s"]))
+    console.print("What this log cannot show", style="bold")
+    for line in lines:
+        console.print(f"- {line}", highlight=False, soft_wrap=True)

@@ -1,0 +1,1 @@
+"""Published experiments as campaign definitions: each module offers STUDY or STUDIES for `sil campaign`."""
