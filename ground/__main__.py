@@ -11,7 +11,10 @@ from typing import Annotated, NoReturn
 
 import typer
 
+from ground.report.cli import app as report_app
+
 app = typer.Typer(no_args_is_help=True, add_completion=False, help="Ground segment: record, convert, watch, command.")
+app.add_typer(report_app, name="report")
 Run = Annotated[Path, typer.Argument(help="run folder")]
 PortOffset = Annotated[int, typer.Option("--port-offset", help="added to every port (parallel runs)")]
 

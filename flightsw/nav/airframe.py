@@ -104,7 +104,7 @@ class AirframeNav:
         ua = x[0] * np.array([np.cos(x[2]) * cb, np.sin(x[1]), np.sin(x[2]) * cb])
         x[12:15] = np.array(f.gnss_vel_n) - self._R.reshape(3, 3).T @ ua
         s = [p.r_V, p.r_beta, p.r_alpha, *[p.r_rate] * 3, *[p.r_euler] * 3, *[2 * p.r_pos] * 3, *[p.wind_sigma0] * 3]
-        c.ukf.set_factor(np.diag(s))
+        c.ukf.set_factor(np.diag([*s, *[1.0] * (len(x) - 15)]))
         self.t_us = self.started_us = f.t_us
         free_rates(x, u, density(-x[11]), c.P, self._R, self._fm, self._d)
         return self._publish(f, 0.0, 0)

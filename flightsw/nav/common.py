@@ -36,6 +36,7 @@ Pos = Annotated[float, Range(1e-12)]
 NonNeg = Annotated[float, Range(0.0)]
 
 MODELS = ("aero", "hybrid", "inertial")  # all aerodynamic; translation from accelerometers; rotation from the gyro too
+WIND_MODELS = ("random_walk", "gauss_markov", "dryden")
 COLOURS = ("scaled", "ignored", "removed", "augmented")
 
 # state slices, both estimators
@@ -84,7 +85,11 @@ class NavParams:
     cmw: bool = False  # calculated measurement of wind instead (Lee's printed method)
     cmw_samples: Annotated[int, Range(1, 1001)] = 41  # its moving average
     correlated_wind: bool = True  # a wind increment enters V, beta, alpha at once; False: diagonal Q as printed
-    wind_tau_s: NonNeg = 0.0  # [s] correlation time of the wind's Gauss-Markov model; 0: random walk
+    wind_model: Annotated[str, OneOf(WIND_MODELS)] = "random_walk"
+    wind_tau_s: Pos = 100.0  # [s] correlation time, model "gauss_markov"
+    gust_sigma: Pos = 0.39  # [m/s] turbulence, model "dryden"
+    gust_L_m: Pos = 533.4  # [m] its scale length
+    q_slow: NonNeg = 0.15  # [m/s] per sqrt(s) of the prevailing wind beside the turbulence, model "dryden"
     colour_tau_s: NonNeg = 0.0  # [s] correlation time of the measurement noise; 0: white
     colour: Annotated[str, OneOf(COLOURS)] = "scaled"  # how it is treated (free aircraft)
     adapt_wind: bool = False  # q_wind follows the innovations
@@ -112,7 +117,7 @@ class EstimatorCore:
         self.y = np.zeros(m)
         self.r = np.zeros(m)
         self.m = 0
-        self._G = np.zeros((3, 3))
+        self.wind_jacobian = np.zeros((3, 3))
         self._qdiag = np.array(
             [p.q_V, p.q_beta, p.q_alpha, *[p.q_rate] * 3, *[p.q_euler] * 3, *[p.q_pos] * 3, 0.0, 0.0, 0.0]
         )
@@ -149,10 +154,10 @@ class EstimatorCore:
         """Fill the filter's SQ [15,18]: diagonal part, and the wind increment through -eps^-1 R_BI (R_bi [9])."""
         SQ, x = self.ukf.SQ, self.ukf.x
         rt = dt**0.5
-        air_jacobian(x[0], x[1], x[2], R_bi, self._G)
+        air_jacobian(x[0], x[1], x[2], R_bi, self.wind_jacobian)
         qw = self.q_wind * rt
         if self.p.correlated_wind:
-            SQ[0:3, 15:18] = self._G * qw
+            SQ[0:3, 15:18] = self.wind_jacobian * qw
         for i in range(15):
             SQ[i, i] = self._qdiag[i] * rt
         SQ[12, 15] = SQ[13, 16] = SQ[14, 17] = qw

@@ -7,9 +7,10 @@ alpha offsets b, a). Between samples
     u_dot = -w x u + f + R_BI g,     W random walk,  f random walk,  probe errors random walk,
 
 with u = R_BW [V,0,0], attitude R_BI and body rates w as known inputs. A wind increment dW enters u as -R_BI dW: the
--eps^-1 R_BI coupling of Lee's filter, re-formulated. In (V, beta, alpha) that coupling is a linearisation; at a random walk
-of 1 m/s/sqrt(s) and 20 m/s of airspeed its neglected second order, q^2/V per second and always of one sign, walks the
-airspeed scale off by 9 % in 50 s of noise-free straight flight. In u the process is linear and nothing is neglected.
+-eps^-1 R_BI coupling of Lee's filter, re-formulated. In (V, beta, alpha) it holds to first order only, the sum R_BI^T u + W
+is no longer kept exactly from step to step, and the filter takes the remainder for knowledge of the probe: 3 % of scale
+uncertainty shrink to 0.4 % in straight flight, which can teach nothing. In u the process is linear.
+
 Measured: ground velocity R_BI^T u + W, and (V, beta, alpha) of u + C (k, b, a). The velocity is used once, as a measurement;
 its difference is nowhere an input, so that its noise does not appear twice.
 
@@ -18,8 +19,8 @@ does: an increment that disagrees with them is an attitude correction, not motio
 disagreement. Turning by the rates alone would let a rate scale error of 2 % walk u away from R_BI (v - W) for good.
 
 C is formed at the slow air velocity R_BI (v - W_slow) and not at u: with V (1 + k) the turbulence itself, seen in u,
-would count as excitation of k. It is correlated with the very noise it is weighed against, so each gust would bias k and
-shrink its variance (errors in variables). What identifies k, b, a is the manoeuvre alone.
+would count as excitation of k, although it is the very noise k is weighed against (errors in variables). What identifies
+k, b, a is the manoeuvre alone.
 """
 
 from __future__ import annotations
@@ -182,6 +183,7 @@ class KinematicNav:
             d2 = (E[5] - E[7]) ** 2 + (E[6] - E[2]) ** 2 + (E[1] - E[3]) ** 2
             s = math.sqrt(p.r_att**2 + max(0.0, 0.25 * d2 / 3.0 - s * s))
         else:
+            s = math.hypot(p.r_att, s)  # rates that stand in for an attitude are not better than one
             self._R[:] = self._Rg
         mul33_t(self._R, self._R0, self._E)
         rt = math.sqrt(dt)

@@ -22,6 +22,7 @@ from flightsw.models.measure import measure_free
 from flightsw.models.sensed import measure_differenced, propagate_sensed
 from flightsw.nav.airframe import AirframeNav
 from flightsw.nav.common import NavParams
+from flightsw.nav.gusts import GUSTS, GustStates
 from flightsw.types import Health, NavState, SensorFrame
 
 CHANNELS = 15  # twelve states and inertial velocity: one noise state each
@@ -30,7 +31,8 @@ CMW_CODE = 15  # first code of the calculated wind in models.measure
 
 def make_airframe_nav(ac: Aircraft, p: NavParams) -> AirframeNav:
     """The plain estimator, or the variant its parameters ask for."""
-    plain = p.model == "aero" and not p.cmw and not p.wind_tau_s and not p.colour_tau_s and not p.adapt_wind
+    rw = p.wind_model == "random_walk"
+    plain = rw and p.model == "aero" and not p.cmw and not p.colour_tau_s and not p.adapt_wind
     return AirframeNav(ac, p) if plain else AirframeVariant(ac, p)
 
 
@@ -45,7 +47,9 @@ class AirframeVariant(AirframeNav):
     def __init__(self, ac: Aircraft, params: NavParams) -> None:
         p = params
         self.colour = p.colour if p.colour_tau_s > 0.0 else "ignored"
-        super().__init__(ac, p, CHANNELS if self.colour == "augmented" else 0)
+        coloured = CHANNELS if self.colour == "augmented" else 0
+        self.gusts = GustStates(15 + coloured, p) if p.wind_model == "dryden" else None
+        super().__init__(ac, p, coloured + (GUSTS if self.gusts else 0))
         s, tau = channel_sigma(p), np.full(CHANNELS, max(p.colour_tau_s, 1e-9))
         angle = np.array([0] * 6 + [1] * 3 + [0] * 6)
         self.noise = NoiseStates(15, 18, s, tau) if self.colour == "augmented" else None
@@ -61,10 +65,12 @@ class AirframeVariant(AirframeNav):
         if self.started_us >= 0:
             self._acc[:], self._gyro[:] = f.acc_b, f.gyro_mean_b
             self._cmw.clear()
+            S = self.core.ukf.S.copy()
             if self.noise is not None:
-                S = self.core.ukf.S.copy()
                 self.noise.start(self.core.ukf.x, S)
-                self.core.ukf.set_factor(S)
+            if self.gusts is not None:
+                self.gusts.start(self.core.ukf.x, S)
+            self.core.ukf.set_factor(S)
             if self.diff is not None:
                 self.diff.reset()
             if self.adapter is not None:
@@ -83,8 +89,10 @@ class AirframeVariant(AirframeNav):
             self._sensed[3:] = (gyro - self._gyro) / dt
             self._acc, self._gyro = acc, gyro
             propagate_sensed(X, u, rho, c.P, self._sensed, p.model == "inertial", dt, c.work)
-        if p.wind_tau_s > 0.0:
+        if p.wind_model == "gauss_markov":
             X[:, 12:15] *= math.exp(-dt / p.wind_tau_s)
+        if self.gusts is not None:
+            self.gusts.propagate(X, c.ukf.SQ, c.ukf.x, c.wind_jacobian, dt)
         if self.noise is not None:
             self.noise.propagate(X, dt)
             self.noise.fill(c.ukf.SQ, dt)

@@ -107,7 +107,9 @@ def wind_components(tr: Mapping[str, Array], actors: Sequence[str], labels: Mapp
         lo, hi = mid.get_ylim()
         right.set_ylim(2.5 * min(lo, -hi), 2.5 * max(hi, -lo))
         mid.axhline(0, color="#9aa4ae", lw=0.7)
-    for ax, title in zip(axes[0], ("wind", "estimate - truth, with 3-sigma bounds", f"first {ZOOM_S:.0f} s"), strict=True):
+    for ax, title in zip(
+        axes[0], ("wind", "estimate - truth, with 3-sigma bounds", f"first {ZOOM_S:.0f} s"), strict=True
+    ):
         ax.set_title(title, fontsize=10, loc="left", color="#3a4550")
     for ax in axes[2]:
         ax.set_xlabel("time [s]", fontsize=9.5)
@@ -172,7 +174,9 @@ def sweep(
             _line(ax, sorted(pts, key=lambda p: p.x), name, names, labels, ceiling)
         if limit is not None:
             ax.axhline(limit[0], color="#b3261e", lw=1.0, ls="--")
-            ax.annotate(limit[1], (0.01, limit[0]), xycoords=("axes fraction", "data"), fontsize=8, color="#b3261e", va="bottom")
+            ax.annotate(
+                limit[1], (0.01, limit[0]), xycoords=("axes fraction", "data"), fontsize=8, color="#b3261e", va="bottom"
+            )
         if ceiling is not None:
             ax.set_ylim(0, ceiling * 1.04)
         elif ax.get_yscale() == "linear":
@@ -207,7 +211,9 @@ def _line(
     for p in pts:
         if p.lost > 0:
             where = (p.x, min(p.y, top))
-            ax.annotate(f"{100 * p.lost:.0f} % lost", where, (4, -11), textcoords="offset points", fontsize=7.5, color=c)
+            ax.annotate(
+                f"{100 * p.lost:.0f} % lost", where, (4, -11), textcoords="offset points", fontsize=7.5, color=c
+            )
 
 
 def bars(
@@ -236,7 +242,15 @@ def bars(
     drawn = False
     for i, target in enumerate(targets):
         if target is not None:
-            ax.plot([i - 0.44, i + 0.44], [target, target], color="#b3261e", lw=1.4, ls="--", zorder=4, label=None if drawn else "target")
+            ax.plot(
+                [i - 0.44, i + 0.44],
+                [target, target],
+                color="#b3261e",
+                lw=1.4,
+                ls="--",
+                zorder=4,
+                label=None if drawn else "target",
+            )
             drawn = True
     tops = sorted(v[0] for vs in series.values() for v in vs if v is not None)
     if tops and tops[-1] > 8 * tops[len(tops) // 2]:

@@ -61,7 +61,7 @@ class Campaign:
     def stat(self, case: str, value: str) -> Stat:
         """Statistic of a value over runs: for per-run RMS values the RMS over runs, else the mean; with its interval."""
         prefix = f"{case}.{value}"
-        kind, ci = ("rms", "rms_ci95") if "rms" in value.rpartition(".")[0] + value else ("mean", "ci95")
+        kind, ci = ("rms", "rms_ci95") if "rms" in value else ("mean", "ci95")
         get = self.summary.get
         return Stat(
             f"{prefix}.{kind}", get(f"{prefix}.{kind}"), get(f"{prefix}.{ci}_lo"), get(f"{prefix}.{ci}_hi"),

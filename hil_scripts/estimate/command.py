@@ -22,7 +22,12 @@ DOWN_ZERO = (
 )
 TURNS = "Vertical wind and alpha offset separate only through turns: {0:.0f} % of what is known of the offset came from this log."
 NO_ACCEL = (
-    "There is no accelerometer in the log: the specific force is a state that follows the velocity, not a measurement."
+    "There is no accelerometer in the log: the specific force (the tether's pull included) is a state that follows the velocity. "
+    "A correction of velocity or attitude onboard is seen as wind or as an outlier."
+)
+TUNED = (
+    "The wind's random walk of {0:g} m/s per sqrt(s) was chosen near the most likely one for the AP2 log itself: a mean NIS near "
+    "its expectation there is a fit, not a proof; whiteness, synthetic flights and the logged wind are the tests."
 )
 SHORT = "{0:.0f} s: statistics of wind below {1:.2f} Hz rest on a handful of cycles; the mean wind is one sample of the day's."
 JUMPS = "The logged position jumps by up to {0:.2f} m in a step against its own velocity; it is checked, never fused."
@@ -156,6 +161,7 @@ def _show_limits(console: Console, log: flightlog.FlightLog, v: dict[str, float]
         lines.append(DOWN_ZERO.format(log.wind_n[0, 2]))
     lines.append(TURNS.format(100.0 * v["probe.alpha.information_gained"]))
     lines.append(NO_ACCEL)
+    lines.append(TUNED.format(v["params.q_wind"]))
     if log.pos_n is not None:
         step = (log.pos_n[1:] - log.pos_n[:-1]) - 0.5 * (log.vel_n[1:] + log.vel_n[:-1]) * (log.t[1:] - log.t[:-1])[
             :, None

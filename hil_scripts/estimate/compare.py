@@ -78,7 +78,7 @@ def _delay(out: Values, log: FlightLog, wind: Array, keep: Array) -> None:
     a = wind[k[: len(k) - last], :2]
     rms = np.array([np.mean((log.wind_n[k[i : len(k) - last + i], :2] - a) ** 2, axis=0) for i in range(last + 1)])
     best = int(np.argmin(rms.sum(axis=1)))
-    out["delay.logged_s"] = best * dt
+    out["delay.logged_s"] = round(best * dt, 6)
     for i in range(2):
         out[f"delay.{AXES[i]}.rms"] = float(np.sqrt(rms[best, i]))
         out[f"delay.{AXES[i]}.rms_undelayed"] = float(np.sqrt(rms[0, i]))

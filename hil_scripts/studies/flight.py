@@ -43,14 +43,14 @@ WINDS = {
 @dataclass(frozen=True)
 class Flight:
     """Truth at 20 Hz: t [N] s; x [N,15] (V, beta, alpha, rates, psi unwrapped, theta, phi, position, wind NED); v [N,3]
-    inertial velocity NED; u [N,4] mean controls since the last sample; f [N,3] specific force, body axes."""
+    inertial velocity NED; u [N,4] mean controls since the last sample; f [N,3] specific force, body axes; fuel [N] kg."""
 
     t: np.ndarray
     x: np.ndarray
     v: np.ndarray
     u: np.ndarray
     f: np.ndarray
-    fuel_kg: float
+    fuel: np.ndarray
 
 
 def study_aircraft() -> Aircraft:
@@ -75,8 +75,7 @@ def fly(wind: str, duration_s: float, seed: int, *, sigma: float | None = None, 
         _scale_gusts(world, np.array(steps) / max(steps), duration_s)
     pilot = _TruthPilot(world)
     rows = [pilot.sample() for _ in range(int(round(duration_s / DT)))]
-    cols = [np.array([r[i] for r in rows]) for i in range(5)]
-    return Flight(*cols, fuel_kg=world.truth(0).fuel_kg)
+    return Flight(*(np.array([r[i] for r in rows]) for i in range(6)))
 
 
 def _scale_gusts(world: World, factors: np.ndarray, duration_s: float) -> None:
@@ -112,7 +111,7 @@ class _TruthPilot:
         self.act.reset(np.array([t.aileron, t.elevator, t.rudder]), 0.0)
         self._started = False
 
-    def sample(self) -> tuple[float, list[float], list[float], np.ndarray, np.ndarray]:
+    def sample(self) -> tuple[float, list[float], list[float], np.ndarray, np.ndarray, float]:
         """Truth at this tick, then fly to the next sample."""
         self.w.sense()
         t = self.w.truth(0)
@@ -128,6 +127,7 @@ class _TruthPilot:
             list(t.vel_n),
             self.mean.copy(),
             _specific_force(euler, t.acc_n),
+            t.fuel_kg,
         )
         nav = NavState(
             valid=True, V=t.V, beta=t.beta, alpha=t.alpha, w_b=t.w_b, euler=euler, pos_n=t.pos_n, vel_n=t.vel_n

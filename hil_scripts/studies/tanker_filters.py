@@ -39,9 +39,9 @@ def run(p: NavParams, fl: Flight, y: np.ndarray, acc: np.ndarray) -> Estimate:
     out = Estimate(np.zeros((n, 15)), np.zeros((n, 15)), np.zeros((n, 15, 15)), np.zeros(n), np.zeros(n, int), np.zeros(n))
     q = np.zeros(4)
     f.air_mask, f.gyro_count = 1, 1
-    f.fuel_kg = fl.fuel_kg
     for k in range(n):
         r = y[k].tolist()
+        f.fuel_kg = float(fl.fuel[k])
         f.t_us = f.air_t_us = f.att_t_us = f.gnss_t_us = round(k * DT * 1e6) + 1
         f.air_V, f.air_beta, f.air_alpha = (r[0],), (r[1],), (r[2],)
         f.gyro_b = f.gyro_mean_b = (r[3], r[4], r[5])

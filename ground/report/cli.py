@@ -1,0 +1,37 @@
+"""Commands `ground report ...`."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+app = typer.Typer(
+    no_args_is_help=True, add_completion=False, help="Reports on campaigns as one HTML page with figures."
+)
+
+
+@app.callback()
+def _reports() -> None:
+    """Reports on campaigns as one HTML page with figures."""
+
+
+@app.command()
+def lee(
+    runs: Annotated[
+        list[Path], typer.Argument(help="campaign folders of `sil campaign lee`, lee_colour, ...", metavar="RUNS...")
+    ],
+    out: Annotated[Path, typer.Option("--out", help="folder for lee.html and the PNG figures")] = Path("report-lee"),
+) -> None:
+    """The dissertation's experiments as tables and pictures: printed claim, printed method, our default."""
+    from ground.report.build import lee_report
+    from ground.report.load import ReportError
+
+    try:
+        page = lee_report(runs, out)
+    except ReportError as e:
+        print(f"ground: {e}", file=sys.stderr)
+        raise typer.Exit(1) from None
+    print(page)

@@ -1,0 +1,67 @@
+"""Chapters on station keeping: position error at contact per controller, against a swept parameter or per case."""
+
+from __future__ import annotations
+
+from ground.report import figures as f
+from ground.report import lee
+from ground.report import page as p
+from ground.report.load import Campaign, Stat
+from ground.report.open_loop import Keeper, case_label, label, labels, points
+
+AXES = ("x", "y", "z")
+RMS = "contact.rms_m"
+CEILING_M = 2.5  # [m] the figures' upper end: beyond the boom's limit it does not matter how far
+
+
+def _lost(c: Campaign, case: str, actor: str) -> Stat:
+    for key in (f"{actor}.lost", f"{actor}.contact.lost"):
+        stat = c.stat(case, key)
+        if stat.value is not None:
+            return stat
+    return Stat(key, None)
+
+
+def chapter(c: Campaign, pictures: Keeper) -> str:
+    """Figures and table of the position error; empty without such values."""
+    actors = list(dict.fromkeys(a for x in AXES for a in c.actors(f"{RMS}.{x}")))
+    if not actors:
+        return ""
+    known = lee.STUDIES.get(c.study)
+    swept = c.swept(known.params if known else ())
+    if len({x for x, _ in swept.values()}) >= 3:
+        panels = [(f"{x}, RMS [m]", points(c, swept, f"{RMS}.{x}")) for x in AXES]
+        names = {n for _, series in panels for n in series}
+        limit = (lee.BOOM_LIMIT_M, "boom limit quoted by the source")
+        png = f.sweep(panels, known.xlabel if known else "swept parameter", labels(names), limit, CEILING_M)
+        caption = (
+            f"Position error at contact over the runs with 95 % confidence intervals; arrows: beyond {CEILING_M} m."
+        )
+    else:
+        groups = [f"{case_label(case)}\n{x}" for case in c.cases for x in AXES]
+        series = {}
+        for a in actors:
+            stats = [c.stat(case, f"{a}.{RMS}.{x}") for case in c.cases for x in AXES]
+            series[a] = [None if s.value is None else (s.value, s.lo, s.hi) for s in stats]
+        png = f.bars(groups, series, "position error at contact, RMS [m]", labels(actors))
+        caption = "Position error at contact per axis over the runs with 95 % confidence intervals."
+    out = "<h3>Station keeping</h3>" + pictures.add(f"{c.study}_contact", png, caption)
+    return out + _table(c, actors)
+
+
+def _table(c: Campaign, actors: list[str]) -> str:
+    head = [("case", ""), ("controller", ""), *((f"RMS {x} [m]", "num") for x in AXES)]
+    head += [*((f"95th pct {x} [m]", "num") for x in AXES), *((f"max {x} [m]", "num") for x in AXES)]
+    head += [("runs lost", "num"), ("runs", "num")]
+    rows = []
+    for case in c.cases:
+        mine = [a for a in actors if any(c.stat(case, f"{a}.{RMS}.{x}").n or _lost(c, case, a).n for x in AXES)]
+        for i, a in enumerate(mine):
+            row = p.text(case_label(case) if i == 0 else "") + p.text(label(a))
+            row += "".join(p.cell(c.stat(case, f"{a}.{RMS}.{x}")) for x in AXES)
+            row += "".join(p.cell(c.stat(case, f"{a}.contact.p95_m.{x}"), interval=False) for x in AXES)
+            row += "".join(p.cell(c.stat(case, f"{a}.contact.max_m.{x}"), interval=False) for x in AXES)
+            lost = _lost(c, case, a)
+            css = "bad" if lost.value else ""
+            row += p.cell(lost, css) + p.plain(c.runs(case), below=f"{c.failed(case)} failed" if c.failed(case) else "")
+            rows.append(row)
+    return p.table(head, rows, "Runs lost: share of runs in which the receiver left the vicinity of the tanker.")

@@ -1,0 +1,238 @@
+"""Chapters on wind estimates: the table cases of the tanker, and sweeps of a parameter."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from typing import Protocol
+
+from ground.report import figures as f
+from ground.report import lee
+from ground.report import page as p
+from ground.report.load import Campaign
+
+MAGNITUDE, DIRECTION = "wind.magnitude_rms_pct", "wind.direction_rms_deg"
+AXES = "ned"
+SHOWN_PLOT = ("default", "printed")  # more than two filters in one time history cannot be read
+
+
+class Keeper(Protocol):
+    """Takes a figure, gives back HTML."""
+
+    def add(self, name: str, png: bytes, caption: str) -> str:
+        """See build.Pictures."""
+
+
+def label(actor: str) -> str:
+    """Name of a filter or controller for the reader; variants of a sweep follow in brackets."""
+    base, _, variant = actor.partition(" ")
+    return lee.LABELS.get(base, base.replace("_", " ")) + (f" ({variant.replace('_', ' ')})" if variant else "")
+
+
+def labels(actors: Iterable[str]) -> dict[str, str]:
+    """Label of each actor."""
+    return {a: label(a) for a in actors}
+
+
+def case_label(case: str) -> str:
+    """Name of a case for the reader."""
+    return lee.CASE_LABELS.get(case, case.replace("_", " "))
+
+
+def _claims(c: Campaign) -> dict[str, lee.Claim]:
+    known = {k: v for k, v in lee.TANKER.items() if k in c.cases}
+    return known | {k: lee.Claim(case_label(k), "", "") for k in c.cases if k not in known}
+
+
+def _met(c: Campaign, case: str, claim: lee.Claim) -> list[bool]:
+    pairs = [(c.stat(case, f"default.{MAGNITUDE}").value, claim.target_pct)]
+    pairs.append((c.stat(case, f"default.{DIRECTION}").value, claim.target_deg))
+    return [v <= t for v, t in pairs if v is not None and t is not None]
+
+
+def targets(c: Campaign) -> tuple[int, int]:
+    """How many accuracy targets of the tanker cases the default filter meets, and of how many."""
+    met = [m for case, claim in _claims(c).items() for m in _met(c, case, claim)]
+    return sum(met), len(met)
+
+
+def wins(c: Campaign) -> tuple[int, int]:
+    """In how many cases the default has the smaller RMS error of magnitude than the printed method, and of how many."""
+    pairs = [(c.stat(x, f"default.{MAGNITUDE}").value, c.stat(x, f"printed.{MAGNITUDE}").value) for x in c.cases]
+    good = [(a, b) for a, b in pairs if a is not None and b is not None]
+    return sum(a < b for a, b in good), len(good)
+
+
+def tanker(c: Campaign, pictures: Keeper) -> str:
+    """The tanker cases: overview, accuracy, consistency, limit, all filters, time histories."""
+    claims = _claims(c)
+    return (
+        p.paragraph(str(c.meta.get("purpose", "")))
+        + _overview(c, claims, pictures)
+        + "<h3>Accuracy</h3>" + _accuracy(c, claims)
+        + "<h3>Consistency, convergence and the limit</h3>" + _consistency(c, claims)
+        + everything(c)
+        + _histories(c, claims, pictures)
+    )  # fmt: skip
+
+
+def _overview(c: Campaign, claims: dict[str, lee.Claim], pictures: Keeper) -> str:
+    out = ""
+    for metric, unit, name in (
+        (MAGNITUDE, "magnitude error, RMS [%]", "magnitude"),
+        (DIRECTION, "direction error, RMS [deg]", "direction"),
+    ):
+        actors = [a for a in c.actors(metric) if a in ("default", "printed", "cmw")]
+        if not actors:
+            continue
+        series = {}
+        for a in actors:
+            stats = [c.stat(case, f"{a}.{metric}") for case in claims]
+            series[a] = [None if s.value is None else (s.value, s.lo, s.hi) for s in stats]
+        goals = [x.target_pct if metric == MAGNITUDE else x.target_deg for x in claims.values()]
+        names = [x.label.replace(", ", ",\n") for x in claims.values()]
+        png = f.bars(names, series, unit, labels(actors), goals)
+        caption = (
+            f"Wind {unit}, over all runs of a case with 95 % confidence intervals; dashed: what our default is held to."
+        )
+        out += pictures.add(f"tanker_{name}", png, caption)
+    return out
+
+
+def _accuracy(c: Campaign, claims: dict[str, lee.Claim]) -> str:
+    head = [("case", ""), ("printed claim", ""), ("error", ""), ("as printed", "num"), ("our default", "num"), ("target", "num"),
+            ("as printed / default", "num"), ("default, 95th pct", "num"), ("runs", "num")]  # fmt: skip
+    rows = []
+    for case, claim in claims.items():
+        lines = [(MAGNITUDE, "wind.magnitude_p95_pct", "magnitude [%]", claim.target_pct)]
+        lines.append((DIRECTION, "wind.direction_p95_deg", "direction [deg]", claim.target_deg))
+        for i, (metric, p95, name, goal) in enumerate(lines):
+            printed, ours = c.stat(case, f"printed.{metric}"), c.stat(case, f"default.{metric}")
+            css = "" if goal is None or ours.value is None else "good" if ours.value <= goal else "bad"
+            first = f'<td rowspan="2"><b>{claim.label}</b><small>{claim.what}</small></td><td class="text" rowspan="2">{claim.printed}</td>'
+            runs = (
+                f'<td class="num" rowspan="2">{c.runs(case)}'
+                + (f"<small class='bad'>{c.failed(case)} failed</small>" if c.failed(case) else "")
+                + "</td>"
+            )
+            row = (first if i == 0 else "") + p.text(name) + p.cell(printed) + p.cell(ours, css)
+            row += p.plain(goal, css, below="" if goal is None or not css else "met" if css == "good" else "not met")
+            rows.append(
+                row + _ratio(c, case, metric) + p.cell(c.stat(case, f"default.{p95}")) + (runs if i == 0 else "")
+            )
+    return p.table(head, rows, "The source's claims are bounds read off its figures; the 95th percentile is the figure to hold against them. "
+                   "Its direction claims are in per cent of an angle it does not name.")  # fmt: skip
+
+
+def _ratio(c: Campaign, case: str, metric: str) -> str:
+    a, b = f"default.{metric}", f"printed.{metric}"
+    ours, printed = c.stat(case, a).value, c.stat(case, b).value
+    if not ours or printed is None:
+        return p.blank()
+    better, of = c.better(case, a, b)
+    return p.plain(printed / ours, "good" if printed > ours else "bad", below=f"better in {better} of {of}")
+
+
+def _consistency(c: Campaign, claims: dict[str, lee.Claim]) -> str:
+    head = [("case", ""), ("filter", ""), ("inside 3 sigma [%]", "num"), ("NEES", "num"), ("NEES in its band [%]", "num"),
+            ("RMS / bound N", "num"), ("E", "num"), ("D", "num"), ("converged N [s]", "num"), ("E", "num"), ("D", "num")]  # fmt: skip
+    rows = []
+    for case, claim in claims.items():
+        actors = [a for a in c.actors(MAGNITUDE, [case]) if a in ("default", "printed")]
+        for i, a in enumerate(actors):
+            inside = c.stat(case, f"{a}.wind.inside_3sigma_pct")
+            css = "" if inside.value is None else "good" if inside.value >= lee.TARGET_INSIDE_PCT else "bad"
+            row = p.text(claim.label if i == 0 else "") + p.text(label(a)) + p.cell(inside, css)
+            row += p.cell(c.stat(case, f"{a}.nees.mean")) + p.cell(c.stat(case, f"{a}.nees.inside_pct"))
+            row += "".join(_against(c, case, f"{a}.pcrb_ratio.{x}", lee.TARGET_PCRB) for x in AXES)
+            rows.append(row + "".join(_against(c, case, f"{a}.wind.convergence_s.{x}", None) for x in AXES))
+        if any(v is not None for v in claim.convergence):
+            times = "".join(p.plain(v) for v in claim.convergence)
+            rows.append(p.text("") + p.text("printed claim", "soft") + p.blank() * 6 + times)
+    return p.table(head, rows, f"Aims for the default: inside 3 sigma at least {lee.TARGET_INSIDE_PCT:.0f} %, RMS / Cramer-Rao bound at most "
+                   f"{lee.TARGET_PCRB} in cases I to III, convergence within {lee.TARGET_CONVERGENCE_S:.0f} s in white noise.")  # fmt: skip
+
+
+def _against(c: Campaign, case: str, value: str, limit: float | None) -> str:
+    stat = c.stat(case, value)
+    bad = limit is not None and value.startswith("default.") and stat.value is not None and stat.value > limit
+    return p.cell(stat, "bad" if bad else "")
+
+
+def everything(c: Campaign) -> str:
+    """Every value of every case, folded away."""
+    if not c.columns:
+        return ""
+    head = [("value", ""), *((case_label(x), "num") for x in c.cases)]
+    rows = []
+    last = ""
+    for value in sorted(c.columns):
+        actor, _, metric = value.partition(".")
+        if actor != last:
+            rows.append(p.group(label(actor), len(head)))
+            last = actor
+        rows.append(p.text(metric or value) + "".join(p.cell(c.stat(x, value)) for x in c.cases))
+    return p.details(f"All {len(c.columns)} figures of all filters", p.table(head, rows))
+
+
+def _histories(c: Campaign, claims: dict[str, lee.Claim], pictures: Keeper) -> str:
+    out = ""
+    for case, claim in claims.items():
+        tr = c.traces(case)
+        actors = [a for a in SHOWN_PLOT if f"{a}.wind" in tr] or [k[:-5] for k in sorted(tr) if k.endswith(".wind")][:2]
+        if not actors or not {"t", "wind_true"} <= tr.keys():
+            continue
+        what = f"Case {claim.label}{': ' + claim.what if claim.what else ''}. First run."
+        name = re.sub(r"[^A-Za-z0-9_.-]", "_", case)
+        out += f"<h3>Case {claim.label}</h3>"
+        text = f"{what} Wind components; band and dashes are each filter's own 3-sigma bounds."
+        out += pictures.add(f"{name}_wind", f.wind_components(tr, actors, labels(actors)), text)
+        png = f.errors_over_time(tr, actors, labels(actors), claim.magnitude_pct)
+        out += pictures.add(f"{name}_errors", png, f"{what} Errors of wind magnitude and direction over time.")
+    return out
+
+
+def sweep(c: Campaign, pictures: Keeper) -> str:
+    """Wind errors against the swept parameter, or per case where nothing is swept; empty without wind values."""
+    actors = c.actors(MAGNITUDE)
+    if not actors:
+        return ""
+    known = lee.STUDIES.get(c.study)
+    swept = c.swept(known.params if known else ())
+    metrics = [(MAGNITUDE, "magnitude error, RMS [%]"), (DIRECTION, "direction error, RMS [deg]")]
+    xlabel = known.xlabel if known else "swept parameter"
+    if len({x for x, _ in swept.values()}) >= 3:
+        panels = [(title, points(c, swept, metric)) for metric, title in metrics]
+        names = {n for _, series in panels for n in series}
+        picture = f.sweep(panels, xlabel, labels(names))
+    else:
+        series = {a: [_bar(c, x, f"{a}.{MAGNITUDE}") for x in c.cases] for a in actors}
+        picture = f.bars([case_label(x) for x in c.cases], series, metrics[0][1], labels(actors))
+    out = "<h3>Wind estimate</h3>" + pictures.add(
+        f"{c.study}_wind", picture, "Wind error over the runs, with 95 % confidence intervals."
+    )
+    head = [("case", ""), ("error", ""), *((label(a), "num") for a in actors)]
+    rows = [
+        p.text(case_label(x)) + p.text(t.split(",")[0]) + "".join(p.cell(c.stat(x, f"{a}.{m}")) for a in actors)
+        for x in c.cases
+        for m, t in metrics
+    ]
+    return out + p.table(head, rows)
+
+
+def _bar(c: Campaign, case: str, value: str) -> tuple[float, float | None, float | None] | None:
+    s = c.stat(case, value)
+    return None if s.value is None else (s.value, s.lo, s.hi)
+
+
+def points(c: Campaign, swept: dict[str, tuple[float, str]], metric: str) -> dict[str, list[f.Point]]:
+    """Sweep series of a metric: one per filter or controller and variant of the cases."""
+    out: dict[str, list[f.Point]] = {}
+    for actor in c.actors(metric):
+        for case, (x, variant) in swept.items():
+            s = c.stat(case, f"{actor}.{metric}")
+            lost = c.stat(case, f"{actor}.lost").value or c.stat(case, f"{actor}.contact.lost").value or 0.0
+            if s.value is not None:
+                name = f"{actor} {variant}" if variant else actor
+                out.setdefault(name, []).append(f.Point(x, s.value, s.lo, s.hi, lost))
+    return out
