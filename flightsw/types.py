@@ -149,6 +149,8 @@ class NavState:
     rel_w_b: Vec3 = ZERO3  # [rad/s] w_R - R w_T, receiver body axes
     rel_sigma: Vec3 = ZERO3  # [m]
     peer_age_s: float = 1e9
+    wind_rot: Vec3 = ZERO3  # [rad/s] effective rotational wind, own body axes (where it is estimated)
+    wind_rot_sigma: Vec3 = ZERO3  # [rad/s]
 
 
 @dataclass(slots=True)

@@ -24,16 +24,17 @@ class ScheduleParams:
     V_mps: tuple[float, float] = (180.0, 200.0)
     h_m: Pos = 7010.0
     mass_kg: Pos = 120000.0
-    delay_s: Annotated[float, Range(0.0, 0.05)] = 0.015  # command to actuator, design value
+    delay_s: Annotated[float, Range(0.0, 0.25)] = 0.015  # command to actuator, design value
 
 
 class ControlCore:
     """Command assembly: previous command, integrals, saturation."""
 
     def __init__(self, ac: Aircraft, n_int: int, int_limit: np.ndarray) -> None:
+        """`u_old` [k,4], newest first, is sized by the law once its design tells how many old commands it needs."""
         self.ac = ac
         self.lim = surface_limits(ac)
-        self.u_prev = np.zeros(4)
+        self.u_old = np.zeros((1, 4))
         self.e = np.zeros(n_int)
         self.int_limit = int_limit
         self.saturated = False
@@ -68,7 +69,8 @@ class ControlCore:
             u[3] = min(max(u[3], floor), avail)
             sat = True
         self.saturated = sat
-        self.u_prev[:] = u
+        self.u_old[1:] = self.u_old[:-1]
+        self.u_old[0] = u
         return u, float(u[3] / avail)
 
     def actuator_states(self, z: np.ndarray, n: int, act: ActuatorModel) -> None:

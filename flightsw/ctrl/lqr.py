@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -77,14 +78,25 @@ def design(
 ) -> Design:  # fmt: skip
     """LQR of the delayed sampled model. A [nz,nz], B [nz,4] continuous; q [nz], r [4] diagonal weights; z0 [nz], u0 [4].
 
-    The returned gain acts on [z, u_{k-1}] (nz + 4). Raises DesignError naming `what`.
+    The returned gain acts on [z, u_{k-1}, u_{k-2}, ...] with one old command per started period of delay. Raises
+    DesignError naming `what`.
     """
     nz = A.shape[0]
-    phi, gn, go = discretise(A, B, T, delay)
-    Ad, Bd = np.zeros((nz + 4, nz + 4)), np.zeros((nz + 4, 4))
-    Ad[:nz, :nz], Ad[:nz, nz:] = phi, go
-    Bd[:nz], Bd[nz:] = gn, np.eye(4)
-    Q = np.diag(np.concatenate((q, np.full(4, 1e-9))))
+    whole = max(0, math.ceil(delay / T - 1e-9) - 1)
+    phi, gn, go = discretise(A, B, T, delay - whole * T)
+    n_old = whole + 1
+    size = nz + 4 * n_old
+    Ad, Bd = np.zeros((size, size)), np.zeros((size, 4))
+    Ad[:nz, :nz] = phi
+    Ad[:nz, size - 4 :] = go
+    if whole:
+        Ad[:nz, size - 8 : size - 4] = gn
+    else:
+        Bd[:nz] = gn
+    Bd[nz : nz + 4] = np.eye(4)
+    for k in range(1, n_old):
+        Ad[nz + 4 * k : nz + 4 * k + 4, nz + 4 * (k - 1) : nz + 4 * k] = np.eye(4)
+    Q = np.diag(np.concatenate((q, np.full(4 * n_old, 1e-9))))
     R = np.diag(r)
     try:
         P = solve_discrete_are(Ad, Bd, Q, R)
@@ -94,4 +106,4 @@ def design(
     radius = float(np.abs(np.linalg.eigvals(Ad - Bd @ K)).max())
     if not radius < 1.0:
         raise DesignError(f"{what}: closed loop has spectral radius {radius:.6f}, allowed < 1")
-    return Design(K, np.concatenate((z0, u0)), u0.copy(), radius)
+    return Design(K, np.concatenate((z0, np.tile(u0, n_old))), u0.copy(), radius)

@@ -1,7 +1,7 @@
 """Receiver station keeping: gain-scheduled LQR with integral action on inertial relative motion.
 
 Design state: xi_dot (3), w_rel (3), psi, theta, phi relative (3), xi (3), servo position (3), servo rate (3), thrust (1),
-integral of xi error (3), previous command (4). Airspeed, sideslip and incidence are eliminated through
+integral of xi error (3), previous commands (4 per started period of delay). Airspeed, sideslip and incidence are eliminated through
 xi_dot = R^T u_a + R_BTI (W - v_T) + S(w_T) xi, so that a gust does not look like a closure-rate error.
 """
 
@@ -18,9 +18,10 @@ from flightsw.ctrl.lqr import Design, augment, design
 from flightsw.ctrl.schedule import GainSchedule
 from flightsw.models.actuators import ActuatorModel
 from flightsw.models.trim import linearise_relative, trim_free, trim_relative
-from flightsw.strict import Range
+from flightsw.strict import ConfigError, Range
 from flightsw.types import GuidanceCmd, NavState
 
+Four = tuple[float, float, float, float]
 N = 12  # rigid design states
 
 
@@ -36,8 +37,13 @@ class ReceiverCtrlParams:
     w_euler_rad: Node3 = (0.3, 0.3, 0.3)
     w_pos_m: Node3 = (0.6, 0.6, 0.6)
     w_int_ms: Node3 = (1.5, 1.5, 1.5)
-    w_input: tuple[float, float, float, float] = (0.106, 0.0707, 0.106, 1770.0)
+    w_input: Four = (0.106, 0.0707, 0.106, 1770.0)
     int_limit_ms: Node3 = (30.0, 20.0, 20.0)
+    # a softer law for poor sensing, blended in as the estimator's own 1-sigma of position goes from the first to the second
+    soft_sigma_m: tuple[float, float] = (0.14, 0.19)
+    soft_pos_m: Node3 = (1.0, 1.0, 1.0)
+    soft_int_ms: Node3 = (3.0, 3.0, 3.0)
+    soft_input: Four = (0.075, 0.05, 0.075, 2500.0)
     condition_tau_s: Annotated[float, Range(0.01)] = 1.0  # smoothing of the scheduling variables
 
 
@@ -50,14 +56,27 @@ class ReceiverControl:
         self.core = ControlCore(ac, 3, np.array(p.int_limit_ms))
         s = p.schedule
         self.nodes = tuple(float(np.radians(v)) for v in s.psi_dot_degps)
-        designs = [self._design(ac, tanker, yd, V, dt_s) for yd in self.nodes for V in s.V_mps]
-        self.sched = GainSchedule(designs, self.nodes, s.V_mps)
+        if not 0.0 < p.soft_sigma_m[0] < p.soft_sigma_m[1]:
+            raise ConfigError(f"ctrl.soft_sigma_m = {list(p.soft_sigma_m)}: allowed: 0 < first < second")
+        tight = (p.w_pos_m, p.w_int_ms, p.w_input)
+        soft = (p.soft_pos_m, p.soft_int_ms, p.soft_input)
+        self.sched, self.soft = (
+            GainSchedule(
+                [self._design(ac, tanker, yd, V, dt_s, w) for yd in self.nodes for V in s.V_mps], self.nodes, s.V_mps
+            )
+            for w in (tight, soft)
+        )
+        self.softness = 0.0  # share of the soft law
         self.z, self.off = np.zeros(self.sched.nz), np.zeros(self.sched.nz)
+        self.core.u_old = np.zeros(((self.sched.nz - N - 10) // 4, 4))
         self._err = np.zeros(3)
         self._cond = np.array([0.0, float(np.mean(s.V_mps))])
 
-    def _design(self, ac: Aircraft, tanker: Aircraft, yd: float, V: float, dt_s: float) -> Design:
+    def _design(
+        self, ac: Aircraft, tanker: Aircraft, yd: float, V: float, dt_s: float, weights: tuple[Node3, Node3, Four]
+    ) -> Design:
         p, s = self.p, self.p.schedule
+        w_pos, w_int, w_input = weights
         tt = trim_free(tanker, p.tanker_mass_kg, s.h_m, V, yd)
         t = trim_relative(ac, s.mass_kg, tt, np.array(p.xi_m))
         A, B, Cv = linearise_relative(ac, s.mass_kg, tt, t)
@@ -69,12 +88,12 @@ class ReceiverControl:
         C = np.zeros((3, N))
         C[:, 9:12] = np.eye(3)
         Aa, Ba = augment(A12, B12, C, np.zeros((3, 4)), ac)
-        scale = [*p.w_vel_mps, *p.w_rate_radps, *p.w_euler_rad, *p.w_pos_m, *[1e3] * 6, 1e6, *p.w_int_ms]
+        scale = [*p.w_vel_mps, *p.w_rate_radps, *p.w_euler_rad, *w_pos, *[1e3] * 6, 1e6, *w_int]
         q = 1.0 / np.square(scale)
         z0 = np.zeros(len(scale))
         z0[6:9] = t.x[6:9]
         z0[N : N + 3], z0[N + 6] = t.u[:3], t.u[3]
-        r = 1.0 / np.square(p.w_input)
+        r = 1.0 / np.square(w_input)
         return design(Aa, Ba, dt_s, s.delay_s, q, r, z0, t.u, f"receiver at {V:g} m/s, {yd:.4f} rad/s")
 
     def step(
@@ -90,7 +109,7 @@ class ReceiverControl:
             self._cond[1] += a * (V_t - self._cond[1])
         self.sched.set_condition(self._cond[0], self._cond[1])
         if not c.started:
-            c.u_prev[:] = act.pos[0], act.pos[1], act.pos[2], act.thrust
+            c.u_old[:] = act.pos[0], act.pos[1], act.pos[2], act.thrust
             c.started = True
         z[0:3], z[3:6], z[6:9], z[9:12] = nav.rel_vel_t, nav.rel_w_b, nav.rel_euler, nav.rel_pos_t
         for i in range(3):
@@ -100,8 +119,15 @@ class ReceiverControl:
         c.actuator_states(z, N, act)
         c.integrate(self._err, dt)
         z[N + 7 : N + 10] = c.e
-        z[N + 10 :] = c.u_prev
-        return c.limit(self.sched.evaluate(z, self.off), h_m, nav.V)
+        z[N + 10 :] = c.u_old.ravel()
+        u = self.sched.evaluate(z, self.off)
+        lo, hi = self.p.soft_sigma_m
+        want = min(max((max(nav.rel_sigma) - lo) / (hi - lo), 0.0), 1.0)
+        self.softness += a * (want - self.softness)
+        if self.softness > 1e-3:
+            self.soft.set_condition(self._cond[0], self._cond[1])
+            u += self.softness * (self.soft.evaluate(z, self.off) - u)
+        return c.limit(u, h_m, nav.V)
 
     def trim_command(self, V_t: float, h_m: float) -> tuple[np.ndarray, float]:
         """Open-loop trim for straight flight while navigation is not yet valid."""

@@ -1,7 +1,7 @@
 """Tanker autopilot: gain-scheduled LQR with integral action on airspeed, altitude and turn rate (Lee 2011, section 2.5).
 
 Design state: V, beta, alpha, p, q, r, theta, phi, z, servo position (3), servo rate (3), thrust (1), integrals of V, z and
-psi_dot error, previous command (4). Heading and horizontal position are left out: they are not in the cost, and undamped
+psi_dot error, previous commands (4 per started period of delay). Heading and horizontal position are left out: they are not in the cost, and undamped
 states outside it leave the Riccati equation without a solution.
 """
 
@@ -53,6 +53,7 @@ class TankerControl:
         designs = [self._design(ac, yd, V, dt_s) for yd in self.nodes for V in s.V_mps]
         self.sched = GainSchedule(designs, self.nodes, s.V_mps)
         self.z, self.off = np.zeros(self.sched.nz), np.zeros(self.sched.nz)
+        self.core.u_old = np.zeros(((self.sched.nz - N - 10) // 4, 4))
         self._err = np.zeros(3)
 
     def _design(self, ac: Aircraft, yd: float, V: float, dt_s: float) -> Design:
@@ -80,7 +81,7 @@ class TankerControl:
         c, z = self.core, self.z
         self.sched.set_condition(cmd.psi_dot, cmd.V)
         if not c.started:
-            c.u_prev[:] = act.pos[0], act.pos[1], act.pos[2], act.thrust
+            c.u_old[:] = act.pos[0], act.pos[1], act.pos[2], act.thrust
             c.started = True
         _, theta, phi = nav.euler
         h = -nav.pos_n[2]
@@ -92,7 +93,7 @@ class TankerControl:
         c.actuator_states(z, N, act)
         c.integrate(self._err, dt)
         z[N + 7 : N + 10] = c.e
-        z[N + 10 :] = c.u_prev
+        z[N + 10 :] = c.u_old.ravel()
         return c.limit(self.sched.evaluate(z, self.off), h, nav.V)
 
     def trim_command(self, V: float, h_m: float) -> tuple[np.ndarray, float]:

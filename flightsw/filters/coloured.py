@@ -14,6 +14,7 @@ from flightsw.kernels.jit import jit
 
 Array = np.ndarray
 TWO_PI = 2.0 * math.pi
+FORMS = ("exact", "printed")  # of measurement differencing
 
 
 def scaled_sigma(s: float, T: float, tau: float) -> float:
@@ -66,8 +67,8 @@ class Differencer:
             raise ValueError(f"s, tau, angle of lengths {k}, {self.tau.size}, {self.angle.size}; allowed: equal")
         if not ((self.s > 0.0).all() and (self.tau > 0.0).all()):
             raise ValueError(f"s = {self.s.tolist()}, tau = {self.tau.tolist()}; allowed > 0")
-        if form not in ("exact", "printed"):
-            raise ValueError(f"form = {form!r}; allowed: exact, printed")
+        if form not in FORMS:
+            raise ValueError(f"form = {form!r}; allowed: {', '.join(FORMS)}")
         self.form = form
         self.last = np.zeros(k)
         self.primed = False

@@ -16,7 +16,7 @@ from flightsw.ctrl.receiver import ReceiverControl, ReceiverCtrlParams
 from flightsw.guid.refuel import RefuelGuidance, RefuelParams
 from flightsw.models.actuators import ActuatorModel
 from flightsw.nav.common import NavParams
-from flightsw.nav.relative import RelativeNav
+from flightsw.nav.relative_variants import make_relative_nav
 from flightsw.types import (
     HF_AIR,
     HF_ATT,
@@ -52,7 +52,7 @@ class ReceiverMission:
     watch = HF_IMU | HF_AIR | HF_ATT | HF_GNSS | HF_REL | HF_PEER
 
     def __init__(self, ac: Aircraft, p: ReceiverParams, period_s: float) -> None:
-        self.nav = RelativeNav(ac, p.nav)
+        self.nav = make_relative_nav(ac, p.nav)
         self.guid = RefuelGuidance(p.guid)
         self.ctrl = ReceiverControl(ac, load_aircraft(p.tanker), p.ctrl, period_s)
         self.V0 = float(np.mean(p.ctrl.schedule.V_mps))

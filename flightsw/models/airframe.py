@@ -147,9 +147,10 @@ def relative_rates(
     fm: np.ndarray,
     d: np.ndarray,
 ) -> None:
-    """d [15] <- time derivative of the receiver state relative to the tanker, x [15].
+    """d [15] <- time derivative of the receiver state relative to the tanker, x [15] or x [18] with rotational wind.
 
     tk [18]: tanker R_BI [9], w_T [3], w_T_dot [3] (tanker axes), v_T (NED) [3]. R [9] <- R_BRBT. Lee (2.16)-(2.29), W_I form.
+    x[15:18]: effective rotational wind [rad/s], receiver axes; it changes the rates the aerodynamics see and nothing else.
     """
     dcm_from_euler(x[6], x[7], x[8], R)
     w0, w1, w2 = tk[9], tk[10], tk[11]
@@ -158,7 +159,10 @@ def relative_rates(
     t1 = R[3] * w0 + R[4] * w1 + R[5] * w2
     t2 = R[6] * w0 + R[7] * w1 + R[8] * w2
     p, q, r = x[3] + t0, x[4] + t1, x[5] + t2
-    force_moment(x[0], x[1], x[2], p, q, r, u, rho, P, fm)
+    if x.shape[0] > NX:
+        force_moment(x[0], x[1], x[2], p - x[15], q - x[16], r - x[17], u, rho, P, fm)
+    else:
+        force_moment(x[0], x[1], x[2], p, q, r, u, rho, P, fm)
     g0, g1, g2 = G0 * tk[2], G0 * tk[5], G0 * tk[8]  # gravity in tanker axes
     _rigid(
         x[0], x[1], x[2], p, q, r, fm,
@@ -217,15 +221,19 @@ def propagate_free(X: np.ndarray, u: np.ndarray, rho: float, P: np.ndarray, dt: 
 def propagate_relative(
     X: np.ndarray, u: np.ndarray, rho: float, P: np.ndarray, TKS: np.ndarray, dt: float, W: np.ndarray
 ) -> None:
-    """One RK4 step of dt [s] for every row of X [k,15] in place; TKS [3,18] tanker at start, middle and end; W [5,15] work."""
+    """One RK4 step of dt [s] for every row of X [k,>=nx] in place; TKS [3,18] tanker at start, middle and end.
+
+    W [5,nx] is workspace and says how many entries of a row belong to the model: 15, or 18 with rotational wind (held).
+    """
+    nx = W.shape[1]
     R = np.empty(9)
     fm = np.empty(9)
     for s in range(X.shape[0]):
-        x = X[s]
+        x = X[s, :nx]
         relative_rates(x, u, rho, P, TKS[0], R, fm, W[0])
         for i in range(12):
             W[4, i] = x[i] + 0.5 * dt * W[0, i]
-        for i in range(12, 15):
+        for i in range(12, nx):
             W[4, i] = x[i]
         relative_rates(W[4], u, rho, P, TKS[1], R, fm, W[1])
         for i in range(12):

@@ -62,7 +62,15 @@ def propagate_sensed(
 
 @jit
 def measure_differenced(
-    X: np.ndarray, codes: np.ndarray, m: int, u: np.ndarray, rho: float, P: np.ndarray, cf: float, cx: float, Y: np.ndarray
+    X: np.ndarray,
+    codes: np.ndarray,
+    m: int,
+    u: np.ndarray,
+    rho: float,
+    P: np.ndarray,
+    cf: float,
+    cx: float,
+    Y: np.ndarray,
 ) -> None:
     """Y [k,>=m] <- cf d(h)/dt + cx h for the measurement codes of models.measure (0..14): what differencing turns y into.
 

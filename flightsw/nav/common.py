@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated
 
 import numpy as np
 
 from flightsw.aircraft import Aircraft
+from flightsw.filters.coloured import FORMS
 from flightsw.filters.factory import KINDS, make_filter
 from flightsw.models.airframe import air_jacobian
 from flightsw.models.measure import average_probes
@@ -35,9 +36,13 @@ from flightsw.types import (
 Pos = Annotated[float, Range(1e-12)]
 NonNeg = Annotated[float, Range(0.0)]
 
-MODELS = ("aero", "hybrid", "inertial")  # all aerodynamic; translation from accelerometers; rotation from the gyro too
+# all aerodynamic; translation from accelerometers; rotation from the differenced gyro too; rates as a random walk instead
+MODELS = ("aero", "hybrid", "inertial", "random_rates")
 WIND_MODELS = ("random_walk", "gauss_markov", "dryden")
 COLOURS = ("scaled", "ignored", "removed", "augmented")
+ADAPTATIONS = ("off", "single", "bank")  # nothing; one filter matched to its innovations; three filters weighted
+
+SENSOR_SIGMAS = ("r_V", "r_beta", "r_alpha", "r_rate", "r_euler", "r_pos", "r_vel")
 
 # state slices, both estimators
 AIR = slice(0, 3)  # V [m/s], beta, alpha [rad]
@@ -45,6 +50,7 @@ RATE = slice(3, 6)  # p, q, r [rad/s]; relative to the tanker in the relative es
 EULER = slice(6, 9)  # psi, theta, phi [rad]; from tanker body to receiver body in the relative estimator
 POS = slice(9, 12)  # x, y, z NED [m]; xi in tanker body axes in the relative estimator
 WIND = slice(12, 15)  # wind NED [m/s]
+ROT = slice(15, 18)  # effective rotational wind [rad/s], body axes; relative estimator, where it is asked for
 
 
 @dataclass(frozen=True)
@@ -69,10 +75,10 @@ class NavParams:
     r_euler: Pos = 0.0035  # [rad]
     r_pos: Pos = 0.5  # [m]
     r_vel: Pos = 0.1  # [m/s]
-    r_own_vel: Pos = (
-        0.5  # [m/s] receiver only: own GNSS velocity beside the tanker's transmitted one; loose, because the two
-    )
-    # receivers' biases differ, and a conflict of 0.05 m/s would pull the relative position by decimetres
+    # receiver only: own GNSS velocity beside the tanker's transmitted one. Their biases differ, and a conflict of 0.05 m/s would
+    # pull the relative position by decimetres, so this is added to the noise r_vel in square
+    r_own_vel: NonNeg = 0.5  # [m/s]
+    noise_scale: Pos = 1.0  # factor on all r_*: the grade of the sensors fitted
     bias_V: NonNeg = 0.2  # [m/s]
     bias_flow: NonNeg = 0.0015  # [rad] alpha and beta vanes
     bias_att: NonNeg = 0.001  # [rad]
@@ -91,8 +97,14 @@ class NavParams:
     gust_L_m: Pos = 533.4  # [m] its scale length
     q_slow: NonNeg = 0.15  # [m/s] per sqrt(s) of the prevailing wind beside the turbulence, model "dryden"
     colour_tau_s: NonNeg = 0.0  # [s] correlation time of the measurement noise; 0: white
-    colour: Annotated[str, OneOf(COLOURS)] = "scaled"  # how it is treated (free aircraft)
-    adapt_wind: bool = False  # q_wind follows the innovations
+    colour: Annotated[str, OneOf(COLOURS)] = "scaled"  # how it is treated
+    colour_form: Annotated[str, OneOf(FORMS)] = "exact"  # of measurement differencing; "printed": first order in T/tau
+    adapt_wind: Annotated[str, OneOf(ADAPTATIONS)] = "off"  # whether the wind's process noise follows the innovations
+    rotational_wind: bool = False  # receiver only: effective rotational wind is estimated, three more states
+    rot_sigma: Pos = 0.03  # [rad/s] its stationary value
+    rot_tau_s: Pos = 5.0  # [s] its correlation time
+    rot_q_rate: NonNeg = 0.03  # [rad/s] replaces q_rate, which stands for rotational wind where none is estimated
+    local_probes: bool = False  # receiver only: every probe is a measurement of its own
     acc_sigma: Pos = 0.05  # [m/s^2] accelerometer, used by models other than "aero"
     settle_s: NonNeg = 0.5  # [s] from first fix to `valid`
 
@@ -102,6 +114,8 @@ class EstimatorCore:
 
     def __init__(self, ac: Aircraft, p: NavParams, m: int, extra: int = 0) -> None:
         """`extra` states beyond the 15, each with a process-noise column of its own."""
+        if p.noise_scale != 1.0:
+            p = replace(p, **{k: getattr(p, k) * p.noise_scale for k in SENSOR_SIGMAS}, noise_scale=1.0)
         self.ac, self.p = ac, p
         self.ukf = make_filter(p.filter, 15 + extra, m, 18 + extra)
         self.P = parameter_vector(ac, ac.mass.empty_kg + ac.mass.default_fuel_kg)
@@ -110,7 +124,7 @@ class EstimatorCore:
         self._aV, self._aa, self._ab, self._ok = np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k, dtype=np.int64)
         self.air = np.zeros(3)
         self.probes = 0
-        self.q_wind = p.q_wind  # [m/s per sqrt(s)] in force; moves when adapted
+        self.q_wind = p.q_wind  # [m/s per sqrt(s)] in force; moves when adapted (nav.wind_noise scales SQ)
         self.w_air = np.zeros(3)
         self.work = np.zeros((5, 15))
         self.codes = np.zeros(m, dtype=np.int64)
@@ -118,8 +132,9 @@ class EstimatorCore:
         self.r = np.zeros(m)
         self.m = 0
         self.wind_jacobian = np.zeros((3, 3))
+        q_rate = p.rot_q_rate if p.rotational_wind else p.q_rate
         self._qdiag = np.array(
-            [p.q_V, p.q_beta, p.q_alpha, *[p.q_rate] * 3, *[p.q_euler] * 3, *[p.q_pos] * 3, 0.0, 0.0, 0.0]
+            [p.q_V, p.q_beta, p.q_alpha, *[q_rate] * 3, *[p.q_euler] * 3, *[p.q_pos] * 3, 0.0, 0.0, 0.0]
         )
 
     def take_air(self, f: SensorFrame) -> int:
@@ -155,7 +170,7 @@ class EstimatorCore:
         SQ, x = self.ukf.SQ, self.ukf.x
         rt = dt**0.5
         air_jacobian(x[0], x[1], x[2], R_bi, self.wind_jacobian)
-        qw = self.q_wind * rt
+        qw = self.p.q_wind * rt
         if self.p.correlated_wind:
             SQ[0:3, 15:18] = self.wind_jacobian * qw
         for i in range(15):

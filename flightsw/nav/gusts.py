@@ -40,14 +40,18 @@ class GustStates:
         S[i, :] = S[:, i] = 0.0
         S[i, i] = np.sqrt(P0)
 
-    def propagate(self, X: np.ndarray, SQ: np.ndarray, x: np.ndarray, G: np.ndarray, dt: float) -> None:
+    def propagate(
+        self, X: np.ndarray, SQ: np.ndarray, x: np.ndarray, G: np.ndarray, dt: float, psi: float | None = None
+    ) -> None:
         """Advance the gust states of the points X over dt [s] and fill the wind columns of SQ.
 
         x: the mean the step started from; G [3,3] = -eps^-1 R_BI there (change of V, beta, alpha per wind increment).
+        psi [rad]: own heading where x[6] is another angle.
         """
         self._model(dt, x[0])
         i = slice(self.first, self.first + GUSTS)
-        c, s = math.cos(x[6]), math.sin(x[6])
+        heading = x[6] if psi is None else psi
+        c, s = math.cos(heading), math.sin(heading)
         T = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])  # track axes (heading) to NED
         dW = X[:, i] @ (T @ self.Cd).T
         X[:, 12:15] += dW

@@ -36,8 +36,9 @@ PEER_FREEZE_S = 1.0  # [s] data-link age beyond which the tanker is continued st
 class RelativeNav:
     """Receiver state relative to the tanker, and wind, from own sensors and the tanker's transmitted estimate."""
 
-    def __init__(self, ac: Aircraft, params: NavParams) -> None:
-        self.core = EstimatorCore(ac, params, 18)
+    def __init__(self, ac: Aircraft, params: NavParams, extra: int = 0, m: int = 18) -> None:
+        """`extra`: states a variant carries beyond the 15; `m`: measurements at most."""
+        self.core = EstimatorCore(ac, params, m, extra)
         self.peer = PeerTracker()
         self.t_us = 0
         self.started_us = -1
@@ -70,16 +71,38 @@ class RelativeNav:
             mul33(self._R, self._tks[0, :9], self._Rn)
             c.noise_factor(self._Rn, dt)
             ukf.draw()
-            propagate_relative(ukf.X, u, rho, c.P, self._tks, dt, c.work)
+            self._propagate(f, u, rho, dt)
             ukf.recombine()
-        relative_rates(x, u, rho, c.P, self._tks[2], self._R, self._fm, self._d)
-        nis, m = self._fuse(f, updated & ~failed_bits(health))
+        self._rates(u, rho)
+        nis, m = self._fuse(f, u, updated & ~failed_bits(health))
         if not sane(x, ukf.S):
             self.started_us = -1
             o.valid, o.rel_valid, o.reason = False, False, "estimate left its domain, restarting"
             return o
-        relative_rates(x, u, rho, c.P, self._tks[2], self._R, self._fm, self._d)
+        self._rates(u, rho)
         return self._publish(f, nis, m)
+
+    def _propagate(self, f: SensorFrame, u: np.ndarray, rho: float, dt: float) -> None:
+        """Carry the drawn points over dt [s]."""
+        c = self.core
+        propagate_relative(c.ukf.X, u, rho, c.P, self._tks, dt, c.work)
+
+    def _rates(self, u: np.ndarray, rho: float) -> None:
+        """Rates of change `_d`, specific force `_fm` and R_BRBT `_R` of the present mean."""
+        c = self.core
+        relative_rates(c.ukf.x[: c.work.shape[1]], u, rho, c.P, self._tks[2], self._R, self._fm, self._d)
+
+    def _queue_air(self, f: SensorFrame, n: int) -> None:
+        """Queue the air data of the n probes averaged into core.air."""
+        d = self._d
+        self.core.add_air(n, d[0], d[1], d[2], (f.t_us - f.air_t_us) * 1e-6)
+
+    def _correct(self, f: SensorFrame, u: np.ndarray) -> float:
+        """Measurement update with the queued measurements; returns NIS."""
+        c = self.core
+        c.ukf.draw()
+        measure_relative(c.ukf.X, c.codes, c.m, self._tks[2], c.ukf.Y)
+        return c.ukf.correct(c.y, c.r, c.m)
 
     def _altitude(self, f: SensorFrame) -> float:
         return -f.gnss_pos_n[2] if f.gnss_t_us else f.baro_alt_m
@@ -112,33 +135,34 @@ class RelativeNav:
         ua = x[0] * np.array([math.cos(x[2]) * cb, math.sin(x[1]), math.sin(x[2]) * cb])
         x[12:15] = np.array(f.gnss_vel_n) - self._R.reshape(3, 3).T @ ua
         s = [p.r_V, p.r_beta, p.r_alpha, *[p.r_rate] * 3, *[p.r_euler] * 3, *[2 * p.r_pos] * 3, *[p.wind_sigma0] * 3]
-        c.ukf.set_factor(np.diag(s))
+        c.ukf.set_factor(np.diag([*s, *[1.0] * (len(x) - 15)]))
         self.t_us = self.started_us = self.rel_us = f.t_us
-        relative_rates(x, u, density(self._altitude(f)), c.P, tk, self._R, self._fm, self._d)
+        self._rates(u, density(self._altitude(f)))
         return self._publish(f, 0.0, 0)
 
-    def _fuse(self, f: SensorFrame, updated: int) -> tuple[float, int]:
+    def _fuse(self, f: SensorFrame, u: np.ndarray, updated: int) -> tuple[float, int]:
         c, d, tk = self.core, self._d, self._tks[2]
         x, p = c.ukf.x, c.p
         c.m = 0
         mul33(self._R, tk[:9], self._Rn)
         self._own_rates(tk)
         if updated & UPD_AIR and (n := c.take_air(f)):
-            c.add_air(n, d[0], d[1], d[2], (f.t_us - f.air_t_us) * 1e-6)
+            self._queue_air(f, n)
         if updated & UPD_IMU and f.gyro_count:
             c.add_gyro(f, d[3:6])
-        if updated & UPD_GNSS:
+        if updated & UPD_GNSS and p.velocity:
             age = (f.t_us - f.gnss_t_us) * 1e-6
             acc = self._acceleration()
             for i in range(3):
-                c.add(15 + i, f.gnss_vel_n[i] + acc[i] * age, p.r_own_vel)
+                c.add(15 + i, f.gnss_vel_n[i] + acc[i] * age, math.hypot(p.r_vel, p.r_own_vel))
         if updated & UPD_REL and f.rel_valid:
             age = (f.t_us - f.rel_t_us) * 1e-6
             self.rel_us = f.rel_t_us
             for i in range(3):
                 c.add(9 + i, f.rel_pos_t[i] + d[9 + i] * age, p.r_pos)
-            for i in range(3):
-                c.add(12 + i, f.rel_vel_t[i], p.r_vel)
+            if p.velocity:
+                for i in range(3):
+                    c.add(12 + i, f.rel_vel_t[i], p.r_vel)
         if updated & UPD_ATT:
             age = (f.t_us - f.att_t_us) * 1e-6
             self._relative_euler(f, tk)
@@ -146,9 +170,7 @@ class RelativeNav:
                 c.add(6 + i, x[6 + i] + wrap_pi(self._e[i] + d[6 + i] * age - x[6 + i]), p.r_euler)
         if c.m == 0:
             return 0.0, 0
-        c.ukf.draw()
-        measure_relative(c.ukf.X, c.codes, c.m, tk, c.ukf.Y)
-        return c.ukf.correct(c.y, c.r, c.m), c.m
+        return self._correct(f, u), c.m
 
     def _own_rates(self, tk: np.ndarray) -> None:
         """Inertial body rates into core.w_air: w_rel + R w_T (self._R = R_BRBT)."""

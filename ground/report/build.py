@@ -100,21 +100,24 @@ def _headline(campaigns: dict[str, Campaign]) -> str:
     return f'<div class="cards">{"".join(cards)}</div>'
 
 
+READING = """
+Wind magnitude error is (estimate - truth) / truth of the magnitude; direction error is the horizontal angle. Of errors the
+RMS over the runs is given, of other figures the mean; the small line below is the 95 % confidence interval over runs
+(Student's t; of an RMS from its mean square; of shares after Wilson).
+
+Run i has the same seed in every case and for every filter, so the filters of one case are compared on the same noise;
+"better in" counts the runs in which the default had the smaller error.
+
+Consistency: a filter that knows its own error has it inside its 3-sigma bounds at least 97 % of the time, and its normalised
+error squared (NEES) inside the chi-square band. Limit: RMS error over the posterior Cramer-Rao bound along the true
+trajectory; on average no unbiased estimator gets below 1.
+
+The source prints neither its process noise nor its gains; "as printed" means its equations with values of our own.
+"""
+
+
 def _reading() -> str:
-    return "".join(
-        p.paragraph(t)
-        for t in (
-            "Wind magnitude error is (estimate - truth) / truth of the magnitude; direction error is the horizontal angle. Of errors "
-            "the RMS over the runs is given, of other figures the mean; the small line below is the 95 % confidence interval over "
-            "runs (Student's t; of an RMS from its mean square; of shares after Wilson).",
-            "Run i has the same seed in every case and for every filter, so filters of one case are compared on the same noise; "
-            "'better in' counts the runs in which the default had the smaller error.",
-            "Consistency: a filter that knows its own error has its error inside its 3-sigma bounds at least 97 % of the time and a "
-            "normalised error squared (NEES) inside its chi-square band. Limit: RMS error over the posterior Cramer-Rao bound along "
-            "the true trajectory; 1 cannot be beaten on average by an unbiased estimator.",
-            "The source prints neither its process noise nor its gains; as printed means its equations with our values.",
-        )
-    )
+    return "".join(p.paragraph(t) for t in READING.strip().split("\n\n"))
 
 
 def _provenance(campaigns: Sequence[Campaign]) -> str:
@@ -125,7 +128,7 @@ def _provenance(campaigns: Sequence[Campaign]) -> str:
         commit = str(m.get("git_commit", "unknown"))[:12] + (" (modified)" if m.get("git_dirty") else "")
         libs = ", ".join(f"{k} {v}" for k, v in m.get("versions", {}).items())
         rows.append(
-            p.text(c.study) + p.text(c.folder) + p.text(m["master_seed"]) + p.plain(len(c.rows)) + p.text(commit)
+            p.text(c.study) + p.text(c.folder, "name") + p.text(m["master_seed"]) + p.plain(len(c.rows)) + p.text(commit)
             + p.text(code) + p.text(f"Python {m.get('python', '?')}, {libs}") + p.text(m.get("started", "?"))
         )  # fmt: skip
     head = [(h, "") for h in ("study", "folder", "seed", "runs", "commit", "code digest", "libraries", "started")]

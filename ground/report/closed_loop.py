@@ -49,19 +49,23 @@ def chapter(c: Campaign, pictures: Keeper) -> str:
 
 
 def _table(c: Campaign, actors: list[str]) -> str:
-    head = [("case", ""), ("controller", ""), *((f"RMS {x} [m]", "num") for x in AXES)]
+    head = [("case", ""), ("controller", ""), ("runs", "num"), ("share lost", "num")]
+    head += [*((f"RMS {x} [m]", "num") for x in AXES)]
     head += [*((f"95th pct {x} [m]", "num") for x in AXES), *((f"max {x} [m]", "num") for x in AXES)]
-    head += [("runs lost", "num"), ("runs", "num")]
     rows = []
     for case in c.cases:
         mine = [a for a in actors if any(c.stat(case, f"{a}.{RMS}.{x}").n or _lost(c, case, a).n for x in AXES)]
         for i, a in enumerate(mine):
-            row = p.text(case_label(case) if i == 0 else "") + p.text(label(a))
+            lost = _lost(c, case, a)
+            row = p.text(case_label(case) if i == 0 else "", "name") + p.text(label(a), "name")
+            row += p.plain(c.runs(case), below=f"{c.failed(case)} failed" if c.failed(case) else "")
+            row += p.cell(lost, "bad" if lost.value else "")
             row += "".join(p.cell(c.stat(case, f"{a}.{RMS}.{x}")) for x in AXES)
             row += "".join(p.cell(c.stat(case, f"{a}.contact.p95_m.{x}"), interval=False) for x in AXES)
-            row += "".join(p.cell(c.stat(case, f"{a}.contact.max_m.{x}"), interval=False) for x in AXES)
-            lost = _lost(c, case, a)
-            css = "bad" if lost.value else ""
-            row += p.cell(lost, css) + p.plain(c.runs(case), below=f"{c.failed(case)} failed" if c.failed(case) else "")
-            rows.append(row)
-    return p.table(head, rows, "Runs lost: share of runs in which the receiver left the vicinity of the tanker.")
+            rows.append(row + "".join(p.cell(c.stat(case, f"{a}.contact.max_m.{x}"), interval=False) for x in AXES))
+    return p.table(
+        head,
+        rows,
+        "Share lost: of the runs, in how many the receiver left the vicinity of the tanker; such runs are in the other "
+        "figures too, as far as they have a value. 95th pct and max are means over runs.",
+    )

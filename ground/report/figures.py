@@ -13,7 +13,9 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
+from PIL import Image
 
 from ground.geometry import wrap
 
@@ -57,14 +59,17 @@ def _new(width: float, height: float, rows: int, cols: int, **kw: Any) -> tuple[
     for ax in axes.flat:
         ax.grid(True, color="#e3e7eb", lw=0.7)
         ax.set_axisbelow(True)
+        ax.margins(x=0.012)
         ax.spines[["top", "right"]].set_visible(False)
         ax.tick_params(labelsize=8.5, color="#9aa4ae")
     return fig, axes
 
 
 def _png(fig: Figure) -> bytes:
-    out = io.BytesIO()
-    fig.savefig(out, format="png", dpi=DPI, metadata={"Software": None})
+    raw, out = io.BytesIO(), io.BytesIO()
+    fig.savefig(raw, format="png", dpi=DPI)
+    with Image.open(raw) as picture:  # a palette: a third of the size, and the page holds some twenty of them
+        picture.convert("RGB").quantize(160, dither=Image.Dither.NONE).save(out, format="png", optimize=True)
     return out.getvalue()
 
 
@@ -88,8 +93,8 @@ def wind_components(tr: Mapping[str, Array], actors: Sequence[str], labels: Mapp
     for i in range(3):
         left, mid, right = axes[i]
         for z, a in enumerate(reversed(actors)):
-            w, c, lw = tr[f"{a}.wind"][:, i], color(a, actors), 1.1 if a == "default" else 0.8
-            left.plot(t, w, color=c, lw=lw, zorder=3 + z, label=labels.get(a, a))
+            w, c, lw = tr[f"{a}.wind"][:, i], color(a, actors), 1.0 if a == "default" else 0.7
+            left.plot(t, w, color=c, lw=lw, alpha=0.85, zorder=3 + z, label=labels.get(a, a))
             for ax, sel in ((mid, slice(None)), (right, start)):
                 ax.plot(t[sel], (w - truth[:, i])[sel], color=c, lw=lw, zorder=3 + z)
             if f"{a}.sigma" in tr:
@@ -165,7 +170,7 @@ def sweep(
     for ax, (title, series) in zip(axes[0], panels, strict=True):
         xs = sorted({p.x for pts in series.values() for p in pts})
         ys = [p.y for pts in series.values() for p in pts if p.y > 0]
-        log_x = len(xs) > 2 and xs[0] > 0 and xs[-1] / xs[0] > 30
+        log_x = len(xs) > 2 and xs[0] > 0 and xs[-1] / xs[0] > 10
         if log_x:
             ax.set_xscale("log")
         if ceiling is None and ys and max(ys) / min(ys) > 30:
@@ -208,12 +213,11 @@ def _line(
     above = [p for p in pts if p.y > top]
     if above:
         ax.plot([p.x for p in above], [top] * len(above), ls="", marker="^", ms=9, color=c, clip_on=False)
-    for p in pts:
-        if p.lost > 0:
-            where = (p.x, min(p.y, top))
-            ax.annotate(
-                f"{100 * p.lost:.0f} % lost", where, (4, -11), textcoords="offset points", fontsize=7.5, color=c
-            )
+    for k, p in enumerate(q for q in pts if q.lost > 0):
+        where, last = (p.x, min(p.y, top)), p.x == pts[-1].x and len(pts) > 1
+        text, at = f"{100 * p.lost:.0f} % lost", (-5 if last else 5, -12 - 10 * (k % 2))
+        side = "right" if last else "left"
+        ax.annotate(text, where, at, textcoords="offset points", ha=side, fontsize=7.5, color=c)
 
 
 def bars(
@@ -224,7 +228,7 @@ def bars(
     targets: Sequence[float | None] = (),
 ) -> bytes:
     """Grouped bars with 95 % intervals. series: per group (value, lo, hi) or None; targets: a tick per group."""
-    fig, axes = _new(13.2, 4.4, 1, 1)
+    fig, axes = _new(13.2, 3.9, 1, 1)
     ax = axes[0, 0]
     width = 0.8 / max(1, len(series))
     for j, (name, values) in enumerate(series.items()):
@@ -236,8 +240,9 @@ def bars(
             ax.bar(xi, y, width * 0.92, color=color(name, list(series)), zorder=2)
             if lo is not None and hi is not None:
                 ax.errorbar(xi, y, [[max(y - lo, 0)], [max(hi - y, 0)]], color="#20262e", capsize=2, elinewidth=1, lw=0)
-            ax.annotate(f"{y:.2g}" if y < 10 else f"{y:.0f}", (xi, max(y, hi or y)), (0, 2), textcoords="offset points",
-                        ha="center", fontsize=7.5, color="#3a4550")  # fmt: skip
+            text = f"{y:.2g}" if y < 10 else f"{y:.0f}"
+            note = ax.annotate(text, (xi, max(y, hi or y)), (0, 3), textcoords="offset points", ha="center", fontsize=8)
+            note.set(color="#20262e", zorder=6, path_effects=[withStroke(linewidth=2.5, foreground="white")])
         ax.bar(0, 0, color=color(name, list(series)), label=labels.get(name, name))
     drawn = False
     for i, target in enumerate(targets):

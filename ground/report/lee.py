@@ -36,12 +36,15 @@ class Claim:
 TANKER: dict[str, Claim] = {
     "tanker_I": Claim("I", "flight wind, small noise", "magnitude usually < 5 % (10 % in turns), direction < 3 %",
                       5.0, (20, 20, 10), 1.5, 1.1),
+    "tanker_I_sine": Claim("I, sine", "flight wind replaced by slow sines, small noise", "as case I", 5.0, (20, 20, 10)),
     "tanker_II": Claim("II", "correlated wind model, small noise", "magnitude < 4 %, direction < 2 %",
                        4.0, (20, 20, 10), 1.5, 1.1),
     "tanker_III": Claim("III", "correlated wind model, large noise",
                         "magnitude < 5 % (12 % in turns), direction < 5 % (10 % in turns)",
                         5.0, (None, 40, None), 3.2, 2.0),
-    "tanker_IV": Claim("IV", "flight wind, large noise", "not legible in our copy", None, (None, None, None), 4.0, 2.4),
+    "tanker_IV": Claim("IV", "flight wind, large noise",
+                       "printed without aerodynamic model only, see below", None, (None, None, None), 4.0, 2.4),
+    "tanker_IV_sine": Claim("IV, sine", "flight wind replaced by slow sines, large noise", "as case IV"),
     "tanker_III_no_aero": Claim("III, no aero model", "accelerometers instead of the aerodynamic model",
                                 "magnitude < 10 %, direction < 10 %", 10.0, (20, 40, None), 4.0),
     "tanker_IV_no_aero": Claim("IV, no aero model", "accelerometers instead of the aerodynamic model",
@@ -57,6 +60,7 @@ TANKER: dict[str, Claim] = {
 TARGET_CONVERGENCE_S = 2.0  # [s] white noise
 TARGET_INSIDE_PCT = 97.0
 TARGET_PCRB = 1.25  # cases I to III
+BOUNDED = ("tanker_I", "tanker_II", "tanker_III")
 BOOM_LIMIT_M = 2.0  # [m] per axis, quoted by the source
 
 LABELS: dict[str, str] = {
@@ -65,6 +69,9 @@ LABELS: dict[str, str] = {
     "cmw": "calculated wind, moving mean",
     "no_velocity": "without measured velocity",
     "no_aero": "no aerodynamic model",
+    "random_walk": "wind as random walk",
+    "bound": "posterior Cramer-Rao bound",
+    "wind": "true wind",
     "hybrid": "hybrid (accelerometers + moments)",
     "coloured_removed": "colour removed (as printed)",
     "coloured_scaled": "R scaled for colour",

@@ -27,29 +27,31 @@ nav a{color:var(--blue);text-decoration:none;margin-right:18px;white-space:nowra
 .cards{display:flex;flex-wrap:wrap;gap:12px;margin:16px 0}
 .card{border:1px solid var(--line);border-left:4px solid var(--blue);border-radius:5px;padding:9px 16px;min-width:150px}
 .card.bad{border-left-color:var(--bad)}.card.good{border-left-color:var(--good)}
-.card b{display:block;font-size:22px;line-height:1.2;font-variant-numeric:tabular-nums}.card span{font-size:13px;color:var(--soft)}
+.card b{display:block;font-size:22px;line-height:1.2;font-variant-numeric:tabular-nums}
+.card span{font-size:13px;color:var(--soft)}
 .scroll{overflow-x:auto;margin:10px 0}
 table{border-collapse:collapse;font-size:13.5px;font-variant-numeric:tabular-nums}
 th{text-align:left;font-weight:600;background:var(--wash);vertical-align:bottom}
-th,td{padding:5px 11px;border-bottom:1px solid var(--line)}
-td{vertical-align:top}td.num,th.num{text-align:right;white-space:nowrap}td.text{max-width:34ch}
+th,td{padding:5px 9px;border-bottom:1px solid var(--line)}
+td{vertical-align:top}td.num,th.num{text-align:right}td.num{white-space:nowrap}td.text{max-width:34ch}td.claim{min-width:24ch}td.name{white-space:nowrap}
 tr.group td{background:#fafbfc;font-weight:600}
-td small{display:block;color:var(--soft);font-size:11.5px;white-space:nowrap}
+td small{display:block;color:var(--soft);font-size:11.5px;font-weight:400}td.num small{white-space:nowrap}
 .good{color:var(--good)}.bad{color:var(--bad)}.warn{color:var(--warn)}td.good,td.bad{font-weight:600}
 figure{margin:14px 0 22px}figure img{max-width:100%;height:auto;display:block}
 figcaption{font-size:13px;color:var(--soft);max-width:100ch;margin-top:4px}
 details{margin:10px 0}summary{cursor:pointer;color:var(--blue);font-size:14px}
-code{font:12.5px ui-monospace,Menlo,Consolas,monospace;background:var(--wash);padding:1px 4px;border-radius:3px;overflow-wrap:anywhere}
+code{font:12.5px ui-monospace,Menlo,Consolas,monospace;background:var(--wash);padding:1px 4px;border-radius:3px;
+overflow-wrap:anywhere}
 @media print{nav{display:none}main{padding:0}figure,tr{break-inside:avoid}details>*{display:block}}
 """
 
 
 def number(value: float | None) -> str:
-    """Three significant digits without exponent between 0.0001 and a million; a dash for no number."""
+    """Whole for an int, else three significant digits without exponent between 0.0001 and a million; a dash for no number."""
     if value is None or not math.isfinite(value):
         return "–"
-    if value == 0.0:
-        return "0"
+    if isinstance(value, int) or value == 0.0:
+        return f"{value:.0f}"
     if not 1e-4 <= abs(value) < 1e6:
         return f"{value:.2e}"
     digits = max(0, 2 - math.floor(math.log10(abs(value))))
@@ -71,7 +73,7 @@ def cell(stat: Stat, css: str = "", interval: bool = True, unit: str = "") -> st
     if stat.value is None:
         return blank()
     ci = ""
-    if interval and stat.lo is not None and stat.hi is not None and stat.hi > stat.lo:
+    if interval and stat.lo is not None and stat.hi is not None and number(stat.lo) != number(stat.hi):
         ci = f"<small>{number(stat.lo)} … {number(stat.hi)}</small>"
     data = f'data-key="{escape(stat.key, quote=True)}" data-value="{stat.value!r}"'
     return f'<td class="{("num " + css).strip()}" {data}>{number(stat.value)}{unit}{ci}</td>'

@@ -52,7 +52,7 @@ class Journal:
         self._file: BinaryIO | None = None
 
     def __enter__(self) -> Journal:
-        f = open(self.path, "a+b")  # noqa: SIM115
+        f = open(self.path, "a+b")
         try:
             try:
                 fcntl.flock(f, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -12,6 +12,7 @@ import tempfile
 import time
 import uuid
 from collections.abc import Callable
+from multiprocessing import resource_tracker
 from typing import Any, Protocol
 
 from numpy.typing import NDArray
@@ -97,6 +98,7 @@ class DaskPool:
 
         dask.config.set({"distributed.scheduler.allowed-failures": 1})
         self._tmp = tempfile.mkdtemp(prefix="wakefield-campaign-")
+        resource_tracker.ensure_running()  # before the mask: its start unblocks SIGINT
         # Ctrl-C goes to the whole process group. Workers inherit this mask: they end when they are told to, not by it
         old = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
@@ -104,7 +106,7 @@ class DaskPool:
                 n_workers=workers,
                 threads_per_worker=1,
                 processes=True,
-                dashboard_address=None,
+                dashboard_address="127.0.0.1:0",
                 memory_limit=0,
                 local_directory=self._tmp,
                 silence_logs=logging.CRITICAL,

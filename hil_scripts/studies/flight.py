@@ -31,7 +31,9 @@ WINDS = {
     "sounding": Wind(prevailing="sounding", slow=Slow(sigma_mps=3.0, tau_s=300.0)),
     # the substitute its re-derivation used, about the source's wind speed
     "sine": Wind(
-        prevailing="constant", constant_mps=(7.0, -13.0), sine=(Sine((3.0, 4.0, 0.3), (300.0, 200.0, 150.0), (0.0, 1.0, 0.0)),)
+        prevailing="constant",
+        constant_mps=(7.0, -13.0),
+        sine=(Sine((3.0, 4.0, 0.3), (300.0, 200.0, 150.0), (0.0, 1.0, 0.0)),),
     ),
     # exponentially correlated wind model of the source, started at its prevailing wind
     "ecwm": Wind(
@@ -58,7 +60,9 @@ def study_aircraft() -> Aircraft:
     return replace(load_aircraft("kc135r"), probe=(Probe("cg", (0.0, 0.0, 0.0)),))
 
 
-def fly(wind: str, duration_s: float, seed: int, *, sigma: float | None = None, steps: tuple[float, ...] = ()) -> Flight:
+def fly(
+    wind: str, duration_s: float, seed: int, *, sigma: float | None = None, steps: tuple[float, ...] = ()
+) -> Flight:
     """A level leg, a 90 s turn at 1.7 deg/s from 100 s on, a level leg, in wind `wind` (key of WINDS) and Dryden turbulence.
 
     sigma [m/s]: turbulence (default light, 0.39). steps: turbulence levels flown one after the other in equal parts.
@@ -154,7 +158,11 @@ def _specific_force(euler: tuple[float, float, float], acc_n: tuple[float, float
     psi, th, ph = euler
     c, s, ct, st, cf, sf = math.cos(psi), math.sin(psi), math.cos(th), math.sin(th), math.cos(ph), math.sin(ph)
     C = np.array(
-        [[ct * c, ct * s, -st], [sf * st * c - cf * s, sf * st * s + cf * c, sf * ct], [cf * st * c + sf * s, cf * st * s - sf * c, cf * ct]]
+        [
+            [ct * c, ct * s, -st],
+            [sf * st * c - cf * s, sf * st * s + cf * c, sf * ct],
+            [cf * st * c + sf * s, cf * st * s - sf * c, cf * ct],
+        ]
     )
     return np.asarray(C @ (np.array(acc_n) - np.array([0.0, 0.0, 9.80665])))
 

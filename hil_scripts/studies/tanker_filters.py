@@ -36,7 +36,9 @@ def run(p: NavParams, fl: Flight, y: np.ndarray, acc: np.ndarray) -> Estimate:
     core, flt = nav.core, nav.core.ukf
     f, h = SensorFrame(), Health()
     n = len(fl.t)
-    out = Estimate(np.zeros((n, 15)), np.zeros((n, 15)), np.zeros((n, 15, 15)), np.zeros(n), np.zeros(n, int), np.zeros(n))
+    out = Estimate(
+        np.zeros((n, 15)), np.zeros((n, 15)), np.zeros((n, 15, 15)), np.zeros(n), np.zeros(n, int), np.zeros(n)
+    )
     q = np.zeros(4)
     f.air_mask, f.gyro_count = 1, 1
     for k in range(n):
@@ -80,7 +82,9 @@ def _to_nav(e: np.ndarray, v: np.ndarray) -> np.ndarray:
     return np.stack([c[:, 0] * x2 - s[:, 0] * y1, s[:, 0] * x2 + c[:, 0] * y1, z2], axis=1)
 
 
-def wind_figures(t: np.ndarray, W: np.ndarray, est: np.ndarray, sigma: np.ndarray | None, after_s: float) -> dict[str, float]:
+def wind_figures(
+    t: np.ndarray, W: np.ndarray, est: np.ndarray, sigma: np.ndarray | None, after_s: float
+) -> dict[str, float]:
     """Flat figures of a wind estimate est [N,3] against W [N,3] from `after_s` on; sigma [N,3] or None."""
     m = t >= after_s
     e = (est - W)[m]

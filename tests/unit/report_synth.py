@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+from scipy.signal import lfilter
 
 from hil_scripts.campaign.engine import run_campaign
 from hil_scripts.campaign.study import Case, RunResult, Study
@@ -30,23 +31,19 @@ def wind_values(rng: np.random.Generator, level: float, scale: dict[str, float])
 
 
 def traces(rng: np.random.Generator, level: float) -> dict[str, np.ndarray]:
-    """250 s at 20 Hz: wind with gusts; the default's error is white-ish and inside its bounds, the printed one's is not."""
-    t = np.arange(0.0, 250.0, 0.05)
+    """100 s at 20 Hz: wind with gusts; the default's error is inside its bounds, the printed one's is not."""
+    t = np.arange(0.0, 100.0, 0.05)
+
+    def coloured(pole: float, gain: float) -> np.ndarray:
+        return np.asarray(lfilter([gain], [1.0, -pole], rng.normal(size=(len(t), 3)), axis=0))
+
     slow = np.stack([12 + 2 * np.sin(t / 60), 8 + 1.5 * np.cos(t / 45), 0.2 * np.sin(t / 30)], axis=1)
-    gust = np.zeros_like(slow)
-    noise = rng.normal(size=slow.shape)
-    for k in range(1, len(t)):
-        gust[k] = 0.98 * gust[k - 1] + 0.08 * noise[k]
-    truth = slow + gust
+    truth = slow + coloured(0.98, 0.08)
     out = {"t": t, "wind_true": truth}
     for name, k in (("default", 1.0), ("printed", 2.2)):
-        e = np.zeros_like(truth)
-        n = rng.normal(size=truth.shape)
-        for j in range(1, len(t)):
-            e[j] = 0.95 * e[j - 1] + 0.06 * level * k * n[j]
         start = np.exp(-t / (0.5 * k**2))[:, None] * np.array([4.0, -3.0, 1.0])
-        sigma = np.full_like(truth, 0.2 * level * (1.0 if name == "default" else 0.8)) + 6 * np.exp(-t / 1.0)[:, None]
-        out |= {f"{name}.wind": truth + e + start, f"{name}.sigma": sigma}
+        sigma = np.full_like(truth, 0.2 * level * (1.0 if name == "default" else 0.8)) + 6 * np.exp(-t)[:, None]
+        out |= {f"{name}.wind": truth + coloured(0.95, 0.06 * level * k) + start, f"{name}.sigma": sigma}
     return {k: v.astype(np.float32) for k, v in out.items()}
 
 
@@ -62,7 +59,11 @@ def run_tanker(case: Case, seed: int) -> RunResult:
 def run_colour(case: Case, seed: int) -> RunResult:
     """A run of study lee_colour: error against tau."""
     tau = case.params["tau_s"]
-    names = {"default": 1.0 + 0.3 * np.log10(1 + tau), "printed": 1.4 + 0.8 * np.log10(1 + tau), "ignored": 1.0 + tau**0.5}
+    names = {
+        "default": 1.0 + 0.3 * np.log10(1 + tau),
+        "printed": 1.4 + 0.8 * np.log10(1 + tau),
+        "ignored": 1.0 + tau**0.5,
+    }
     return RunResult(wind_values(np.random.default_rng(seed), 1.5, names))
 
 
@@ -74,7 +75,11 @@ def run_noise(case: Case, seed: int) -> RunResult:
         lost = name == "measured" and g * rng.normal(1, 0.2) > 0.9
         for axis, a in zip("xyz", (1.0, 1.4, 0.8), strict=True):
             e = 0.05 + k * a * g * rng.normal(1.0, 0.1) + (60.0 if lost else 0.0)
-            out |= {f"{name}.contact.rms_m.{axis}": e, f"{name}.contact.p95_m.{axis}": 2 * e, f"{name}.contact.max_m.{axis}": 3 * e}
+            out |= {
+                f"{name}.contact.rms_m.{axis}": e,
+                f"{name}.contact.p95_m.{axis}": 2 * e,
+                f"{name}.contact.max_m.{axis}": 3 * e,
+            }
         out[f"{name}.lost"] = float(lost)
     return RunResult(out)
 

@@ -1,0 +1,173 @@
+"""Station keeping at the contact point in closed loop, in process: plant, both onboard applications, a delayed data link.
+
+The same applications as in flight; only the receiver's guidance is a fixed point, and its control law can be fed with its
+estimates (default), with raw readings, or with the true state.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from flightsw.app import FlightApp
+from flightsw.strict import apply_overrides, read_toml
+from flightsw.types import UPD_PEER, ActuatorCmd, GuidanceCmd, Health, NavState, PeerState, SensorFrame, Text
+from hil_scripts.studies.tanker_filters import wind_figures
+from sim_plant.scenario import AircraftCfg, Scenario, load_scenario
+from sim_plant.world import Truth, World
+
+CONTACT = (-35.5, 0.0, 8.5)  # [m]
+SETTLE_S = 30.0  # statistics start
+LOST_M = 15.0  # any axis farther off ends the run as lost
+LINK_TICKS = 5  # 50 ms data link
+FLIGHT_FILES = {"tanker": "flightsw/params/tanker.toml", "receiver": "flightsw/params/receiver.toml"}
+
+
+@dataclass(frozen=True)
+class LoopCase:
+    """One closed-loop setting; overrides are dotted keys of the plant scenario and of the flight files."""
+
+    duration_s: float = 150.0
+    feedback: str = "estimated"  # measured, true
+    plant: tuple[tuple[str, Any], ...] = ()
+    tanker: tuple[tuple[str, Any], ...] = ()
+    receiver: tuple[tuple[str, Any], ...] = ()
+    turn_at_s: float = 0.0  # 0: straight flight only
+
+
+class _HoldContact:
+    """Guidance that asks for one fixed point from the first valid navigation on."""
+
+    def __init__(self) -> None:
+        self.phase = 5
+        self.texts: list[Text] = []
+        self.out = GuidanceCmd(phase=5, rel_pos_t=CONTACT)
+
+    def step(self, f: SensorFrame, nav: NavState, dt: float) -> GuidanceCmd:
+        return self.out
+
+    def recapture(self, nav: NavState) -> None:
+        """Nothing to do: the reference never moves."""
+
+
+class _OtherFeedback:
+    """The receiver's navigation with what the control law reads replaced by raw readings or by truth."""
+
+    def __init__(self, nav: Any, kind: str, truth: list[Truth]) -> None:
+        self.inner, self.kind, self.truth = nav, kind, truth
+        self.peer = nav.peer
+
+    def step(self, f: SensorFrame, u: np.ndarray, health: Health, updated: int) -> NavState:
+        """The real estimator runs (for its wind); the relative state comes from elsewhere."""
+        o = replace(self.inner.step(f, u, health, updated))
+        tk = np.zeros(18)
+        if self.kind == "true":
+            t, r = self.truth
+            e, w = _relative(r.q_nb, _dcm(t.q_nb), r.w_b, t.w_b)
+            o.rel_pos_t, o.rel_vel_t = r.xi, r.xi_dot
+        elif self.peer.t_us > 0:
+            self.peer.stage(f.t_us, tk)
+            e, w = _relative(f.att_q_nb, tk[:9].reshape(3, 3), f.gyro_mean_b, tuple(tk[9:12]))
+            o.rel_pos_t, o.rel_vel_t = f.rel_pos_t, f.rel_vel_t
+        else:
+            return o
+        o.rel_euler, o.rel_w_b = e, w
+        return o
+
+
+def _dcm(q: tuple[float, float, float, float]) -> np.ndarray:
+    """NED to body [3,3] of q_nb."""
+    w, x, y, z = q
+    return np.array(
+        [
+            [w * w + x * x - y * y - z * z, 2 * (x * y + w * z), 2 * (x * z - w * y)],
+            [2 * (x * y - w * z), w * w - x * x + y * y - z * z, 2 * (y * z + w * x)],
+            [2 * (x * z + w * y), 2 * (y * z - w * x), w * w - x * x - y * y + z * z],
+        ]
+    )
+
+
+def _relative(q_r: Any, C_t: np.ndarray, w_r: Any, w_t: Any) -> tuple[Any, Any]:
+    """Relative Euler angles (tanker body to receiver body) and rates in receiver axes."""
+    R = _dcm(q_r) @ C_t.T
+    e = (math.atan2(R[0, 1], R[0, 0]), -math.asin(max(-1.0, min(1.0, R[0, 2]))), math.atan2(R[1, 2], R[2, 2]))
+    return e, tuple((np.array(w_r) - R @ np.array(w_t)).tolist())
+
+
+def _scenario(c: LoopCase) -> Scenario:
+    over: dict[str, Any] = {"meta.duration_s": c.duration_s, **dict(c.plant)}
+    sc = load_scenario("refueling", over)
+    start = replace(sc.aircraft[1].start, xi_m=CONTACT)
+    craft: tuple[AircraftCfg, ...] = (sc.aircraft[0], replace(sc.aircraft[1], start=start))
+    return replace(sc, aircraft=craft, event=())
+
+
+def _app(name: str, over: dict[str, Any]) -> FlightApp:
+    t = read_toml(FLIGHT_FILES[name])
+    apply_overrides(t, over, name)
+    app = t.pop("app")
+    t.pop("link", None)
+    return FlightApp(app["mission"], app["aircraft"], t, mission_rate_hz=app["mission_rate_hz"])
+
+
+def fly(c: LoopCase, seed: int) -> tuple[dict[str, float], dict[str, np.ndarray]]:
+    """One run: figures and traces at 20 Hz. `lost` is 1 when the receiver left the neighbourhood of the contact point."""
+    world = World(_scenario(c), seed % 2**31)
+    tanker_over = {"guid.first_leg_s": c.turn_at_s or 1e6, **dict(c.tanker)}
+    apps = [_app("tanker", tanker_over), _app("receiver", dict(c.receiver))]
+    truth: list[Truth] = []
+    apps[1].mission.guid = _HoldContact()
+    if c.feedback != "estimated":
+        apps[1].mission.nav = _OtherFeedback(apps[1].mission.nav, c.feedback, truth)
+    link: deque[tuple[int, PeerState]] = deque()
+    rows: list[list[float]] = []
+    lost = False
+    while not world.done and not lost:
+        frames = world.sense()
+        k = world.tick
+        frames[1].commands = []
+        if link and link[0][0] <= k:
+            frames[1].peer = link.popleft()[1]
+            frames[1].updated |= UPD_PEER
+        slow = k % 5 == 0
+        if slow:
+            truth[:] = [world.truth(0), world.truth(1)]
+        cmds: list[ActuatorCmd] = []
+        snaps = []
+        for app, f in zip(apps, frames, strict=True):
+            cmd, snap = app.tick(f, world.dt_s)
+            cmds.append(cmd)
+            snaps.append(snap)
+        if slow:
+            n = snaps[0].nav
+            if n.valid:
+                p = PeerState(n.t_us, n.pos_n, n.vel_n, n.acc_n, n.q_nb, n.w_b, n.wind_n, True)
+                link.append((k + LINK_TICKS, p))
+            t, r = truth
+            o = snaps[1].nav
+            rows.append([k * world.dt_s, *r.xi, *r.wind_n, *o.wind_n, *o.wind_sigma, *o.rel_pos_t, *r.wind_rot, abs(snaps[0].guid.psi_dot)])
+            err = max(abs(a - b) for a, b in zip(r.xi, CONTACT, strict=True))
+            lost = err > LOST_M or not math.isfinite(err)
+        world.step(cmds)
+    return _figures(np.array(rows), lost)
+
+
+def _figures(a: np.ndarray, lost: bool) -> tuple[dict[str, float], dict[str, np.ndarray]]:
+    t, xi = a[:, 0], a[:, 1:4] - np.array(CONTACT)
+    out: dict[str, float] = {"lost": float(lost)}
+    m = t >= SETTLE_S
+    if not lost and m.any():
+        for i, axis in enumerate("xyz"):
+            e = xi[m, i]
+            out[f"contact.rms_m.{axis}"] = float(np.sqrt(np.mean(e * e)))
+            out[f"contact.p95_m.{axis}"] = float(np.percentile(np.abs(e), 95))
+            out[f"contact.max_m.{axis}"] = float(np.abs(e).max())
+            d = a[m, 13 + i] - a[m, 1 + i]
+            out[f"estimate.rms_m.{axis}"] = float(np.sqrt(np.mean(d * d)))
+        out |= wind_figures(t, a[:, 4:7], a[:, 7:10], a[:, 10:13], SETTLE_S)
+    traces = {"t": t, "error": xi, "wind_true": a[:, 4:7], "wind": a[:, 7:10], "sigma": a[:, 10:13], "wind_rot": a[:, 16:19]}
+    return out, traces
