@@ -108,7 +108,10 @@ class ReceiverControl:
             self._cond[0] += a * (psi_dot_t - self._cond[0])
             self._cond[1] += a * (V_t - self._cond[1])
         self.sched.set_condition(self._cond[0], self._cond[1])
+        lo, hi = self.p.soft_sigma_m
+        want = min(max((max(nav.rel_sigma) - lo) / (hi - lo), 0.0), 1.0)
         if not c.started:
+            self.softness = want  # poor sensing must not meet the tight law first
             c.u_old[:] = act.pos[0], act.pos[1], act.pos[2], act.thrust
             c.started = True
         z[0:3], z[3:6], z[6:9], z[9:12] = nav.rel_vel_t, nav.rel_w_b, nav.rel_euler, nav.rel_pos_t
@@ -121,8 +124,6 @@ class ReceiverControl:
         z[N + 7 : N + 10] = c.e
         z[N + 10 :] = c.u_old.ravel()
         u = self.sched.evaluate(z, self.off)
-        lo, hi = self.p.soft_sigma_m
-        want = min(max((max(nav.rel_sigma) - lo) / (hi - lo), 0.0), 1.0)
         self.softness += a * (want - self.softness)
         if self.softness > 1e-3:
             self.soft.set_condition(self._cond[0], self._cond[1])

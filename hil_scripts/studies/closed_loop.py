@@ -149,7 +149,18 @@ def fly(c: LoopCase, seed: int) -> tuple[dict[str, float], dict[str, np.ndarray]
                 link.append((k + LINK_TICKS, p))
             t, r = truth
             o = snaps[1].nav
-            rows.append([k * world.dt_s, *r.xi, *r.wind_n, *o.wind_n, *o.wind_sigma, *o.rel_pos_t, *r.wind_rot, abs(snaps[0].guid.psi_dot)])
+            rows.append(
+                [
+                    k * world.dt_s,
+                    *r.xi,
+                    *r.wind_n,
+                    *o.wind_n,
+                    *o.wind_sigma,
+                    *o.rel_pos_t,
+                    *r.wind_rot,
+                    abs(snaps[0].guid.psi_dot),
+                ]
+            )
             err = max(abs(a - b) for a, b in zip(r.xi, CONTACT, strict=True))
             lost = err > LOST_M or not math.isfinite(err)
         world.step(cmds)
@@ -169,5 +180,12 @@ def _figures(a: np.ndarray, lost: bool) -> tuple[dict[str, float], dict[str, np.
             d = a[m, 13 + i] - a[m, 1 + i]
             out[f"estimate.rms_m.{axis}"] = float(np.sqrt(np.mean(d * d)))
         out |= wind_figures(t, a[:, 4:7], a[:, 7:10], a[:, 10:13], SETTLE_S)
-    traces = {"t": t, "error": xi, "wind_true": a[:, 4:7], "wind": a[:, 7:10], "sigma": a[:, 10:13], "wind_rot": a[:, 16:19]}
+    traces = {
+        "t": t,
+        "error": xi,
+        "wind_true": a[:, 4:7],
+        "wind": a[:, 7:10],
+        "sigma": a[:, 10:13],
+        "wind_rot": a[:, 16:19],
+    }
     return out, traces
