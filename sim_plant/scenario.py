@@ -68,8 +68,17 @@ class AircraftCfg:
 
 
 @dataclass(frozen=True)
+class GustStep:
+    """From t_s on the turbulence has this intensity."""
+
+    t_s: NonNeg
+    sigma_mps: NonNeg
+
+
+@dataclass(frozen=True)
 class Dryden:
     sigma_mps: NonNeg = 0.0
+    step: tuple[GustStep, ...] = ()  # ascending in t_s; before the first: sigma_mps
     L_m: Pos = 533.4
     V_mps: Pos = 195.0  # [m/s] airspeed of the shaping filters
     axes: Annotated[str, OneOf(("track", "ned"))] = "track"

@@ -1,7 +1,8 @@
 """Receiver station keeping: gain-scheduled LQR with integral action on inertial relative motion.
 
 Design state: xi_dot (3), w_rel (3), psi, theta, phi relative (3), xi (3), servo position (3), servo rate (3), thrust (1),
-integral of xi error (3), previous commands (4 per started period of delay). Airspeed, sideslip and incidence are eliminated through
+integral of xi error (3),
+previous commands (4 per started period of delay). Airspeed, sideslip and incidence are eliminated through
 xi_dot = R^T u_a + R_BTI (W - v_T) + S(w_T) xi, so that a gust does not look like a closure-rate error.
 """
 

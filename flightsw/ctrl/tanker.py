@@ -1,8 +1,8 @@
 """Tanker autopilot: gain-scheduled LQR with integral action on airspeed, altitude and turn rate (Lee 2011, section 2.5).
 
-Design state: V, beta, alpha, p, q, r, theta, phi, z, servo position (3), servo rate (3), thrust (1), integrals of V, z and
-psi_dot error, previous commands (4 per started period of delay). Heading and horizontal position are left out: they are not in the cost, and undamped
-states outside it leave the Riccati equation without a solution.
+Design state: V, beta, alpha, p, q, r, theta, phi, z, servo position (3), servo rate (3), thrust (1), integrals of V, z
+and psi_dot error, previous commands (4 per started period of delay). Heading and horizontal position are left out: they
+are not in the cost, and undamped states outside it leave the Riccati equation without a solution.
 """
 
 from __future__ import annotations

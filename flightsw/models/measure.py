@@ -1,7 +1,8 @@
 """Onboard measurement models as compiled kernels: sigma points to expected measurements, and probe averaging.
 
 Measurement codes (columns are selected by an integer list, so a missing sensor simply leaves its codes out):
-free aircraft 0..11 = state entry, 12..14 = inertial velocity NED, 15..17 = wind NED (calculated); relative 0..2 V, beta, alpha; 3..5 inertial body rates;
+free aircraft 0..11 = state entry, 12..14 = inertial velocity NED, 15..17 = wind NED (calculated);
+relative 0..2 V, beta, alpha; 3..5 inertial body rates;
 6..8 relative psi, theta, phi; 9..11 xi; 12..14 d(xi)/dt in tanker axes; 15..17 own inertial velocity NED.
 """
 

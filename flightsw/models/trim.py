@@ -14,7 +14,6 @@ from flightsw.kernels.rotations import dcm_from_euler
 from flightsw.models.airframe import free_rates, relative_rates, relative_velocity
 from flightsw.models.params import parameter_vector
 
-
 ALPHA_MAX = 0.35  # [rad] beyond this the linear build-up has roots no wing flies at
 
 

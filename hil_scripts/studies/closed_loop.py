@@ -147,7 +147,7 @@ def fly(c: LoopCase, seed: int) -> tuple[dict[str, float], dict[str, np.ndarray]
             if n.valid:
                 p = PeerState(n.t_us, n.pos_n, n.vel_n, n.acc_n, n.q_nb, n.w_b, n.wind_n, True)
                 link.append((k + LINK_TICKS, p))
-            t, r = truth
+            r = truth[1]
             o = snaps[1].nav
             rows.append(
                 [

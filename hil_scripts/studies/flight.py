@@ -14,7 +14,7 @@ from flightsw.guid.racetrack import RacetrackGuidance, RacetrackParams
 from flightsw.models.actuators import ActuatorModel
 from flightsw.types import ActuatorCmd, NavState, SensorFrame
 from sim_plant.rng import generator
-from sim_plant.scenario import AircraftCfg, Dryden, Meta, Scenario, Sine, Slow, Start, Wind
+from sim_plant.scenario import AircraftCfg, Dryden, GustStep, Meta, Scenario, Sine, Slow, Start, Wind
 from sim_plant.world import World
 
 DT = 0.05  # [s] sampling of sensors, filters and control (20 Hz, as in the source)
@@ -68,33 +68,17 @@ def fly(
     sigma [m/s]: turbulence (default light, 0.39). steps: turbulence levels flown one after the other in equal parts.
     """
     sig = 0.39 if sigma is None else sigma
-    w = replace(WINDS[wind], dryden=Dryden(sigma_mps=max((sig, *steps))))
+    later = tuple(GustStep(duration_s * (i + 1) / len(steps), s) for i, s in enumerate(steps[1:]))
+    w = replace(WINDS[wind], dryden=Dryden(sigma_mps=steps[0] if steps else sig, step=later))
     sc = Scenario(
         meta=Meta(name="study", duration_s=duration_s, seed=seed % 2**31),
         aircraft=(AircraftCfg("tanker", "kc135r", 1, start=Start(V_mps=190.0)),),
         wind=w,
     )
     world = World(sc, seed % 2**31)
-    if steps:
-        _scale_gusts(world, np.array(steps) / max(steps), duration_s)
     pilot = _TruthPilot(world)
-    rows = [pilot.sample() for _ in range(int(round(duration_s / DT)))]
+    rows = [pilot.sample() for _ in range(round(duration_s / DT))]
     return Flight(*(np.array([r[i] for r in rows]) for i in range(6)))
-
-
-def _scale_gusts(world: World, factors: np.ndarray, duration_s: float) -> None:
-    """Turbulence in steps: each block of the gust series is scaled by the factor of the time it is flown in."""
-    series = world.air._gusts[0].series
-    advance, state = series.advance, {"n": 0}
-
-    def scaled() -> None:
-        advance()
-        k = state["n"] + np.arange(len(series.rows))
-        part = np.clip(((k - 1023) * 0.01 / duration_s * len(factors)).astype(int), 0, len(factors) - 1)
-        series.rows *= factors[part][:, None]
-        state["n"] += len(series.rows)
-
-    series.advance = scaled  # type: ignore[method-assign]
 
 
 class _TruthPilot:

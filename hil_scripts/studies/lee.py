@@ -18,10 +18,10 @@ from hil_scripts.studies.limit import wind_bound
 from hil_scripts.studies.tanker_filters import calculated_wind, consistency, run, wind_figures
 
 # the onboard model is exact in these cases: process noise is that of the wind alone
-EXACT: dict[str, Any] = dict(
-    q_V=1e-3, q_beta=1e-5, q_alpha=1e-5, q_rate=1e-4, q_euler=1e-5, q_pos=1e-3, q_wind=0.33,
-    bias_V=0.0, bias_flow=0.0, bias_att=0.0, bias_vel=0.0, settle_s=0.0,
-)  # fmt: skip
+EXACT: dict[str, Any] = {
+    "q_V": 1e-3, "q_beta": 1e-5, "q_alpha": 1e-5, "q_rate": 1e-4, "q_euler": 1e-5, "q_pos": 1e-3, "q_wind": 0.33,
+    "bias_V": 0.0, "bias_flow": 0.0, "bias_att": 0.0, "bias_vel": 0.0, "settle_s": 0.0,
+}  # fmt: skip
 LIGHT = 0.39  # [m/s]
 SLOW = {"sounding": 0.245, "sine": 0.3, "ecwm": 0.149}  # [m/s/sqrt(s)] of the prevailing wind
 
@@ -36,7 +36,7 @@ def filters(s: np.ndarray, wind: str, tau_s: float, gust: float = LIGHT) -> dict
     """The estimators compared, by name, for channel sigmas s [15], wind model, noise colour [s] and turbulence [m/s]."""
     scale = max(gust, 0.05) / LIGHT
     base = {**EXACT, **sensor_params(s), "q_wind": EXACT["q_wind"] * scale}
-    gusts = {"wind_model": "dryden", "gust_sigma": max(gust, 0.05), "q_slow": SLOW[wind]}
+    gusts: dict[str, Any] = {"wind_model": "dryden", "gust_sigma": max(gust, 0.05), "q_slow": SLOW[wind]}
     q = base["q_wind"]
     printed = {
         **base, "q_V": q, "q_beta": q / 190.0, "q_alpha": q / 190.0, "velocity": False, "cmw": True,
@@ -59,11 +59,11 @@ def filters(s: np.ndarray, wind: str, tau_s: float, gust: float = LIGHT) -> dict
 def no_aero_filters(s: np.ndarray, wind: str) -> dict[str, NavParams]:
     """Estimators without an aerodynamic model (Lee, chapter 5), the hybrid, and the printed one."""
     differenced = float(s[3]) * np.sqrt(2.0 / fl.DT)  # the differenced gyro's noise as process noise
-    base = {**EXACT, **sensor_params(s), "q_V": 0.05, "q_beta": 3e-4, "q_alpha": 3e-4}
-    gusts = {"wind_model": "dryden", "gust_sigma": LIGHT, "q_slow": SLOW[wind]}
-    inertial = {**base, "model": "inertial", "q_rate": differenced}
+    base: dict[str, Any] = {**EXACT, **sensor_params(s), "q_V": 0.05, "q_beta": 3e-4, "q_alpha": 3e-4}
+    gusts: dict[str, Any] = {"wind_model": "dryden", "gust_sigma": LIGHT, "q_slow": SLOW[wind]}
+    inertial: dict[str, Any] = {**base, "model": "inertial", "q_rate": differenced}
     q = EXACT["q_wind"]
-    printed = inertial | {
+    printed: dict[str, Any] = inertial | {
         "q_V": q, "q_beta": q / 190.0, "q_alpha": q / 190.0, "velocity": False, "cmw": True, "correlated_wind": False,
         "filter": "srukf_printed",
     }  # fmt: skip

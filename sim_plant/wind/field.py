@@ -11,7 +11,7 @@ from sim_plant.kernels import layout as n
 from sim_plant.kernels.air import free_air, gauss_markov_block, lay_gust
 from sim_plant.kernels.vortex import wake_on_airframe
 from sim_plant.rng import BLOCK, generator
-from sim_plant.scenario import Wind
+from sim_plant.scenario import Dryden, Wind
 from sim_plant.wind.dryden import DrydenSeries
 from sim_plant.wind.prevailing import constant_table, sounding_table
 
@@ -24,17 +24,36 @@ RING = 1024  # ticks of gust history kept: at 100 Hz and 195 m/s about 2 km behi
 class _Gusts:
     """One gust series and the ring buffer of what its aircraft has flown through."""
 
-    def __init__(self, series: DrydenSeries) -> None:
-        self.series = series
+    def __init__(self, series: DrydenSeries, level: IntensityProfile) -> None:
+        self.series, self.level = series, level
         self.at = BLOCK
+        self.tick = 1 - RING  # of the next row: the history is laid first
         self.ring = np.zeros((RING, 3))
 
     def lay(self, v: Vehicle, aligned: bool, k: int) -> None:
         if self.at == BLOCK:
-            self.series.advance()
+            rows = self.series.advance()
+            if self.level.steps:
+                rows *= self.level.factors(self.tick, len(rows))[:, None]
+            self.tick += len(rows)
             self.at = 0
         lay_gust(v.s, v.wind, aligned, self.series.rows, self.at, self.ring, k)
         self.at += 1
+
+
+class IntensityProfile:
+    """Turbulence intensity against time as a factor on a series of the reference intensity."""
+
+    def __init__(self, d: Dryden, dt_s: float) -> None:
+        self.steps, self._dt = d.step, dt_s
+        self.reference = max((d.sigma_mps, *(s.sigma_mps for s in d.step)))
+        self._times = np.array([s.t_s for s in d.step])
+        self._levels = np.array([d.sigma_mps, *(s.sigma_mps for s in d.step)])
+
+    def factors(self, tick: int, count: int) -> np.ndarray:
+        """Factors [count] of the ticks from `tick` on."""
+        t = (tick + np.arange(count)) * self._dt
+        return np.asarray(self._levels[np.searchsorted(self._times, t, side="right")] / max(self.reference, 1e-12))
 
 
 class AirMass:
@@ -51,9 +70,10 @@ class AirMass:
         d = cfg.dryden
         self._aligned = d.axes == "track"
         self._frozen = not d.independent
+        level = IntensityProfile(d, dt_s)
         count = 1 if self._frozen else len(vehicles)
         self._gusts = [
-            _Gusts(DrydenSeries(seed, f"{vehicles[i].cfg.name}.dryden", d.V_mps, d.L_m, d.sigma_mps, dt_s))
+            _Gusts(DrydenSeries(seed, f"{vehicles[i].cfg.name}.dryden", d.V_mps, d.L_m, level.reference, dt_s), level)
             for i in range(count)
         ]
         self._slow_cfg, self._sines, self._dt = cfg.slow, cfg.sine, dt_s

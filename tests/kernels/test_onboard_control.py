@@ -220,7 +220,8 @@ def test_every_nominal_closed_loop_is_stable(who: str, node: int, monkeypatch: p
     else:
         other = object.__new__(ReceiverControl)
         other.p = ReceiverCtrlParams(s)
-        other._design(rec, tan, yd, V, T)
+        p = other.p
+        other._design(rec, tan, yd, V, T, (p.w_pos_m, p.w_int_ms, p.w_input))
     A, B, period, delay, d = seen[0]
     nz = len(A)
     # fine brute-force sampling of the late input: 200 explicit sub-intervals of the matrix exponential

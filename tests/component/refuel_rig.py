@@ -1,0 +1,136 @@
+"""Plant world and both onboard applications in one process, receiver held at the contact point, data link 50 ms late.
+
+Several receiver estimators can ride along on the same sensor frames ("shadows"); only the first one flies.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from flightsw.app import FlightApp
+from flightsw.nav.airframe import AirframeNav
+from flightsw.nav.relative import RelativeNav
+from flightsw.strict import apply_overrides, read_toml
+from flightsw.types import UPD_PEER, GuidanceCmd, Health, NavState, PeerState, SensorFrame, Text
+from sim_plant.scenario import load_scenario
+from sim_plant.world import World
+
+CONTACT = (-35.5, 0.0, 8.5)  # [m]
+LINK_TICKS = 5
+
+
+class Hold:
+    """Guidance that asks for the contact point."""
+
+    def __init__(self) -> None:
+        self.phase = 5
+        self.texts: list[Text] = []
+        self.out = GuidanceCmd(phase=5, rel_pos_t=CONTACT)
+
+    def step(self, f: SensorFrame, nav: NavState, dt: float) -> GuidanceCmd:
+        return self.out
+
+    def recapture(self, nav: NavState) -> None:
+        pass
+
+
+class Together:
+    """Estimators on the same frames; the first one's output flies the aircraft."""
+
+    def __init__(self, navs: list[Any]) -> None:
+        self.navs = navs
+        self.core = navs[0].core
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.navs[0], name)
+
+    def step(self, f: SensorFrame, u: np.ndarray, h: Health, updated: int) -> NavState:
+        for n in self.navs:
+            n.step(f, u, h, updated)
+        return self.navs[0].out
+
+
+def app(name: str, **over: Any) -> FlightApp:
+    """The application of the shipped flight file with `over` (dotted keys with __ for the dot)."""
+    t = read_toml(f"flightsw/params/{name}.toml")
+    apply_overrides(t, {k.replace("__", "."): v for k, v in over.items()}, name)
+    a = t.pop("app")
+    t.pop("link", None)
+    return FlightApp(a["mission"], a["aircraft"], t, mission_rate_hz=a["mission_rate_hz"])
+
+
+class Rig:
+    """One closed-loop flight. `log` rows are per estimator; see `run`."""
+
+    def __init__(
+        self, seed: int, duration_s: float, *, plant: dict[str, Any] | None = None, mismatch: float = 0.0,
+        receiver: dict[str, Any] | None = None, tanker: dict[str, Any] | None = None, shadows: dict[str, dict[str, Any]] | None = None,
+        tanker_shadows: dict[str, dict[str, Any]] | None = None,
+    ) -> None:  # fmt: skip
+        sc = load_scenario("refueling", {"meta.duration_s": duration_s, **(plant or {})})
+        craft = tuple(replace(a, aero_error_frac=mismatch) for a in sc.aircraft)
+        craft = (craft[0], replace(craft[1], start=replace(craft[1].start, xi_m=CONTACT)))
+        self.world = World(replace(sc, aircraft=craft, event=()), seed)
+        self.apps = [app("tanker", guid__first_leg_s=1e6, **(tanker or {})), app("receiver", **(receiver or {}))]
+        self.apps[1].mission.guid = Hold()
+        self.names: list[list[str]] = []
+        for a, own in zip(self.apps, (tanker_shadows or {}, shadows or {}), strict=True):
+            first = a.mission.nav
+            navs: list[AirframeNav | RelativeNav] = [first]
+            for over in own.values():
+                navs.append(app(("tanker", "receiver")[self.apps.index(a)], **over).mission.nav)
+            a.mission.nav = Together(navs)
+            self.names.append(["flown", *own])
+
+    def run(self) -> dict[str, dict[str, np.ndarray]]:
+        """Fly. Per receiver estimator: wind, wind_rot, rel_pos, rel_vel errors [N,3], rot [N,3] estimate, sigmas, nis per
+        row; under "truth": t, xi error, wind_rot; tanker estimators under "tanker.<name>"."""
+        w, link = self.world, deque[tuple[int, PeerState]]()
+        log: dict[str, dict[str, list[Any]]] = {}
+
+        def put(name: str, **kw: Any) -> None:
+            for k, v in kw.items():
+                log.setdefault(name, {}).setdefault(k, []).append(v)
+
+        while not w.done:
+            frames = w.sense()
+            frames[1].commands = []
+            if link and link[0][0] <= w.tick:
+                frames[1].peer = link.popleft()[1]
+                frames[1].updated |= UPD_PEER
+            tr = [w.truth(0), w.truth(1)] if w.tick % 5 == 0 else []
+            cmds = [a.tick(f, w.dt_s)[0] for a, f in zip(self.apps, frames, strict=True)]
+            if tr:
+                n = self.apps[0].nav
+                if n.valid:
+                    link.append(
+                        (
+                            w.tick + LINK_TICKS,
+                            PeerState(n.t_us, n.pos_n, n.vel_n, n.acc_n, n.q_nb, n.w_b, n.wind_n, True),
+                        )
+                    )
+                put("truth", t=w.t_us * 1e-6, xi=np.subtract(tr[1].xi, CONTACT), wind_rot=tr[1].wind_rot)
+                for side, prefix in ((0, "tanker."), (1, "")):
+                    t = tr[side]
+                    for name, nav in zip(self.names[side], self.apps[side].mission.nav.navs, strict=True):
+                        o = nav.out
+                        put(
+                            prefix + name, valid=o.valid, wind=np.subtract(o.wind_n, t.wind_n), wind_sigma=o.wind_sigma,
+                            nis=o.nis / max(o.nis_dof, 1), q=nav.core.q_wind,
+                        )  # fmt: skip
+                        if side:
+                            put(
+                                name, rot=o.wind_rot, rot_sigma=o.wind_rot_sigma, rel=np.subtract(o.rel_pos_t, t.xi),
+                                vel=np.subtract(o.rel_vel_t, t.xi_dot), w_b=np.subtract(o.w_b, t.w_b),
+                            )  # fmt: skip
+            w.step(cmds)
+        return {k: {a: np.array(b) for a, b in v.items()} for k, v in log.items()}
+
+
+def rms(e: np.ndarray) -> np.ndarray:
+    """Per column."""
+    return np.asarray(np.sqrt(np.mean(np.square(e), axis=0)))
