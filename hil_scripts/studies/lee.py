@@ -90,7 +90,7 @@ def run_case(case: Case, seed: int) -> RunResult:
     values: dict[str, float] = {"wind.mean_mps": float(np.linalg.norm(W[m], axis=1).mean())}
     traces: dict[str, np.ndarray] = {"t": flight.t[::4], "wind_true": W[::4]}
     chosen = no_aero_filters(sigma, wind) if p.get("no_aero") else filters(sigma, wind, tau, gust)
-    bound = wind_bound(flight, sigma, max(gust, 0.05), SLOW[wind]) if p.get("bound") else None
+    bound = wind_bound(flight, sigma, max(gust, 0.05), SLOW[wind], tau) if p.get("bound") else None
     if bound is not None:
         for i, a in enumerate("ned"):
             values[f"bound.wind.rms_mps.{a}"] = float(np.sqrt(np.mean(bound[m, i] ** 2)))
@@ -130,8 +130,8 @@ TABLE = Study(
         Case("tanker_IV_sine", _white("sine", "large")),
         Case("tanker_III_no_aero", _white("ecwm", "large", no_aero=True)),
         Case("tanker_IV_no_aero", _white("sine", "large", no_aero=True)),
-        Case("tanker_II_coloured", _coloured("ecwm", "small", 20.0)),
-        Case("tanker_III_coloured", _coloured("ecwm", "large", 20.0)),
+        Case("tanker_II_coloured", _coloured("ecwm", "small", 20.0) | {"bound": True}),
+        Case("tanker_III_coloured", _coloured("ecwm", "large", 20.0) | {"bound": True}),
     ),
     run=run_case,
 )
