@@ -23,19 +23,19 @@ CONTROLS = np.array([0.0, -0.02, 0.0, 15000.0])  # [rad, rad, rad, N] near trim;
 SPREAD = np.array([0.1, 2e-3, 2e-3, 2e-3, 2e-3, 2e-3, 2e-3, 2e-3, 2e-3, 0.2, 0.2, 0.2, 0.3, 0.3, 0.3])
 
 
-def _core() -> EstimatorCore:
-    core = EstimatorCore(load_aircraft("learjet24"), NavParams(), CODES)
+def _core(kind: str = "srukf") -> EstimatorCore:
+    core = EstimatorCore(load_aircraft("learjet24"), NavParams(filter=kind), CODES)
     core.codes[:] = np.arange(CODES)
     core.r[:] = np.sqrt(np.full(CODES, 0.1))
     core.ukf.x[:] = START
-    core.ukf.S[:] = np.diag(SPREAD)
+    core.ukf.set_factor(np.diag(SPREAD))
     np.fill_diagonal(core.ukf.SQ, 0.1 * SPREAD)
     return core
 
 
-def srukf_step_us(steps: int = 2000) -> float:
-    """Microseconds of one predict and correct of the onboard filter, median of ten batches."""
-    c = _core()
+def step_us(kind: str = "srukf", steps: int = 2000) -> float:
+    """Microseconds of one predict and correct of filter `kind` (flightsw.filters.factory), median of ten batches."""
+    c = _core(kind)
     y = np.zeros(CODES)
 
     def step() -> None:
@@ -95,9 +95,17 @@ def filterpy_python_model_us() -> float:
 
     Raises RuntimeError with the process's last words if it fails.
     """
-    code = "from hil_scripts.bench_filters import filterpy_step_us as f; print(f(20))"
+    return _interpreted("from hil_scripts.bench_filters import filterpy_step_us as f; print(f(20))")
+
+
+def python_step_us(kind: str) -> float:
+    """As `step_us`, all kernels as plain Python and numpy arrays: a process of its own with compilation switched off."""
+    return _interpreted(f"from hil_scripts.bench_filters import step_us as f; print(f({kind!r}, 10))")
+
+
+def _interpreted(code: str) -> float:
     env = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
     r = subprocess.run([sys.executable, "-c", code], env=env, capture_output=True, text=True, timeout=300, check=False)
     if r.returncode:
-        raise RuntimeError(f"filterpy with a plain Python model: {r.stderr[-500:]}")
+        raise RuntimeError(f"without compilation: {r.stderr[-500:]}")
     return float(r.stdout)

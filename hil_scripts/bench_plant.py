@@ -16,6 +16,7 @@ from sim_plant.world import World
 
 BATCHES = 10
 PLANT = "plant"
+DYNAMICS = "dynamics"  # the same without sensors, which JSBSim's aircraft do not have either
 AIRCRAFT = ("737", "B747")  # the 737 as shipped polls input sockets in every run(); the B747 has none
 
 
@@ -24,7 +25,7 @@ def step_us(batch_steps: int = 400) -> dict[str, float]:
 
     Raises RuntimeError when JSBSim cannot load, initialise or trim an aircraft.
     """
-    steppers = {PLANT: _plant(), **{name: _jsbsim(name) for name in AIRCRAFT}}
+    steppers = {PLANT: _plant(), DYNAMICS: _plant(sensors=False), **{name: _jsbsim(name) for name in AIRCRAFT}}
     taken: dict[str, list[float]] = {name: [] for name in steppers}
     for batch in range(BATCHES + 1):
         for name, (step, per_step) in steppers.items():
@@ -36,10 +37,13 @@ def step_us(batch_steps: int = 400) -> dict[str, float]:
     return {name: float(np.median(t)) * 1e6 for name, t in taken.items()}
 
 
-def _plant(seed: int = 1) -> tuple[Callable[[], Any], int]:
+def _plant(seed: int = 1, sensors: bool = True) -> tuple[Callable[[], Any], int]:
     """One tick of the refuelling world in trim, and how many aircraft that is."""
     world = World(load_scenario("refueling"), seed)
     cmds = [world.trim_cmd(i) for i in range(len(world.vehicles))]
+    if not sensors:
+        for v in world.vehicles:
+            v.sensors = []
 
     def step() -> None:
         world.sense()

@@ -68,8 +68,8 @@ class Rig:
 
     def __init__(
         self, seed: int, duration_s: float, *, plant: dict[str, Any] | None = None, mismatch: float = 0.0,
-        receiver: dict[str, Any] | None = None, tanker: dict[str, Any] | None = None, shadows: dict[str, dict[str, Any]] | None = None,
-        tanker_shadows: dict[str, dict[str, Any]] | None = None,
+        receiver: dict[str, Any] | None = None, tanker: dict[str, Any] | None = None,
+        shadows: dict[str, dict[str, Any]] | None = None, tanker_shadows: dict[str, dict[str, Any]] | None = None,
     ) -> None:  # fmt: skip
         sc = load_scenario("refueling", {"meta.duration_s": duration_s, **(plant or {})})
         craft = tuple(replace(a, aero_error_frac=mismatch) for a in sc.aircraft)
