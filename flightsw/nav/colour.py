@@ -6,6 +6,7 @@ higher code (calculated wind) are scaled, otherwise left alone.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -39,6 +40,7 @@ class Colour:
         self.channels = c
         self.noise = NoiseStates(first, first + 3, sigma, tau) if self.mode == "augmented" else None
         self.diff = Differencer(sigma, tau, angle=wraps, form=p.colour_form) if self.mode == "removed" else None
+        self.floor = np.zeros(c)  # 1-sigma of white noise beside noise states; the owner fills it
         self._reading = np.zeros(c)
         self._had = np.zeros(c, dtype=bool)
 
@@ -76,7 +78,8 @@ class Colour:
             for j in range(c.m):
                 if c.codes[j] < self.channels:
                     self.noise.add(c.ukf.X, c.ukf.Y, j, int(c.codes[j]))
-                    c.r[j] *= 1e-2  # the noise is a state now; what is left keeps the update regular
+                    # the noise is a state now; what is left is white, or keeps the update regular
+                    c.r[j] = math.hypot(1e-2 * c.r[j], self.floor[c.codes[j]])
         return c.ukf.correct(c.y, c.r, c.m)
 
     def _difference(self, c: EstimatorCore, dt: float) -> bool:

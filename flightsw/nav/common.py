@@ -104,6 +104,7 @@ class NavParams:
     rot_sigma: Pos = 0.03  # [rad/s] its stationary value
     rot_tau_s: Pos = 5.0  # [s] its correlation time
     rot_q_rate: NonNeg = 0.03  # [rad/s] replaces q_rate, which stands for rotational wind where none is estimated
+    r_peer_rate: NonNeg = 0.005  # [rad/s] receiver only: of the tanker's transmitted rates, beside noise states
     local_probes: bool = False  # receiver only: every probe is a measurement of its own
     acc_sigma: Pos = 0.05  # [m/s^2] accelerometer, used by models other than "aero"
     settle_s: NonNeg = 0.5  # [s] from first fix to `valid`

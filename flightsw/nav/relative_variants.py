@@ -20,7 +20,7 @@ from flightsw.models.measure import measure_relative
 from flightsw.models.rotational import PROBE_CODE, WIND_CODE, differenced_relative, measure_local
 from flightsw.nav.calculated import CalculatedWind
 from flightsw.nav.colour import Colour, colour_states
-from flightsw.nav.common import ROT, NavParams
+from flightsw.nav.common import POS, ROT, NavParams
 from flightsw.nav.gusts import GUSTS, GustStates
 from flightsw.nav.relative import RelativeNav
 from flightsw.nav.wind_noise import WindNoise
@@ -45,7 +45,7 @@ def make_relative_nav(ac: Aircraft, p: NavParams) -> RelativeNav:
 def channel_sigma(p: NavParams, probes: int) -> np.ndarray:
     """1-sigma [18] of the measurement channels in code order; air data averaged over `probes`."""
     air = np.array([p.r_V, p.r_beta, p.r_alpha]) / math.sqrt(probes)
-    own = [p.r_own_vel] * 3
+    own = [math.hypot(p.r_vel, p.r_own_vel)] * 3  # as RelativeNav queues it
     return np.array([*air, *[p.r_rate] * 3, *[p.r_euler] * 3, *[p.r_pos] * 3, *[p.r_vel] * 3, *own])
 
 
@@ -137,6 +137,9 @@ class RelativeVariant(RelativeNav):
             self.cmw.queue(c, self.calculated_wind(f))
         self._fresh_air = False
         self._sort_rows()
+        # The tanker's rates are taken as exact in w_T x xi. Beside velocity readings known to a hundredth of their noise
+        # their scatter would be regressed on xi and pull it towards zero, by metres (errors in variables).
+        self.colour.floor[12:15] = p.r_peer_rate * math.sqrt(float(c.ukf.x[POS] @ c.ukf.x[POS]))
         rot = self.rot is not None
         ukf = c.ukf
 
