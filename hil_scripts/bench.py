@@ -126,8 +126,20 @@ def plant_rows() -> list[Row]:
         Row("plant.aircraft_step_us", "plant, one aircraft, one tick, sensors included", ours, "us"),
         Row("jsbsim.run_us", "JSBSim run(), Boeing 737 (polls its input sockets)", with_sockets, "us"),
         Row("jsbsim.b747_run_us", "JSBSim run(), Boeing 747 (has none)", bare, "us"),
-        Row("plant.ratio_to_jsbsim", "plant without sensors takes, times JSBSim 737", dynamics / with_sockets, "x", "<= 1"),
-        Row("plant.sensors_ratio_to_jsbsim", "plant with sensors takes, times JSBSim 737", ours / with_sockets, "x", "<= 1"),
+        Row(
+            "plant.ratio_to_jsbsim",
+            "plant without sensors takes, times JSBSim 737",
+            dynamics / with_sockets,
+            "x",
+            "<= 1",
+        ),
+        Row(
+            "plant.sensors_ratio_to_jsbsim",
+            "plant with sensors takes, times JSBSim 737",
+            ours / with_sockets,
+            "x",
+            "<= 1",
+        ),
     ]
 
 

@@ -158,7 +158,7 @@ def fly(c: LoopCase, seed: int) -> tuple[dict[str, float], dict[str, np.ndarray]
                     *o.wind_sigma,
                     *o.rel_pos_t,
                     *r.wind_rot,
-                    abs(snaps[0].guid.psi_dot),
+                    *o.wind_rot,
                 ]
             )
             err = max(abs(a - b) for a, b in zip(r.xi, CONTACT, strict=True))
@@ -187,5 +187,6 @@ def _figures(a: np.ndarray, lost: bool) -> tuple[dict[str, float], dict[str, np.
         "wind": a[:, 7:10],
         "sigma": a[:, 10:13],
         "wind_rot": a[:, 16:19],
+        "rot_estimate": a[:, 19:22],
     }
     return out, traces

@@ -39,8 +39,11 @@ def run_case(case: Case, seed: int) -> RunResult:
     if not p.get("biases", True):
         plant += NO_BIAS
     known: Pairs = (("nav.noise_scale", G),)
+    receiver_colour: Pairs = ()
     if tau > 0.0:
+        # noise states on the receiver, a scaled R on the tanker: its states would hand slow errors over the link
         known += (("nav.colour_tau_s", tau), ("nav.colour", "scaled"))
+        receiver_colour = (("nav.colour", str(p.get("colour", "augmented"))),)
     design: Pairs = (
         (("ctrl.schedule.delay_s", 0.01 * delay + 0.005),) if delay > 1 and p.get("delay_known", True) else ()
     )
@@ -59,7 +62,7 @@ def run_case(case: Case, seed: int) -> RunResult:
         feedback, gains = controllers[name]
         c = LoopCase(
             duration_s=float(p.get("duration_s", 150.0)), feedback=feedback, plant=plant, tanker=known,
-            receiver=known + design + gains + more, turn_at_s=float(p.get("turn_at_s", 0.0)),
+            receiver=known + receiver_colour + design + gains + more, turn_at_s=float(p.get("turn_at_s", 0.0)),
         )  # fmt: skip
         figures, tr = fly(c, seed)
         values |= {f"{name}.{k}": v for k, v in figures.items()}
@@ -85,6 +88,7 @@ RECEIVER = _study(
         Case("white", {"controllers": [*BOTH, "soft", "tight"]}),
         Case("turn", {"controllers": ["estimated", "soft"], "duration_s": 250.0, "turn_at_s": 80.0}),
         Case("coloured_1", {"tau_s": 1.0, "controllers": [*BOTH, "soft"]}),
+        Case("coloured_1_scaled", {"tau_s": 1.0, "colour": "scaled", "controllers": ["estimated", "soft"]}),
         Case("coloured_0.05", {"tau_s": 0.05, "controllers": ["estimated", "measured"]}),
     ),
 )

@@ -23,9 +23,7 @@ N = 15 + GUSTS
 SCALE = np.array([1.0, *[1e-2] * 8, *[1.0] * 6, *[1.0] * GUSTS])
 
 
-def wind_bound(
-    fl: Flight, sigma: np.ndarray, gust_sigma: float, q_slow: float, tau_s: float = 0.0
-) -> np.ndarray:
+def wind_bound(fl: Flight, sigma: np.ndarray, gust_sigma: float, q_slow: float, tau_s: float = 0.0) -> np.ndarray:
     """Bound [N,3] on the 1-sigma error of wind north, east, down after each sample.
 
     sigma [15]: 1-sigma of the measurement channels; gust_sigma [m/s]; q_slow [m/s per sqrt(s)] of the prevailing wind;
