@@ -37,6 +37,7 @@ class LoopCase:
     tanker: tuple[tuple[str, Any], ...] = ()
     receiver: tuple[tuple[str, Any], ...] = ()
     turn_at_s: float = 0.0  # 0: straight flight only
+    known_delay_ticks: int = 1  # transport delay the onboard actuator model allows for
 
 
 class _HoldContact:
@@ -106,19 +107,22 @@ def _scenario(c: LoopCase) -> Scenario:
     return replace(sc, aircraft=craft, event=())
 
 
-def _app(name: str, over: dict[str, Any]) -> FlightApp:
+def _app(name: str, over: dict[str, Any], delay_ticks: int) -> FlightApp:
     t = read_toml(FLIGHT_FILES[name])
     apply_overrides(t, over, name)
     app = t.pop("app")
     t.pop("link", None)
-    return FlightApp(app["mission"], app["aircraft"], t, mission_rate_hz=app["mission_rate_hz"])
+    return FlightApp(
+        app["mission"], app["aircraft"], t, mission_rate_hz=app["mission_rate_hz"], link_delay_ticks=delay_ticks
+    )
 
 
 def fly(c: LoopCase, seed: int) -> tuple[dict[str, float], dict[str, np.ndarray]]:
     """One run: figures and traces at 20 Hz. `lost` is 1 when the receiver left the neighbourhood of the contact point."""
     world = World(_scenario(c), seed % 2**31)
     tanker_over = {"guid.first_leg_s": c.turn_at_s or 1e6, **dict(c.tanker)}
-    apps = [_app("tanker", tanker_over), _app("receiver", dict(c.receiver))]
+    n = c.known_delay_ticks
+    apps = [_app("tanker", tanker_over, n), _app("receiver", dict(c.receiver), n)]
     truth: list[Truth] = []
     apps[1].mission.guid = _HoldContact()
     if c.feedback != "estimated":
@@ -143,9 +147,9 @@ def fly(c: LoopCase, seed: int) -> tuple[dict[str, float], dict[str, np.ndarray]
             cmds.append(cmd)
             snaps.append(snap)
         if slow:
-            n = snaps[0].nav
-            if n.valid:
-                p = PeerState(n.t_us, n.pos_n, n.vel_n, n.acc_n, n.q_nb, n.w_b, n.wind_n, True)
+            o = snaps[0].nav
+            if o.valid:
+                p = PeerState(o.t_us, o.pos_n, o.vel_n, o.acc_n, o.q_nb, o.w_b, o.wind_n, True)
                 link.append((k + LINK_TICKS, p))
             r = truth[1]
             o = snaps[1].nav

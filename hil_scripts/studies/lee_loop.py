@@ -47,6 +47,7 @@ def run_case(case: Case, seed: int) -> RunResult:
     design: Pairs = (
         (("ctrl.schedule.delay_s", 0.01 * delay + 0.005),) if delay > 1 and p.get("delay_known", True) else ()
     )
+    known_ticks = delay if p.get("delay_known", True) else 1
     more = tuple((k, v) for k, v in p.get("receiver", {}).items())
     controllers: dict[str, tuple[str, Pairs]] = {
         "estimated": ("estimated", ()),
@@ -61,8 +62,9 @@ def run_case(case: Case, seed: int) -> RunResult:
     for name in p["controllers"]:
         feedback, gains = controllers[name]
         c = LoopCase(
-            duration_s=float(p.get("duration_s", 150.0)), feedback=feedback, plant=plant, tanker=known,
+            duration_s=float(p.get("duration_s", 150.0)), feedback=feedback, plant=plant, tanker=known + design,
             receiver=known + receiver_colour + design + gains + more, turn_at_s=float(p.get("turn_at_s", 0.0)),
+            known_delay_ticks=known_ticks,
         )  # fmt: skip
         figures, tr = fly(c, seed)
         values |= {f"{name}.{k}": v for k, v in figures.items()}
