@@ -49,6 +49,8 @@ TANKER: dict[str, Claim] = {
                                 "magnitude < 10 %, direction < 10 %", 10.0, (20, 40, None), 4.0),
     "tanker_IV_no_aero": Claim("IV, no aero model", "accelerometers instead of the aerodynamic model",
                                "magnitude < 10 %, direction < 5 %", 10.0, (40, 40, None), 5.5),
+    "tanker_IV_no_aero_sine": Claim("IV, no aero model, sine", "flight wind replaced by slow sines",
+                                    "as case IV, no aero model"),
     "tanker_II_coloured": Claim("II, coloured", "sensor noise with tau = 20 s",
                                 "magnitude < 10 %, direction < 10 %; only slightly better than the calculated wind",
                                 10.0, (100, 100, 80), 2.6),
