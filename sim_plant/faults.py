@@ -17,7 +17,7 @@ class Outage:
     """Faults of one aircraft that are not in a sensor."""
 
     jam: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])  # 1 = surface frozen
-    link_down: bool = False  # its radio transmits nothing
+    link_down: bool = False  # its radio neither transmits nor receives
 
 
 def _row(e: Event, s: Sensor, at: str) -> list[float]:

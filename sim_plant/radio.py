@@ -39,10 +39,14 @@ class Radio:
             else:
                 self._queue[j].append((k + self._ticks, packets))
 
-    def receive(self, j: int, k: int) -> list[bytes]:
-        """Packets that reach aircraft j at tick k, in order of transmission."""
+    def receive(self, j: int, k: int, up: bool = True) -> list[bytes]:
+        """Packets that reach aircraft j at tick k, in order of transmission; `up` False: its receiver is deaf to them."""
         q = self._queue[j]
         out: list[bytes] = []
         while q and q[0][0] <= k:
-            out += q.popleft()[1]
+            packets = q.popleft()[1]
+            if up:
+                out += packets
+            else:
+                self.lost += 1
         return out

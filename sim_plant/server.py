@@ -80,7 +80,7 @@ class PlantServer:
         w = self.world
         frames = w.sense()
         for i, (frame, codec) in enumerate(zip(frames, self.codecs, strict=True)):
-            extra = self.radio.receive(i, w.tick)
+            extra = self.radio.receive(i, w.tick, w.link_up(i))
             for c in frame.commands:
                 extra.append(codec.command(c.command, *c.params))
             self._out.append(codec.sensors(frame, extra))

@@ -199,7 +199,7 @@ class World:
         self._sensed = False
 
     def link_up(self, i: int) -> bool:
-        """Whether aircraft i's radio transmits (no link_loss event active)."""
+        """Whether aircraft i's radio transmits and receives (no link_loss event active)."""
         return not self.faults.outage[self.vehicles[i].cfg.name].link_down
 
     def truth(self, i: int) -> Truth:

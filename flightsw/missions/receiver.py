@@ -65,7 +65,7 @@ class ReceiverMission:
     ) -> tuple[NavState, GuidanceCmd, np.ndarray, float]:
         """One 20 Hz step: (nav, guidance, surfaces and thrust [4], throttle)."""
         nav = self.nav.step(f, act.take_mean(), health, updated)
-        if self._lost and nav.valid:
+        if (self._lost or self.nav.rejoined) and nav.valid:
             self.guid.recapture(nav)
         self._lost = self.guid.phase != 0 and not nav.valid
         g = self.guid.step(f, nav, dt)

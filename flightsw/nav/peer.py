@@ -2,51 +2,75 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
-from flightsw.kernels.rotations import dcm_from_quat, rotate_dcm
+from flightsw.kernels.atmosphere import G0
+from flightsw.kernels.rotations import dcm_from_euler, dcm_from_quat, euler_from_dcm, rotate_dcm
 from flightsw.types import PeerState
+
+ROLL_OUT = 0.087  # [rad/s] roll rate of the virtual tanker
+REJOIN_M = 60.0  # [m] and
+REJOIN_MPS = 5.0  # [m/s] within which a returning tanker is taken up again
 
 
 class PeerTracker:
     """Holds one sample of another aircraft's estimate and extrapolates it with its own rates and acceleration."""
 
     def __init__(self) -> None:
-        self.t_us = -1
+        self.t_us = self.sample_us = -1
         self._R, self._w = np.zeros(9), np.zeros(3)
         self._v, self._a, self._pos = np.zeros(3), np.zeros(3), np.zeros(3)
-        self._q = np.zeros(4)
-        self.straight = False
+        self._wind = np.zeros(3)
+        self._q, self._e, self._Rn = np.zeros(4), np.zeros(3), np.zeros(9)
+        self.coasting = False
 
     def take(self, p: PeerState) -> None:
         """Accept a newer sample; an older or repeated one is ignored."""
-        if p.t_us <= self.t_us:
+        if p.t_us <= self.sample_us or (self.coasting and not self.agrees(p)):
             return
-        self.t_us = p.t_us
+        self.t_us = self.sample_us = p.t_us
         self._q[:] = p.q_nb
         dcm_from_quat(self._q, self._R)
         self._w[:], self._v[:], self._a[:], self._pos[:] = p.w_b, p.vel_n, p.acc_n, p.pos_n
-        self.straight = False
+        self._wind[:] = p.wind_n
+        self.coasting = False
 
-    def freeze(self, t_us: int) -> None:
-        """The link is gone: keep flying the last sample straight ahead, wings level, from `t_us` on.
+    def coast(self, t_us: int) -> None:
+        """The link is gone: carry a virtual tanker to `t_us` that rolls its wings level and flies straight on.
 
-        Extrapolating a turn for seconds would swing the reference frame away; a straight virtual tanker gives the receiver
-        a smooth frame to break away in.
+        Continuous with the last sample in position, velocity and attitude, so that the receiver breaks away in a frame that
+        neither jumps nor swings. Call it every step while the data are missing.
         """
-        if self.straight or self.t_us < 0:
+        if self.t_us < 0:
             return
-        pos, v = self.position(t_us), self.velocity(t_us)
-        self._pos[:], self._v[:] = pos, v
-        self._v[2] = 0.0
-        psi = np.arctan2(v[1], v[0])
-        theta = 0.06  # [rad] close to the tanker's pitch in level flight; only the frame's tilt depends on it
-        c, s, ct, st = np.cos(psi), np.sin(psi), np.cos(theta), np.sin(theta)
-        self._R[:] = [ct * c, ct * s, -st, -s, c, 0.0, st * c, st * s, ct]
-        self._w[:] = 0.0
-        self._a[:] = 0.0
+        if not self.coasting:
+            rotate_dcm(self._R, self._w, (t_us - self.t_us) * 1e-6, self._Rn)
+            self._pos[:], self._v[:] = self.position(t_us), self.velocity(t_us)
+            self._R[:] = self._Rn
+            self._v[2] = 0.0
+            euler_from_dcm(self._R, self._e)
+            self.t_us, self.coasting = t_us, True
+        dt = (t_us - self.t_us) * 1e-6
+        psi, theta, phi = self._e
+        roll = -math.copysign(min(ROLL_OUT, abs(phi) / dt if dt > 0.0 else 0.0), phi)
+        air = self._v - self._wind
+        turn = G0 * math.tan(phi) / max(math.hypot(air[0], air[1]), 50.0)
+        self._pos += self._v * dt
+        c, s = math.cos(turn * dt), math.sin(turn * dt)
+        self._v[0], self._v[1] = self._wind[0] + c * air[0] - s * air[1], self._wind[1] + s * air[0] + c * air[1]
+        self._e[0], self._e[2] = psi + turn * dt, phi + roll * dt
+        dcm_from_euler(self._e[0], theta, self._e[2], self._R)
+        ct = math.cos(theta)
+        self._w[:] = roll - turn * math.sin(theta), turn * ct * math.sin(phi), turn * ct * math.cos(phi)
+        self._a[:] = -turn * air[1], turn * air[0], 0.0
         self.t_us = t_us
-        self.straight = True
+
+    def agrees(self, p: PeerState) -> bool:
+        """Whether a sample that ends a gap belongs to about the tanker that was carried on: the receiver may join it again."""
+        dv = math.dist(p.vel_n, self.velocity(p.t_us).tolist())
+        return math.dist(p.pos_n, self.position(p.t_us).tolist()) < REJOIN_M and dv < REJOIN_MPS
 
     def stage(self, t_us: int, tk: np.ndarray) -> None:
         """tk [18] <- R_BI, w, w_dot = 0 (not on the link), v NED at `t_us`."""

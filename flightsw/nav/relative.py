@@ -30,7 +30,7 @@ from flightsw.nav.common import EstimatorCore, NavParams, failed_bits, sane
 from flightsw.nav.peer import PeerTracker
 from flightsw.types import UPD_AIR, UPD_ATT, UPD_GNSS, UPD_IMU, UPD_REL, Health, NavState, SensorFrame
 
-PEER_FREEZE_S = 1.0  # [s] data-link age beyond which the tanker is continued straight ahead
+PEER_COAST_S = 1.0  # [s] data-link age beyond which the tanker is continued straight ahead
 
 
 class RelativeNav:
@@ -43,6 +43,7 @@ class RelativeNav:
         self.t_us = 0
         self.started_us = -1
         self.rel_us = -1
+        self.rejoined = False
         self._tks = np.zeros((3, 18))
         self._R, self._Rn, self._fm, self._d = np.zeros(9), np.zeros(9), np.zeros(9), np.zeros(15)
         self._e, self._q = np.zeros(3), np.zeros(4)
@@ -51,12 +52,22 @@ class RelativeNav:
     def step(self, f: SensorFrame, u: np.ndarray, health: Health, updated: int) -> NavState:
         """One estimator step; arguments as AirframeNav.step. Never raises on bad data."""
         c, o = self.core, self.out
+        was_coasting = self.peer.coasting
         self.peer.take(f.peer)
+        self.rejoined = was_coasting and not self.peer.coasting
         o.peer_age_s = (f.t_us - f.peer.t_us) * 1e-6 if f.peer.t_us > 0 else 1e9
         if self.started_us < 0:
             return self._start(f, u, updated, health)
-        if o.peer_age_s > PEER_FREEZE_S:
-            self.peer.freeze(f.t_us)
+        if self.rejoined:
+            # the reference frame has moved: begin again in it from the sensors, valid at once
+            self.started_us = -1
+            self._start(f, u, updated, health)
+            if self.started_us >= 0:
+                self.started_us -= round(c.p.settle_s * 1e6)
+                o.valid, o.reason = True, ""
+            return o
+        if o.peer_age_s > PEER_COAST_S or self.peer.coasting:
+            self.peer.coast(f.t_us)
         dt_us = f.t_us - self.t_us
         dt = dt_us * 1e-6
         for k in range(3):
@@ -120,7 +131,7 @@ class RelativeNav:
         c, o = self.core, self.out
         o.t_us = f.t_us
         c.w_air[:] = f.gyro_b
-        if self.peer.t_us < 0 or o.peer_age_s > PEER_FREEZE_S:
+        if self.peer.t_us < 0 or o.peer_age_s > PEER_COAST_S:
             o.valid, o.reason = False, "waiting for the tanker's data link"
             return o
         if have & need != need or not f.rel_valid or c.take_air(f) == 0:
@@ -153,9 +164,11 @@ class RelativeNav:
         if updated & UPD_GNSS and p.velocity:
             age = (f.t_us - f.gnss_t_us) * 1e-6
             acc = self._acceleration()
+            own = p.r_vel if self.peer.coasting else math.hypot(p.r_vel, p.r_own_vel)
             for i in range(3):
-                c.add(15 + i, f.gnss_vel_n[i] + acc[i] * age, math.hypot(p.r_vel, p.r_own_vel))
-        if updated & UPD_REL and f.rel_valid:
+                c.add(15 + i, f.gnss_vel_n[i] + acc[i] * age, own)
+        # a virtual tanker is not the one the relative sensor sees
+        if updated & UPD_REL and f.rel_valid and not self.peer.coasting:
             age = (f.t_us - f.rel_t_us) * 1e-6
             self.rel_us = f.rel_t_us
             for i in range(3):
@@ -211,7 +224,7 @@ class RelativeNav:
         o.rel_sigma = o.pos_sigma
         o.nis, o.nis_dof = nis, m
         o.rel_age_s = (f.t_us - self.rel_us) * 1e-6
-        o.rel_valid = o.valid and o.rel_age_s < 2.0 and o.peer_age_s < PEER_FREEZE_S
+        o.rel_valid = o.valid and o.rel_age_s < 2.0 and o.peer_age_s < PEER_COAST_S and not self.peer.coasting
         o.rel_pos_t = vec3(x[9:12])
         o.rel_vel_t = vec3(self._d[9:12])
         o.rel_euler = vec3(x[6:9])

@@ -60,7 +60,7 @@ class _OtherFeedback:
 
     def __init__(self, nav: Any, kind: str, truth: list[Truth]) -> None:
         self.inner, self.kind, self.truth = nav, kind, truth
-        self.peer = nav.peer
+        self.peer, self.rejoined = nav.peer, False
 
     def step(self, f: SensorFrame, u: np.ndarray, health: Health, updated: int) -> NavState:
         """The real estimator runs (for its wind); the relative state comes from elsewhere."""
