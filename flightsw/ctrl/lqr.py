@@ -106,4 +106,18 @@ def design(
     radius = float(np.abs(np.linalg.eigvals(Ad - Bd @ K)).max())
     if not radius < 1.0:
         raise DesignError(f"{what}: closed loop has spectral radius {radius:.6f}, allowed < 1")
-    return Design(K, np.concatenate((z0, np.tile(u0, n_old))), u0.copy(), radius)
+    z0, u0 = np.round(z0, 9), np.round(u0, 9)
+    return Design(_repeatable(K, q, r, n_old), np.concatenate((z0, np.tile(u0, n_old))), u0, radius)
+
+
+def _repeatable(K: np.ndarray, q: np.ndarray, r: np.ndarray, n_old: int) -> np.ndarray:
+    """K [4,nz+4 n_old] to five decimals in Bryson units: the same bits in every process.
+
+    The last digits of a Riccati solution depend on how the linear algebra library found its arrays aligned in memory; a
+    flight and its replay must not.
+    """
+    size = 1.0 / np.sqrt(q)
+    size = np.where(size >= 1e6, 1e4, np.where(size >= 1e3, 0.1, size))  # unweighted: thrust [N], servos [rad]
+    u = 1.0 / np.sqrt(r)
+    unit = np.concatenate((size, np.tile(u, n_old))) / u[:, None]
+    return np.asarray(np.round(K * unit, 5) / unit)

@@ -10,13 +10,14 @@ from __future__ import annotations
 import numpy as np
 
 from flightsw.aircraft import Aircraft
-from flightsw.kernels.atmosphere import density
+from flightsw.kernels.atmosphere import G0, density
 from flightsw.kernels.rotations import (
     dcm_from_euler,
     dcm_from_quat,
     euler_from_dcm,
     quat4,
     quat_from_euler,
+    to_parent,
     vec3,
     wrap_pi,
 )
@@ -102,7 +103,8 @@ class AirframeNav:
         x[0:3], x[3:6], x[6:9], x[9:12] = c.air, f.gyro_b, self._e, f.gnss_pos_n
         cb = np.cos(x[1])
         ua = x[0] * np.array([np.cos(x[2]) * cb, np.sin(x[1]), np.sin(x[2]) * cb])
-        x[12:15] = np.array(f.gnss_vel_n) - self._R.reshape(3, 3).T @ ua
+        to_parent(self._R, ua, self._e)
+        x[12:15] = np.array(f.gnss_vel_n) - self._e
         s = [p.r_V, p.r_beta, p.r_alpha, *[p.r_rate] * 3, *[p.r_euler] * 3, *[2 * p.r_pos] * 3, *[p.wind_sigma0] * 3]
         c.ukf.set_factor(np.diag([*s, *[1.0] * (len(x) - 15)]))
         self.t_us = self.started_us = f.t_us
@@ -142,9 +144,10 @@ class AirframeNav:
         """Inertial acceleration [3] NED [m/s^2] at the current estimate (specific force rotated, plus gravity)."""
         x = self.core.ukf.x
         dcm_from_euler(x[6], x[7], x[8], self._R)
-        a = self._R.reshape(3, 3).T @ self._fm[:3]
-        a[2] += 9.80665
-        return np.asarray(a)
+        a = np.zeros(3)
+        to_parent(self._R, self._fm, a)
+        a[2] += G0
+        return a
 
     def _publish(self, f: SensorFrame, nis: float, m: int) -> NavState:
         c, o = self.core, self.out

@@ -20,6 +20,7 @@ from flightsw.kernels.rotations import (
     mul33_t,
     quat4,
     quat_from_euler,
+    to_parent,
     vec3,
     wrap_pi,
 )
@@ -141,10 +142,13 @@ class RelativeNav:
         self.peer.stage(f.t_us, tk)
         self._relative_euler(f, tk)
         x[0:3], x[6:9], x[9:12] = c.air, self._e, f.rel_pos_t
-        x[3:6] = np.array(f.gyro_b) - self._Rn.reshape(3, 3) @ tk[9:12]
+        w, Rn = tk[9:12], self._Rn
+        for i in range(3):
+            x[3 + i] = f.gyro_b[i] - (Rn[3 * i] * w[0] + Rn[3 * i + 1] * w[1] + Rn[3 * i + 2] * w[2])
         cb = math.cos(x[1])
         ua = x[0] * np.array([math.cos(x[2]) * cb, math.sin(x[1]), math.sin(x[2]) * cb])
-        x[12:15] = np.array(f.gnss_vel_n) - self._R.reshape(3, 3).T @ ua
+        to_parent(self._R, ua, self._e)
+        x[12:15] = np.array(f.gnss_vel_n) - self._e
         s = [p.r_V, p.r_beta, p.r_alpha, *[p.r_rate] * 3, *[p.r_euler] * 3, *[2 * p.r_pos] * 3, *[p.wind_sigma0] * 3]
         c.ukf.set_factor(np.diag([*s, *[1.0] * (len(x) - 15)]))
         self.t_us = self.started_us = self.rel_us = f.t_us
@@ -194,9 +198,10 @@ class RelativeNav:
 
     def _acceleration(self) -> np.ndarray:
         """Own inertial acceleration [3] NED [m/s^2]; self._Rn = own R_BI, self._fm from the last rate evaluation."""
-        a = self._Rn.reshape(3, 3).T @ self._fm[:3]
+        a = np.zeros(3)
+        to_parent(self._Rn, self._fm, a)
         a[2] += G0
-        return np.asarray(a)
+        return a
 
     def _publish(self, f: SensorFrame, nis: float, m: int) -> NavState:
         c, o, tk = self.core, self.out, self._tks[2]
@@ -212,12 +217,13 @@ class RelativeNav:
         o.euler = vec3(self._e)
         quat_from_euler(self._e[0], self._e[1], self._e[2], self._q)
         o.q_nb = quat4(self._q)
-        Rt = tk[:9].reshape(3, 3).T
-        o.pos_n = vec3(self.peer.position(f.t_us) + Rt @ x[9:12])
+        to_parent(tk, x[9:12], self._e)
+        o.pos_n = vec3(self.peer.position(f.t_us) + self._e)
         # inertial velocity = air-relative velocity + wind
         cb = math.cos(x[1])
         ua = np.array([x[0] * math.cos(x[2]) * cb, x[0] * math.sin(x[1]), x[0] * math.sin(x[2]) * cb])
-        o.vel_n = vec3(self._Rn.reshape(3, 3).T @ ua + x[12:15])
+        to_parent(self._Rn, ua, self._e)
+        o.vel_n = vec3(self._e + x[12:15])
         o.acc_n = vec3(self._acceleration())
         o.wind_n = vec3(x[12:15])
         c.publish_sigma(o)

@@ -109,6 +109,7 @@ CASES: dict[str, Callable[[Rng], Args]] = {
     "kernels.rotations.quat_from_euler": lambda r: [*r.uniform(-1.5, 1.5, 3), z(4)],
     "kernels.rotations.mul33": lambda r: [r.normal(size=9), r.normal(size=9), z(9)],
     "kernels.rotations.mul33_t": lambda r: [r.normal(size=9), r.normal(size=9), z(9)],
+    "kernels.rotations.to_parent": lambda r: [unit9(r), r.normal(size=3), z(3)],
     "kernels.rotations.rotate_dcm": lambda r: [unit9(r), r.normal(size=3), r.uniform(0, 0.3), z(9)],
     "kernels.rotations.wrap_pi": lambda r: [r.uniform(-50, 50)],
     "filters.srukf.draw": lambda r: [r.normal(size=15), lower(r, 15), 3.9, z(31, 15)],
