@@ -102,12 +102,12 @@ def design(
         P = solve_discrete_are(Ad, Bd, Q, R)
     except (np.linalg.LinAlgError, ValueError) as e:
         raise DesignError(f"{what}: no stabilising Riccati solution ({e})") from None
-    K = np.linalg.solve(R + Bd.T @ P @ Bd, Bd.T @ P @ Ad)
+    K = _repeatable(np.linalg.solve(R + Bd.T @ P @ Bd, Bd.T @ P @ Ad), q, r, n_old)
     radius = float(np.abs(np.linalg.eigvals(Ad - Bd @ K)).max())
     if not radius < 1.0:
         raise DesignError(f"{what}: closed loop has spectral radius {radius:.6f}, allowed < 1")
     z0, u0 = np.round(z0, 9), np.round(u0, 9)
-    return Design(_repeatable(K, q, r, n_old), np.concatenate((z0, np.tile(u0, n_old))), u0, radius)
+    return Design(K, np.concatenate((z0, np.tile(u0, n_old))), u0, radius)
 
 
 def _repeatable(K: np.ndarray, q: np.ndarray, r: np.ndarray, n_old: int) -> np.ndarray:
