@@ -119,6 +119,44 @@ class ActuatorCmd:
 
 
 @dataclass(slots=True)
+class WakeFix:
+    """Own position in the tanker's wake from the air-data probes alone. F = the tanker's air-path axes (x along its air
+    velocity, y right, z down), origin at its centre of gravity."""
+
+    t_us: int = 0
+    valid: bool = False
+    reason: str = "not started"
+    pos_f: Vec3 = ZERO3  # [m] x is an input (held from elsewhere), y and z are estimated
+    vel_f: Vec3 = ZERO3  # [m/s]
+    cov_yy: float = 0.0  # [m^2]
+    cov_yz: float = 0.0
+    cov_zz: float = 0.0
+    scale: tuple[float, float] = (1.0, 1.0)  # [-] circulation of wing and tail relative to the onboard model
+    scale_sigma: tuple[float, float] = (0.0, 0.0)
+    height_m: float = 0.0  # [m] vortices below (+) the onboard model, where it is estimated
+    wind_f: Vec3 = ZERO3  # [m/s] wind common to the probes besides the wake
+    nis: float = 0.0
+    nis_dof: int = 0
+    restarts: int = 0
+
+
+@dataclass(slots=True)
+class FdiStatus:
+    """Air-data fault detection. Channel c = 3 variable + probe; variables V, beta, alpha; masks have 9 bits."""
+
+    t_us: int = 0
+    valid: bool = False  # expected readings were at hand
+    gamma: Vec3 = ZERO3  # [-] test statistic per variable, chi-square with 2 degrees of freedom
+    threshold: float = 0.0  # [-]
+    residual: tuple[float, float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)  # whitened parity vectors
+    alarm: int = 0  # variables in alarm now, bit = variable
+    isolated: int = 0  # channels blamed now
+    negative: int = 0  # of those, the ones reading low
+    excluded: int = 0  # channels kept out of navigation
+    exclusions: int = 0  # how many so far
+
+
+@dataclass(slots=True)
 class NavState:
     """Navigation output. `x` holds the filter's state in its own order (see nav/layout.py), `sigma` its 1-sigma."""
 
@@ -151,6 +189,8 @@ class NavState:
     peer_age_s: float = 1e9
     wind_rot: Vec3 = ZERO3  # [rad/s] effective rotational wind, own body axes (where it is estimated)
     wind_rot_sigma: Vec3 = ZERO3  # [rad/s]
+    wake: WakeFix | None = None  # position in the wake from air data (receiver only)
+    fdi: FdiStatus | None = None  # air-data fault detection
 
 
 @dataclass(slots=True)
