@@ -119,7 +119,8 @@ class FlightApp:
             f.updated = UPD_IMU | UPD_AIR | UPD_ATT | UPD_GNSS | UPD_REL | UPD_PEER
             # a sensor that repeats itself is refused as stuck: let the readings move
             e = 1e-4 * (k % 7)
-            f.gyro_b, f.air_alpha, f.gnss_vel_n = (e, e, e), (0.03 + e,), (195.0 + e, e, e)
+            f.gyro_b, f.gnss_vel_n = (e, e, e), (195.0 + e, e, e)
+            f.air_V, f.air_alpha, f.air_beta = (195.0 + e,), (0.03 + e,), (e,)
             f.att_q_nb, f.rel_vel_t, f.peer.vel_n = (1.0, 0.0, 0.015 + e, 0.0), (e, e, e), (195.0, e, e)
             app.tick(f, self.period_us * 1e-6)
 

@@ -122,12 +122,7 @@ class HealthMonitor:
             alive = self._moving("gyro", f.gyro_b) & self._moving("accelerometer", f.acc_b)
             return alive and _inside(f.gyro_b, p.rate_max_radps) and _inside(f.acc_b, p.acc_max_mps2)
         if flag == HF_AIR:
-            for i, v in enumerate(f.air_V):
-                a, b = f.air_alpha[i], f.air_beta[i]
-                good = p.V_min_mps <= v <= p.V_max_mps and abs(a) < p.flow_max_rad and abs(b) < p.flow_max_rad
-                if not self._moving(f"probe {i}", (v, a, b)) or not good:
-                    f.air_mask &= ~(1 << i)
-            return f.air_mask != 0
+            return self._judge_air(f)
         if flag == HF_ATT:
             return self._moving("attitude", f.att_q_nb) and _unit(f.att_q_nb)
         if flag == HF_GNSS:
@@ -141,6 +136,21 @@ class HealthMonitor:
         alive = self._moving("peer", q.vel_n + q.q_nb)
         state = _inside(q.vel_n, p.speed_max_mps) and _inside(q.pos_n, FAR_M) and _unit(q.q_nb)
         return alive and state and _inside(q.acc_n, p.acc_max_mps2) and _inside(q.w_b, p.rate_max_radps)
+
+    def _judge_air(self, f: SensorFrame) -> bool:
+        """Mark each refused reading in f.air_bad; the group is good while one probe is good in all three."""
+        p, whole = self.p, 0
+        f.air_bad = 0
+        for i, v in enumerate(f.air_V):
+            a, b = f.air_alpha[i], f.air_beta[i]
+            good = (p.V_min_mps <= v <= p.V_max_mps, abs(b) < p.flow_max_rad, abs(a) < p.flow_max_rad)
+            bad = 0
+            for j, x in enumerate((v, b, a)):
+                if not self._moving(f"probe {i}.{j}", (x,)) or not good[j]:
+                    bad |= 1 << (3 * j + i)
+            f.air_bad |= bad
+            whole += not bad and f.air_mask >> i & 1
+        return whole > 0
 
     def _moving(self, channel: str, value: tuple[float, ...]) -> bool:
         """False once the same bits have come `stuck_samples` times in a row: real noise never repeats."""

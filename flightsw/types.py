@@ -78,6 +78,7 @@ class SensorFrame:
     # air data, N probes
     air_t_us: int = 0
     air_mask: int = 0  # bit i: probe i valid
+    air_bad: int = 0  # bit 3 variable + probe (V, beta, alpha): reading refused, by its range or by fault detection
     air_V: tuple[float, ...] = ()  # [m/s] true airspeed at the probe
     air_alpha: tuple[float, ...] = ()  # [rad]
     air_beta: tuple[float, ...] = ()  # [rad]
@@ -186,6 +187,7 @@ class NavState:
     rel_euler: Vec3 = ZERO3  # [rad] psi, theta, phi from tanker body to receiver body
     rel_w_b: Vec3 = ZERO3  # [rad/s] w_R - R w_T, receiver body axes
     rel_sigma: Vec3 = ZERO3  # [m]
+    rel_held: bool = False  # the position is good without the relative sensor or without the data link
     peer_age_s: float = 1e9
     wind_rot: Vec3 = ZERO3  # [rad/s] effective rotational wind, own body axes (where it is estimated)
     wind_rot_sigma: Vec3 = ZERO3  # [rad/s]

@@ -139,11 +139,11 @@ class EstimatorCore:
         )
 
     def take_air(self, f: SensorFrame) -> int:
-        """Average the valid probes of frame `f` into `air` [3] (V, beta, alpha at the centre of gravity); returns how many."""
+        """Average the probes of `f` that are good in all three readings into `air` [3] (V, beta, alpha at the cg); how many."""
         k = min(len(f.air_V), len(self._aV))
         for i in range(k):
             self._aV[i], self._aa[i], self._ab[i] = f.air_V[i], f.air_alpha[i], f.air_beta[i]
-            self._ok[i] = (f.air_mask >> i) & 1
+            self._ok[i] = (f.air_mask >> i) & 1 and not f.air_bad >> i & 0b1001001
         self._ok[k:] = 0
         self.probes = int(average_probes(self._aV, self._aa, self._ab, self._ok, self.probe_pos, self.w_air, self.air))
         return self.probes

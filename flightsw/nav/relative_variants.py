@@ -185,9 +185,10 @@ class RelativeVariant(RelativeNav):
         for i in range(min(len(f.air_V), len(c.probe_pos))):
             if (f.air_mask >> i) & 1:
                 k = PROBE_CODE + 3 * i
-                c.add(k, f.air_V[i] + d[0] * age, p.r_V)
-                c.add(k + 1, f.air_beta[i] + d[1] * age, p.r_beta)
-                c.add(k + 2, f.air_alpha[i] + d[2] * age, p.r_alpha)
+                readings = (f.air_V[i], f.air_beta[i], f.air_alpha[i])
+                for j, (y, r) in enumerate(zip(readings, (p.r_V, p.r_beta, p.r_alpha), strict=True)):
+                    if not f.air_bad >> (3 * j + i) & 1:
+                        c.add(k + j, y + d[j] * age, r)
 
     def _publish(self, f: SensorFrame, nis: float, m: int) -> NavState:
         o = super()._publish(f, nis, m)
