@@ -138,9 +138,9 @@ class RefuelGuidance:
         why = ""
         if not nav.valid:
             why = f"navigation invalid: {nav.reason}"
-        elif nav.peer_age_s > self.p.peer_age_max_s:
+        elif nav.peer_age_s > self.p.peer_age_max_s and not nav.rel_held:
             why = f"tanker data link silent for {nav.peer_age_s:.1f} s"
-        elif nav.rel_age_s > self.p.rel_age_max_s:
+        elif nav.rel_age_s > self.p.rel_age_max_s and not nav.rel_held:
             why = f"relative sensor silent for {nav.rel_age_s:.1f} s"
         if why:
             self._breakaway(why)

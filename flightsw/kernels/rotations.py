@@ -93,6 +93,13 @@ def to_parent(R: np.ndarray, v: np.ndarray, out: np.ndarray) -> None:
 
 
 @jit
+def to_child(R: np.ndarray, v: np.ndarray, out: np.ndarray) -> None:
+    """out [3] <- R v: parent components v [3] to child components; out distinct from v."""
+    for i in range(3):
+        out[i] = R[3 * i] * v[0] + R[3 * i + 1] * v[1] + R[3 * i + 2] * v[2]
+
+
+@jit
 def rotate_dcm(R: np.ndarray, w: np.ndarray, dt: float, out: np.ndarray) -> None:
     """out [9] <- R [9] (parent to child) after turning the child at body rate w [rad/s] for dt [s] (Rodrigues, exact)."""
     n = math.sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2])

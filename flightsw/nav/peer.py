@@ -11,6 +11,8 @@ from flightsw.kernels.rotations import dcm_from_euler, dcm_from_quat, euler_from
 from flightsw.types import PeerState
 
 ROLL_OUT = 0.087  # [rad/s] roll rate of the virtual tanker
+LEVEL_RAD = math.radians(4.0)  # [rad] bank below which a tanker is taken to fly straight
+STEER_S = 1.0  # [s] time constant with which a virtual tanker takes up the velocity seen by the relative sensor
 REJOIN_M = 60.0  # [m] and
 REJOIN_MPS = 5.0  # [m/s] within which a returning tanker is taken up again
 
@@ -25,6 +27,7 @@ class PeerTracker:
         self._wind = np.zeros(3)
         self._q, self._e, self._Rn = np.zeros(4), np.zeros(3), np.zeros(9)
         self.coasting = False
+        self.level = False  # of a coasting tanker: its wings were level when the link went
 
     def take(self, p: PeerState) -> None:
         """Accept a newer sample; an older or repeated one is ignored."""
@@ -52,6 +55,7 @@ class PeerTracker:
             self._v[2] = 0.0
             euler_from_dcm(self._R, self._e)
             self.t_us, self.coasting = t_us, True
+            self.level = abs(self._e[2]) < LEVEL_RAD
         dt = (t_us - self.t_us) * 1e-6
         psi, theta, phi = self._e
         roll = -math.copysign(min(ROLL_OUT, abs(phi) / dt if dt > 0.0 else 0.0), phi)
@@ -66,6 +70,10 @@ class PeerTracker:
         self._w[:] = roll - turn * math.sin(theta), turn * ct * math.sin(phi), turn * ct * math.cos(phi)
         self._a[:] = -turn * air[1], turn * air[0], 0.0
         self.t_us = t_us
+
+    def steer(self, v_n: np.ndarray, dt: float) -> None:
+        """A coasting tanker takes up the velocity v_n [3] NED [m/s] that the relative sensor shows, over STEER_S, dt [s] on."""
+        self._v += min(dt / STEER_S, 1.0) * (v_n - self._v)
 
     def agrees(self, p: PeerState) -> bool:
         """Whether a sample that ends a gap belongs to about the tanker that was carried on: the receiver may join it again."""

@@ -29,8 +29,10 @@ from flightsw.models.measure import measure_relative
 from flightsw.models.params import set_mass
 from flightsw.nav.common import EstimatorCore, NavParams, failed_bits, sane
 from flightsw.nav.peer import PeerTracker
-from flightsw.types import UPD_AIR, UPD_ATT, UPD_GNSS, UPD_IMU, UPD_REL, Health, NavState, SensorFrame
+from flightsw.nav.position_aid import AidParams, PositionAid
+from flightsw.types import UPD_AIR, UPD_ATT, UPD_GNSS, UPD_IMU, UPD_REL, Health, NavState, SensorFrame, WakeFix
 
+REL_MAX_S = 2.0  # [s] age of the relative sensor beyond which the position is no longer its
 PEER_COAST_S = 1.0  # [s] data-link age beyond which the tanker is continued straight ahead
 
 
@@ -39,23 +41,33 @@ class RelativeNav:
 
     def __init__(self, ac: Aircraft, params: NavParams, extra: int = 0, m: int = 18) -> None:
         """`extra`: states a variant carries beyond the 15; `m`: measurements at most."""
-        self.core = EstimatorCore(ac, params, m, extra)
+        self.core = EstimatorCore(ac, params, m + 2, extra)  # two rows for the wake position
         self.peer = PeerTracker()
         self.t_us = 0
         self.started_us = -1
         self.rel_us = -1
         self.rejoined = False
+        self.aid: PositionAid | None = None
+        self.fix: WakeFix | None = None  # wake position of this step, and
+        self.R_ft = np.zeros(9)  # the tanker's air-path axes F to its body axes; filled by the owner
+        self.x_f = 0.0  # [m] own x in F
+        self._held_us = -1
         self._tks = np.zeros((3, 18))
         self._R, self._Rn, self._fm, self._d = np.zeros(9), np.zeros(9), np.zeros(9), np.zeros(15)
         self._e, self._q = np.zeros(3), np.zeros(4)
         self.out = NavState()
+
+    def use_aid(self, p: AidParams) -> None:
+        """From now on the position is aided: wake position, GNSS difference, a held station without the data link."""
+        self.aid = PositionAid(p)
 
     def step(self, f: SensorFrame, u: np.ndarray, health: Health, updated: int) -> NavState:
         """One estimator step; arguments as AirframeNav.step. Never raises on bad data."""
         c, o = self.core, self.out
         was_coasting = self.peer.coasting
         self.peer.take(f.peer)
-        self.rejoined = was_coasting and not self.peer.coasting
+        # a station held over the gap by the relative sensor is not given up when the link comes back
+        self.rejoined = was_coasting and not self.peer.coasting and not o.rel_held
         o.peer_age_s = (f.t_us - f.peer.t_us) * 1e-6 if f.peer.t_us > 0 else 1e9
         if self.started_us < 0:
             return self._start(f, u, updated, health)
@@ -171,15 +183,21 @@ class RelativeNav:
             own = p.r_vel if self.peer.coasting else math.hypot(p.r_vel, p.r_own_vel)
             for i in range(3):
                 c.add(15 + i, f.gnss_vel_n[i] + acc[i] * age, own)
-        # a virtual tanker is not the one the relative sensor sees
-        if updated & UPD_REL and f.rel_valid and not self.peer.coasting:
+        # a virtual tanker is not the one the relative sensor sees, unless it is steered by that sensor
+        steered = self.aid is not None and self.peer.coasting and self.peer.level
+        fresh = bool(updated & UPD_REL) and f.rel_valid and (steered or not self.peer.coasting)
+        if fresh:
             age = (f.t_us - f.rel_t_us) * 1e-6
+            if steered:
+                self._steer(f, tk)
             self.rel_us = f.rel_t_us
             for i in range(3):
                 c.add(9 + i, f.rel_pos_t[i] + d[9 + i] * age, p.r_pos)
             if p.velocity:
                 for i in range(3):
                     c.add(12 + i, f.rel_vel_t[i], p.r_vel)
+        if self.aid is not None:
+            self._aid(f, fresh, bool(updated & UPD_GNSS))
         if updated & UPD_ATT:
             age = (f.t_us - f.att_t_us) * 1e-6
             self._relative_euler(f, tk)
@@ -188,6 +206,40 @@ class RelativeNav:
         if c.m == 0:
             return 0.0, 0
         return self._correct(f, u), c.m
+
+    def _aid(self, f: SensorFrame, fresh: bool, gnss: bool) -> None:
+        """Wake position, and the GNSS difference while the relative sensor is silent (or to calibrate it)."""
+        a, c = self.aid, self.core
+        assert a is not None
+        if self.fix is not None:
+            a.wake(c, self.fix, self.R_ft, self.x_f)
+        stale = (f.t_us - self.rel_us) * 1e-6 > a.p.rel_stale_s
+        if gnss and not self.peer.coasting and (fresh or stale):
+            a.gnss(c, f, self._tks[2, :9], self.peer.position(f.gnss_t_us), self._d[9:12], fresh)
+
+    def _steer(self, f: SensorFrame, tk: np.ndarray) -> None:
+        """Velocity of a tanker whose data link is silent: own GNSS velocity less d(xi)/dt + w_T x xi of the relative sensor."""
+        r, v, w = f.rel_pos_t, f.rel_vel_t, tk[9:12]
+        d = np.array(
+            [v[0] + w[1] * r[2] - w[2] * r[1], v[1] + w[2] * r[0] - w[0] * r[2], v[2] + w[0] * r[1] - w[1] * r[0]]
+        )
+        to_parent(tk, d, self._e)
+        self.peer.steer(np.array(f.gnss_vel_n) - self._e, (f.rel_t_us - self.rel_us) * 1e-6)
+
+    def _hold(self, t_us: int) -> bool:
+        """Whether the position is good although the relative sensor or the data link is silent, and for not too long."""
+        a, o = self.aid, self.out
+        link = o.peer_age_s < PEER_COAST_S and not self.peer.coasting
+        seen = o.rel_age_s < REL_MAX_S
+        if a is None or (link and seen) or not (link or seen):
+            self._held_us = -1
+            return False
+        if self._held_us < 0:
+            self._held_us = t_us
+        held_s = (t_us - self._held_us) * 1e-6
+        if link:
+            return a.good(self.fix) and held_s < a.p.hold_max_s
+        return self.peer.level and held_s < a.p.link_hold_max_s
 
     def _own_rates(self, tk: np.ndarray) -> None:
         """Inertial body rates into core.w_air: w_rel + R w_T (self._R = R_BRBT)."""
@@ -230,7 +282,9 @@ class RelativeNav:
         o.rel_sigma = o.pos_sigma
         o.nis, o.nis_dof = nis, m
         o.rel_age_s = (f.t_us - self.rel_us) * 1e-6
-        o.rel_valid = o.valid and o.rel_age_s < 2.0 and o.peer_age_s < PEER_COAST_S and not self.peer.coasting
+        own = o.rel_age_s < REL_MAX_S and o.peer_age_s < PEER_COAST_S and not self.peer.coasting
+        o.rel_held = self._hold(f.t_us)
+        o.rel_valid = o.valid and (own or o.rel_held)
         o.rel_pos_t = vec3(x[9:12])
         o.rel_vel_t = vec3(self._d[9:12])
         o.rel_euler = vec3(x[6:9])

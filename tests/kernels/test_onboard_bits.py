@@ -14,12 +14,14 @@ import pytest
 from flightsw.aircraft import load_aircraft
 from flightsw.models.actuators import surface_limits
 from flightsw.models.params import parameter_vector
+from flightsw.models.wake import WakeParams, stations, wake_vector
 
 Rng = np.random.Generator
 Args = list  # arguments of one call; arrays are outputs too
 AC = load_aircraft("learjet24")
 P = parameter_vector(AC, 5000.0)
 LIM = surface_limits(AC)
+WAKE = wake_vector(WakeParams(nu_m2ps=5.0))
 
 
 def kernels() -> dict[str, object]:
@@ -110,8 +112,43 @@ CASES: dict[str, Callable[[Rng], Args]] = {
     "kernels.rotations.mul33": lambda r: [r.normal(size=9), r.normal(size=9), z(9)],
     "kernels.rotations.mul33_t": lambda r: [r.normal(size=9), r.normal(size=9), z(9)],
     "kernels.rotations.to_parent": lambda r: [unit9(r), r.normal(size=3), z(3)],
+    "kernels.rotations.to_child": lambda r: [unit9(r), r.normal(size=3), z(3)],
     "kernels.rotations.rotate_dcm": lambda r: [unit9(r), r.normal(size=3), r.uniform(0, 0.3), z(9)],
     "kernels.rotations.wrap_pi": lambda r: [r.uniform(-50, 50)],
+    "kernels.wake.horseshoe": lambda r: [*r.uniform(-40, 10, 3), 15.7, 0.8, 300.0, 2.0, 200.0],
+    "kernels.wake.wake_wind": lambda r: [*r.uniform(-40, 10, 3), WAKE, 1.1, 0.9, 200.0, 0.59, z(3)],
+    "kernels.wake.probe_readings": lambda r: [
+        r.uniform(-40, 10, 3),
+        *r.normal(size=(2, 3)) * 0.1,
+        200.0,
+        0.59,
+        *r.normal(size=(2, 3)) * 0.1,
+        r.normal(size=(3, 3)) * 5,
+        WAKE,
+        1.1,
+        0.9,
+        z(9),
+    ],
+    "models.wake.effective_wind": lambda r: [
+        r.uniform(-40, 10, 3),
+        r.normal(size=3) * 0.1,
+        200.0,
+        0.59,
+        *stations(),
+        WAKE,
+        1.1,
+        0.9,
+        z(6),
+    ],
+    "airpos.intersect.crossings": lambda r: [
+        r.uniform(-5, 5, (12, 2)),
+        np.array([0, 5, 12]),
+        r.uniform(-5, 5, (9, 2)),
+        np.array([0, 9]),
+        1e-6,
+        z(50, 2),
+    ],
+    "airpos.intersect.nearest_pair": lambda r: [r.normal(size=(7, 2)), r.normal(size=(5, 2)), False, z(2)],
     "filters.srukf.draw": lambda r: [r.normal(size=15), lower(r, 15), 3.9, z(31, 15)],
     "filters.srukf._weighted_mean": lambda r: [r.normal(size=(31, 15)), 15, 0.0, 1 / 30, z(15)],
     "filters.srukf.recombine": lambda r: [

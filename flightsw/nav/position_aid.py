@@ -1,0 +1,95 @@
+"""Relative position without the relative sensor: the wake position from air data, and a calibrated difference of GNSS fixes.
+
+The wake gives the two coordinates across the tanker's air path; GNSS positions of the two aircraft, compared with the relative
+sensor while that is good, give all three for a while after it is lost.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+
+from flightsw.kernels.rotations import to_child, to_parent
+from flightsw.nav.common import EstimatorCore
+from flightsw.strict import Range
+from flightsw.types import SensorFrame, WakeFix
+
+Pos = Annotated[float, Range(1e-6)]
+
+
+@dataclass(frozen=True)
+class AidParams:
+    """Weight of the aids and how long they may stand in."""
+
+    fix_tau_s: Pos = 2.7  # [s] correlation time of the wake position's error: that of turbulence over the probes
+    fix_sigma_max_m: Pos = 0.8  # [m] 1-sigma per axis of a wake position that may hold a station
+    r_gnss_m: Pos = 2.0  # [m] per sample of the calibrated GNSS difference; its error is slow, hence more than its noise
+    calibrate_tau_s: Pos = 20.0  # [s]
+    rel_stale_s: Pos = 0.2  # [s] age of the relative sensor beyond which the GNSS difference is used
+    hold_max_s: Pos = 60.0  # [s] longest hold without the relative sensor
+    link_hold_max_s: Pos = 30.0  # [s] longest hold without the data link
+
+
+class PositionAid:
+    """Queues aiding rows (codes 9..11, xi in tanker axes) for the relative estimator."""
+
+    def __init__(self, p: AidParams) -> None:
+        self.p = p
+        self.offset = np.zeros(3)  # [m] NED: GNSS difference minus the relative sensor
+        self.samples = 0
+        self.gnss_us = self.fix_us = -1
+        self._d, self._e = np.zeros(3), np.zeros(3)
+
+    def reset(self) -> None:
+        """Forget the calibration (the tanker's frame has changed)."""
+        self.samples = 0
+        self.offset[:] = 0.0
+
+    def gnss(
+        self, core: EstimatorCore, f: SensorFrame, R_t: np.ndarray, tanker_pos: np.ndarray, rate: np.ndarray, fresh: bool
+    ) -> None:
+        """Compare the GNSS difference with the relative sensor when that is `fresh`, else queue it as a measurement.
+
+        R_t [9] NED to tanker body, tanker_pos [3] NED [m] at the GNSS sample, rate [3] modelled d(xi)/dt [m/s].
+        """
+        p = self.p
+        if f.gnss_t_us == self.gnss_us or f.gnss_t_us <= 0:
+            return
+        dt = (f.gnss_t_us - self.gnss_us) * 1e-6 if self.gnss_us > 0 else 0.05
+        self.gnss_us = f.gnss_t_us
+        self._d[:] = f.gnss_pos_n
+        self._d -= tanker_pos
+        if fresh:
+            to_parent(R_t, np.array(f.rel_pos_t), self._e)
+            self.samples += 1
+            gain = max(1.0 / self.samples, min(dt / p.calibrate_tau_s, 1.0))
+            self.offset += gain * (self._d - self._e - self.offset)
+        elif self.samples * dt > 1.0:
+            self._d -= self.offset
+            to_child(R_t, self._d, self._e)
+            age = (f.t_us - f.gnss_t_us) * 1e-6
+            for i in range(3):
+                core.add(9 + i, float(self._e[i] + rate[i] * age), p.r_gnss_m)
+
+    def wake(self, core: EstimatorCore, fix: WakeFix, R_ft: np.ndarray, x_f: float) -> None:
+        """Queue a new wake position; R_ft [9] tanker air-path axes F to tanker body axes, x_f [m] own x in F.
+
+        Its error lasts for fix_tau_s, so each of the samples in that time carries a share of the information.
+        """
+        if not fix.valid or fix.t_us == self.fix_us:
+            return
+        dt = (fix.t_us - self.fix_us) * 1e-6 if self.fix_us > 0 else self.p.fix_tau_s
+        self.fix_us = fix.t_us
+        inflate = 1.0 / math.sqrt(math.tanh(0.5 * min(dt, self.p.fix_tau_s) / self.p.fix_tau_s))
+        self._d[:] = x_f, fix.pos_f[1], fix.pos_f[2]
+        to_child(R_ft, self._d, self._e)
+        core.add(10, float(self._e[1]), math.sqrt(max(fix.cov_yy, 1e-4)) * inflate)
+        core.add(11, float(self._e[2]), math.sqrt(max(fix.cov_zz, 1e-4)) * inflate)
+
+    def good(self, fix: WakeFix | None) -> bool:
+        """Whether the wake position is good enough to hold a station by."""
+        s = self.p.fix_sigma_max_m
+        return fix is not None and fix.valid and max(fix.cov_yy, fix.cov_zz) < s * s
