@@ -10,7 +10,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Sequence
 
-from flightsw.icd.codec_telemetry import ENCODERS, TIMED, Context
+from flightsw.icd.codec_telemetry import ENCODERS, OPTIONAL, TIMED, Context
 from flightsw.icd.geo import Origin, WireMap
 from flightsw.icd.rates import rates_for, schedule
 from flightsw.icd.scaling import COMP_AUTOPILOT
@@ -64,6 +64,8 @@ class Telemetry:
     ) -> list[bytes]:
         """Datagrams of this tick, possibly none: scheduled messages, then texts, acks and ready packets."""
         names = self._schedule[tick % self._cycle]
+        if names and (snap.nav.fdi is None or snap.nav.wake is None):
+            names = tuple(n for n in names if n not in OPTIONAL or OPTIONAL[n](snap))
         once = self.once
         if not (names or texts or acks or answers or once):
             return []
@@ -103,6 +105,8 @@ class Telemetry:
         )
 
     def _encode(self, name: str, snap: Snapshot, out: list[bytes]) -> None:
+        if name in OPTIONAL and not OPTIONAL[name](snap):  # asked for by command
+            return
         try:
             out.append(ENCODERS[name](snap, self.ctx))
         except (ValueError, OverflowError, TypeError, struct.error):  # a non-finite value where the wire has an integer

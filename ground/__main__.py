@@ -80,6 +80,7 @@ def screenshot(
     size: Annotated[str, typer.Option(help="WIDTHxHEIGHT in pixels")] = "1600x900",
     at: Annotated[float | None, typer.Option(help="time [s]; default: half-way through contact")] = None,
     wide: Annotated[bool, typer.Option(help="the eye far back, as in run.rrd")] = False,
+    tab: Annotated[str, typer.Option(help="tab of plots: overview, wind, flight, air data, ...")] = "",
 ) -> None:
     """Picture of a run without a display, as `ground convert` lays it out, the eye near the boom."""
     from tempfile import TemporaryDirectory
@@ -87,14 +88,15 @@ def screenshot(
     from ground.columns import LogError, load
 
     try:
+        from ground.blueprint import NoTabError
         from ground.rrd import contact_time, convert
         from ground.rrd.shot import ScreenshotError
         from ground.rrd.shot import screenshot as shoot
 
         time_s = contact_time(load(run / "tlm.tlog")) if at is None else at
         with TemporaryDirectory() as folder:
-            print(shoot(convert(run, Path(folder) / "run.rrd", near=not wide), out, size, time_s))
-    except (LogError, OSError, ScreenshotError) as exc:
+            print(shoot(convert(run, Path(folder) / "run.rrd", near=not wide, tab=tab), out, size, time_s))
+    except (LogError, NoTabError, OSError, ScreenshotError) as exc:
         _fail(exc)
 
 
@@ -118,20 +120,42 @@ def live(
     raise typer.Exit(code)
 
 
-@app.command()
+@app.command(context_settings={"ignore_unknown_options": True})  # so that a value may be negative
 def send(
-    action: Annotated[str, typer.Argument(help="hold precontact contact disconnect breakaway observation speed")],
-    value: Annotated[float | None, typer.Argument(help="speed [m/s]")] = None,
+    action: Annotated[
+        str, typer.Argument(help="hold precontact contact disconnect breakaway observation speed inject")
+    ],
+    value: Annotated[float | None, typer.Argument(help="speed [m/s]; inject: see --type, SI")] = None,
     to: Annotated[int | None, typer.Option("--to", help="sysid; default 2, for speed 1", min=1, max=250)] = None,
+    kind: Annotated[
+        str | None,
+        typer.Option(
+            "--type", help="inject: off stuck garbage wrong|bias slow|drift delayed intermittent, ok|clear ends it"
+        ),
+    ] = None,
+    unit: Annotated[str, typer.Option(help="inject: what fails")] = "airspeed",
+    probe: Annotated[
+        str, typer.Option("--probe", "--instance", help="inject: nose left right all, or 1 2 3 0")
+    ] = "all",
+    channel: Annotated[str, typer.Option(help="inject: V alpha beta all")] = "all",
+    for_s: Annotated[float, typer.Option("--for", help="inject: seconds; 0 = until cleared")] = 0.0,
     port_offset: PortOffset = 0,
     host: Annotated[str, typer.Option(help="where the aircraft runs")] = "127.0.0.1",
 ) -> None:
-    """Command an aircraft; exit 0 accepted, 1 refused, 2 unanswered (also for a wrong argument)."""
+    """Command an aircraft, or make one of its air-data probes fail (inject, to the plant; values in m/s, rad, s: message
+    ICD, FAILURE_TYPE); exit 0 accepted, 1 refused, 2 unanswered (also for a wrong argument)."""
     from ground.command import CommandError, order
     from ground.command import send as transmit
+    from ground.inject import inject
 
     try:
-        answer = transmit(order(action, value, to), port_offset, host)
+        if action == "inject":
+            what = inject(value, kind or "", unit, probe, channel, for_s, to)
+        elif kind is not None:
+            raise CommandError(f"--type belongs to inject, not to {action!r}")
+        else:
+            what = order(action, value, to)
+        answer = transmit(what, port_offset, host)
     except (CommandError, OSError) as exc:
         _fail(exc, 2)
     print(answer.text, file=sys.stderr if answer.exit_code else sys.stdout)

@@ -4,6 +4,8 @@ of rerun.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import rerun as rr
 import rerun.blueprint as rrb
 
@@ -145,8 +147,29 @@ def _scene(name: str, eye: tuple[Point, Point]) -> rrb.Spatial3DView:
     )  # fmt: skip
 
 
-def blueprint(name: str, start_s: float, end_s: float, near: bool = False) -> rrb.Blueprint:
-    """Layout of a run; plots begin with [start_s, end_s], selected on the timeline. `near`: the eye near the boom."""
+class NoTabError(ValueError):
+    """No such tab; the text lists those there are."""
+
+
+def _number(tabs: list[rrb.Vertical | rrb.Horizontal], wanted: str) -> int:
+    """Index of the tab of that name, case ignored; "" the first. Raises NoTabError."""
+    names = [str(t.name) for t in tabs]
+    found = [i for i, n in enumerate(names) if n.lower() == wanted.lower() or not wanted]
+    if not found:
+        raise NoTabError(f"no tab {wanted!r} in this run; there are: {', '.join(names)}")
+    return found[0]
+
+
+def blueprint(
+    name: str,
+    start_s: float,
+    end_s: float,
+    near: bool = False,
+    extra: Sequence[rrb.Vertical | rrb.Horizontal] = (),
+    tab: str = "",
+) -> rrb.Blueprint:
+    """Layout of a run; plots begin with [start_s, end_s], selected on the timeline. `near`: the eye near the boom;
+    `extra`: more tabs of plots; `tab`: the tab of plots shown first. Raises NoTabError for a tab that is not there."""
     states = rrb.StateTimelineView(
         origin="/",
         contents=[
@@ -156,7 +179,7 @@ def blueprint(name: str, start_s: float, end_s: float, near: bool = False) -> rr
         name="Phases and health",
         time_view=Plots(start_s, end_s).time,
     )  # fmt: skip
-    texts = [f"guid/{a}/{k}" for a in BOTH for k in ("text", "phases")]
+    texts = [k.format(a) for a in BOTH for k in ("guid/{}/text", "guid/{}/phases", "sensors/{}/failures")]
     log = rrb.TextLogView(origin="/", contents=texts, name="Messages")
     plan = rrb.Spatial2DView(origin="/", contents=[f"truth/{a}/plan/**" for a in BOTH], name="Plan, north up [m]")
     tracks = [f"truth/{a}/{k}" for a in BOTH for k in ("track", "position")]
@@ -174,17 +197,8 @@ def blueprint(name: str, start_s: float, end_s: float, near: bool = False) -> rr
         row_shares=[4, 1.5],
     )
     p = Plots(start_s, end_s)
-    right = rrb.Tabs(
-        p.overview(),
-        p.station(),
-        p.wind_tab(),
-        p.flight(),
-        p.controls(),
-        p.timing(),
-        p.sensors(),
-        active_tab=0,
-        name=f"Plots of {name}",
-    )
+    tabs = [p.overview(), p.station(), p.wind_tab(), p.flight(), p.controls(), p.timing(), p.sensors(), *extra]
+    right = rrb.Tabs(*tabs, active_tab=_number(tabs, tab), name=f"Plots of {name}")
     selected = rr.encodings.AbsoluteTimeRange(int(start_s * 1e9), int(end_s * 1e9))
     return rrb.Blueprint(
         rrb.Horizontal(left, right, column_shares=[1.2, 1]),

@@ -12,7 +12,8 @@ import time
 from dataclasses import dataclass
 
 from flightsw.icd import mav
-from flightsw.icd.link import telemetry_port
+from flightsw.icd.link import plant_command_port, telemetry_port
+from flightsw.icd.scaling import COMP_AUTOPILOT, COMP_PLANT
 from flightsw.icd.wire import Sender
 from ground.packets import AIRCRAFT, IDS, RECEIVER, TANKER, decode, packet_id, split
 
@@ -35,12 +36,13 @@ class CommandError(Exception):
 
 @dataclass(frozen=True)
 class Order:
-    """What to send: target system, MAV_CMD, param1..param7."""
+    """What to send: target system, MAV_CMD, param1..param7; component COMP_PLANT: to the plant, not to the aircraft."""
 
     target: int
     command: int
     params: tuple[float, ...]
     text: str
+    component: int = COMP_AUTOPILOT
 
 
 @dataclass(frozen=True)
@@ -64,7 +66,7 @@ def order(action: str, value: float | None, to: int | None) -> Order:
             raise CommandError("speed needs a value in m/s greater than 0, for example: ground send speed 195 --to 1")
         return Order(target, CMD_SPEED, (0.0, value, -1.0, 0.0, 0.0, 0.0, 0.0), f"speed {value:g} m/s")
     if action not in ACTIONS:
-        raise CommandError(f"unknown action {action!r}; known: {', '.join([*ACTIONS, 'speed'])}")
+        raise CommandError(f"unknown action {action!r}; known: {', '.join([*ACTIONS, 'speed', 'inject'])}")
     if value is not None:
         raise CommandError(f"action {action!r} takes no value, got {value:g}")
     target = RECEIVER if to is None else to
@@ -89,7 +91,9 @@ def _ack(sock: socket.socket, what: Order, until: float) -> int | None:
             time.sleep(min(0.05, max(left, 0.0)))
             continue
         for packet, fault in split(datagram):
-            if fault or packet_id(packet) != IDS["COMMAND_ACK"] or packet[5] != what.target:
+            if fault or packet_id(packet) != IDS["COMMAND_ACK"]:
+                continue
+            if packet[6] != COMP_PLANT if what.component == COMP_PLANT else packet[5] != what.target:
                 continue
             fields = decode(packet)
             if fields["command"] == what.command and fields["target_system"] in (0, GROUND_SYSID):
@@ -107,7 +111,10 @@ def send(
 ) -> Answer:
     """Send and wait, at most attempts * retry_s (longer if the aircraft says IN_PROGRESS)."""
     name = f"{AIRCRAFT.get(what.target, 'aircraft')} (sysid {what.target})"
-    address = (host, telemetry_port(what.target, port_offset) if port is None else port)
+    usual = telemetry_port(what.target, port_offset)
+    if what.component == COMP_PLANT:
+        name, usual = f"the plant for {name}", plant_command_port(port_offset)
+    address = (host, usual if port is None else port)
     sender = Sender(GROUND_SYSID, GROUND_COMPID)
     params = {f"param{i + 1}": p for i, p in enumerate(what.params)}
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sock:
@@ -116,7 +123,7 @@ def send(
             packet = sender.named(
                 "COMMAND_LONG",
                 target_system=what.target,
-                target_component=1,
+                target_component=what.component,
                 command=what.command,
                 confirmation=attempt,
                 **params,

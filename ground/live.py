@@ -20,6 +20,7 @@ from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
+from ground.airdata import alarm_words, fdi_words, wake_words
 from ground.merge import SequenceGaps
 from ground.packets import AIRCRAFT, NAMES, decode, health_words, packet_id, packet_time_us, phase_name, split
 
@@ -38,6 +39,8 @@ class Vehicle:
         self.t_us = 0
         self.heard = now
         self.text = ""
+        self.alarm = ""  # the last air-data alarm and its time, kept on the screen after it is over
+        self.alarm_us = 0
         self._mark = (now, 0)
 
     def take(self, packet: bytes, now: float) -> None:
@@ -51,6 +54,10 @@ class Vehicle:
             self.t_us = t_us
         if name == "STATUSTEXT":
             self.text = decode(packet)["text"]
+        elif name == "FDI_STATUS":  # now, not when the screen is drawn: an alarm may last one sample
+            words = alarm_words(decode(packet))
+            if words:
+                self.alarm, self.alarm_us = words, self.t_us
 
     def tick(self, now: float) -> None:
         """Update the message rate about once a second."""
@@ -95,6 +102,13 @@ def describe(v: Vehicle, now: float) -> dict[str, str]:
         out["error"] = " ".join(f"{e:+.2f}" for e in error) + " m (estimated)"
         if not rel["valid"]:
             out["error"] += "  not valid"
+    fdi, wake = v.get("FDI_STATUS"), v.get("WAKE_POSITION")
+    if fdi:
+        out["air data"] = fdi_words(fdi)
+        if v.alarm and not fdi["alarm"]:
+            out["air data"] += f"; last alarm {(v.t_us - v.alarm_us) * 1e-6:.0f} s ago: {v.alarm}"
+    if wake:
+        out["in wake"] = wake_words(wake)
     if health:
         out["health"] = health_words(health["failed"])
     out["messages"] = f"{v.rate:.0f} /s"
@@ -147,6 +161,7 @@ class Monitor:
             grid.add_column()
             for key, text in describe(v, now).items():
                 bad = key == "data" or (key == "health" and text != "ok") or "not valid" in text
+                bad = bad or (key == "air data" and ("ALARM" in text or "EXCLUDED" in text))
                 grid.add_row(key, Text(text, style="bold red" if bad else ""))
             panels.append(Panel(grid, title=f"{AIRCRAFT.get(sysid, 'aircraft')} (sysid {sysid})", title_align="left"))
         if not panels:

@@ -3,6 +3,7 @@
 Station keeping: true xi of the receiver minus the commanded one (RELATIVE_STATE.cmd_pos) while the mission measures.
 Wind: NAV_STATE against the effective wind in TRUTH; receiver over the same time as station keeping, tanker from
 `SETTLE_S` on. Magnitude error relative to the true magnitude, direction error in the horizontal plane.
+Wake position and fault detection from air data, where the run has them: ground.airmetrics.
 Keys are flat and dotted, SI unless the name ends in another unit; a figure without samples is None.
 """
 
@@ -15,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ground.airmetrics import airdata_metrics
 from ground.columns import Columns, Table, hold, load, match
 from ground.geometry import wrap
 from ground.packets import AIRCRAFT, IDS, RECEIVER, TANKER
@@ -148,6 +150,17 @@ def wind_metrics(truth: Columns, tlm: Columns) -> Flat:
     return out
 
 
+def failure_metrics(run: Path) -> Flat:
+    """plant.failures.accepted and .refused: MAV_CMD_INJECT_FAILURE in RUN/plant.tlog; {} where nobody sent any."""
+    path = run / "plant.tlog"
+    if not path.exists():
+        return {}
+    log = load(path)
+    acks = [t for s in log.sysids() if (t := log.get(s, "COMMAND_ACK")) is not None]
+    result = np.concatenate([t["result"] for t in acks]) if acks else np.empty(0)
+    return {"plant.failures.accepted": int((result == 0).sum()), "plant.failures.refused": int((result != 0).sum())}
+
+
 def loop_metrics(tlm: Columns) -> Flat:
     """loop.slips (all aircraft, last report of each) and link.dropped (telemetry packets missing by sequence)."""
     slips = 0
@@ -187,4 +200,5 @@ def compute(run: Path, truth: Columns | None = None, tlm: Columns | None = None)
     out: Flat = {k: v for k, v in read_meta(run).items() if k.startswith("run.")}
     out.setdefault("run.outcome", None)
     out["run.sim_s"] = truth.end_us * 1e-6
-    return out | contact_metrics(truth, tlm) | wind_metrics(truth, tlm) | loop_metrics(tlm)
+    out |= contact_metrics(truth, tlm) | wind_metrics(truth, tlm) | loop_metrics(tlm)
+    return out | airdata_metrics(truth, tlm) | failure_metrics(run)

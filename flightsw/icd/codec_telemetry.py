@@ -80,6 +80,27 @@ def _mission(s: Snapshot, c: Context) -> bytes:
     )  # fmt: skip
 
 
+def _fdi(s: Snapshot, c: Context) -> bytes:
+    f = s.nav.fdi
+    if f is None:
+        raise ValueError("FDI_STATUS: navigation has no fault detection")
+    return c.send.pack(
+        _S["FDI_STATUS"], f.t_us, *f.gamma, f.threshold, *f.residual, min(f.exclusions, 0xFFFFFFFF), f.isolated,
+        f.negative, f.excluded, f.alarm, 1 if f.valid else 0,
+    )  # fmt: skip
+
+
+def _wake(s: Snapshot, c: Context) -> bytes:
+    w = s.nav.wake
+    if w is None:
+        raise ValueError("WAKE_POSITION: navigation has no wake position")
+    return c.send.pack(
+        _S["WAKE_POSITION"], w.t_us, *w.pos_f, *w.vel_f, w.cov_yy, w.cov_yz, w.cov_zz, *w.scale, *w.scale_sigma,
+        w.height_m, *w.wind_f, w.nis, min(w.restarts, 0xFFFF), min(w.nis_dof, 255), 1 if w.valid else 0,
+        w.reason.encode("ascii", "replace")[:50],
+    )  # fmt: skip
+
+
 def _wind(s: Snapshot, c: Context) -> bytes:
     v = wind_fields(s.nav, -s.nav.pos_n[2])
     return c.send.pack(_S["WIND_COV"], s.t_us, *v[1:])
@@ -188,6 +209,8 @@ ENCODERS: dict[str, Encoder] = {
     "LOCAL_POSITION_NED": _local,
     "RELATIVE_STATE": _relative,
     "MISSION_STATUS": _mission,
+    "FDI_STATUS": _fdi,
+    "WAKE_POSITION": _wake,
     "WIND_COV": _wind,
     "ATTITUDE": _attitude,
     "GLOBAL_POSITION_INT": _global,
@@ -198,4 +221,9 @@ ENCODERS: dict[str, Encoder] = {
     "LOOP_TIMING": _timing,
     "HEALTH_STATUS": _health,
 }
-TIMED = frozenset(n for n in ENCODERS if {"time_usec", "time_boot_ms"} & set(_S[n].slots))
+OPTIONAL: dict[str, Callable[[Snapshot], bool]] = {  # message -> whether this snapshot has it; the others always do
+    "FDI_STATUS": lambda s: s.nav.fdi is not None,
+    "WAKE_POSITION": lambda s: s.nav.wake is not None,
+}
+# messages that carry the tick's time and may lead a datagram; the optional ones carry their own sample's
+TIMED = frozenset(n for n in ENCODERS if n not in OPTIONAL and {"time_usec", "time_boot_ms"} & set(_S[n].slots))

@@ -14,6 +14,7 @@ PLANT_PORT = 4560  # flightsw of sysid s listens for the plant on PLANT_PORT + s
 TELEMETRY_PORT = 14600  # flightsw of sysid s sends telemetry from, and hears commands on, TELEMETRY_PORT + s
 GROUND_PORT = 14550  # ground recorder
 OPERATOR_PORT = 14551  # the user's own ground station
+PLANT_COMMAND_PORT = 14590  # the plant hears commands of the ground (failures to inject)
 
 
 def plant_port(sysid: int, offset: int = 0) -> int:
@@ -24,6 +25,11 @@ def plant_port(sysid: int, offset: int = 0) -> int:
 def telemetry_port(sysid: int, offset: int = 0) -> int:
     """UDP port from which the flightsw of `sysid` talks to the ground."""
     return TELEMETRY_PORT + sysid + offset
+
+
+def plant_command_port(offset: int = 0) -> int:
+    """UDP port on which the plant hears commands of the ground."""
+    return PLANT_COMMAND_PORT + offset
 
 
 class LinkError(OSError):

@@ -594,13 +594,13 @@ enums["MAV_CMD"][246].param[5] = """Reserved (default:0)"""
 enums["MAV_CMD"][246].param[6] = """Reserved (default:0)"""
 enums["MAV_CMD"][246].param[7] = """Reserved (default:0)"""
 MAV_CMD_INJECT_FAILURE = 420
-enums["MAV_CMD"][420] = EnumEntry("MAV_CMD_INJECT_FAILURE", """To the plant: make a unit fail.""")
+enums["MAV_CMD"][420] = EnumEntry("MAV_CMD_INJECT_FAILURE", """To the plant's command port (127.0.0.1, UDP 14590 + offset), target system = the aircraft concerned: make an air-data probe fail. FAILURE_TYPE_OK clears. The standard reserves param4 to param6; here they narrow the failure down.""")
 enums["MAV_CMD"][420].param[1] = """FAILURE_UNIT"""
 enums["MAV_CMD"][420].param[2] = """FAILURE_TYPE"""
-enums["MAV_CMD"][420].param[3] = """instance, 0 = all"""
-enums["MAV_CMD"][420].param[4] = """Reserved (default:0)"""
-enums["MAV_CMD"][420].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][420].param[6] = """Reserved (default:0)"""
+enums["MAV_CMD"][420].param[3] = """instance: probe 1 nose, 2 left tip, 3 right tip; 0 = all"""
+enums["MAV_CMD"][420].param[4] = """channel: 1 V, 2 alpha, 3 beta; 0 = all"""
+enums["MAV_CMD"][420].param[5] = """value, its meaning under FAILURE_TYPE, SI (m/s for V, rad for angles)"""
+enums["MAV_CMD"][420].param[6] = """duration, s; 0 = until cleared"""
 enums["MAV_CMD"][420].param[7] = """Reserved (default:0)"""
 MAV_CMD_SET_MESSAGE_INTERVAL = 511
 enums["MAV_CMD"][511] = EnumEntry("MAV_CMD_SET_MESSAGE_INTERVAL", """Change the rate of one telemetry message.""")
@@ -717,6 +717,82 @@ enums["WKF_HEALTH"][512] = EnumEntry("WKF_HEALTH_SAT", """A command sits at its 
 WKF_HEALTH_ENUM_END = 513
 enums["WKF_HEALTH"][513] = EnumEntry("WKF_HEALTH_ENUM_END", """""")
 
+# FAILURE_UNIT
+enums["FAILURE_UNIT"] = Enum()
+enums["FAILURE_UNIT"].bitmask = False
+FAILURE_UNIT_SENSOR_GYRO = 0
+enums["FAILURE_UNIT"][0] = EnumEntry("FAILURE_UNIT_SENSOR_GYRO", """Gyroscopes: refused.""")
+FAILURE_UNIT_SENSOR_ACCEL = 1
+enums["FAILURE_UNIT"][1] = EnumEntry("FAILURE_UNIT_SENSOR_ACCEL", """Accelerometers: refused.""")
+FAILURE_UNIT_SENSOR_MAG = 2
+enums["FAILURE_UNIT"][2] = EnumEntry("FAILURE_UNIT_SENSOR_MAG", """Magnetometer: refused.""")
+FAILURE_UNIT_SENSOR_BARO = 3
+enums["FAILURE_UNIT"][3] = EnumEntry("FAILURE_UNIT_SENSOR_BARO", """Static pressure: refused.""")
+FAILURE_UNIT_SENSOR_GPS = 4
+enums["FAILURE_UNIT"][4] = EnumEntry("FAILURE_UNIT_SENSOR_GPS", """GNSS: refused.""")
+FAILURE_UNIT_SENSOR_AIRSPEED = 8
+enums["FAILURE_UNIT"][8] = EnumEntry("FAILURE_UNIT_SENSOR_AIRSPEED", """Air-data probe (V, alpha and beta).""")
+FAILURE_UNIT_ENUM_END = 9
+enums["FAILURE_UNIT"][9] = EnumEntry("FAILURE_UNIT_ENUM_END", """""")
+
+# FAILURE_TYPE
+enums["FAILURE_TYPE"] = Enum()
+enums["FAILURE_TYPE"].bitmask = False
+FAILURE_TYPE_OK = 0
+enums["FAILURE_TYPE"][0] = EnumEntry("FAILURE_TYPE_OK", """Clears the failures of the channels named.""")
+FAILURE_TYPE_OFF = 1
+enums["FAILURE_TYPE"][1] = EnumEntry("FAILURE_TYPE_OFF", """Off: no more samples.""")
+FAILURE_TYPE_STUCK = 2
+enums["FAILURE_TYPE"][2] = EnumEntry("FAILURE_TYPE_STUCK", """Stuck at the last value.""")
+FAILURE_TYPE_GARBAGE = 3
+enums["FAILURE_TYPE"][3] = EnumEntry("FAILURE_TYPE_GARBAGE", """Garbage: uniform noise within +-v is added (50 m/s, 10 deg).""")
+FAILURE_TYPE_WRONG = 4
+enums["FAILURE_TYPE"][4] = EnumEntry("FAILURE_TYPE_WRONG", """Bias: v is added (3 m/s, 1 deg).""")
+FAILURE_TYPE_SLOW = 5
+enums["FAILURE_TYPE"][5] = EnumEntry("FAILURE_TYPE_SLOW", """Slow drift: v per second is added, m/s^2 or rad/s (0.1 m/s^2, 1/30 deg/s).""")
+FAILURE_TYPE_DELAYED = 6
+enums["FAILURE_TYPE"][6] = EnumEntry("FAILURE_TYPE_DELAYED", """Delayed by v, s (1 s).""")
+FAILURE_TYPE_INTERMITTENT = 7
+enums["FAILURE_TYPE"][7] = EnumEntry("FAILURE_TYPE_INTERMITTENT", """Intermittent: samples drop out at random, share v of them, below 1 (0.5).""")
+FAILURE_TYPE_ENUM_END = 8
+enums["FAILURE_TYPE"][8] = EnumEntry("FAILURE_TYPE_ENUM_END", """""")
+
+# WKF_AIR_CHANNEL
+enums["WKF_AIR_CHANNEL"] = Enum()
+enums["WKF_AIR_CHANNEL"].bitmask = True
+WKF_AIR_CHANNEL_V_NOSE = 1
+enums["WKF_AIR_CHANNEL"][1] = EnumEntry("WKF_AIR_CHANNEL_V_NOSE", """Airspeed of the nose probe.""")
+WKF_AIR_CHANNEL_V_LEFT = 2
+enums["WKF_AIR_CHANNEL"][2] = EnumEntry("WKF_AIR_CHANNEL_V_LEFT", """Airspeed of the left tip probe.""")
+WKF_AIR_CHANNEL_V_RIGHT = 4
+enums["WKF_AIR_CHANNEL"][4] = EnumEntry("WKF_AIR_CHANNEL_V_RIGHT", """Airspeed of the right tip probe.""")
+WKF_AIR_CHANNEL_BETA_NOSE = 8
+enums["WKF_AIR_CHANNEL"][8] = EnumEntry("WKF_AIR_CHANNEL_BETA_NOSE", """Sideslip of the nose probe.""")
+WKF_AIR_CHANNEL_BETA_LEFT = 16
+enums["WKF_AIR_CHANNEL"][16] = EnumEntry("WKF_AIR_CHANNEL_BETA_LEFT", """Sideslip of the left tip probe.""")
+WKF_AIR_CHANNEL_BETA_RIGHT = 32
+enums["WKF_AIR_CHANNEL"][32] = EnumEntry("WKF_AIR_CHANNEL_BETA_RIGHT", """Sideslip of the right tip probe.""")
+WKF_AIR_CHANNEL_ALPHA_NOSE = 64
+enums["WKF_AIR_CHANNEL"][64] = EnumEntry("WKF_AIR_CHANNEL_ALPHA_NOSE", """Angle of attack of the nose probe.""")
+WKF_AIR_CHANNEL_ALPHA_LEFT = 128
+enums["WKF_AIR_CHANNEL"][128] = EnumEntry("WKF_AIR_CHANNEL_ALPHA_LEFT", """Angle of attack of the left tip probe.""")
+WKF_AIR_CHANNEL_ALPHA_RIGHT = 256
+enums["WKF_AIR_CHANNEL"][256] = EnumEntry("WKF_AIR_CHANNEL_ALPHA_RIGHT", """Angle of attack of the right tip probe.""")
+WKF_AIR_CHANNEL_ENUM_END = 257
+enums["WKF_AIR_CHANNEL"][257] = EnumEntry("WKF_AIR_CHANNEL_ENUM_END", """""")
+
+# WKF_AIR_VARIABLE
+enums["WKF_AIR_VARIABLE"] = Enum()
+enums["WKF_AIR_VARIABLE"].bitmask = True
+WKF_AIR_VARIABLE_V = 1
+enums["WKF_AIR_VARIABLE"][1] = EnumEntry("WKF_AIR_VARIABLE_V", """Airspeed.""")
+WKF_AIR_VARIABLE_BETA = 2
+enums["WKF_AIR_VARIABLE"][2] = EnumEntry("WKF_AIR_VARIABLE_BETA", """Sideslip.""")
+WKF_AIR_VARIABLE_ALPHA = 4
+enums["WKF_AIR_VARIABLE"][4] = EnumEntry("WKF_AIR_VARIABLE_ALPHA", """Angle of attack.""")
+WKF_AIR_VARIABLE_ENUM_END = 5
+enums["WKF_AIR_VARIABLE"][5] = EnumEntry("WKF_AIR_VARIABLE_ENUM_END", """""")
+
 # message IDs
 MAVLINK_MSG_ID_BAD_DATA = -1
 MAVLINK_MSG_ID_UNKNOWN = -2
@@ -755,6 +831,8 @@ MAVLINK_MSG_ID_LOOP_TIMING = 53013
 MAVLINK_MSG_ID_HEALTH_STATUS = 53014
 MAVLINK_MSG_ID_TICK = 53015
 MAVLINK_MSG_ID_RAW_BYTES = 53016
+MAVLINK_MSG_ID_FDI_STATUS = 53017
+MAVLINK_MSG_ID_WAKE_POSITION = 53018
 MAVLINK_MSG_ID_TRUTH = 53020
 
 
@@ -2347,6 +2425,109 @@ class MAVLink_raw_bytes_message(MAVLink_message):
 setattr(MAVLink_raw_bytes_message, "name", mavlink_msg_deprecated_name_property())
 
 
+class MAVLink_fdi_status_message(MAVLink_message):
+    """
+    Air-data fault detection, receiver to ground. 10 Hz, sent only
+    where the aircraft has it. Variables in the order V, beta, alpha;
+    channels as in WKF_AIR_CHANNEL.
+    """
+
+    id = MAVLINK_MSG_ID_FDI_STATUS
+    msgname = "FDI_STATUS"
+    fieldnames = ["time_usec", "gamma", "threshold", "residual", "exclusions", "isolated", "negative", "excluded", "alarm", "valid"]
+    ordered_fieldnames = ["time_usec", "gamma", "threshold", "residual", "exclusions", "isolated", "negative", "excluded", "alarm", "valid"]
+    fieldtypes = ["uint64_t", "float", "float", "float", "uint32_t", "uint16_t", "uint16_t", "uint16_t", "uint8_t", "uint8_t"]
+    fielddisplays_by_name: Dict[str, str] = {"isolated": "bitmask", "negative": "bitmask", "excluded": "bitmask", "alarm": "bitmask"}
+    fieldenums_by_name: Dict[str, str] = {"isolated": "WKF_AIR_CHANNEL", "negative": "WKF_AIR_CHANNEL", "excluded": "WKF_AIR_CHANNEL", "alarm": "WKF_AIR_VARIABLE"}
+    fieldunits_by_name: Dict[str, str] = {"time_usec": "us"}
+    native_format = bytearray(b"<QfffIHHHBB")
+    orders = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9]
+    lengths = [1, 3, 1, 6, 1, 1, 1, 1, 1, 1]
+    array_lengths = [0, 3, 0, 6, 0, 0, 0, 0, 0, 0]
+    crc_extra = 218
+    unpacker = struct.Struct("<Q3ff6fIHHHBB")
+    instance_field = None
+    instance_offset = -1
+
+    def __init__(self, time_usec: int, gamma: Sequence[float], threshold: float, residual: Sequence[float], exclusions: int, isolated: int, negative: int, excluded: int, alarm: int, valid: int):
+        MAVLink_message.__init__(self, MAVLink_fdi_status_message.id, MAVLink_fdi_status_message.msgname)
+        self._fieldnames = MAVLink_fdi_status_message.fieldnames
+        self._instance_field = MAVLink_fdi_status_message.instance_field
+        self._instance_offset = MAVLink_fdi_status_message.instance_offset
+        self.time_usec = time_usec
+        self.gamma = gamma
+        self.threshold = threshold
+        self.residual = residual
+        self.exclusions = exclusions
+        self.isolated = isolated
+        self.negative = negative
+        self.excluded = excluded
+        self.alarm = alarm
+        self.valid = valid
+
+    def pack(self, mav: "MAVLink", force_mavlink1: bool = False) -> bytes:
+        return self._pack(mav, self.crc_extra, self.unpacker.pack(self.time_usec, self.gamma[0], self.gamma[1], self.gamma[2], self.threshold, self.residual[0], self.residual[1], self.residual[2], self.residual[3], self.residual[4], self.residual[5], self.exclusions, self.isolated, self.negative, self.excluded, self.alarm, self.valid), force_mavlink1=force_mavlink1)
+
+
+# Define name on the class for backwards compatibility (it is now msgname).
+# Done with setattr to hide the class variable from mypy.
+setattr(MAVLink_fdi_status_message, "name", mavlink_msg_deprecated_name_property())
+
+
+class MAVLink_wake_position_message(MAVLink_message):
+    """
+    Own position in the tanker's wake from the air-data probes,
+    receiver to ground. 10 Hz, sent only where the aircraft has it.
+    Air-path axes of the tanker: origin at its cg, x along its air
+    velocity, y right, z down.
+    """
+
+    id = MAVLINK_MSG_ID_WAKE_POSITION
+    msgname = "WAKE_POSITION"
+    fieldnames = ["time_usec", "pos", "vel", "cov", "scale", "scale_sigma", "height", "wind", "nis", "restarts", "nis_dof", "valid", "reason"]
+    ordered_fieldnames = ["time_usec", "pos", "vel", "cov", "scale", "scale_sigma", "height", "wind", "nis", "restarts", "nis_dof", "valid", "reason"]
+    fieldtypes = ["uint64_t", "float", "float", "float", "float", "float", "float", "float", "float", "uint16_t", "uint8_t", "uint8_t", "char"]
+    fielddisplays_by_name: Dict[str, str] = {}
+    fieldenums_by_name: Dict[str, str] = {}
+    fieldunits_by_name: Dict[str, str] = {"time_usec": "us", "pos": "m", "vel": "m/s", "cov": "m^2", "height": "m", "wind": "m/s"}
+    native_format = bytearray(b"<QffffffffHBBc")
+    orders = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12]
+    lengths = [1, 3, 3, 3, 2, 2, 1, 3, 1, 1, 1, 1, 1]
+    array_lengths = [0, 3, 3, 3, 2, 2, 0, 3, 0, 0, 0, 0, 50]
+    crc_extra = 91
+    unpacker = struct.Struct("<Q3f3f3f2f2ff3ffHBB50s")
+    instance_field = None
+    instance_offset = -1
+
+    def __init__(self, time_usec: int, pos: Sequence[float], vel: Sequence[float], cov: Sequence[float], scale: Sequence[float], scale_sigma: Sequence[float], height: float, wind: Sequence[float], nis: float, restarts: int, nis_dof: int, valid: int, reason: bytes):
+        MAVLink_message.__init__(self, MAVLink_wake_position_message.id, MAVLink_wake_position_message.msgname)
+        self._fieldnames = MAVLink_wake_position_message.fieldnames
+        self._instance_field = MAVLink_wake_position_message.instance_field
+        self._instance_offset = MAVLink_wake_position_message.instance_offset
+        self.time_usec = time_usec
+        self.pos = pos
+        self.vel = vel
+        self.cov = cov
+        self.scale = scale
+        self.scale_sigma = scale_sigma
+        self.height = height
+        self.wind = wind
+        self.nis = nis
+        self.restarts = restarts
+        self.nis_dof = nis_dof
+        self.valid = valid
+        self._reason_raw = reason
+        self.reason = reason.split(b"\x00", 1)[0].decode("ascii", errors="replace")
+
+    def pack(self, mav: "MAVLink", force_mavlink1: bool = False) -> bytes:
+        return self._pack(mav, self.crc_extra, self.unpacker.pack(self.time_usec, self.pos[0], self.pos[1], self.pos[2], self.vel[0], self.vel[1], self.vel[2], self.cov[0], self.cov[1], self.cov[2], self.scale[0], self.scale[1], self.scale_sigma[0], self.scale_sigma[1], self.height, self.wind[0], self.wind[1], self.wind[2], self.nis, self.restarts, self.nis_dof, self.valid, self._reason_raw), force_mavlink1=force_mavlink1)
+
+
+# Define name on the class for backwards compatibility (it is now msgname).
+# Done with setattr to hide the class variable from mypy.
+setattr(MAVLink_wake_position_message, "name", mavlink_msg_deprecated_name_property())
+
+
 class MAVLink_truth_message(MAVLink_message):
     """
     True state, plant to truth.tlog only; never on any link to
@@ -2439,6 +2620,8 @@ mavlink_map: Dict[int, Type[MAVLink_message]] = {
     MAVLINK_MSG_ID_HEALTH_STATUS: MAVLink_health_status_message,
     MAVLINK_MSG_ID_TICK: MAVLink_tick_message,
     MAVLINK_MSG_ID_RAW_BYTES: MAVLink_raw_bytes_message,
+    MAVLINK_MSG_ID_FDI_STATUS: MAVLink_fdi_status_message,
+    MAVLINK_MSG_ID_WAKE_POSITION: MAVLink_wake_position_message,
     MAVLINK_MSG_ID_TRUTH: MAVLink_truth_message,
 }
 
@@ -3971,6 +4154,94 @@ class MAVLink(object):
 
         """
         self.send(self.raw_bytes_encode(count, more, data), force_mavlink1=force_mavlink1)
+
+    def fdi_status_encode(self, time_usec: int, gamma: Sequence[float], threshold: float, residual: Sequence[float], exclusions: int, isolated: int, negative: int, excluded: int, alarm: int, valid: int) -> MAVLink_fdi_status_message:
+        """
+        Air-data fault detection, receiver to ground. 10 Hz, sent only where
+        the aircraft has it. Variables in the order V, beta, alpha;
+        channels as in WKF_AIR_CHANNEL.
+
+        time_usec                 : Sample time. [us] (type:uint64_t)
+        gamma                     : Test statistic per variable: chi-square with 2 degrees of freedom without a fault. (type:float)
+        threshold                 : Alarm when gamma exceeds it. (type:float)
+        residual                  : Whitened parity vectors, two components per variable: a high reading of the nose at 0 deg, left tip at 120, right tip at 240 (equal noise); gamma is their squared length. (type:float)
+        exclusions                : Exclusions so far. (type:uint32_t)
+        isolated                  : Channels blamed now. (type:uint16_t, values:WKF_AIR_CHANNEL)
+        negative                  : Of those, the ones reading low. (type:uint16_t, values:WKF_AIR_CHANNEL)
+        excluded                  : Channels kept out of navigation. (type:uint16_t, values:WKF_AIR_CHANNEL)
+        alarm                     : Variables in alarm now. (type:uint8_t, values:WKF_AIR_VARIABLE)
+        valid                     : 1 = expected readings were at hand; 0 = gamma and residual are to be ignored. (type:uint8_t)
+
+        """
+        return MAVLink_fdi_status_message(time_usec, gamma, threshold, residual, exclusions, isolated, negative, excluded, alarm, valid)
+
+    def fdi_status_send(self, time_usec: int, gamma: Sequence[float], threshold: float, residual: Sequence[float], exclusions: int, isolated: int, negative: int, excluded: int, alarm: int, valid: int, force_mavlink1: bool = False) -> None:
+        """
+        Air-data fault detection, receiver to ground. 10 Hz, sent only where
+        the aircraft has it. Variables in the order V, beta, alpha;
+        channels as in WKF_AIR_CHANNEL.
+
+        time_usec                 : Sample time. [us] (type:uint64_t)
+        gamma                     : Test statistic per variable: chi-square with 2 degrees of freedom without a fault. (type:float)
+        threshold                 : Alarm when gamma exceeds it. (type:float)
+        residual                  : Whitened parity vectors, two components per variable: a high reading of the nose at 0 deg, left tip at 120, right tip at 240 (equal noise); gamma is their squared length. (type:float)
+        exclusions                : Exclusions so far. (type:uint32_t)
+        isolated                  : Channels blamed now. (type:uint16_t, values:WKF_AIR_CHANNEL)
+        negative                  : Of those, the ones reading low. (type:uint16_t, values:WKF_AIR_CHANNEL)
+        excluded                  : Channels kept out of navigation. (type:uint16_t, values:WKF_AIR_CHANNEL)
+        alarm                     : Variables in alarm now. (type:uint8_t, values:WKF_AIR_VARIABLE)
+        valid                     : 1 = expected readings were at hand; 0 = gamma and residual are to be ignored. (type:uint8_t)
+
+        """
+        self.send(self.fdi_status_encode(time_usec, gamma, threshold, residual, exclusions, isolated, negative, excluded, alarm, valid), force_mavlink1=force_mavlink1)
+
+    def wake_position_encode(self, time_usec: int, pos: Sequence[float], vel: Sequence[float], cov: Sequence[float], scale: Sequence[float], scale_sigma: Sequence[float], height: float, wind: Sequence[float], nis: float, restarts: int, nis_dof: int, valid: int, reason: bytes) -> MAVLink_wake_position_message:
+        """
+        Own position in the tanker's wake from the air-data probes, receiver
+        to ground. 10 Hz, sent only where the aircraft has it. Air-
+        path axes of the tanker: origin at its cg, x along its air
+        velocity, y right, z down.
+
+        time_usec                 : Sample time. [us] (type:uint64_t)
+        pos                       : Own cg from the tanker's, tanker air-path axes; x is an input (held from elsewhere), y and z are estimated. [m] (type:float)
+        vel                       : Time derivative of pos. [m/s] (type:float)
+        cov                       : Covariance of pos: yy, yz, zz. [m^2] (type:float)
+        scale                     : Circulation of wing and tail relative to the onboard model. (type:float)
+        scale_sigma               : 1-sigma of scale. (type:float)
+        height                    : Vortices below (+) the onboard model; 0 where it is not estimated. [m] (type:float)
+        wind                      : Wind common to the probes besides the wake, tanker air-path axes (towards). [m/s] (type:float)
+        nis                       : Normalised innovation squared of the last update. (type:float)
+        restarts                  : Restarts so far. (type:uint16_t)
+        nis_dof                   : Its degrees of freedom; 0 = no update yet. (type:uint8_t)
+        valid                     : 1 = usable; 0 = position and covariance are to be ignored. (type:uint8_t)
+        reason                    : Why not valid, zero-terminated if shorter than 50. (type:char)
+
+        """
+        return MAVLink_wake_position_message(time_usec, pos, vel, cov, scale, scale_sigma, height, wind, nis, restarts, nis_dof, valid, reason)
+
+    def wake_position_send(self, time_usec: int, pos: Sequence[float], vel: Sequence[float], cov: Sequence[float], scale: Sequence[float], scale_sigma: Sequence[float], height: float, wind: Sequence[float], nis: float, restarts: int, nis_dof: int, valid: int, reason: bytes, force_mavlink1: bool = False) -> None:
+        """
+        Own position in the tanker's wake from the air-data probes, receiver
+        to ground. 10 Hz, sent only where the aircraft has it. Air-
+        path axes of the tanker: origin at its cg, x along its air
+        velocity, y right, z down.
+
+        time_usec                 : Sample time. [us] (type:uint64_t)
+        pos                       : Own cg from the tanker's, tanker air-path axes; x is an input (held from elsewhere), y and z are estimated. [m] (type:float)
+        vel                       : Time derivative of pos. [m/s] (type:float)
+        cov                       : Covariance of pos: yy, yz, zz. [m^2] (type:float)
+        scale                     : Circulation of wing and tail relative to the onboard model. (type:float)
+        scale_sigma               : 1-sigma of scale. (type:float)
+        height                    : Vortices below (+) the onboard model; 0 where it is not estimated. [m] (type:float)
+        wind                      : Wind common to the probes besides the wake, tanker air-path axes (towards). [m/s] (type:float)
+        nis                       : Normalised innovation squared of the last update. (type:float)
+        restarts                  : Restarts so far. (type:uint16_t)
+        nis_dof                   : Its degrees of freedom; 0 = no update yet. (type:uint8_t)
+        valid                     : 1 = usable; 0 = position and covariance are to be ignored. (type:uint8_t)
+        reason                    : Why not valid, zero-terminated if shorter than 50. (type:char)
+
+        """
+        self.send(self.wake_position_encode(time_usec, pos, vel, cov, scale, scale_sigma, height, wind, nis, restarts, nis_dof, valid, reason), force_mavlink1=force_mavlink1)
 
     def truth_encode(self, time_usec: int, pos_n: Sequence[float], vel_n: Sequence[float], q_nb: Sequence[float], xi: Sequence[float], w_b: Sequence[float], wind_n: Sequence[float], wind_rot: Sequence[float], V: float, beta: float, alpha: float, controls: Sequence[float], mass: float, boom_elevation: float, boom_azimuth: float, boom_extension: float, contact: int, inside: int) -> MAVLink_truth_message:
         """

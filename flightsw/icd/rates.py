@@ -18,6 +18,8 @@ _COMMON = {
     "LOCAL_POSITION_NED": (10.0, 0),
     "RELATIVE_STATE": (10.0, 0),
     "MISSION_STATUS": (10.0, 0),
+    "FDI_STATUS": (10.0, 0),  # this and the next: only while navigation has them
+    "WAKE_POSITION": (10.0, 0),
     "WIND_COV": (5.0, 1),
     "ATTITUDE": (4.0, 0),
     "GLOBAL_POSITION_INT": (4.0, 0),
@@ -30,7 +32,10 @@ _COMMON = {
 }
 DEFAULT_RATES: dict[str, float] = {name: rate for name, (rate, _) in _COMMON.items()}
 OFFSETS: dict[str, int] = {name: offset for name, (_, offset) in _COMMON.items()}
-MISSION_RATES: dict[str, dict[str, float]] = {"tanker": {"RELATIVE_STATE": 0.0}, "receiver": {}}
+MISSION_RATES: dict[str, dict[str, float]] = {
+    "tanker": {"RELATIVE_STATE": 0.0, "FDI_STATUS": 0.0, "WAKE_POSITION": 0.0},
+    "receiver": {},
+}
 
 
 def rates_for(mission: str, overrides: dict[str, float] | None = None) -> dict[str, float]:

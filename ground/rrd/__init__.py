@@ -12,12 +12,14 @@ import numpy as np
 import rerun as rr
 
 from flightsw.icd.geo import DEFAULT_ORIGIN, scales
-from ground.blueprint import blueprint
+from ground.airdata import has_airdata
+from ground.blueprint import Plots, blueprint
 from ground.columns import Columns, Table, load
 from ground.geometry import quat_euler
 from ground.metrics import contact_error
 from ground.packets import AIRCRAFT, RECEIVER, health_words, phase_name
 from ground.palette import BOX, COLOR, NAV, PHASE_COLORS, TRUTH
+from ground.rrd.airdata import airdata, airdata_tab, close_centre
 from ground.rrd.scene3d import scene3d
 from ground.rrd.sensors import sensors
 from ground.rrd.series import AXIS, Sink
@@ -25,24 +27,30 @@ from ground.rrd.series import AXIS, Sink
 PERIOD_US = 100_000  # [us] series are thinned to 10 Hz, the rate of the telemetry; the truth comes faster
 
 
-def convert(run: Path, out: Path | None = None, near: bool = False) -> Path:
-    """Write `run.rrd` of a run folder (or `out`) and return its path; `near`: first look at the boom.
+def convert(run: Path, out: Path | None = None, near: bool = False, tab: str = "") -> Path:
+    """Write `run.rrd` of a run folder (or `out`) and return its path; `near`: first look at the boom; `tab`: the plots
+    shown first.
 
-    Raises LogError for a missing log, OSError if unwritable.
+    Raises LogError for a missing log, NoTabError for an unknown tab, OSError if unwritable.
     """
     truth, tlm = load(run / "truth.tlog"), load(run / "tlm.tlog")
     end = max(truth.end_us, tlm.end_us)
     path = run / "run.rrd" if out is None else out
     name = run.resolve().name or "run"
+    span = interest(tlm, end)
+    extra = [airdata_tab(Plots(*span), close_centre(truth, tlm))] if has_airdata(tlm) else []
+    look = blueprint(name, *span, near, extra, tab)
     with path.open("wb"):  # a plain message for a read-only folder, before rerun starts
         pass
-    sink = Sink(path, name, 0, end, blueprint(name, *interest(tlm, end), near))
+    sink = Sink(path, name, 0, end, look)
     for sysid, name in AIRCRAFT.items():
         _truth(sink, truth, sysid, name)
         _nav(sink, tlm, sysid, name)
         _mission(sink, tlm, sysid, name)
         _timing(sink, tlm, sysid, name)
     _relative(sink, truth, tlm)
+    airdata(sink, run, truth, tlm)
+    _failures(sink, run)
     scene3d(sink, truth, tlm)
     sensors(sink, run)
     sink.close()
@@ -173,6 +181,18 @@ def _phase_log(sink: Sink, table: Table, names: list[str], name: str) -> None:
     change = np.flatnonzero(np.diff(phase, prepend=-1) != 0)
     lines = [f"{name}: {names[k]} ({table['reason'][k].decode('utf-8', 'replace')})" for k in change]
     sink.columns(f"guid/{name}/phases", table.t_us[change], rr.TextLog.columns(text=lines, level=["INFO"] * len(lines)))
+
+
+def _failures(sink: Sink, run: Path) -> None:
+    """sensors/<name>/failures: what the plant was told to make fail, from RUN/plant.tlog, as text rows."""
+    path = run / "plant.tlog"
+    log = load(path) if path.exists() else Columns()
+    for sysid, name in AIRCRAFT.items():
+        text = log.get(sysid, "STATUSTEXT")
+        if text is not None:
+            lines = [f"{name} failure: {b.decode('utf-8', 'replace')}" for b in text["text"]]
+            row = rr.TextLog.columns(text=lines, level=["WARN"] * len(lines))
+            sink.columns(f"sensors/{name}/failures", text.t_us, row)
 
 
 def _timing(sink: Sink, tlm: Columns, sysid: int, name: str) -> None:

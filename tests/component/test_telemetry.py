@@ -9,11 +9,12 @@ from itertools import pairwise
 
 import pytest
 
+from flightsw.config import TelemetryConfig
 from flightsw.icd import wire
-from flightsw.icd.codec_telemetry import ENCODERS, TIMED
+from flightsw.icd.codec_telemetry import ENCODERS, OPTIONAL, TIMED
 from flightsw.icd.rates import DEFAULT_RATES, MISSION_RATES, OFFSETS, due, schedule
 from flightsw.node import Node
-from flightsw.types import HF_GNSS, Text
+from flightsw.types import HF_GNSS, FdiStatus, Text, WakeFix
 
 from .flight_fakes import FakeApp, FakePlant, config, fields, names
 
@@ -45,8 +46,8 @@ def test_status_messages_are_spread_over_the_second() -> None:
     assert all(table[t] == () for t in range(1000) if t % 10)
 
 
-def run(seconds: int, **changes: object) -> tuple[Node, list[bytes]]:
-    node, plant = Node(config(**changes), FakeApp()), FakePlant()
+def run(seconds: int, app: FakeApp | None = None, **changes: object) -> tuple[Node, list[bytes]]:
+    node, plant = Node(config(**changes), app or FakeApp()), FakePlant()
     out: list[bytes] = []
     for k in range(100 * seconds):
         out += node.handle([plant.at(k)]).telemetry
@@ -56,9 +57,68 @@ def run(seconds: int, **changes: object) -> tuple[Node, list[bytes]]:
 def test_counts_per_message_over_ten_seconds() -> None:
     _, out = run(10)
     got = Counter(n for d in out for n in names(d))
-    want = {n: 10 * r for n, r in DEFAULT_RATES.items() if r}
+    want = {n: 10 * r for n, r in DEFAULT_RATES.items() if r and n not in OPTIONAL}
     assert got == {n: int(c) for n, c in want.items()}
     assert len(out) == 100  # one datagram per slot
+
+
+def with_air_data(fdi: bool = True, wake: bool = True) -> FakeApp:
+    app = FakeApp()
+    app.nav.fdi = FdiStatus(
+        t_us=20_000, valid=True, gamma=(1.0, 2.0, 30.0), threshold=9.2103, residual=(1.0, 0.0, 1.0, -1.0, 5.0, -2.5),
+        alarm=4, isolated=256, negative=256, excluded=256 | 1, exclusions=3,
+    ) if fdi else None  # fmt: skip
+    app.nav.wake = WakeFix(
+        t_us=20_000, valid=True, reason="x" * 60, pos_f=(-35.5, 0.25, 10.5), vel_f=(0.5, -0.25, 0.125), cov_yy=0.04,
+        cov_yz=-0.01, cov_zz=0.09, scale=(0.9, 0.6), scale_sigma=(0.02, 0.1), height_m=0.5, wind_f=(2.0, 1.0, 0.5),
+        nis=9.5, nis_dof=300, restarts=2,
+    ) if wake else None  # fmt: skip
+    return app
+
+
+def test_air_data_messages_carry_every_field_ten_times_a_second() -> None:
+    app = with_air_data()
+    _, out = run(2, app)
+    fdi, wake = (fields(b"".join(out), n) for n in ("FDI_STATUS", "WAKE_POSITION"))
+    assert len(fdi) == len(wake) == 20
+    assert all(len(d) <= 1400 for d in out) and len(out) == 20
+    f, w = app.nav.fdi, app.nav.wake
+    assert f is not None and w is not None
+    got = {k: pytest.approx(v) for k, v in fdi[0].items()}
+    names = {"t_us": "time_usec"}
+    assert {names.get(k, k): v for k, v in dataclasses.asdict(f).items()} == got
+    want = dataclasses.asdict(w)
+    have = wake[0]
+    assert have["reason"] == "x" * 50 and have["nis_dof"] == 255 and have["valid"] == 1
+    for field, name in (("pos_f", "pos"), ("vel_f", "vel"), ("wind_f", "wind"), ("height_m", "height")):
+        assert have[name] == pytest.approx(want[field])
+    for name in ("scale", "scale_sigma", "nis", "restarts"):
+        assert have[name] == pytest.approx(want[name])
+    assert have["cov"] == pytest.approx((0.04, -0.01, 0.09))
+
+
+@pytest.mark.parametrize(("fdi", "wake"), [(True, False), (False, True)])
+def test_one_of_the_two_goes_alone(fdi: bool, wake: bool) -> None:
+    _, out = run(1, with_air_data(fdi, wake))
+    got = Counter(n for d in out for n in names(d))
+    assert (got["FDI_STATUS"], got["WAKE_POSITION"]) == (10 * fdi, 10 * wake)
+
+
+def test_without_them_not_a_byte_changes_and_asking_gives_nothing() -> None:
+    everything, plain = run(3)[1], run(3, telemetry=TelemetryConfig(rates_hz=dict.fromkeys(OPTIONAL, 0.0)))[1]
+    assert everything == plain
+    node, plant = Node(config(), FakeApp()), FakePlant()
+    node.handle([plant.at(0)])
+    node.telemetry.once += list(OPTIONAL)
+    assert not set(OPTIONAL) & {n for d in node.handle([plant.at(1)]).telemetry for n in names(d)}
+    assert node.telemetry.failed == 0
+
+
+def test_a_datagram_led_by_them_still_begins_with_the_time() -> None:
+    rates = {n: 0.0 for n in DEFAULT_RATES if n not in OPTIONAL}
+    _, out = run(1, with_air_data(), telemetry=TelemetryConfig(rates_hz=rates))
+    assert {tuple(names(d)) for d in out} == {("SYSTEM_TIME", "FDI_STATUS", "WAKE_POSITION")}
+    assert not run(1, telemetry=TelemetryConfig(rates_hz=rates))[1]
 
 
 def test_first_packet_of_every_datagram_carries_the_time() -> None:

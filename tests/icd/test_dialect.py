@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 import xml.etree.ElementTree as ET
 from pathlib import Path
@@ -11,6 +12,7 @@ from pymavlink.dialects.v20 import common
 
 from flightsw import services
 from flightsw.icd import codec_receive, gen, mav, wire
+from flightsw.types import FdiStatus, WakeFix
 
 from .conftest import extreme
 
@@ -62,6 +64,26 @@ def test_enumeration_values_equal_stock() -> None:
             assert common.enums["MAV_CMD"][value].name == entry.name
 
 
+def test_failure_enumerations_equal_stock() -> None:
+    for name in ("FAILURE_UNIT", "FAILURE_TYPE"):
+        ours = {v: e.name for v, e in mav.enums[name].items() if not e.name.endswith("_ENUM_END")}
+        stock = {v: e.name for v, e in common.enums[name].items() if not e.name.endswith("_ENUM_END")}
+        assert ours.items() <= stock.items()
+        assert name == "FAILURE_UNIT" or ours == stock
+    assert mav.enums["MAV_CMD"][420].name == common.enums["MAV_CMD"][420].name
+    assert "channel" in mav.enums["MAV_CMD"][420].param[4]
+
+
+@pytest.mark.parametrize("name", ["FDI_STATUS", "WAKE_POSITION"])
+def test_air_data_messages_have_a_field_for_every_value_of_their_type(name: str) -> None:
+    kind = {"FDI_STATUS": FdiStatus, "WAKE_POSITION": WakeFix}[name]
+    slots = wire.BY_NAME[name].slots
+    renamed = {"t_us": "time_usec", "pos_f": "pos", "vel_f": "vel", "wind_f": "wind", "height_m": "height"}
+    renamed |= dict.fromkeys(("cov_yy", "cov_yz", "cov_zz"), "cov")
+    assert {renamed.get(f.name, f.name) for f in dataclasses.fields(kind)} == set(slots)
+    assert wire.BY_NAME[name].size <= 255
+
+
 def test_generated_files_are_current(capsys: pytest.CaptureFixture[str]) -> None:
     assert gen.main(["--check"]) == 0, capsys.readouterr().err
     assert gen.make_module() == gen.make_module()
@@ -81,7 +103,7 @@ def test_check_names_a_stale_file(
 def test_every_physical_field_has_units_and_every_field_a_meaning() -> None:
     root = gen.check_xml(gen.XML.read_text())
     dimensionless = re.compile(
-        r"^(q\d|q_nb|attitude_q|repr_offset_q|nis|throttle|controls|rates|position_cov|param\d|param_value|.*_ratio)$"
+        r"^(q\d|q_nb|attitude_q|repr_offset_q|nis|gamma|threshold|residual|scale|scale_sigma|throttle|controls|rates|position_cov|param\d|param_value|.*_ratio)$"
     )
     for m in root.iter("message"):
         for f in m.findall("field"):

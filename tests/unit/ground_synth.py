@@ -59,6 +59,7 @@ class Synth:
         knots = np.array([OBSERVATION, OBSERVATION, PRECONTACT, PRECONTACT, CONTACT, CONTACT, PRECONTACT, OBSERVATION])
         at = [0, 0.1, 0.2, 0.25, 0.35, 0.85, 0.9, 1.0]
         self.cmd = np.stack([np.interp(frac, at, knots[:, i]) for i in range(3)], axis=1).astype(np.float32)
+        self.cmd_vel = np.gradient(self.cmd, t, axis=0)
         self.xi = self.cmd.astype(np.float64) + np.array(error) + noise * 0.3 * rng.standard_normal((n, 3))
         self.pos.append(self.pos[0] + quat_rotate(self.q[0], self.xi))
         self.hat = [w + np.array(wind_error) for w in self.wind]
@@ -105,8 +106,9 @@ class Synth:
             if i:
                 pos = self.xi[k] + 0.05
                 data += send.named(
-                    "RELATIVE_STATE", time_usec=t, pos=pos, cmd_pos=self.cmd[k], sigma=[0.1] * 3, valid=1
-                )
+                    "RELATIVE_STATE", time_usec=t, pos=pos, cmd_pos=self.cmd[k], cmd_vel=self.cmd_vel[k], sigma=[0.1] * 3,
+                    valid=1,
+                )  # fmt: skip
             phase = (11 if self.turn[k] else 10) if not i else int(self.phase[k])
             data += send.named(
                 "MISSION_STATUS", time_usec=t, phase=phase, measure=int(bool(i) and self.measure[k]), cmd_V=190.0,

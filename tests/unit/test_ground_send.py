@@ -9,9 +9,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
 from flightsw.icd.wire import SPECS, Counters, Sender, split
-from ground.command import ACTIONS, CommandError, Order, order, send
+from ground.__main__ import app
+from ground.command import ACTIONS, COMP_PLANT, Answer, CommandError, Order, order, send
+from ground.inject import CHANNELS, PROBES, TYPES, UNITS, inject
 from ground.live import STALE_S, Monitor, wind_words
 from ground.packets import health_words
 
@@ -130,6 +133,61 @@ def test_speed_goes_to_the_tanker() -> None:
 def test_bad_orders_are_named(action: str, value: float | None, words: str) -> None:
     with pytest.raises(CommandError, match=words):
         order(action, value, None)
+
+
+def test_failure_goes_to_the_plant_and_its_answer_counts() -> None:
+    what = inject(-0.0175, "bias", probe="left", channel="beta", for_s=30.0)
+    answer = Sender(2, COMP_PLANT).named("COMMAND_ACK", command=420, result=0, target_system=255)
+    code, text, heard = ask(lambda _: [ack(1, command=420), answer], what)
+    assert code == 0, text
+    assert "the plant for receiver" in text and "wrong" in text
+    assert (heard[0]["command"], heard[0]["target_system"], heard[0]["target_component"]) == (420, 2, 190)
+    assert [heard[0][f"param{i}"] for i in range(1, 8)] == pytest.approx([8, 4, 2, 3, -0.0175, 30, 0])
+
+
+def test_unanswered_failure_names_the_plants_port() -> None:
+    answer = send(inject(None, "off", probe="1"), port_offset=40_000, attempts=1, retry_s=0.05)
+    assert answer.exit_code == 2
+    assert "the plant for receiver" in answer.text and "54590" in answer.text
+
+
+def test_failure_words_and_numbers() -> None:
+    assert inject(0.01, "drift").params[:5] == (8.0, 5.0, 0.0, 0.0, 0.01)
+    assert inject(0.01, "5", "8", "0", "0").params == inject(0.01, "slow").params
+    assert inject(None, "clear").params[1] == 0.0
+    assert inject(None, "bias", channel="V").params[4] == 0.0  # the plant's default
+    assert inject(None, "stuck", channel="v").params[3] == 1.0
+    assert inject(None, "off", to=1).target == 1
+    assert CHANNELS == {"all": 0, "V": 1, "alpha": 2, "beta": 3}
+    assert PROBES == {"all": 0, "nose": 1, "left": 2, "right": 3}
+    assert UNITS["airspeed"] == 8 and TYPES["intermittent"] == 7 and len(TYPES) == 8
+
+
+@pytest.mark.parametrize(
+    ("args", "words"),
+    [((1.0, ""), "unknown type ''"), ((1.0, "melt"), "known: ok, off, stuck"),
+     ((1.0, "off"), "takes no value"), ((float("nan"), "bias"), "not a finite number"),
+     ((1.0, "bias", "airspeed", "tail"), "unknown probe 'tail'"), ((1.0, "bias", "airspeed", "all", "q"), "unknown channel"),
+     ((1.0, "bias", "engine"), "unknown unit"), ((1.0, "bias", "airspeed", "all", "all", -1.0), "0 .until cleared. or more")],
+)  # fmt: skip
+def test_bad_failures_are_named(args: tuple[object, ...], words: str) -> None:
+    with pytest.raises(CommandError, match=words):
+        inject(*args)  # type: ignore[arg-type]
+
+
+def test_negative_value_on_the_command_line_is_a_value(monkeypatch: pytest.MonkeyPatch) -> None:
+    sent: list[Order] = []
+
+    def transmit(what: Order, port_offset: int, host: str) -> Answer:
+        sent.append(what)
+        return Answer(0, "done")
+
+    monkeypatch.setattr("ground.command.send", transmit)
+    line = ["send", "inject", "-0.02", "--type", "bias", "--probe", "right", "--channel", "alpha", "--for", "5"]
+    assert CliRunner().invoke(app, line).exit_code == 0
+    assert sent[0].params == (8.0, 4.0, 3.0, 2.0, -0.02, 5.0, 0.0)
+    assert CliRunner().invoke(app, ["send", "hold", "--type", "bias"]).exit_code == 2
+    assert CliRunner().invoke(app, ["send", "inject", "--typo", "bias"]).exit_code == 2
 
 
 def test_actions_are_the_dialects() -> None:
