@@ -79,7 +79,7 @@ class FlightApp:
         self.nav, self.guid, self.timing = NavState(), GuidanceCmd(), Timing()
         self.tick_no = 0
         self._updated = 0
-        self._gyro: list[tuple[int, Vec3]] = []
+        self._imu: list[tuple[int, Vec3, Vec3]] = []
         self._slow_index = -1
         self._slow_t_us = -1
         self._started = False
@@ -91,7 +91,7 @@ class FlightApp:
         h = self.health.step(f)
         self._updated |= f.updated
         if f.updated & UPD_IMU:
-            self._gyro.append((f.t_us, f.gyro_b))
+            self._imu.append((f.t_us, f.gyro_b, f.acc_b))
         if self._started:
             self.act.step(self.u, min(dt_s, MAX_STEP_S))
         index = f.t_us // self.slow_us
@@ -134,7 +134,7 @@ class FlightApp:
             self.u[:] = u
             self.act.reset(u[:3], float(u[3]))
             self._started = True
-        self._average_gyro(f)
+        self._average_imu(f)
         self.nav, self.guid, u, throttle = self.mission.step(f, self.act, self._updated, self.health.out, dt)
         self._updated = 0
         self.u[:] = u
@@ -150,17 +150,14 @@ class FlightApp:
             texts += self.health.texts
             self.health.texts = []
 
-    def _average_gyro(self, f: SensorFrame) -> None:
-        """Mean rate since the last mission step: five samples of white noise are worth more than the last of them."""
-        g = self._gyro
+    def _average_imu(self, f: SensorFrame) -> None:
+        """Mean rate and specific force since the last mission step: five samples of noise are worth more than the last one."""
+        g = self._imu
         f.gyro_count = n = len(g)
         if n:
-            f.gyro_mean_b = (
-                math.fsum(w[0] for _, w in g) / n,
-                math.fsum(w[1] for _, w in g) / n,
-                math.fsum(w[2] for _, w in g) / n,
-            )
-            f.gyro_age_s = (f.t_us - sum(t for t, _ in g) / n) * 1e-6
+            f.gyro_mean_b = _mean([w for _, w, _ in g])
+            f.acc_mean_b = _mean([a for _, _, a in g])
+            f.gyro_age_s = (f.t_us - sum(t for t, _, _ in g) / n) * 1e-6
             g.clear()
 
     def _guard(self, texts: list[Text], fresh: bool) -> None:
@@ -186,3 +183,8 @@ class FlightApp:
         if why:
             texts.append(Text(4, why[:50]))
         return Ack(c.command, result, c.src_system, c.src_component)
+
+
+def _mean(v: list[Vec3]) -> Vec3:
+    n = len(v)
+    return math.fsum(x[0] for x in v) / n, math.fsum(x[1] for x in v) / n, math.fsum(x[2] for x in v) / n

@@ -88,6 +88,9 @@ class TelemetryConfig:
                 raise ValueError(f"rates_hz.{name}: unknown message; allowed: {', '.join(DEFAULT_RATES)}")
 
 
+TABLES = ("health", "nav", "ctrl", "guid", "airdata")  # a mission's own
+
+
 @dataclass(frozen=True)
 class FlightConfig:
     """One flight file. The dict tables are the mission's own."""
@@ -101,11 +104,12 @@ class FlightConfig:
     nav: dict[str, Any] = field(default_factory=dict)
     ctrl: dict[str, Any] = field(default_factory=dict)
     guid: dict[str, Any] = field(default_factory=dict)
+    airdata: dict[str, Any] = field(default_factory=dict)
 
     @property
     def tables(self) -> dict[str, Any]:
         """What FlightApp converts itself; keys the file leaves out are left out here."""
-        out: dict[str, Any] = {k: getattr(self, k) for k in ("health", "nav", "ctrl", "guid") if getattr(self, k)}
+        out: dict[str, Any] = {k: getattr(self, k) for k in TABLES if getattr(self, k)}
         if self.tanker is not None:
             out["tanker"] = self.tanker
         return out

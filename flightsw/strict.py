@@ -38,15 +38,35 @@ class OneOf:
     allowed: tuple[str, ...]
 
 
-def read_toml(path: str | Path) -> dict[str, Any]:
-    """Parse a TOML file. Raises ConfigError naming the file if it is missing, unreadable or malformed."""
+def read_toml(path: str | Path, _above: tuple[Path, ...] = ()) -> dict[str, Any]:
+    """Parse a TOML file. `base = "other.toml"` takes everything from that file beside it, key by key, and changes it.
+
+    Raises ConfigError naming the file if it is missing, unreadable, malformed or its own base.
+    """
+    here = Path(path).resolve()
     try:
         with open(path, "rb") as f:
-            return tomllib.load(f)
+            data = tomllib.load(f)
     except OSError as e:
         raise ConfigError(f"{path}: cannot be read: {e.strerror}") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as e:
         raise ConfigError(f"{path}: not valid TOML: {e}") from None
+    base = data.pop("base", None)
+    if base is None:
+        return data
+    if not isinstance(base, str) or here in _above:
+        raise ConfigError(f"{path}: base = {base!r}: allowed: the name of another file that is not based on this one")
+    return _merge(read_toml(here.parent / base, (*_above, here)), data)
+
+
+def _merge(base: dict[str, Any], own: dict[str, Any]) -> dict[str, Any]:
+    """Tables are merged key by key; anything else of `own` replaces what `base` has."""
+    for k, v in own.items():
+        if isinstance(v, dict) and isinstance(base.get(k), dict):
+            _merge(base[k], v)
+        else:
+            base[k] = v
+    return base
 
 
 def load(path: str | Path, cls: type[T], overrides: dict[str, Any] | None = None) -> T:

@@ -67,6 +67,7 @@ class SensorFrame:
     )
     gyro_count: int = 0  # how many; 0: none
     gyro_age_s: float = 0.0  # [s] age of the middle of that window
+    acc_mean_b: Vec3 = ZERO3  # [m/s^2] mean specific force over the same window
     acc_b: Vec3 = ZERO3  # [m/s^2] specific force (level and still: -9.81 on z)
     mag_b: Vec3 = ZERO3  # [gauss]
     pressure_pa: float = 0.0  # [Pa] static

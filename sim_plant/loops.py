@@ -8,7 +8,7 @@ import struct
 import time
 from collections.abc import Callable
 
-from flightsw.icd.link import MAX_DATAGRAM, Address, UdpLink, plant_port
+from flightsw.icd.link import MAX_DATAGRAM, Address, UdpLink, plant_command_port, plant_port
 from sim_plant.server import PlantServer
 
 REPEAT_S = 0.2  # [s, wall] tick 0 is repeated this often until answered
@@ -29,6 +29,11 @@ class UdpPlant:
         self._status, self._note = status, note
         self._link = UdpLink(0, "plant")
         self._sock = self._link.sock
+        try:
+            self._orders = UdpLink(plant_command_port(port_offset), "commands to the plant")
+        except OSError:
+            self._link.close()
+            raise
         self._sock.setblocking(True)
         self._timeout(0.05)
         self._peers: list[Address] = [("127.0.0.1", plant_port(s, port_offset)) for s in server.sysids]
@@ -54,6 +59,12 @@ class UdpPlant:
             self._answered_tick[i] = self.server.tick
             return ANSWER
         return RUBBISH
+
+    def _take_orders(self) -> None:
+        """Commands of the ground to the plant: each is answered at once and takes effect at the next tick."""
+        for data, addr in self._orders.drain(16):
+            for ack in self.server.desk.take(data):
+                self._orders.send(ack, addr)
 
     def _send(self, datagrams: list[bytes], only_open: bool = False) -> None:
         for i, (d, a) in enumerate(zip(datagrams, self._peers, strict=True)):
@@ -99,6 +110,7 @@ class UdpPlant:
                 self._send(out, only_open=True)
                 next_send = now + REPEAT_S
             self._receive(True)
+            self._take_orders()
             self._report(now)
 
     def lockstep(self) -> None:
@@ -108,6 +120,7 @@ class UdpPlant:
         s.end_tick()
         limit = s.scenario.clock.peer_timeout_s
         while not s.done:
+            self._take_orders()
             self._send(s.begin_tick())
             waiting, began = n, 0.0
             while waiting:
@@ -136,6 +149,7 @@ class UdpPlant:
         deadline = time.monotonic()
         self._timeout(period)
         while not s.done:
+            self._take_orders()
             self._send(s.begin_tick())
             deadline += period
             while (left := deadline - time.monotonic()) > 2e-4:
@@ -161,3 +175,4 @@ class UdpPlant:
         for _ in range(3):
             self._send(self.server.shutdown())
         self._link.close()
+        self._orders.close()

@@ -10,7 +10,10 @@ from typing import Annotated, Any
 
 from flightsw.aircraft import Aircraft, load_aircraft
 from flightsw.strict import ConfigError, OneOf, Range, load, to_dict
+from sim_plant.events import ACTIONS, PLANT, SENSORS, Event, check_event
 from sim_plant.sensors.config import Latency, NoiseCfg, NonNeg, Suite
+
+__all__ = ["ACTIONS", "SENSORS", "Event", "Scenario", "dump", "load_scenario"]
 
 HERE = Path(__file__).parent / "scenarios"
 Pos = Annotated[float, Range(1e-9)]
@@ -142,28 +145,6 @@ class Refuel:
     transfer_kgps: NonNeg = 2.5
 
 
-SENSORS = ("imu", "baro", "mag", "gnss", "air", "att", "rel", "fuel", "boom")
-ACTIONS = {"hold": 1, "precontact": 2, "contact": 3, "disconnect": 4, "breakaway": 5, "observation": 6}
-
-
-@dataclass(frozen=True)
-class Event:
-    """One scripted event. kind: command (action, or command + params), dropout, bias, stuck, spike (sensor, value),
-    link_loss, jam (surface). for_s = 0 lasts to the end of the run."""
-
-    t_s: NonNeg
-    kind: Annotated[str, OneOf(("command", "dropout", "bias", "stuck", "spike", "link_loss", "jam"))]
-    target: str
-    for_s: NonNeg = 0.0
-    sensor: Annotated[str, OneOf(("", *SENSORS))] = ""
-    surface: Annotated[str, OneOf(("", "aileron", "elevator", "rudder"))] = ""
-    index: int = -1  # air-data probe; -1: the whole group
-    value: tuple[float, ...] = ()
-    action: Annotated[str, OneOf(("", *ACTIONS))] = ""
-    command: Annotated[int, Range(0, 65535)] = 0  # MAV_CMD where action does not serve
-    params: tuple[float, ...] = ()
-
-
 @dataclass(frozen=True)
 class Scenario:
     meta: Meta
@@ -187,6 +168,8 @@ class Scenario:
             raise ConfigError(
                 f"aircraft: names and sysid must be unique, got {names} / {[a.sysid for a in self.aircraft]}"
             )
+        if PLANT in names:
+            raise ConfigError(f"aircraft.{PLANT}.name = {PLANT!r}: reserved for the plant as the target of commands")
         for i, a in enumerate(self.aircraft):
             # relative motion, wake and the frozen field are all measured from the first aircraft, the leader
             for key, ref in (
@@ -205,21 +188,7 @@ class Scenario:
             if key not in names:
                 raise ConfigError(f"sensors.{key}: no such aircraft; allowed: {', '.join(names)}")
         for i, e in enumerate(self.event):
-            self._check_event(f"event[{i}]", e, names)
-
-    def _check_event(self, at: str, e: Event, names: list[str]) -> None:
-        if e.target not in names:
-            raise ConfigError(f"{at}.target = {e.target!r}: allowed: {', '.join(names)}")
-        if e.kind == "command" and not (e.action or e.command):
-            raise ConfigError(f"{at}: a command event needs action (one of {', '.join(ACTIONS)}) or command")
-        if e.kind in ("dropout", "bias", "stuck", "spike") and not e.sensor:
-            raise ConfigError(f"{at}: a {e.kind} event needs sensor, one of {', '.join(SENSORS)}")
-        if e.kind in ("bias", "spike") and not e.value:
-            raise ConfigError(f"{at}: a {e.kind} event needs value")
-        if e.kind == "jam" and not e.surface:
-            raise ConfigError(f"{at}: a jam event needs surface, one of aileron, elevator, rudder")
-        if len(e.params) > 7:
-            raise ConfigError(f"{at}.params: at most 7 values, got {len(e.params)}")
+            check_event(f"event[{i}]", e, names)
 
     def suite(self, name: str) -> Suite:
         """Sensor settings of an aircraft."""

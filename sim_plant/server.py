@@ -11,6 +11,7 @@ from flightsw.icd.geo import Origin
 from flightsw.icd.tlog import TlogWriter
 from flightsw.strict import ConfigError
 from flightsw.types import ActuatorCmd
+from sim_plant.commands import CommandDesk
 from sim_plant.radio import Radio
 from sim_plant.scenario import Scenario, dump, load_scenario
 from sim_plant.world import World
@@ -42,6 +43,7 @@ class PlantServer:
         self._replies: list[Reply | None] = [None] * len(self.names)
         self._truth_div = max(1, self.world.rate_hz // TRUTH_HZ)
         self._log: TlogWriter | None = None
+        self.desk = CommandDesk(self.world, self.notes, None if run_dir is None else Path(run_dir))
         if run_dir is not None:
             folder = Path(run_dir)
             folder.mkdir(parents=True, exist_ok=True)
@@ -79,6 +81,7 @@ class PlantServer:
             return self._out
         w = self.world
         frames = w.sense()
+        self.desk.record()
         for i, (frame, codec) in enumerate(zip(frames, self.codecs, strict=True)):
             extra = self.radio.receive(i, w.tick, w.link_up(i))
             for c in frame.commands:
@@ -159,6 +162,7 @@ class PlantServer:
         return [c.shutdown() for c in self.codecs]
 
     def close(self) -> None:
-        """Flush and close the truth log. Raises TlogError if the disk refuses."""
+        """Flush and close the logs. Raises TlogError if the disk refuses."""
+        self.desk.close()
         if self._log is not None:
             self._log.close()

@@ -7,6 +7,7 @@ step():   command delay -> fuel transfer -> servos, forces, integration -> next 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,13 +15,15 @@ from flightsw.strict import ConfigError
 from flightsw.types import ActuatorCmd, Command, SensorFrame
 from sim_plant.actuators import CommandPath, Values
 from sim_plant.boom import BoomCoupling
-from sim_plant.faults import FaultPlan
+from sim_plant.events import ACTIONS, Event, plant_targets
+from sim_plant.faults import CLEAR, FaultPlan
+from sim_plant.inject import ACCEPTED, DENIED, Verdict, judge
 from sim_plant.kernels import layout as n
 from sim_plant.kernels.eom import step as integrate
 from sim_plant.kernels.geometry import relative
 from sim_plant.kernels.observe import observe
 from sim_plant.kernels.rot import quat_dcm
-from sim_plant.scenario import ACTIONS, Scenario
+from sim_plant.scenario import Scenario
 from sim_plant.trim import throttle_for, trim
 from sim_plant.truth import Truth, truth_of
 from sim_plant.vehicle import Vehicle
@@ -29,6 +32,17 @@ from sim_plant.wind.field import AirMass
 MAG_N = np.array([0.215, 0.010, 0.440])  # [gauss] earth's field at the origin, NED (mid-latitude dipole)
 MAV_CMD_USER_1 = 31010
 GROUND_SYSID, GROUND_COMPID = 255, 190
+
+
+@dataclass(frozen=True)
+class Injected:
+    """A command to the plant about aircraft i, as answered; `tick`: when it takes effect (accepted) or was refused."""
+
+    tick: int
+    i: int
+    command: Command
+    verdict: Verdict
+    scripted: bool
 
 
 class AircraftLostError(RuntimeError):
@@ -65,15 +79,54 @@ class World:
                 raise ConfigError(f"{at}: that aircraft's file needs a [boom] and this one's a [receptacle]")
             self.boom = BoomCoupling(leader.ac.boom, scenario.refuel, self.dt_s)
         self.faults = FaultPlan(
-            scenario, {v.cfg.name: {s.group: s for s in v.sensors} for v in self.vehicles}, self.rate_hz
+            scenario, {v.cfg.name: {s.group: s for s in v.sensors} for v in self.vehicles}, self.rate_hz, self.seed
         )
+        self.injected: list[Injected] = []  # commands to the plant; whoever records them empties it
+        self._to_plant: dict[int, list[tuple[int, Command]]] = {}
         self._commands: dict[int, list[tuple[Vehicle, Command]]] = {}
-        for e in scenario.event:
+        for k, e in enumerate(scenario.event):
             if e.kind == "command":
-                params = (float(ACTIONS[e.action]), *e.params[1:]) if e.action else e.params
-                params = (*params, *([0.0] * (7 - len(params))))
-                cmd = Command(MAV_CMD_USER_1 if e.action else e.command, params, GROUND_SYSID, GROUND_COMPID)
-                self._commands.setdefault(round(e.t_s * self.rate_hz), []).append((self._vehicle(e.target), cmd))
+                self._script(f"event[{k}]", e)
+
+    def _script(self, at: str, e: Event) -> None:
+        """Note a scripted command for its tick. Raises ConfigError if it is one to the plant that the plant refuses."""
+        tick = round(e.t_s * self.rate_hz)
+        params = (float(ACTIONS[e.action]), *e.params[1:]) if e.action else e.params
+        params = (*params, *([0.0] * (7 - len(params))))
+        cmd = Command(MAV_CMD_USER_1 if e.action else e.command, params, GROUND_SYSID, GROUND_COMPID)
+        named = plant_targets(e.target, [v.cfg.name for v in self.vehicles])
+        if named:  # as precise as on the wire, so that the same command from the ground does the same
+            with np.errstate(over="ignore"):
+                cmd = replace(cmd, params=tuple(float(np.float32(p)) for p in params))
+        if not named:
+            self._commands.setdefault(tick, []).append((self._vehicle(e.target), cmd))
+        for name in named:
+            v = self._vehicle(name)
+            verdict = self._judge(v, cmd)
+            if verdict.result != ACCEPTED:
+                raise ConfigError(f"{at}.params: refused by the plant: {verdict.text}")
+            self._to_plant.setdefault(tick, []).append((v.index, cmd))
+
+    def _judge(self, v: Vehicle, cmd: Command) -> Verdict:
+        air = next((s for s in v.sensors if s.group == "air"), None)
+        rate = self.rate_hz / air.div if air is not None else 0.0
+        return judge(cmd.command, cmd.params, v.cfg.name, len(v.probes) if air is not None else 0, rate)
+
+    def command(self, i: int, cmd: Command, scripted: bool = False) -> Injected:
+        """A command to the plant about aircraft i: judged, noted in `injected`, and done at the next tick not yet sensed."""
+        v = self.vehicles[i]
+        verdict = self._judge(v, cmd)
+        tick = self.tick + 1 if self._sensed else self.tick
+        e = verdict.event
+        if e is not None and e.kind == CLEAR:
+            if self.faults.wider(e):
+                verdict = Verdict(DENIED, "a fault under way is wider than that; clear all of it")
+            else:
+                self.faults.clear(e, tick)
+        elif e is not None:
+            self.faults.inject(e, tick)
+        self.injected.append(Injected(tick, i, cmd, verdict, scripted))
+        return self.injected[-1]
 
     @property
     def t_us(self) -> int:
@@ -170,6 +223,8 @@ class World:
         """
         if self._sensed:
             return [v.frame for v in self.vehicles]
+        for i, cmd in self._to_plant.pop(self.tick, ()):
+            self.command(i, cmd, scripted=True)
         self.faults.step(self.tick)
         self._evaluate()
         t_us = self.t_us

@@ -1,4 +1,4 @@
-"""Receiver mission, on one page: own sensors and the tanker's data link -> RelativeNav -> RefuelGuidance -> ReceiverControl.
+"""Receiver mission: own sensors and the tanker's data link -> AirData -> RelativeNav -> RefuelGuidance -> ReceiverControl.
 
 20 Hz (every fifth base tick): navigation, guidance, control, in this order. 100 Hz: actuator model, health, guard (app.py).
 """
@@ -15,6 +15,7 @@ from flightsw.ctrl.common import ScheduleParams
 from flightsw.ctrl.receiver import ReceiverControl, ReceiverCtrlParams
 from flightsw.guid.refuel import RefuelGuidance, RefuelParams
 from flightsw.models.actuators import ActuatorModel
+from flightsw.nav.airdata import AirData, AirDataParams
 from flightsw.nav.common import NavParams
 from flightsw.nav.relative_variants import make_relative_nav
 from flightsw.types import (
@@ -37,12 +38,13 @@ MAV_CMD_USER_1 = 31010
 
 @dataclass(frozen=True)
 class ReceiverParams:
-    """[nav], [ctrl] and [guid] of a receiver flight file."""
+    """[nav], [ctrl], [guid] and [airdata] of a receiver flight file."""
 
     tanker: str = "kc135r"
     nav: NavParams = field(default_factory=lambda: NavParams(q_rate=0.1, q_wind=0.40))
     ctrl: ReceiverCtrlParams = field(default_factory=lambda: ReceiverCtrlParams(ScheduleParams(mass_kg=5200.0)))
     guid: RefuelParams = field(default_factory=RefuelParams)
+    airdata: AirDataParams = field(default_factory=AirDataParams)
 
 
 class ReceiverMission:
@@ -53,6 +55,10 @@ class ReceiverMission:
 
     def __init__(self, ac: Aircraft, p: ReceiverParams, period_s: float) -> None:
         self.nav = make_relative_nav(ac, p.nav)
+        self.air: AirData | None = None
+        if p.airdata.on:
+            self.air = AirData(ac, p.airdata)
+            self.nav.use_aid(p.airdata.aid)
         self.guid = RefuelGuidance(p.guid)
         self.ctrl = ReceiverControl(ac, load_aircraft(p.tanker), p.ctrl, period_s)
         self.V0 = float(np.mean(p.ctrl.schedule.V_mps))
@@ -64,6 +70,8 @@ class ReceiverMission:
         self, f: SensorFrame, act: ActuatorModel, updated: int, health: Health, dt: float
     ) -> tuple[NavState, GuidanceCmd, np.ndarray, float]:
         """One 20 Hz step: (nav, guidance, surfaces and thrust [4], throttle)."""
+        if self.air is not None:
+            self.air.step(f, self.nav, health, updated)
         nav = self.nav.step(f, act.take_mean(), health, updated)
         if (self._lost or self.nav.rejoined) and nav.valid:
             self.guid.recapture(nav)
@@ -100,4 +108,6 @@ class ReceiverMission:
     def texts(self) -> list[Text]:
         """Messages since the last call."""
         out, self.guid.texts = self.guid.texts, []
+        if self.air is not None and self.air.texts:
+            out, self.air.texts = out + self.air.texts, []
         return out

@@ -88,6 +88,16 @@ class PeerTracker:
         tk[12:15] = 0.0
         tk[15:18] = self._v + self._a * dt
 
+    @property
+    def wind(self) -> np.ndarray:
+        """The tanker's own wind estimate [3] NED [m/s]."""
+        return self._wind
+
+    @property
+    def acceleration(self) -> np.ndarray:
+        """Inertial acceleration [3] NED [m/s^2] of the last sample."""
+        return self._a
+
     def velocity(self, t_us: int) -> np.ndarray:
         """Inertial velocity [3] NED [m/s] at `t_us`."""
         return np.asarray(self._v + self._a * ((t_us - self.t_us) * 1e-6))

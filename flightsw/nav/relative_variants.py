@@ -34,6 +34,8 @@ def make_relative_nav(ac: Aircraft, p: NavParams) -> RelativeNav:
     """The plain receiver estimator, or the variant its parameters ask for. Raises ConfigError for what it cannot do."""
     if p.model != "aero":
         raise ConfigError(f"nav.model = {p.model!r}: allowed for a receiver: aero")
+    if p.state_form != "wind":
+        raise ConfigError(f"nav.state_form = {p.state_form!r}: allowed for a receiver: wind")
     if p.local_probes and p.colour == "removed" and p.colour_tau_s:
         raise ConfigError("nav.local_probes = true: allowed with colour = scaled, augmented or ignored")
     rw = p.wind_model == "random_walk"

@@ -9,6 +9,7 @@ from typing import Any
 from flightsw.strict import ConfigError
 from flightsw.types import SensorFrame
 from sim_plant.rng import NoiseRows
+from sim_plant.sensors.faulty import Delay, Drift, Flicker, Garbage
 
 
 class View:
@@ -56,6 +57,9 @@ class Sensor:
         self.stuck = False
         self.offset: list[float] | None = None  # added to the error row
         self.spike: list[float] | None = None  # added to the next error row only
+        self.errors: list[Drift | Garbage] = []
+        self.delays: list[Delay] = []
+        self.flickers: list[Flicker] = []
 
     def sample(self, view: View, e: list[float]) -> Any:
         """Measured values from the truth and an error row."""
@@ -90,14 +94,32 @@ class Sensor:
         for extra in (self.offset, self.spike):
             if extra is not None:
                 e = [a + b for a, b in zip(e, extra, strict=True)]
+        for f in self.errors:
+            e = f.add(e, t_us)
         if self.spike is not None:
             self.spike = None
             self.refresh()
         if self.dropped:
             return
-        value = self._last if self.stuck and self._last is not None else self.sample(view, e)
-        self._queue.append((t_us, value))
+        before = self.newest()
+        frozen = self.stuck and before is not None
+        value = self.alter(before if frozen else self.sample(view, e), frozen)
+        if value is not None:
+            self._queue.append((t_us, value))
+
+    def newest(self) -> Any:
+        """The last sample taken, delivered or still on its way; None before the first."""
+        return self._queue[-1][1] if self._queue else self._last
+
+    def alter(self, value: Any, frozen: bool) -> Any | None:
+        """What faults of the whole group make of a sample; None: it is lost. `frozen`: it is the last one once more."""
+        if not frozen:
+            for d in self.delays:
+                value = d.push(value)
+        lost = [f.lost() for f in self.flickers]  # every chain moves on, whatever the others do
+        return None if any(lost) else value
 
     def refresh(self) -> None:
         """Recompute the summary flag after a fault field changed."""
         self.faulty = self.dropped or self.stuck or self.offset is not None or self.spike is not None
+        self.faulty = self.faulty or bool(self.errors or self.delays or self.flickers)

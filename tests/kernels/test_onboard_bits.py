@@ -94,6 +94,18 @@ def probe_args(r: Rng) -> Args:
     return [*flow, np.array([1, 0, 1]), r.normal(size=(3, 3)), r.uniform(-0.2, 0.2, 3), z(3)]
 
 
+THRESHOLDS = np.array([3.0, 2.0, 4.0, 3.0, 1.0])[:, None] * np.array([0.0, 2.0, 3.0, 4.0])
+
+
+def spd(r: Rng) -> np.ndarray:
+    a = r.normal(size=(3, 3))
+    return a @ a.T + 0.2 * np.eye(3)
+
+
+def fit_args(r: Rng) -> Args:
+    return [3 * r.normal(size=3), spd(r), r.uniform(0.5, 1.5, 3), r.uniform(0.1, 2.0)]
+
+
 def codes(r: Rng, top: int) -> np.ndarray:
     return r.permutation(top).astype(np.int64)
 
@@ -251,9 +263,98 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         z(5, 15),
     ],
     "models.airframe.air_jacobian": lambda r: [r.uniform(150, 220), *r.uniform(-0.1, 0.1, 2), unit9(r), z(3, 3)],
+    "models.velocity_form.exchange": lambda r: [points(r), float(r.choice([-1.0, 1.0]))],
+    "models.velocity_form.air_slope": lambda r: [free_state(r), z(3, 6)],
+    "models.velocity_form.shear": lambda r: [r.normal(size=(20, 23)), r.normal(size=(3, 6)), 1.0],
     "models.measure.measure_free": lambda r: [points(r), codes(r, 15), 15, z(31, 15)],
     "models.measure.measure_relative": lambda r: [points(r), codes(r, 18), 18, stage(r), z(31, 18)],
     "models.measure.average_probes": probe_args,
+    "kernels.fdi.popcount": lambda r: [int(r.integers(8))],
+    "kernels.fdi.null_basis": lambda r: [r.normal(size=3), z(2, 3)],
+    "kernels.fdi.whiten": lambda r: [r.normal(size=3), spd(r), r.normal(size=(2, 3)), z(2), z(2, 3)],
+    "kernels.fdi.subset_fit": lambda r: [*fit_args(r), int(r.integers(1, 8))],
+    "kernels.fdi.subset_gammas": lambda r: [*fit_args(r), 7, z(8)],
+    "kernels.fdi.smallest_set": lambda r: [r.uniform(0, 20, 8), 7, 7, 1, 0, np.array([0.0, 3.0, 6.0, 9.0])],
+    "kernels.fdi.collapse": lambda r: [
+        r.normal(size=(6, 3)) + np.array([3.0, 0.0, 0.0]) * (np.arange(6) > 3)[:, None],
+        r.normal(size=(6, 3)),
+        3,
+        6,
+        np.array([1, 1, 0, 1, 1, 1]),
+        spd(r),
+        spd(r),
+        7,
+        np.array([0.0, 1.0, 2.0, 3.0]),
+        np.array([0.0, 5.0, 6.0, 7.0]),
+    ],
+    "kernels.fdi.cusum_step": lambda r: [r.normal(size=2), r.normal(size=(2, 3)), 2.0, 26.0, r.uniform(0, 10, 6)],
+    "kernels.fdi.cusum_record": lambda r: [
+        r.normal(size=(50, 2)) + 1.0,
+        r.normal(size=(1, 2, 3)),
+        2.0,
+        13.0,
+        26.0,
+        bool(r.integers(2)),
+        z(50, 6),
+    ],
+    "kernels.fdi.take_off_rotation": lambda r: [
+        np.concatenate((r.uniform(180, 200, 3), r.uniform(-0.1, 0.1, 6))),
+        r.uniform(-0.2, 0.2, 3),
+        r.normal(size=(3, 3)) * 5,
+        z(9),
+    ],
+    "kernels.fdi_monitor.window_mean": lambda r: [
+        r.normal(size=(5, 3)),
+        r.normal(size=(5, 3)),
+        r.integers(0, 2, 5),
+        2,
+        4,
+        z(3),
+        z(3),
+    ],
+    "kernels.fdi_monitor.covariance": lambda r: [r.uniform(0, 1, 3), spd(r), 3, z(3, 3)],
+    "kernels.fdi_monitor.exclude": lambda r: [
+        np.array([5, 40, int(r.integers(800)), 2, 0]),
+        np.array([20, 640, 400, 1]),
+    ],
+    "kernels.fdi_monitor.blame": lambda r: [*fit_args(r), 7, int(r.integers(8)), THRESHOLDS, z(8)],
+    "kernels.fdi_monitor.agrees": lambda r: [*fit_args(r), 7, int(r.integers(3)), THRESHOLDS],
+    "kernels.fdi_monitor.signs": lambda r: [*fit_args(r), 7, int(r.integers(8))],
+    "kernels.fdi_monitor.monitor_variable": lambda r: [
+        r.normal(size=(5, 3)) + np.array([4.0, 0.0, 0.0]),
+        np.ones((5, 3)),
+        np.full(5, 7),
+        np.zeros(5, dtype=np.int64),
+        2,
+        5,
+        7,
+        0,
+        int(r.integers(8)),
+        0,
+        r.uniform(0.5, 1.0, 3),
+        0.1 * spd(r),
+        1.0,
+        THRESHOLDS,
+        np.array([20, 640, 400, 1]),
+        np.tile(np.array([19, 20, 100, 1, 30]), (3, 1)),
+        z(3),
+        z(3),
+        z(3, 3),
+        z(8),
+        np.zeros(7, dtype=np.int64),
+    ],
+    "kernels.fdi_monitor.window_record": lambda r: [
+        r.normal(size=(40, 3)) + np.array([4.0, 0.0, 0.0]) * (np.arange(40) < 20)[:, None],
+        np.ones((40, 3)),
+        r.uniform(0.5, 1.0, 3),
+        0.1 * spd(r)[None],
+        5,
+        THRESHOLDS,
+        z(40, 3),
+        z(40, 3),
+        z(40, 3, 3),
+        z(40),
+    ],
     "ctrl.schedule.weights": lambda r: [
         r.uniform(-0.04, 0.04),
         r.uniform(170, 210),

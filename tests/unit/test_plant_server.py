@@ -17,7 +17,7 @@ from typing import Any
 import pytest
 
 from flightsw.icd.codec import FlightCodec
-from flightsw.icd.link import plant_port
+from flightsw.icd.link import plant_command_port, plant_port
 from flightsw.icd.tlog import read
 from flightsw.types import UPD_PEER, ActuatorCmd, NavState, SensorFrame
 from sim_plant.loops import PeerLostError, UdpPlant
@@ -124,17 +124,19 @@ def test_truth_never_travels_to_flightsw() -> None:
 
 
 def free_offset() -> int:
-    """A port offset at which both plant ports are free now."""
+    """A port offset at which both plant ports and the plant's command port are free now."""
     while True:
         with (
             socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as a,
             socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as b,
+            socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as c,
         ):
             a.bind(("127.0.0.1", 0))
             offset = a.getsockname()[1] - plant_port(1)
             try:
                 b.bind(("127.0.0.1", plant_port(2, offset)))
-            except OSError:
+                c.bind(("127.0.0.1", plant_command_port(offset)))
+            except (OSError, OverflowError):
                 continue
             if 0 <= offset <= 40000:
                 return int(offset)

@@ -1,0 +1,192 @@
+"""The small UAV ALEXIS in the vertical plane: motion, servos, wind, vane bias and instruments, one sample at a time.
+
+`Alexis.step` takes the command computed from the previous sample and goes to the next one. Numbers: Hoffmann and
+Luckner (2010), appendix; flap and servos are assumptions (the source has neither).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim_plant.alexis_wind import AlexisWind, wind_series
+from sim_plant.kernels import alexis as ka
+from sim_plant.kernels import layout as n
+from sim_plant.rng import generator
+
+Arr = NDArray[np.float64]
+RAD = math.pi / 180.0
+
+
+@dataclass(frozen=True)
+class AlexisServo:
+    """Elevator and flap servos, second order."""
+
+    wn_radps: float = 40.0
+    zeta: float = 0.7
+    rate_degps: float = 300.0
+    elevator_deg: float = 15.0
+    flap_deg: float = 20.0
+
+
+@dataclass(frozen=True)
+class AlexisSensors:
+    """Standard deviation per sample; the vane's bias is a step and, with bias_walk, a random walk [deg per sqrt(s)]."""
+
+    rate_degps: float = 0.6
+    vane_deg: float = 0.5
+    airspeed_mps: float = 0.35
+    pitch_deg: float = 0.2
+    height_m: float = 1.0
+    ground_mps: float = 0.2
+    vertical_mps2: float = 0.3
+    ground_every: int = 10  # samples between two readings of ground speed
+    bias_deg: float = 0.0
+    bias_at_s: float = 0.0
+    bias_walk: float = 0.0
+    bias_start_deg: float = 0.0  # 1 sigma of a constant random part
+
+    def sigmas(self) -> Arr:
+        """Vector [7] in SI and radians."""
+        deg = (self.rate_degps * RAD, self.vane_deg * RAD, self.airspeed_mps, self.pitch_deg * RAD)
+        return np.array([*deg, self.height_m, self.ground_mps, self.vertical_mps2])
+
+
+@dataclass(frozen=True)
+class AlexisParams:
+    """The aircraft as it is. Factors multiply aerodynamic forces and moments as a whole (1: the published aircraft)."""
+
+    linear: bool = False
+    V_mps: float = 20.0
+    height_m: float = 100.0
+    lift_factor: float = 1.0  # of everything that changes lift
+    moment_factor: float = 1.0
+    direct: bool = False  # surfaces follow commands at once, without servo and delay
+    servo: AlexisServo = field(default_factory=AlexisServo)
+    sensors: AlexisSensors = field(default_factory=AlexisSensors)
+    noise: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
+    # intensity of process noise on pitch rate, alpha_K, V_K, pitch, height [unit per sqrt(s)]
+
+    def vector(self) -> Arr:
+        """Parameter vector [NA] of the kernels."""
+        a = np.zeros(ka.NA)
+        a[ka.A_V], a[ka.A_H], a[ka.A_G] = self.V_mps, self.height_m, 9.81
+        a[ka.A_L0], a[ka.A_LALPHA], a[ka.A_LRATE], a[ka.A_LELEV], a[ka.A_LFLAP] = 9.81, 219.08, 2.0, 20.0, 80.0
+        a[ka.A_LALPHA : ka.A_LFLAP + 1] *= self.lift_factor
+        a[ka.A_D0], a[ka.A_DALPHA], a[ka.A_DRATE], a[ka.A_DELEV], a[ka.A_DFLAP] = 0.92, -0.56, 0.36, 0.09, 0.3
+        a[ka.A_MRATE], a[ka.A_MALPHA], a[ka.A_MELEV], a[ka.A_MFLAP] = -10.5, -50.0, -134.0, -8.0
+        a[ka.A_MRATE : ka.A_MFLAP + 1] *= self.moment_factor
+        a[ka.A_T0], a[ka.A_TSET] = 0.92, 0.004
+        a[ka.A_LINEAR] = float(self.linear)
+        return a
+
+
+class Alexis:
+    """One flight of `duration_s` sampled every dt [s], with `ticks` integration steps between two samples.
+
+    After construction and after every step: `truth` [9] (x1, alpha_W, V_W, q, alpha_K, V_K, Theta, H, vane bias; deviations
+    from trim), `reading` [7] and `fresh`, the bit mask of its channels; `vertical` [ticks] is a_z at the ticks passed.
+    """
+
+    def __init__(
+        self, p: AlexisParams, wind: AlexisWind, seed: int, duration_s: float, dt: float = 0.02, ticks: int = 4
+    ) -> None:
+        """Raises ValueError for a duration below one sample or fewer than one tick."""
+        self.samples = round(duration_s / dt) + 1
+        if self.samples < 2 or ticks < 1:
+            raise ValueError(f"duration_s = {duration_s}, dt = {dt}, ticks = {ticks}; allowed: a sample or more, >= 1")
+        self.p, self.dt, self.ticks, self.h = p, dt, ticks, dt / ticks
+        self.a = p.vector()
+        count = (self.samples - 1) * ticks + 1
+        self.wind, self._aux = wind_series(wind, p.V_mps, count, self.h, seed)
+        self.f = np.array([p.V_mps, 0.0, 0.0, 0.0, p.height_m])
+        self._servo_state, self._servo_command, self._servo = self._servos(p.servo)
+        self._kick = self._process_noise(count - 1, seed)
+        self._bias = self._vane_bias(seed)
+        sigma = p.sensors.sigmas()
+        self._noise = generator(seed, "alexis.sensors").standard_normal((self.samples, ka.NR)) * sigma
+        self._W = np.zeros((8, ka.NR))
+        self._clean = np.zeros(ka.NR)
+        self._controls = np.zeros(3)
+        self.command = np.zeros(3)
+        self.vertical = np.zeros(ticks)
+        self.k = 0
+        self.truth, self.reading, self.fresh = np.zeros(9), np.zeros(ka.NR), 0
+        self._observe()
+
+    @staticmethod
+    def _servos(s: AlexisServo) -> tuple[Arr, Arr, Arr]:
+        par = np.zeros(n.P_TABLES)
+        lim = np.array([s.elevator_deg, s.flap_deg, 1.0]) * RAD
+        par[n.P_LO : n.P_LO + 3], par[n.P_HI : n.P_HI + 3] = -lim, lim
+        par[n.P_RATE : n.P_RATE + 3] = s.rate_degps * RAD
+        par[n.P_WN], par[n.P_ZETA] = s.wn_radps, s.zeta
+        return np.zeros(n.NS), np.zeros(n.NC), par
+
+    def _process_noise(self, count: int, seed: int) -> Arr:
+        q = np.array(self.p.noise)
+        if not q.any():
+            return np.zeros((count, ka.NF))
+        rate, alpha, speed, pitch, height = (
+            generator(seed, "alexis.process").standard_normal((count, 5)) * q * math.sqrt(self.h)
+        ).T
+        return np.ascontiguousarray(np.stack([speed, self.p.V_mps * (pitch - alpha), pitch, rate, height], axis=1))
+
+    def _vane_bias(self, seed: int) -> Arr:
+        s = self.p.sensors
+        g = generator(seed, "alexis.vane")
+        walk = np.cumsum(g.standard_normal(self.samples)) * s.bias_walk * RAD * math.sqrt(self.dt)
+        t = np.arange(self.samples) * self.dt
+        return walk + s.bias_start_deg * RAD * g.standard_normal() + np.where(t >= s.bias_at_s, s.bias_deg * RAD, 0.0)
+
+    def place(self, rate: float, alpha_K: float, V_K: float, pitch: float, height: float) -> None:
+        """Put the aircraft at deviations from trim [rad/s, rad, m/s, rad, m] before the first step, and read the instruments."""
+        V = self.p.V_mps + V_K
+        path = pitch - alpha_K
+        if self.p.linear:
+            self.f[:2] = V, self.p.V_mps * path
+        else:
+            self.f[:2] = V * math.cos(path), V * math.sin(path)
+        self.f[2:] = pitch, rate, self.p.height_m + height
+        self._observe()
+
+    @property
+    def surfaces(self) -> tuple[float, float]:
+        """Elevator and flap [rad] as they are."""
+        if self.p.direct:
+            return float(self.command[0]), float(self.command[2])
+        return float(self._servo_state[n.S_SURF]), float(self._servo_state[n.S_SURF + 1])
+
+    def step(self, command: Arr) -> None:
+        """Go to the next sample with `command` [3] (elevator [rad], throttle setting, flap [rad]) in force meanwhile."""
+        if self.k + 1 >= self.samples:
+            raise ValueError(f"flight of {self.samples} samples is over")
+        self.command[:] = command
+        i = self.k * self.ticks
+        ka.advance(
+            self.f, self._servo_state, self._servo, self._servo_command, self.command, self.p.direct,
+            self.wind[i : i + self.ticks + 1], self._kick[i : i + self.ticks], self.a, self.h, self._W, self.vertical,
+        )  # fmt: skip
+        self.k += 1
+        self._observe()
+
+    def _observe(self) -> None:
+        c, k, V0 = self._controls, self.k, self.p.V_mps
+        c[0], c[2] = self.surfaces
+        c[1] = self.command[1]
+        w = self.wind[k * self.ticks]
+        ka.readings(self.f, w, c, self.a, self._W[4], self._clean)
+        self.reading[:] = self._clean + self._noise[k]
+        self.reading[ka.R_VANE] += self._bias[k]
+        self.fresh = (1 << ka.NR) - 1
+        if k % self.p.sensors.ground_every:
+            self.fresh &= ~(1 << ka.R_GROUND)
+        vx, vup, pitch, rate, height = self.f
+        path, speed = (vup / V0, vx) if self.p.linear else (math.atan2(vup, vx), math.hypot(vx, vup))
+        self.truth[:] = (
+            self._aux[k * self.ticks], w[0] / V0, w[1], rate, pitch - path, speed - V0, pitch,
+            height - self.p.height_m, self._bias[k],
+        )  # fmt: skip

@@ -1,0 +1,117 @@
+"""The plant's command desk: COMMAND_LONG of the ground to the plant, its COMMAND_ACK, and the record of both.
+
+What was ordered, from the ground or by the scenario, goes to plant.tlog in the run folder, each under the tick at which it
+takes effect (or was refused): COMMAND_LONG, COMMAND_ACK, STATUSTEXT in words. Without such commands there is no file.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from flightsw.icd.scaling import COMP_AUTOPILOT, COMP_PLANT
+from flightsw.icd.tlog import TlogWriter
+from flightsw.icd.wire import BY_NAME, Counters, Sender, split, table
+from flightsw.types import Command
+from sim_plant.inject import ACCEPTED
+from sim_plant.world import Injected, World
+
+_ACCEPT = table(("COMMAND_LONG",))
+_PARAMS = tuple(f"param{i}" for i in range(1, 8))
+_FIELDS = BY_NAME["COMMAND_LONG"].pick("target_system", "target_component", "command", "confirmation", *_PARAMS)
+SEVERITY_WARNING, SEVERITY_NOTICE = 4, 5
+TEXT_MAX = 50  # STATUSTEXT
+LOG_NAME = "plant.tlog"
+
+
+class CommandDesk:
+    """Takes commands for the aircraft of `world`; `notes` receives a line for the operator per command. Raises TlogError
+    naming the file if the record cannot be written to `folder` (None: no record)."""
+
+    def __init__(self, world: World, notes: list[str], folder: Path | None) -> None:
+        self._world, self._notes, self._folder = world, notes, folder
+        self._sysids = [v.cfg.sysid for v in world.vehicles]
+        self.count = Counters()
+        self._senders = {s: Sender(s, COMP_PLANT) for s in self._sysids}
+        self._logged = {s: Sender(s, COMP_PLANT) for s in self._sysids}
+        self._orders: dict[tuple[int, int], Sender] = {}
+        self._done: dict[tuple[int, int], tuple[Any, list[tuple[int, int]]]] = {}  # last command of each sender
+        self._log: TlogWriter | None = None
+
+    def take(self, datagram: bytes) -> list[bytes]:
+        """Carry out the commands of a datagram; the COMMAND_ACK packets to send back, one per aircraft concerned.
+
+        A command for no aircraft of the run, or for a component that is not here, is none of ours: no answer. A repeat
+        (confirmation above 0, the rest as before) is answered again and not carried out again.
+        """
+        out: list[bytes] = []
+        for _, values, sysid, compid, _, _ in split(datagram, _ACCEPT, self.count):
+            target, component, command, confirmation, *params = _FIELDS(values)
+            if component not in (0, COMP_AUTOPILOT, COMP_PLANT):
+                continue
+            concerned = [i for i, s in enumerate(self._sysids) if target in (0, s)]
+            if not concerned:
+                self._notes.append(f"command {command} for sysid {target}: no such aircraft in this run")
+                continue
+            # NaN is unequal to itself: compare what was sent, not what it means
+            key, sender = (target, command, repr(params)), (sysid, compid)
+            before = self._done.get(sender)
+            if confirmation and before is not None and before[0] == key:
+                answers = before[1]
+            else:
+                cmd = Command(command, tuple(params), sysid, compid, confirmation)
+                answers = [(self._sysids[i], self._world.command(i, cmd).verdict.result) for i in concerned]
+                self._done[sender] = (key, answers)
+            out += [self._ack(self._senders[s], command, result, sysid, compid) for s, result in answers]
+        return out
+
+    @staticmethod
+    def _ack(sender: Sender, command: int, result: int, to_system: int, to_component: int) -> bytes:
+        return sender.named(
+            "COMMAND_ACK", command=command, result=result, target_system=to_system, target_component=to_component
+        )
+
+    def record(self) -> None:
+        """Write down what was ordered since the last call."""
+        if not self._world.injected:
+            return
+        for r in self._world.injected:
+            self._write(r)
+        self._world.injected.clear()
+
+    def _write(self, r: Injected) -> None:
+        t_us = r.tick * 1_000_000 // self._world.rate_hz
+        name, sysid, c = self._world.vehicles[r.i].cfg.name, self._sysids[r.i], r.command
+        accepted = r.verdict.result == ACCEPTED
+        word = "done" if accepted else f"refused, result {r.verdict.result}"
+        if not (r.scripted and accepted):
+            self._notes.append(f"{name}: {r.verdict.text}: {word} at t = {t_us / 1e6:.2f} s (tick {r.tick})")
+        if self._folder is None:
+            return
+        if self._log is None:
+            self._log = TlogWriter(self._folder / LOG_NAME)
+        key = (c.src_system, c.src_component)
+        ground = self._orders.setdefault(key, Sender(*key))
+        fields = dict(zip(_PARAMS, c.params, strict=True))
+        self._log.write(
+            t_us,
+            ground.named(
+                "COMMAND_LONG",
+                target_system=sysid,
+                target_component=COMP_PLANT,
+                command=c.command,
+                confirmation=c.confirmation,
+                **fields,
+            ),
+        )
+        plant = self._logged[sysid]
+        self._log.write(t_us, self._ack(plant, c.command, r.verdict.result, *key))
+        text = (r.verdict.text if accepted else f"refused: {r.verdict.text}")[:TEXT_MAX]
+        severity = SEVERITY_WARNING if accepted else SEVERITY_NOTICE
+        self._log.write(t_us, plant.named("STATUSTEXT", severity=severity, text=text))
+
+    def close(self) -> None:
+        """Write down what is left and close the record. Raises TlogError if the disk refuses."""
+        self.record()
+        if self._log is not None:
+            self._log.close()
