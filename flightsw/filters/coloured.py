@@ -129,12 +129,17 @@ class NoiseStates:
         self.n_total, self.nq_total = n + self.k, nq + self.k
         self.states = slice(n, n + self.k)
 
-    def start(self, x: Array, S: Array) -> None:
-        """Initial noise states: zero mean into x [n+k], stationary factor diag(s) into S [n+k,n+k], uncorrelated."""
+    def start(self, x: Array, S: Array, read: bool = False) -> None:
+        """Initial noise states: zero mean into x [n+k], stationary factor diag(s) into S [n+k,n+k].
+
+        read: the physical state was taken from one reading of every channel, and column c < k of S holds what the reading
+        error s_c did to it. A state read as y = x + v is wrong by +v, so its error and the noise state's (estimate less
+        truth, -v) are one random number with two signs; kept apart, the same reading would count twice.
+        """
         x[self.states] = 0.0
         S[self.states, :] = 0.0
         S[:, self.states] = 0.0
-        S[self.states, self.states] = np.diag(self.s)
+        S[self.states, slice(0, self.k) if read else self.states] = np.diag(-self.s if read else self.s)
 
     def propagate(self, X: Array, T: float) -> None:
         """Noise columns of the points X [p,n+k] decay over T [s], in place."""

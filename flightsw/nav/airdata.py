@@ -7,7 +7,7 @@ that are left, and a frame whose excluded readings are replaced by what the othe
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Annotated
 
 import numpy as np
@@ -27,6 +27,7 @@ from flightsw.kernels.rotations import (
     vec3,
 )
 from flightsw.kernels.wake import WK_WING_LIFT
+from flightsw.kernels.wake_state import X_KT, X_KW
 from flightsw.models.wake import WakeParams
 from flightsw.nav.common import failed_bits
 from flightsw.nav.position_aid import AidParams
@@ -34,12 +35,12 @@ from flightsw.nav.relative import RelativeNav
 from flightsw.nav.wake_params import WakePositionParams
 from flightsw.nav.wake_position import TRACKING, WakePosition
 from flightsw.strict import Range
-from flightsw.types import UPD_AIR, UPD_IMU, Health, NavState, SensorFrame, Text
+from flightsw.types import UPD_AIR, UPD_IMU, UPD_REL, Health, NavState, SensorFrame, Text
 
 Pos = Annotated[float, Range(1e-9)]
 ALL = 0x1FF
 ACC_TAU_S = 20.0  # [s] over which the tanker's modelled acceleration is corrected by its transmitted velocity
-AIR_TAU_S = 3.0  # [s] smoothing of the tanker's transmitted flow angles
+AIR_TAU_S = 0.5  # [s] smoothing of the tanker's transmitted flow angles
 
 
 @dataclass(frozen=True)
@@ -49,6 +50,7 @@ class AirDataParams:
     on: bool = False
     fuse: bool = True  # the wake position corrects the relative estimator, and may hold a station
     seed_sigma_m: Pos = 3.0  # [m] of a start from the relative estimator
+    rel_sigma_m: Pos = 0.5  # [m] of the relative sensor, from which the circulations are learnt
     sigma_x_m: Pos = 0.3  # [m] least 1-sigma of the given x
     common_V: Pos = 0.39  # [m/s] 1-sigma of the virtual sensor: what the wind estimate leaves unknown
     common_flow: Pos = 0.0026  # [rad] (0.15 deg)
@@ -63,7 +65,11 @@ class AirData:
 
     def __init__(self, ac: Aircraft, p: AirDataParams) -> None:
         self.p = p
-        self.wake = WakePosition(ac, p.position, p.wake)
+        # One filter knows the relative sensor and learns the circulations, the other finds the position by air data alone with
+        # what was learnt. Learning without a known position fails: slopes are taken at an estimate that the same noise has
+        # moved, and the tail's circulation is regressed towards zero while the position drifts to make up for it.
+        self.learn = WakePosition(ac, p.position, p.wake)
+        self.wake = WakePosition(ac, replace(p.position, scales=False), p.wake)
         self.fdi = Fdi(p.fdi)
         self.texts: list[Text] = []
         self._flow = np.zeros(2)  # tanker's alpha, beta, smoothed [rad]
@@ -78,7 +84,10 @@ class AirData:
         self._common = (0.0, 0.0, 0.0)
         self._s_common = (p.common_V, p.common_flow, p.common_flow)
         self._air_us = 0
-        self._excluded = self._valid = 0
+        self._excluded = 0
+        self._valid = self._seen = False
+        self._omega = self._acc = (0.0, 0.0, 0.0)
+        self._rel_acc = np.zeros(3)
 
     def step(self, f: SensorFrame, rel: RelativeNav, health: Health, updated: int) -> None:
         """Judge the new readings of frame `f` (made good in place), and hand the wake position to `rel`."""
@@ -92,22 +101,13 @@ class AirData:
         self._air_us = f.air_t_us
         self._frame(f, rel, nav, dt, bool(updated & UPD_IMU) and f.gyro_count > 0)
         x_f, xd_f = self._to_f(nav, f)
-        s_x = max(self.p.sigma_x_m, nav.rel_sigma[0])
-        w = self.wake
-        w.predict(
-            f.air_t_us,
-            vec3(self._e3),
-            self._omega,
-            self._acc,
-            float(x_f[0]),
-            s_x,
-            self.V_T,
-            density(-nav.pos_n[2]),
-            dt,
-            float(xd_f[0]),
-        )
-        if w.mode != TRACKING and nav.rel_valid and nav.rel_age_s < 0.5:
-            w.seed(float(x_f[1]), float(x_f[2]), self.p.seed_sigma_m, float(xd_f[1]), float(xd_f[2]))
+        w, learn = self.wake, self.learn
+        self._predict(nav, x_f, xd_f, dt)
+        if updated & UPD_REL and f.rel_valid and self._seen:
+            to_parent(self._R_tf, np.array(f.rel_pos_t), self._v)
+            learn.aid((float(self._v[1]), float(self._v[2])), (self.p.rel_sigma_m, self.p.rel_sigma_m))
+        if learn.mode == TRACKING:
+            w.x[X_KW : X_KT + 1] = learn.x[X_KW : X_KT + 1]
         y = self._y
         y[0:3], y[3:6], y[6:9] = f.air_V, f.air_beta, f.air_alpha
         given = (f.air_mask & 7) * 0b1001001
@@ -121,12 +121,25 @@ class AirData:
         use = self.fdi.usable(given) & ~f.air_bad
         if use != ALL:
             self._repair(f, use, e)
+        learn.update(y, use)
         fix = w.update(y, use)
         nav.wake, nav.fdi = fix, st
         if self.p.fuse:
             rel.fix, rel.x_f = fix, float(x_f[0])
             rel.R_ft[:] = self._R_tf
         self._report(st.excluded, fix.valid, fix.reason)
+
+    def _predict(self, nav: NavState, x: np.ndarray, xd: np.ndarray, dt: float) -> None:
+        """Carry both filters to the readings; one that has no position starts at the relative estimate x, rate xd [3, F]."""
+        self._seen = nav.rel_valid and nav.rel_age_s < 0.5
+        s_x, rho = max(self.p.sigma_x_m, nav.rel_sigma[0]), density(-nav.pos_n[2])
+        att = vec3(self._e3)
+        for k in (self.wake, self.learn):
+            k.predict(
+                self._air_us, att, self._omega, self._acc, float(x[0]), s_x, self.V_T, rho, dt, float(xd[0])
+            )  # fmt: skip
+            if k.mode != TRACKING and self._seen:
+                k.seed(float(x[1]), float(x[2]), self.p.seed_sigma_m, float(xd[1]), float(xd[2]))
 
     def _frame(self, f: SensorFrame, rel: RelativeNav, nav: NavState, dt: float, gyro: bool) -> None:
         """Tanker's air-path axes, own attitude, rates and acceleration in them."""

@@ -64,9 +64,7 @@ class AirframeNav:
         if dt > 0.0:
             dcm_from_euler(x[6], x[7], x[8], self._R)
             c.noise_factor(self._R, dt)
-            ukf.draw()
-            self._propagate(f, u, rho, dt)
-            ukf.recombine()
+            self._predict(f, u, rho, dt)
         free_rates(x, u, rho, c.P, self._R, self._fm, self._d)
         nis, m = self._fuse(f, u, updated & ~failed_bits(health))
         if not sane(x, ukf.S):
@@ -75,6 +73,13 @@ class AirframeNav:
             return self.out
         free_rates(x, u, rho, c.P, self._R, self._fm, self._d)
         return self._publish(f, nis, m)
+
+    def _predict(self, f: SensorFrame, u: np.ndarray, rho: float, dt: float) -> None:
+        """Time update over dt [s]; the noise factor is filled."""
+        ukf = self.core.ukf
+        ukf.draw()
+        self._propagate(f, u, rho, dt)
+        ukf.recombine()
 
     def _propagate(self, f: SensorFrame, u: np.ndarray, rho: float, dt: float) -> None:
         """Carry the drawn points over dt [s]."""

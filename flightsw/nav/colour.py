@@ -38,17 +38,21 @@ class Colour:
         wraps = np.zeros(c)
         wraps[angles] = 1
         self.channels = c
+        self.sigma = np.array(sigma, dtype=float)
         self.noise = NoiseStates(first, first + 3, sigma, tau) if self.mode == "augmented" else None
         self.diff = Differencer(sigma, tau, angle=wraps, form=p.colour_form) if self.mode == "removed" else None
         self.floor = np.zeros(c)  # 1-sigma of white noise beside noise states; the owner fills it
         self._reading = np.zeros(c)
         self._had = np.zeros(c, dtype=bool)
 
-    def start(self, x: np.ndarray, S: np.ndarray) -> None:
-        """Initial noise states into x and S, in place; readings forgotten."""
+    def start(self, x: np.ndarray, S: np.ndarray, read: bool = False) -> None:
+        """Initial noise states into x and S, in place; readings forgotten.
+
+        read: column c of S is the error of the one reading of channel c the state was taken from (NoiseStates.start).
+        """
         self._had[:] = False
         if self.noise is not None:
-            self.noise.start(x, S)
+            self.noise.start(x, S, read)
         if self.diff is not None:
             self.diff.reset()
 

@@ -40,6 +40,7 @@ NonNeg = Annotated[float, Range(0.0)]
 MODELS = ("aero", "hybrid", "inertial", "random_rates")
 WIND_MODELS = ("random_walk", "gauss_markov", "dryden")
 COLOURS = ("scaled", "ignored", "removed", "augmented")
+FORMS_OF_STATE = ("wind", "velocity")  # what entries 12..14 are while the filter works (models.velocity_form)
 ADAPTATIONS = ("off", "single", "bank")  # nothing; one filter matched to its innovations; three filters weighted
 
 SENSOR_SIGMAS = ("r_V", "r_beta", "r_alpha", "r_rate", "r_euler", "r_pos", "r_vel")
@@ -91,6 +92,7 @@ class NavParams:
     cmw: bool = False  # calculated measurement of wind instead (Lee's printed method)
     cmw_samples: Annotated[int, Range(1, 1001)] = 41  # its moving average
     correlated_wind: bool = True  # a wind increment enters V, beta, alpha at once; False: diagonal Q as printed
+    state_form: Annotated[str, OneOf(FORMS_OF_STATE)] = "wind"  # "velocity": free aircraft only
     wind_model: Annotated[str, OneOf(WIND_MODELS)] = "random_walk"
     wind_tau_s: Pos = 100.0  # [s] correlation time, model "gauss_markov"
     gust_sigma: Pos = 0.39  # [m/s] turbulence, model "dryden"

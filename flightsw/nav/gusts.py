@@ -41,12 +41,14 @@ class GustStates:
         S[i, i] = np.sqrt(P0)
 
     def propagate(
-        self, X: np.ndarray, SQ: np.ndarray, x: np.ndarray, G: np.ndarray, dt: float, psi: float | None = None
-    ) -> None:
+        self, X: np.ndarray, SQ: np.ndarray, x: np.ndarray, G: np.ndarray, dt: float, psi: float | None = None,
+        wind: bool = True,
+    ) -> None:  # fmt: skip
         """Advance the gust states of the points X over dt [s] and fill the wind columns of SQ.
 
         x: the mean the step started from; G [3,3] = -eps^-1 R_BI there (change of V, beta, alpha per wind increment).
-        psi [rad]: own heading where x[6] is another angle.
+        psi [rad]: own heading where x[6] is another angle. wind: entries 12..14 of X are wind; else inertial velocity, which
+        a gust does not move at once.
         """
         self._model(dt, x[0])
         i = slice(self.first, self.first + GUSTS)
@@ -54,7 +56,8 @@ class GustStates:
         c, s = math.cos(heading), math.sin(heading)
         T = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])  # track axes (heading) to NED
         dW = X[:, i] @ (T @ self.Cd).T
-        X[:, 12:15] += dW
+        if wind:
+            X[:, 12:15] += dW
         X[:, 0:3] += dW @ G.T
         X[:, i] = X[:, i] @ self.Phi.T
         slow = self.p.q_slow * math.sqrt(dt)

@@ -17,11 +17,13 @@ from flightsw.kernels.rotations import dcm_from_quat
 from flightsw.models.airframe import air_velocity, propagate_free
 from flightsw.models.measure import measure_free
 from flightsw.models.sensed import measure_differenced, propagate_sensed
+from flightsw.models.velocity_form import exchange
 from flightsw.nav.airframe import AirframeNav
 from flightsw.nav.calculated import CalculatedWind
 from flightsw.nav.colour import Colour, colour_states
 from flightsw.nav.common import NavParams
 from flightsw.nav.gusts import GUSTS, GustStates
+from flightsw.nav.velocity_form import VelocityForm
 from flightsw.nav.wind_noise import WindNoise
 from flightsw.strict import ConfigError
 from flightsw.types import Health, NavState, SensorFrame
@@ -35,7 +37,9 @@ def make_airframe_nav(ac: Aircraft, p: NavParams) -> AirframeNav:
     for name in ("rotational_wind", "local_probes"):
         if getattr(p, name):
             raise ConfigError(f"nav.{name} = true: allowed for a receiver only")
-    rw = p.wind_model == "random_walk"
+    if p.state_form == "velocity" and p.adapt_wind != "off":
+        raise ConfigError(f"nav.adapt_wind = {p.adapt_wind!r}: allowed with state_form = velocity: off")
+    rw = p.wind_model == "random_walk" and p.state_form == "wind"
     plain = rw and p.model == "aero" and not p.cmw and not p.colour_tau_s and p.adapt_wind == "off"
     return AirframeNav(ac, p) if plain else AirframeVariant(ac, p)
 
@@ -54,9 +58,11 @@ class AirframeVariant(AirframeNav):
         noise = colour_states(p, CHANNELS)
         self.gusts = GustStates(15 + noise, p) if p.wind_model == "dryden" else None
         super().__init__(ac, p, noise + (GUSTS if self.gusts else 0))
+        p = self.core.p  # with noise_scale applied
         self.colour = Colour(p, channel_sigma(p, len(ac.probe)), slice(6, 9), 15)
         self.wind_noise = WindNoise(self.core, 18 + noise, GUSTS if self.gusts else 0)
         self.cmw = CalculatedWind(p, CMW_CODE)
+        self.form = VelocityForm(self.core.ukf) if p.state_form == "velocity" else None
         self._sensed = np.zeros(6)
         self._acc, self._gyro = np.zeros(3), np.zeros(3)
         self._dt = 0.0
@@ -67,7 +73,9 @@ class AirframeVariant(AirframeNav):
             ukf = self.core.ukf
             self._acc[:], self._gyro[:] = f.acc_b, f.gyro_mean_b
             S = ukf.S.copy()
-            self.colour.start(ukf.x, S)
+            if self.form is not None:
+                self.form.start(S, self.colour.sigma)
+            self.colour.start(ukf.x, S, read=self.form is not None)
             if self.gusts is not None:
                 self.gusts.start(ukf.x, S)
             ukf.set_factor(S)
@@ -75,10 +83,20 @@ class AirframeVariant(AirframeNav):
             self.wind_noise.reset()
         return out
 
+    def _predict(self, f: SensorFrame, u: np.ndarray, rho: float, dt: float) -> None:
+        form = self.form
+        if form is not None:
+            form.enter()
+        super()._predict(f, u, rho, dt)
+        if form is not None:
+            form.leave()
+
     def _propagate(self, f: SensorFrame, u: np.ndarray, rho: float, dt: float) -> None:
         c, p = self.core, self.core.p
         X = c.ukf.X
         self._dt = dt
+        if self.form is not None:
+            exchange(X, -1.0)
         if p.model == "aero":
             propagate_free(X, u, rho, c.P, dt, c.work)
         else:
@@ -89,10 +107,14 @@ class AirframeVariant(AirframeNav):
             propagate_sensed(X, u, rho, c.P, self._sensed, p.model != "hybrid", dt, c.work)
         if p.wind_model == "gauss_markov":
             X[:, 12:15] *= math.exp(-dt / p.wind_tau_s)
+        if self.form is not None:
+            exchange(X, 1.0)
         if self.gusts is not None:
-            self.gusts.propagate(X, c.ukf.SQ, c.ukf.x, c.wind_jacobian, dt)
+            self.gusts.propagate(X, c.ukf.SQ, c.ukf.x, c.wind_jacobian, dt, wind=self.form is None)
         self.colour.propagate(X, c.ukf.SQ, dt)
         self.wind_noise.fill(c.ukf.SQ)
+        if self.form is not None:
+            self.form.noise(c.ukf.SQ)
 
     def _correct(self, f: SensorFrame, u: np.ndarray) -> float:
         c = self.core
@@ -102,14 +124,19 @@ class AirframeVariant(AirframeNav):
             # v - R_BI^T u_a from measured quantities (Lee 4.7)
             ua = np.array(air_velocity(*c.air))
             self.cmw.queue(c, np.array(f.gnss_vel_n) - self._R.reshape(3, 3).T @ ua)
-        ukf = c.ukf
+        ukf, form = c.ukf, self.form
 
         def measure() -> None:
-            measure_free(ukf.X, c.codes, c.m, ukf.Y)
+            measure_free(ukf.X if form is None else form.wind_points(), c.codes, c.m, ukf.Y)
 
         def rates(cf: float, cx: float, m: int) -> None:
-            measure_differenced(ukf.X, c.codes, m, u, density(-ukf.x[11]), c.P, cf, cx, ukf.Y)
+            X = ukf.X if form is None else form.wind_points()
+            measure_differenced(X, c.codes, m, u, density(-ukf.x[11]), c.P, cf, cx, ukf.Y)
 
+        if form is not None:
+            form.enter()
         nis = self.colour.correct(c, self._dt, f.gyro_count, measure, rates)
+        if form is not None:
+            form.leave()
         self.wind_noise.update(self._dt)
         return nis

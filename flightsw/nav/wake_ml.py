@@ -205,7 +205,21 @@ class WakeMl:
         y, z = self._todo.pop(0)
         p = self._base.copy()
         p[k.P_Y], p[k.P_Z] = y, z
-        cost = k.descend(
+        cost = self._run(p, self._mean0, self._inf0)
+        same = [e for e in self._ends if math.hypot(e[1][k.P_Y] - p[k.P_Y], e[1][k.P_Z] - p[k.P_Z]) < 0.25]
+        if math.isfinite(cost) and not same:
+            self._ends.append((cost, p))
+        return not self._todo
+
+    def cost_near(self, y: float, z: float, sigma: float) -> float:
+        """Cost [-] of the search begun last when the position is held at (y, z) to sigma [m], circulations free as there."""
+        mean, inf, p = self._mean0.copy(), self._inf0.copy(), self._base.copy()
+        mean[:2], inf[:2] = (y, z), 1.0 / sigma**2
+        p[k.P_Y], p[k.P_Z] = y, z
+        return self._run(p, mean, inf)
+
+    def _run(self, p: Arr, mean: Arr, inf: Arr) -> float:
+        return k.descend(
             p,
             self._y,
             self._ok,
@@ -214,15 +228,26 @@ class WakeMl:
             self._g,
             self.probes,
             self.wk,
-            self._mean0,
-            self._inf0,
+            mean,
+            inf,
             self.free,
             self.p.iterations,
         )
-        same = [e for e in self._ends if math.hypot(e[1][k.P_Y] - p[k.P_Y], e[1][k.P_Z] - p[k.P_Z]) < 0.25]
-        if math.isfinite(cost) and not same:
-            self._ends.append((cost, p))
-        return not self._todo
+
+    def get_state(self) -> dict[str, object]:
+        """Copy of a search in progress."""
+        arrays = (self._cost, self._y, self._ok, self._g, self._sig, self._mean0, self._inf0, self._base)
+        ends = [(c, p.copy()) for c, p in self._ends]
+        return {"arrays": [a.copy() for a in arrays], "rest": (self._next, list(self._todo), ends)}
+
+    def set_state(self, s: object) -> None:
+        """Restore what `get_state` returned."""
+        assert isinstance(s, dict)
+        arrays = (self._cost, self._y, self._ok, self._g, self._sig, self._mean0, self._inf0, self._base)
+        for own, a in zip(arrays, s["arrays"], strict=True):
+            own[:] = a
+        self._next, todo, ends = s["rest"]
+        self._todo, self._ends = list(todo), [(c, p.copy()) for c, p in ends]
 
     def finish(self) -> MlFix | None:
         """Compare the ends of the descents; None if there is none, or the readings say nothing of the position."""

@@ -23,7 +23,7 @@ class WakePositionParams:
     q_acc: Pos = 0.02  # [m/s per sqrt(s)] error of the relative acceleration
     acc_bias_sigma: NonNeg = 0.02  # [m/s^2] its bias per axis
     acc_tau_s: Pos = 300.0  # [s]
-    x_tau_s: Pos = 100.0  # [s] correlation time of the error of the given x
+    x_tau_s: Pos = 300.0  # [s] correlation time of the error of the given x
     gust_sigma: Pos = 0.39  # [m/s] turbulence
     gust_L_m: Pos = 533.4  # [m] its scale length; correlation time L / V_T
     slow_sigma: Pos = 2.0  # [m/s] slow wind
@@ -58,6 +58,12 @@ class WakePositionParams:
     valid_sigma_m: Pos = 3.0  # [m] radial
     blind_s: NonNeg = 2.0  # [s] without an update taken
     settle_s: NonNeg = 1.0  # [s] from start to valid
+    # beside the filter, the position is looked for from scratch in the mean of so long [s]: a filter that began in a wrong basin
+    # fits its readings well enough never to notice. 0: not done
+    watch_s: NonNeg = 5.0
+    watch_cost: Pos = 9.21  # [-] by how much the other basin must fit better: chi-square, 2 dof, 1 %
+    watch_min_m: Pos = 2.0  # [m] and how far away it must be, besides 4 sigma
+    watch_strikes: Annotated[int, Range(1, 100)] = 3  # so often in a row
     domain_m: Pos = 300.0  # [m] |y|, |z|
     start_min_s: Pos = 1.0  # [s] mean of readings the first search uses; doubled until the result serves
     start_max_s: Pos = 10.0  # [s]

@@ -27,6 +27,7 @@ from flightsw.models.wake import WakeParams, wake_vector
 from flightsw.nav.wake_ml import MlFix, ok_channels
 from flightsw.nav.wake_params import WakePositionParams
 from flightsw.nav.wake_start import StartUp
+from flightsw.nav.wake_watch import Watch
 from flightsw.types import ZERO3, Vec3, WakeFix
 
 Arr = NDArray[np.float64]
@@ -41,6 +42,7 @@ class WakePosition:
         self.p = params
         self.probes = np.array([q.position_m for q in ac.probe], dtype=np.float64)
         self.start = StartUp(self.probes, params, wake)
+        self.watch = Watch(self.probes, params, wake)
         self.wk = wake_vector(wake)
         self.x, self.P = np.zeros(k.N), np.zeros((k.N, k.N))
         self.g = np.zeros(kp.G_SIZE)
@@ -105,6 +107,7 @@ class WakePosition:
 
     def _track(self) -> None:
         self.mode, self._since = TRACKING, 0.0
+        self.watch.reset()
         self._refused, self._blind, self._excess = 0, 0.0, 1.0
 
     def _take(self, ml: MlFix) -> None:
@@ -157,6 +160,7 @@ class WakePosition:
         self._blind += dt
         if self.mode == TRACKING:
             self._tau[0] = self.p.gust_L_m / max(V_T, 1.0)
+            self.watch.start.elapsed(dt)
             k.propagate(self.x, self.P, acc_rel_f[1], acc_rel_f[2], dt, self._q, self._tau, self._gm)
         else:
             self.x[0:2] += dt * self.x[2:4]  # dead reckoning, not valid
@@ -187,7 +191,7 @@ class WakePosition:
         self._y[:] = readings
         n = ok_channels(ok_mask, self._ok)
         for c in range(9):
-            if self._ok[c] and not math.isfinite(self._y[c]):
+            if self._ok[c] and not abs(self._y[c]) < 1e4:
                 self._ok[c] = 0
                 n -= 1
         self._out[:] = 0.0, n
@@ -217,12 +221,23 @@ class WakePosition:
             self._excess += w * (min(self._out[0] / n, 10.0) - self._excess)
             if done == kf.OK:
                 self._refused, self._blind = 0, 0.0
+                if p.watch_s > 0.0:
+                    self._compare()
             elif done == kf.GATED:
                 self._refused += 1
             lost = done == kf.BROKEN or self._refused >= p.restart_after or self._excess > p.restart_excess
             if lost or not self._sane():
                 self.restart()
         return self._publish()
+
+    def _compare(self) -> None:
+        """Second opinion; moves the filter where it belongs."""
+        var = float(self.P[0, 0] + self.P[1, 1])
+        there = self.watch.look(self._y, self._ok, self.g, self.x[:2], var)
+        if there is not None:
+            self.restarts += 1
+            self._kept = None
+            self._take(there)
 
     def step(
         self,
@@ -306,6 +321,7 @@ class WakePosition:
             "arrays": [a.copy() for a in (self.x, self.P, self.g, self._tau, self._gm)],
             "flags": (self.mode, self.restarts, self.t_us, self._since, self._refused, self._blind, self._excess),
             "kept": self._kept,
+            "watch": self.watch.get_state(),
             "start": self.start.get_state(),
             "fix": replace(self.fix),
         }
@@ -318,5 +334,6 @@ class WakePosition:
             own[:] = a
         self.mode, self.restarts, self.t_us, self._since, self._refused, self._blind, self._excess = flags
         self.start.set_state(s["start"])
+        self.watch.set_state(s["watch"])
         self._kept = s["kept"]  # type: ignore[assignment]
         self.fix = replace(s["fix"])

@@ -94,10 +94,19 @@ class StartUp:
         return None
 
     def get_state(self) -> dict[str, object]:
-        """Copy of the state. A search in progress is begun anew when it is restored."""
+        """Copy of the state."""
         return {
             "arrays": [a.copy() for a in (self._sum, self._count, self._frame)],
-            "flags": (self.samples, self.duration_s, self.want_s, self.reason, self.scale),
+            "flags": (
+                self.samples,
+                self.duration_s,
+                self.want_s,
+                self.reason,
+                self.scale,
+                self.searching,
+                self.scanned,
+            ),
+            "ml": self.ml.get_state(),
         }
 
     def set_state(self, s: object) -> None:
@@ -105,5 +114,5 @@ class StartUp:
         assert isinstance(s, dict)
         for own, a in zip((self._sum, self._count, self._frame), s["arrays"], strict=True):
             own[:] = a
-        self.samples, self.duration_s, self.want_s, self.reason, self.scale = s["flags"]
-        self.searching = self.scanned = False
+        self.samples, self.duration_s, self.want_s, self.reason, self.scale, self.searching, self.scanned = s["flags"]
+        self.ml.set_state(s["ml"])

@@ -78,6 +78,7 @@ LABELS: dict[str, str] = {
     "coloured_removed": "colour removed (as printed)",
     "coloured_scaled": "R scaled for colour",
     "coloured_augmented": "noise states augmented",
+    "coloured_wind_form": "noise states, wind as state",
     "ignored": "colour ignored",
     "measured": "measured feedback",
     "estimated": "estimated feedback",

@@ -42,9 +42,11 @@ def filters(s: np.ndarray, wind: str, tau_s: float, gust: float = LIGHT) -> dict
         **base, "q_V": q, "q_beta": q / 190.0, "q_alpha": q / 190.0, "velocity": False, "cmw": True,
         "correlated_wind": False, "filter": "srukf_printed",
     }  # fmt: skip
-    out: dict[str, dict[str, Any]] = {"default": {**base, **gusts}, "printed": printed}
+    ours: dict[str, Any] = {**base, **gusts, "state_form": "velocity"}
+    out: dict[str, dict[str, Any]] = {"default": ours, "printed": printed}
     if tau_s > 0.0:
-        out["default"] |= {"colour_tau_s": tau_s, "colour": "augmented"}
+        out["default"] = ours | {"colour_tau_s": tau_s, "colour": "augmented"}
+        out["coloured_wind_form"] = out["default"] | {"state_form": "wind"}
         out["coloured_scaled"] = {**base, **gusts, "colour_tau_s": tau_s, "colour": "scaled"}
         out["coloured_removed"] = {**base, "colour_tau_s": tau_s, "colour": "removed"}
         out["ignored"] = {**base, **gusts}
@@ -67,11 +69,16 @@ def no_aero_filters(s: np.ndarray, wind: str) -> dict[str, NavParams]:
         "q_V": q, "q_beta": q / 190.0, "q_alpha": q / 190.0, "velocity": False, "cmw": True, "correlated_wind": False,
         "filter": "srukf_printed",
     }  # fmt: skip
+    # what drives V, beta, alpha is the accelerometer's own noise; the moments of the hybrid are exact here
+    felt = fl.ACC_SIGMA * float(np.sqrt(fl.DT))
+    ours: dict[str, Any] = base | gusts | {
+        "state_form": "velocity", "q_V": felt, "q_beta": felt / 190.0, "q_alpha": felt / 190.0,
+    }  # fmt: skip
     return {
-        "default": NavParams(**(base | gusts | {"model": "random_rates", "q_rate": 0.02})),
+        "default": NavParams(**(ours | {"model": "random_rates", "q_rate": 0.02})),
         "no_aero": NavParams(**(inertial | gusts)),
         "printed": NavParams(**printed),
-        "hybrid": NavParams(**(base | gusts | {"model": "hybrid", "q_rate": 0.01})),
+        "hybrid": NavParams(**(ours | {"model": "hybrid", "q_rate": EXACT["q_rate"]})),
     }
 
 

@@ -135,6 +135,35 @@ def test_bad_arguments_are_named() -> None:
         NoiseStates(1, 1, [1.0], [-1.0])
 
 
+@pytest.mark.parametrize("n", [2, 10, 100])
+def test_constant_started_from_its_first_reading_has_the_variance_of_the_best_mean(n: int) -> None:
+    """A constant in first-order noise, n samples: generalised least squares, s^2 (1+e)/(n (1-e) + 2 e)."""
+    s, tau = 0.5, 2.0
+    e = math.exp(-T / tau)
+    lay = NoiseStates(1, 1, [s], [tau])
+
+    def variance(read: bool) -> float:
+        flt = make_filter("srukf", 2, 1, 2)
+        S = np.diag([s, 1.0])
+        lay.start(flt.x, S, read)
+        lay.fill(flt.SQ, T)
+        flt.set_factor(S)
+        for _ in range(n - 1):
+            lay.propagate(flt.draw(), T)
+            flt.recombine()
+            flt.Y[:, 0] = flt.draw()[:, 0]
+            lay.add(flt.X, flt.Y, 0, 0)
+            flt.correct(np.zeros(1), np.array([1e-6]), 1)
+        return float(flt.P[0, 0])
+
+    i = np.arange(n)
+    C = s * s * e ** np.abs(i[:, None] - i)
+    best = 1.0 / np.linalg.solve(C, np.ones(n)).sum()
+    assert best == pytest.approx(s * s * (1 + e) / (n * (1 - e) + 2 * e))
+    assert variance(read=True) == pytest.approx(best, rel=1e-4)
+    assert variance(read=False) < 0.75 * best  # the first reading counted as knowledge and as noise: too sure
+
+
 # --- a linear problem on which the truth is known: random-walk wind, one coloured and one white sensor -----------------
 def run(treatment: str, seed: int, n: int = 3000) -> tuple[float, float]:
     """RMS error of the wind and its mean NEES after 10 s."""
