@@ -1,0 +1,286 @@
+"""Longitudinal motion of a small aircraft in wind, per unit mass and as deviations from level trim, for estimators.
+
+State x [9]: x1 (auxiliary of the Dryden filter), alpha_W [rad], V_W [m/s], q [rad/s], alpha_K [rad], V_K [m/s], Theta [rad],
+H [m], alpha_b [rad] (vane bias). K: flight path, W: wind; alpha_W > 0 is air moving down, V_W > 0 a tail wind. Controls u [3]:
+elevator [rad] (positive pitches down), throttle setting [-], flap [rad] (positive lifts). Channels of a measurement [7]:
+q, alpha, V_A, Theta, H, ground speed, a_z (upward specific force less g, at the centre of gravity).
+Hoffmann and Luckner, "Broadband prediction of wind-induced disturbances", with the errata of models.gust.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from flightsw.kernels.jit import jit
+
+X1, AW, VW, Q, AK, VK, TH, H, AB, NX = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
+ELEVATOR, THROTTLE, FLAP, NU = 0, 1, 2, 3
+Y_Q, Y_ALPHA, Y_VA, Y_TH, Y_H, Y_GROUND, Y_AZ, NY = 0, 1, 2, 3, 4, 5, 6, 7
+# parameter vector: speed, gravity, Dryden corner frequencies; lift, drag, thrust per mass; pitching moment per inertia
+(P_V0, P_G, P_WW, P_WU, P_L0, P_LA, P_LQ, P_LE, P_LF, P_D0, P_DA, P_DQ, P_DE, P_DF, P_T0, P_TF, P_MQ, P_MA, P_ME, P_MF, NP) = range(21)  # fmt: skip  # noqa: E501
+
+
+@jit
+def air(x: np.ndarray, p: np.ndarray, out: np.ndarray) -> None:
+    """out [4] <- airspeed V_A [m/s], incidence alpha [rad], flight-path angle gamma, gamma_A - gamma [rad] of the state x [9].
+
+    Wind triangle in the vertical plane; p [NP].
+    """
+    V = p[P_V0] + x[VK]
+    gamma = x[TH] - x[AK]
+    up = V * math.sin(gamma) + p[P_V0] * x[AW]
+    forward = V * math.cos(gamma) - x[VW]
+    g_air = math.atan2(up, forward)
+    out[0] = math.sqrt(up * up + forward * forward)
+    out[1] = x[TH] - g_air
+    out[2] = gamma
+    out[3] = g_air - gamma
+
+
+@jit
+def lift_drag(VA: float, alpha: float, q: float, u: np.ndarray, p: np.ndarray) -> tuple[float, float]:
+    """Lift and drag per mass [m/s^2] at airspeed VA [m/s], incidence alpha [rad], pitch rate q [rad/s], controls u [3]."""
+    ratio = VA / p[P_V0]
+    pressure = ratio * ratio
+    lift = pressure * (p[P_L0] + p[P_LA] * alpha + p[P_LQ] * q / ratio + p[P_LE] * u[ELEVATOR] + p[P_LF] * u[FLAP])
+    drag = pressure * (p[P_D0] + p[P_DA] * alpha + p[P_DQ] * q / ratio + p[P_DE] * u[ELEVATOR] + p[P_DF] * u[FLAP])
+    return lift, drag
+
+
+@jit
+def rates(x: np.ndarray, u: np.ndarray, p: np.ndarray, a: np.ndarray, out: np.ndarray) -> None:
+    """out [9] <- dx/dt of the state x [9] under controls u [3]; a [4] is workspace. Its linearisation is models.gust.A_AC."""
+    air(x, p, a)
+    VA, alpha, gamma, dg = a[0], a[1], a[2], a[3]
+    lift, drag = lift_drag(VA, alpha, x[Q], u, p)
+    thrust = p[P_T0] + p[P_TF] * u[THROTTLE]
+    V = p[P_V0] + x[VK]
+    cg, sg = math.cos(gamma), math.sin(gamma)
+    cd, sd = math.cos(dg), math.sin(dg)
+    turn = (thrust * math.sin(x[AK]) + lift * cd - drag * sd - p[P_G] * cg) / V
+    ratio = VA / p[P_V0]
+    ww = p[P_WW]
+    out[X1] = -ww * ww * x[AW]
+    out[AW] = x[X1] - 2.0 * ww * x[AW]
+    out[VW] = -p[P_WU] * x[VW]
+    out[Q] = ratio * ratio * (
+        p[P_MQ] * x[Q] / ratio + p[P_MA] * alpha + p[P_ME] * u[ELEVATOR] + p[P_MF] * u[FLAP]
+    )  # fmt: skip
+    out[AK] = x[Q] - turn
+    out[VK] = thrust * math.cos(x[AK]) - drag * cd - lift * sd - p[P_G] * sg
+    out[TH] = x[Q]
+    out[H] = V * sg
+    out[AB] = 0.0
+
+
+@jit
+def propagate(X: np.ndarray, u: np.ndarray, p: np.ndarray, dt: float, W: np.ndarray) -> None:
+    """Advance every row of X [k,9] by dt [s] with controls u [3] held, in place: one Runge-Kutta step; W [6,9] workspace."""
+    for r in range(X.shape[0]):
+        x = X[r]
+        rates(x, u, p, W[5], W[0])
+        for i in range(NX):
+            W[4, i] = x[i] + 0.5 * dt * W[0, i]
+        rates(W[4], u, p, W[5], W[1])
+        for i in range(NX):
+            W[4, i] = x[i] + 0.5 * dt * W[1, i]
+        rates(W[4], u, p, W[5], W[2])
+        for i in range(NX):
+            W[4, i] = x[i] + dt * W[2, i]
+        rates(W[4], u, p, W[5], W[3])
+        for i in range(NX):
+            x[i] += dt / 6.0 * (W[0, i] + 2.0 * W[1, i] + 2.0 * W[2, i] + W[3, i])
+
+
+@jit
+def measure(
+    X: np.ndarray, codes: np.ndarray, m: int, u: np.ndarray, p: np.ndarray, a: np.ndarray, Y: np.ndarray
+) -> None:
+    """Y [k,>=m] <- the m channels `codes` (Y_Q ..) of every row of X [k,9] with controls u [3]; a [4] workspace.
+
+    V_A, H and ground speed are deviations from trim.
+    """
+    for r in range(X.shape[0]):
+        x = X[r]
+        air(x, p, a)
+        for j in range(m):
+            c = codes[j]
+            v = 0.0
+            if c == Y_Q:
+                v = x[Q]
+            elif c == Y_ALPHA:
+                v = a[1] + x[AB]
+            elif c == Y_VA:
+                v = a[0] - p[P_V0]
+            elif c == Y_TH:
+                v = x[TH]
+            elif c == Y_H:
+                v = x[H]
+            elif c == Y_GROUND:
+                v = (p[P_V0] + x[VK]) * math.cos(a[2]) - p[P_V0]
+            else:
+                lift, drag = lift_drag(a[0], a[1], x[Q], u, p)
+                v = lift * math.cos(a[1]) + drag * math.sin(a[1]) - p[P_G]
+            Y[r, j] = v
+
+
+@jit
+def propagate_linear(X: np.ndarray, F: np.ndarray, G: np.ndarray, u: np.ndarray, w: np.ndarray) -> None:
+    """Every row of X [k,n] <- F x + G u, in place; F [n,n], G [n,3], u [3], w [n] workspace."""
+    n = F.shape[0]
+    for r in range(X.shape[0]):
+        for i in range(n):
+            s = 0.0
+            for j in range(n):
+                s += F[i, j] * X[r, j]
+            for j in range(NU):
+                s += G[i, j] * u[j]
+            w[i] = s
+        for i in range(n):
+            X[r, i] = w[i]
+
+
+@jit
+def measure_linear(
+    X: np.ndarray, C: np.ndarray, D: np.ndarray, u: np.ndarray, codes: np.ndarray, m: int, Y: np.ndarray
+) -> None:
+    """Y [k,>=m] <- channels `codes` of C x + D u; C [7,n], D [7,3]."""
+    for r in range(X.shape[0]):
+        for j in range(m):
+            c = codes[j]
+            s = 0.0
+            for i in range(C.shape[1]):
+                s += C[c, i] * X[r, i]
+            for i in range(NU):
+                s += D[c, i] * u[i]
+            Y[r, j] = s
+
+
+@jit
+def constant_gain_step(
+    x: np.ndarray, y0: np.ndarray, y1: np.ndarray, u: np.ndarray, A: np.ndarray, B: np.ndarray, C: np.ndarray, K: np.ndarray,
+    dt: float, W: np.ndarray,
+) -> None:  # fmt: skip
+    """Kalman-Bucy filter over dt [s], in place: dx/dt = A x + B u + K (y - C x), u held; one Runge-Kutta step.
+
+    y runs straight from y0 [k] to y1 [k] (equal: a held reading). x [n], u [3], A [n,n], B [n,3], C [k,n], K [n,k]; W [5, max(n,k)] workspace. Seed (1), gain sign corrected.
+    """
+    n, k = A.shape[0], C.shape[0]
+    for stage in range(4):
+        for i in range(n):
+            if stage == 0:
+                W[4, i] = x[i]
+            elif stage == 3:
+                W[4, i] = x[i] + dt * W[2, i]
+            else:
+                W[4, i] = x[i] + 0.5 * dt * W[stage - 1, i]
+        for i in range(n):
+            W[stage, i] = 0.0
+        late = 0.0 if stage == 0 else 1.0 if stage == 3 else 0.5
+        for a in range(k):
+            e = y0[a] + late * (y1[a] - y0[a])
+            for j in range(n):
+                e -= C[a, j] * W[4, j]
+            for i in range(n):
+                W[stage, i] += K[i, a] * e
+        for i in range(n):
+            s = W[stage, i]
+            for j in range(n):
+                s += A[i, j] * W[4, j]
+            for j in range(NU):
+                s += B[i, j] * u[j]
+            W[stage, i] = s
+    for i in range(n):
+        x[i] += dt / 6.0 * (W[0, i] + 2.0 * W[1, i] + 2.0 * W[2, i] + W[3, i])
+
+
+@jit
+def product(A: np.ndarray, B: np.ndarray, out: np.ndarray) -> None:
+    """out [n,m] <- A [n,k] B [k,m]."""
+    for i in range(A.shape[0]):
+        for j in range(B.shape[1]):
+            s = 0.0
+            for k in range(A.shape[1]):
+                s += A[i, k] * B[k, j]
+            out[i, j] = s
+
+
+@jit
+def discretise(
+    A: np.ndarray, B: np.ndarray, Xi: np.ndarray, dt: float, F: np.ndarray, G: np.ndarray, Qd: np.ndarray,
+    W: np.ndarray,
+) -> None:  # fmt: skip
+    """F [n,n] = exp(A dt), G [n,m] = int exp(A s) ds B, Qd [n,n] = int exp(A s) Xi exp(A s)^T ds over dt [s].
+
+    Taylor series of ten terms over a short step (norm of A h at most 1/16), then doubling: Qd <- Qd + F Qd F^T, G <- G + F G,
+    F <- F F. Explicit sums, so that every process gets the same bits (van Loan 1978 gives the same numbers). W [4,n,n].
+    """
+    n, m = A.shape[0], B.shape[1]
+    norm = 0.0
+    for i in range(n):
+        row = 0.0
+        for j in range(n):
+            row += abs(A[i, j])
+        norm = max(norm, row)
+    h = dt
+    doublings = 0
+    while norm * h > 0.0625:
+        h *= 0.5
+        doublings += 1
+    term, moment, a, b = W[0], W[1], W[2], W[3]
+    for i in range(n):
+        for j in range(n):
+            term[i, j] = 1.0 if i == j else 0.0
+            F[i, j] = term[i, j]
+            moment[i, j] = Xi[i, j] * h
+            Qd[i, j] = moment[i, j]
+            b[i, j] = term[i, j] * h  # integral of the transition matrix
+    for k in range(1, 11):
+        product(A, term, a)
+        for i in range(n):
+            for j in range(n):
+                term[i, j] = a[i, j] * h / k
+                F[i, j] += term[i, j]
+                b[i, j] += term[i, j] * h / (k + 1)
+        product(A, moment, a)
+        for i in range(n):
+            for j in range(i + 1):
+                s = (a[i, j] + a[j, i]) * h / (k + 1)
+                moment[i, j] = s
+                moment[j, i] = s
+                Qd[i, j] += s
+                if i != j:
+                    Qd[j, i] += s
+    for i in range(n):
+        for j in range(m):
+            s = 0.0
+            for k in range(n):
+                s += b[i, k] * B[k, j]
+            G[i, j] = s
+    for _ in range(doublings):
+        product(F, Qd, a)
+        for i in range(n):
+            for j in range(i + 1):
+                s = 0.0
+                for k in range(n):
+                    s += a[i, k] * F[j, k]
+                moment[i, j] = s
+        for i in range(n):
+            for j in range(i + 1):
+                Qd[i, j] += moment[i, j]
+                if i != j:
+                    Qd[j, i] += moment[i, j]
+        for j in range(m):
+            for i in range(n):
+                s = G[i, j]
+                for k in range(n):
+                    s += F[i, k] * G[k, j]
+                a[i, 0] = s
+            for i in range(n):
+                G[i, j] = a[i, 0]
+        product(F, F, a)
+        for i in range(n):
+            for j in range(n):
+                F[i, j] = a[i, j]

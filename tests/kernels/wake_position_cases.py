@@ -1,0 +1,149 @@
+"""Seeded inputs of the wake-position kernels for the bit test (test_onboard_bits.py)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from flightsw.models.wake import WakeParams, wake_vector
+
+Rng = np.random.Generator
+Args = list
+WAKE = wake_vector(WakeParams(nu_m2ps=5.0))
+PROBES = np.array([[6.5, 0.0, 0.0], [-0.5, -5.2, 0.0], [-0.5, 5.2, 0.0]])
+SIG = np.array([0.447, 7.8e-4, 7.8e-4])
+N = 16
+
+
+def z(*shape: int) -> np.ndarray:
+    return np.zeros(shape)
+
+
+def point(r: Rng) -> np.ndarray:
+    return np.array(
+        [*r.uniform(2, 9, 2), *r.normal(size=2), *r.uniform(0.9, 1.1, 2), r.normal() * 0.2, *r.normal(size=3)]
+    )
+
+
+def frame(r: Rng) -> np.ndarray:
+    return np.array([r.uniform(-60, -35), *r.normal(size=7) * 0.02, 200.0, 0.59, 0.5])
+
+
+def readings(r: Rng) -> np.ndarray:
+    return np.array([*r.normal(195.0, 1.0, 3), *r.normal(0.0, 0.01, 3), *r.normal(0.03, 0.01, 3)])
+
+
+def flags(r: Rng) -> np.ndarray:
+    ok = np.ones(9, dtype=np.int64)
+    ok[r.integers(9)] = 0
+    return ok
+
+
+def state(r: Rng) -> np.ndarray:
+    return np.concatenate((r.uniform(2, 9, 2), r.normal(size=14) * 0.1))
+
+
+def cov(r: Rng, n: int = N) -> np.ndarray:
+    a = r.normal(size=(n, n)) * 0.2
+    return a @ a.T + 0.1 * np.eye(n)
+
+
+def gauss(r: Rng) -> Args:
+    """Arguments the weighted residual starts with, after the point."""
+    return [readings(r), flags(r), SIG, np.array([0.4, 0.003, 0.002])]
+
+
+def model(r: Rng) -> Args:
+    return [frame(r), PROBES, WAKE]
+
+
+def idx(r: Rng) -> np.ndarray:
+    return np.sort(r.permutation(9)[:7])
+
+
+CASES: dict[str, Callable[[Rng], Args]] = {
+    "kernels.wake_position.surface_wind": lambda r: [*r.uniform(-40, 10, 3), WAKE, 6, -57.0, 200.0],
+    "kernels.wake_position.expected": lambda r: [point(r), *model(r), True, z(9), z(9, 9)],
+    "kernels.wake_position.weigh": lambda r: [r.normal(size=9), *gauss(r)[1:]],
+    "kernels.wake_position.weighted_cost": lambda r: [point(r), *gauss(r), *model(r), z(9)],
+    "kernels.wake_position.scan": lambda r: [
+        point(r),
+        *gauss(r),
+        *model(r),
+        np.linspace(-2, 12, 4),
+        np.linspace(6, 10, 3),
+        1,
+        11,
+        z(12),
+    ],
+    "kernels.wake_position.chol": lambda r: [cov(r, 5), 4],
+    "kernels.wake_position.information": lambda r: [
+        point(r),
+        *gauss(r)[1:],
+        *model(r),
+        r.uniform(0, 1, 4),
+        z(9),
+        z(4, 4),
+        z(9, 4),
+    ],
+    "kernels.wake_position.descend": lambda r: [
+        point(r),
+        *gauss(r),
+        *model(r),
+        np.array([0.0, 8.0, 1.0, 1.0]),
+        np.array([0.01, 0.01, 100.0, 4.0]),
+        4,
+        8,
+    ],
+    "kernels.wake_state.propagate": lambda r: [
+        state(r),
+        cov(r),
+        *r.normal(size=2),
+        0.05,
+        r.uniform(0.01, 0.1, 4),
+        r.uniform(2, 300, 4),
+        r.uniform(0.1, 2, 4),
+    ],
+    "kernels.wake_state.point_of": lambda r: [state(r), z(10)],
+    "kernels.wake_state.linearise": lambda r: [state(r), *model(r), z(9), z(9, N)],
+    "kernels.wake_filter.common_noise": lambda r: [*(int(i) for i in r.integers(9, size=2)), 3e-4],
+    "kernels.wake_filter.spread": lambda r: [
+        cov(r),
+        r.normal(size=(9, N)),
+        idx(r),
+        7,
+        SIG,
+        3e-4,
+        z(N, 9),
+        z(9, 9),
+        z(9, 9),
+    ],
+    "kernels.wake_filter.foresee": lambda r: [state(r), cov(r), frame(r), 3e-4, PROBES, WAKE, z(9), z(9, 9)],
+    "kernels.wake_filter.norm_by": lambda r: [np.tril(cov(r, 9)), 7, r.normal(size=9)],
+    "kernels.wake_filter.joseph": lambda r: [
+        cov(r),
+        r.normal(size=(9, N)),
+        idx(r),
+        7,
+        np.tril(cov(r, 9)),
+        cov(r, 9),
+        r.normal(size=(N, 9)),
+    ],
+    "kernels.wake_filter.correct": lambda r: [
+        state(r),
+        cov(r),
+        readings(r),
+        flags(r),
+        SIG,
+        frame(r),
+        3e-4,
+        PROBES,
+        WAKE,
+        3,
+        0.01,
+        1e9,
+        z(2),
+    ],
+    "kernels.wake_filter.correct_scalar": lambda r: [state(r), cov(r), 1, r.uniform(2, 9), 0.25, 1e9],
+}
