@@ -165,7 +165,8 @@ def constant_gain_step(
 ) -> None:  # fmt: skip
     """Kalman-Bucy filter over dt [s], in place: dx/dt = A x + B u + K (y - C x), u held; one Runge-Kutta step.
 
-    y runs straight from y0 [k] to y1 [k] (equal: a held reading). x [n], u [3], A [n,n], B [n,3], C [k,n], K [n,k]; W [5, max(n,k)] workspace. Seed (1), gain sign corrected.
+    y runs straight from y0 [k] to y1 [k] (equal: a held reading). x [n], u [3], A [n,n], B [n,3], C [k,n], K [n,k]; W [5,n]
+    workspace. Seed (1), gain sign corrected.
     """
     n, k = A.shape[0], C.shape[0]
     for stage in range(4):

@@ -19,7 +19,6 @@ from flightsw.kernels.rendezvous_turn import (
     T_BANK,
     T_DPSI,
     T_LIMITED,
-    T_N,
     T_TIME,
     T_TTG,
     T_XM,
@@ -56,17 +55,17 @@ GP_WEAVE, GP_WEAVE_HALF = 21, 22  # heading weave before the turn [rad], half pe
 GP_N = 23
 
 # state and output gs
-G_PHASE, G_BANK, G_V, G_TTG, G_XM, G_YM, G_LIMITED, G_TURN_TIME, G_WAIT, G_TIME, G_R1, G_R2 = range(12)
-G_N = 12
+G_PHASE, G_BANK, G_V, G_TTG, G_XM, G_YM, G_LIMITED, G_TURN_TIME, G_WAIT, G_TIME, G_R1, G_R2, G_SINCE = range(13)
+G_N = 13
 
 NEVER = 1e9  # [s]
 _EXACT = 1e-6  # [s], [rad]: a phase change this close is due
-_LEVEL = math.radians(1.0)  # wings level
+_LEVEL, _ROLLED = math.radians(2.0), 10.0  # wings level [rad]; roll-out taken as over after this [s]
 
 
 @jit
 def guidance_reset(gs: np.ndarray, gp: np.ndarray) -> None:
-    """gs [12] <- approach, wings level, nominal speed."""
+    """gs [13] <- approach, wings level, nominal speed."""
     for i in range(G_N):
         gs[i] = 0.0
     gs[G_PHASE] = APPROACH
@@ -111,13 +110,19 @@ def _turn_bank(o: np.ndarray, r: np.ndarray, t: np.ndarray, gs: np.ndarray, gp: 
 
 @jit
 def guidance_step(
-    gs: np.ndarray, o: np.ndarray, r: np.ndarray, range_m: float, dt: float, gp: np.ndarray, wk: np.ndarray
+    gs: np.ndarray,
+    o: np.ndarray,
+    r: np.ndarray,
+    range_m: float,
+    dt: float,
+    gp: np.ndarray,
+    t: np.ndarray,
+    radii: np.ndarray,
 ) -> None:
-    """Advance the guidance gs [12] by dt [s]: own state o [8], estimate r [4], last slant range [m]; wk [11] scratch.
+    """Advance the guidance gs [13] by dt [s]: own state o [8], estimate r [4], last slant range [m]; t [9], radii [2] scratch.
 
     The chart (open loop) turns when range_m first falls to GP_CHART; every other law when the time to go reaches GP_LEAD.
     """
-    t, radii = wk[:T_N], wk[T_N : T_N + 2]
     gs[G_TIME] += dt
     gs[G_WAIT] = NEVER
     phase = int(gs[G_PHASE])
@@ -142,6 +147,7 @@ def guidance_step(
         left = t[T_DPSI] - lead
         if left <= _EXACT:
             phase = ROLLOUT if gp[GP_ROLL] > 0.0 else DONE
+            gs[G_SINCE] = gs[G_TIME]
             gs[G_BANK] = 0.0
         else:
             gs[G_BANK] = _turn_bank(o, r, t, gs, gp, radii)
@@ -155,7 +161,7 @@ def guidance_step(
                 gs[G_WAIT] = left / rate
     elif phase == ROLLOUT:
         gs[G_BANK] = 0.0
-        if abs(o[O_PHI]) < _LEVEL:
+        if abs(o[O_PHI]) < _LEVEL or gs[G_TIME] - gs[G_SINCE] > _ROLLED:
             phase = DONE
     elif phase == DONE:
         gs[G_BANK] = heading_bank(t[T_DPSI], o[O_V], gp[GP_HEADING_GAIN], gp[GP_STEER_BANK], gp[GP_G])

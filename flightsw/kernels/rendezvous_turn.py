@@ -38,7 +38,7 @@ def rollout_lead(phi: float, v: float, roll_rate: float, g: float) -> float:
 def ramp_straight(phi: float, roll_rate: float) -> float:
     """Time [s] of straight flight that, with full rate for the rest, equals a ramp of bank between 0 and phi [rad].
 
-    The ramp lasts phi/p and sweeps g/(v p) (-ln cos phi), which full rate does in -ln cos phi/(p tan phi); for small phi half the ramp.
+    The ramp lasts phi/p and sweeps g/(v p) (-ln cos phi), at full rate done in -ln cos phi/(p tan phi). Small phi: half the ramp.
     """
     if roll_rate <= 0.0 or phi == 0.0:
         return 0.0

@@ -87,8 +87,8 @@ def motion(f: Arr, wind: Arr, c: Arr, a: Arr, o: Arr, out: Arr) -> None:
 
 @jit
 def readings(f: Arr, wind: Arr, c: Arr, a: Arr, o: Arr, out: Arr) -> None:
-    """out [7] <- what perfect instruments read: pitch rate, incidence, airspeed, pitch, height, ground speed, a_z (upward specific
-    force less g, body axes)."""
+    """out [7] <- what perfect instruments read: pitch rate, incidence, airspeed, pitch, height, ground speed, a_z (upward
+    specific force less g, body axes)."""
     if a[A_LINEAR] > 0.5:
         linear_force(f, wind, c, a, o)
     else:

@@ -1,8 +1,8 @@
-"""Rendezvous truth: the receiver's stochastic motion, the range an air-to-air TACAN gives, the tanker of the kinematic tables.
+"""Rendezvous truth: the receiver's stochastic motion, the range an air-to-air TACAN gives, the kinematic tanker.
 
-Axes: x from the control point to where the receiver comes from, y to the left of x seen from above, heading and bank counter-clockwise
-(left) positive; SI units. Receiver and TACAN: Rivard (1982), section III. Noise is discretised exactly, for steps of any length;
-the caller supplies unit normals, so the kernels hold no generator.
+Axes: x from the control point to where the receiver comes from, y to the left of x seen from above, heading and bank
+counter-clockwise (left) positive; SI units. Receiver and TACAN: Rivard (1982), section III. Noise is discretised exactly,
+for steps of any length; the caller supplies unit normals, so the kernels hold no generator.
 """
 
 from __future__ import annotations
@@ -23,13 +23,15 @@ P_SY0, P_SVY, P_QY = 4, 5, 6  # lateral sigma [m], drift sigma [m/s], random wal
 P_A0, P_SA, P_RE = 7, 8, 9  # altitude separation, its sigma, earth radius [m]
 P_SB, P_SN, P_TN = 10, 11, 12  # constant and correlated range error [m], correlation time [s]
 P_X0 = 13  # first position of the receiver [m]
-# manoeuvre: start [s], heading change [rad] (left positive), rate [rad/s], airspeed change [m/s], acceleration [m/s^2], airspeed [m/s]
+# manoeuvre: start [s], heading change [rad] (left positive), rate [rad/s], airspeed change [m/s], acceleration [m/s^2],
+# airspeed [m/s]
 P_MT, P_MA, P_MR, P_MV, P_MD, P_VR = 14, 15, 16, 17, 18, 19
 P_N = 20
 
 # tanker state c [5]: x, y [m], heading [rad] (unwrapped), bank [rad], airspeed [m/s]
 C_X, C_Y, C_PSI, C_PHI, C_V = 0, 1, 2, 3, 4
-# tanker parameters q: wind [m/s], roll rate [rad/s] (0: at once), acceleration [m/s^2], bank error [rad], speed error [m/s], gravity
+# tanker parameters q: wind [m/s], roll rate [rad/s] (0: at once), acceleration [m/s^2], bank error [rad], speed error [m/s],
+# gravity
 Q_WX, Q_WY, Q_ROLL, Q_ACC, Q_BANK, Q_SPEED, Q_G = 0, 1, 2, 3, 4, 5, 6
 Q_N = 7
 
@@ -49,10 +51,10 @@ def receiver_start(z: np.ndarray, p: np.ndarray, s: np.ndarray) -> None:
 
 @jit
 def discrete(dt: float, p: np.ndarray, D: np.ndarray) -> None:
-    """D [8] <- exact discretisation over dt [s]: (v_xf decay, x per v_xf, v_xf noise, slope and own noise of x, y noise, n decay, n noise).
+    """D [8] <- exact discretisation over dt [s]: v_xf decay, x per v_xf, v_xf noise, x per that, x, y noise, n decay, noise.
 
-    The velocity's noise is sigma sqrt(1 - a^2) z1; the displacement follows it with slope tau tanh(dt/2tau) and keeps the variance
-    2 sigma^2 tau (dt - 2 tau tanh(dt/2tau)) of its own.
+    The velocity's noise is sigma sqrt(1 - a^2) z1; the displacement follows it with slope tau tanh(dt/2tau) and keeps the
+    variance 2 sigma^2 tau (dt - 2 tau tanh(dt/2tau)) of its own.
     """
     tau, sigma = p[P_TF], p[P_SF]
     h = 0.5 * dt / tau
@@ -75,7 +77,7 @@ def discrete(dt: float, p: np.ndarray, D: np.ndarray) -> None:
 
 @jit
 def _manoeuvre(t: float, p: np.ndarray, d: np.ndarray) -> None:
-    """d [2] <- displacement at time t [s] that the receiver's manoeuvre adds: one turn at constant rate, one change of speed."""
+    """d [2] <- displacement at time t [s] that the receiver's manoeuvre adds: one turn, one change of speed."""
     d[0] = d[1] = 0.0
     dt = t - p[P_MT]
     if dt <= 0.0:
@@ -96,8 +98,8 @@ def _manoeuvre(t: float, p: np.ndarray, d: np.ndarray) -> None:
 
 
 @jit
-def receiver_step(s: np.ndarray, t: float, dt: float, z: np.ndarray, p: np.ndarray, wk: np.ndarray) -> None:
-    """Move the receiver and the TACAN's errors s [8] from t [s] by dt [s] with unit normals z [4].
+def receiver_step(s: np.ndarray, t: float, dt: float, z: np.ndarray, at: int, p: np.ndarray, wk: np.ndarray) -> None:
+    """Move the receiver and the TACAN's errors s [8] from t [s] by dt [s] with the unit normals z[at] to z[at + 3].
 
     wk [13] scratch; wk[12] is the step its discretisation belongs to: set it to 0 when p changes.
     """
@@ -106,11 +108,11 @@ def receiver_step(s: np.ndarray, t: float, dt: float, z: np.ndarray, p: np.ndarr
     if wk[12] != dt:
         discrete(dt, p, wk)
         wk[12] = dt
-    e = wk[2] * z[0]
-    s[S_X] += (p[P_U] + s[S_VC]) * dt + wk[1] * s[S_VF] + wk[3] * e + wk[4] * z[1]
+    e = wk[2] * z[at]
+    s[S_X] += (p[P_U] + s[S_VC]) * dt + wk[1] * s[S_VF] + wk[3] * e + wk[4] * z[at + 1]
     s[S_VF] = wk[0] * s[S_VF] + e
-    s[S_Y] += s[S_VY] * dt + wk[5] * z[2]
-    s[S_N] = wk[6] * s[S_N] + wk[7] * z[3]
+    s[S_Y] += s[S_VY] * dt + wk[5] * z[at + 2]
+    s[S_N] = wk[6] * s[S_N] + wk[7] * z[at + 3]
     if p[P_MV] != 0.0 or p[P_MA] != 0.0:
         _manoeuvre(t, p, wk[8:10])
         _manoeuvre(t + dt, p, wk[10:12])
@@ -138,8 +140,8 @@ def tacan_bearing(s: np.ndarray, x_t: float, y_t: float) -> float:
 def tanker_step(c: np.ndarray, bank: float, speed: float, dt: float, q: np.ndarray) -> None:
     """Fly the kinematic tanker c [5] for dt [s] towards commanded bank [rad] and airspeed [m/s]; wind in q [7].
 
-    Constant bank and speed is a circular arc, taken as one chord of length v dt sinc(turn/2) at the mean heading; while either changes
-    the step is cut to 0.05 s.
+    Constant bank and speed is a circular arc, taken as one chord of length v dt sinc(turn/2) at the mean heading; while
+    either changes the step is cut to 0.05 s.
     """
     left = dt
     goal, fast = bank + q[Q_BANK], speed + q[Q_SPEED]

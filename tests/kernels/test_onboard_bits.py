@@ -13,8 +13,12 @@ import pytest
 
 from flightsw.aircraft import load_aircraft
 from flightsw.models.actuators import surface_limits
+from flightsw.models.gust import GustAircraft, Turbulence, linear_model
+from flightsw.models.gust import parameter_vector as gust_vector
 from flightsw.models.params import parameter_vector
 from flightsw.models.wake import WakeParams, stations, wake_vector
+from tests.kernels.rendezvous_cases import CASES as RENDEZVOUS
+from tests.kernels.wake_position_cases import CASES as WAKE_POSITION
 
 Rng = np.random.Generator
 Args = list  # arguments of one call; arrays are outputs too
@@ -22,6 +26,8 @@ AC = load_aircraft("learjet24")
 P = parameter_vector(AC, 5000.0)
 LIM = surface_limits(AC)
 WAKE = wake_vector(WakeParams(nu_m2ps=5.0))
+GUST = gust_vector(GustAircraft(), Turbulence())
+GUST_LINEAR = linear_model()
 
 
 def kernels() -> dict[str, object]:
@@ -106,14 +112,68 @@ def fit_args(r: Rng) -> Args:
     return [3 * r.normal(size=3), spd(r), r.uniform(0.5, 1.5, 3), r.uniform(0.1, 2.0)]
 
 
+def gust_state(r: Rng, k: int = 1) -> np.ndarray:
+    return r.normal(size=(k, 9)) * np.array([0.02, 0.05, 1.0, 0.1, 0.1, 1.0, 0.1, 5.0, 0.02])
+
+
+def gust_controls(r: Rng) -> np.ndarray:
+    return r.normal(size=3) * np.array([0.1, 20.0, 0.1])
+
+
 def codes(r: Rng, top: int) -> np.ndarray:
     return r.permutation(top).astype(np.int64)
 
 
 CASES: dict[str, Callable[[Rng], Args]] = {
+    **RENDEZVOUS,
+    **WAKE_POSITION,
     "kernels.atmosphere.temperature": lambda r: [r.uniform(0, 2e4)],
     "kernels.atmosphere.density": lambda r: [r.uniform(0, 2e4)],
     "kernels.atmosphere.sound_speed": lambda r: [r.uniform(0, 2e4)],
+    "kernels.gust.air": lambda r: [gust_state(r)[0], GUST, z(4)],
+    "kernels.gust.lift_drag": lambda r: [r.uniform(15, 25), *r.normal(size=2) * 0.1, gust_controls(r), GUST],
+    "kernels.gust.rates": lambda r: [gust_state(r)[0], gust_controls(r), GUST, z(4), z(9)],
+    "kernels.gust.propagate": lambda r: [gust_state(r, 19), gust_controls(r), GUST, 0.02, z(6, 9)],
+    "kernels.gust.measure": lambda r: [gust_state(r, 19), codes(r, 7), 7, gust_controls(r), GUST, z(4), z(19, 7)],
+    "kernels.gust.propagate_linear": lambda r: [
+        gust_state(r, 19),
+        r.normal(size=(9, 9)),
+        r.normal(size=(9, 3)),
+        gust_controls(r),
+        z(9),
+    ],
+    "kernels.gust.measure_linear": lambda r: [
+        gust_state(r, 19),
+        GUST_LINEAR.C,
+        GUST_LINEAR.D,
+        gust_controls(r),
+        codes(r, 7),
+        6,
+        z(19, 7),
+    ],
+    "kernels.gust.constant_gain_step": lambda r: [
+        gust_state(r)[0],
+        r.normal(size=5),
+        r.normal(size=5),
+        gust_controls(r),
+        GUST_LINEAR.A,
+        GUST_LINEAR.B,
+        np.ascontiguousarray(GUST_LINEAR.C[:5]),
+        r.normal(size=(9, 5)),
+        0.02,
+        z(5, 9),
+    ],
+    "kernels.gust.product": lambda r: [r.normal(size=(4, 6)), r.normal(size=(6, 3)), z(4, 3)],
+    "kernels.gust.discretise": lambda r: [
+        r.normal(size=(9, 9)) * 5.0,
+        r.normal(size=(9, 3)),
+        np.diag(r.uniform(0, 1, 9)),
+        0.02,
+        z(9, 9),
+        z(9, 3),
+        z(9, 9),
+        z(4, 9, 9),
+    ],
     "kernels.linalg.tria": lambda r: [r.normal(size=(15, 49)), 15, 49, z(15, 15)],
     "kernels.linalg.forward_sub": lambda r: [lower(r, 12), 12, r.normal(size=12)],
     "kernels.linalg.backward_sub_t": lambda r: [lower(r, 12), 12, r.normal(size=12)],

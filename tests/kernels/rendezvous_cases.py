@@ -1,0 +1,177 @@
+"""Seeded inputs of the rendezvous kernels for the bit test (test_onboard_bits.py)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from flightsw.guid.rendezvous import RendezvousGuidanceParams, guidance_vector
+from flightsw.kernels import rendezvous_bank as kb
+from flightsw.nav.rendezvous_params import RendezvousNavParams, eight_vector, new_window, three_vector
+
+Rng = np.random.Generator
+Args = list
+NM = 1852.0
+U = -203.7
+E3 = three_vector(RendezvousNavParams(estimator="ekf3"), U)
+E8 = eight_vector(RendezvousNavParams(), U)
+M = 5
+
+
+def z(*shape: int) -> np.ndarray:
+    return np.zeros(shape)
+
+
+def s3(r: Rng) -> np.ndarray:
+    A = r.normal(size=(3, 3)) * np.array([500.0, 5.0, 900.0])[:, None]
+    P = A @ A.T + np.diag([1e4, 1.0, 1e4])
+    head = [r.uniform(2e4, 5e4), r.normal() * 5, r.normal() * 900]
+    return np.array([*head, P[0, 0], P[0, 1], P[0, 2], P[1, 1], P[1, 2], P[2, 2], 0.0, 1.0])
+
+
+def bank(r: Rng) -> list[np.ndarray]:
+    m, P, lw = z(M, 8), z(M, 8, 8), z(M)
+    kb.bank_start(m, P, lw, r.uniform(4e4, 6e4), 0.0, -17e3, r.normal() * 900, 1852.0, 3.5, 1.0, E8)
+    D = z(8)
+    kb.bank_predict(m, P, lw, 10.0, E8, D)
+    return [m, P, lw]
+
+
+def one(r: Rng) -> list[np.ndarray]:
+    m, P, _ = bank(r)
+    return [m[2].copy(), P[2].copy()]
+
+
+def row(r: Rng) -> np.ndarray:
+    return np.array([*r.uniform(-1, 1, 5), r.uniform(1e4, 5e4), r.uniform(0, 100), 0.0, 0.0])
+
+
+def own(r: Rng) -> np.ndarray:
+    o = [*r.uniform(-1e4, 1e4, 2), r.uniform(0, 3), r.uniform(0, 0.5), r.uniform(190, 215), *r.normal(size=2) * 10]
+    return np.array([*o, o[-1] / 204.0])
+
+
+def target(r: Rng) -> np.ndarray:
+    return np.array([r.uniform(1e4, 3e4), U + r.normal() * 5, r.uniform(9e3, 2e4), r.normal()])
+
+
+def step_args(r: Rng) -> Args:
+    p = RendezvousGuidanceParams(law=("cross_track", "closed_loop", "two_arc")[int(r.integers(3))])
+    gs = z(13)
+    gs[0] = float(r.integers(4))
+    return [gs, own(r), target(r), 3e4, 0.5, guidance_vector(p), z(9), z(2)]
+
+
+def turn(r: Rng) -> np.ndarray:
+    return np.array([r.uniform(0.1, 0.5), 100.0, r.normal() * 2e3, 0.0, 0.0, 0.0, r.uniform(0.1, 3), 9e3, 7.3e3])
+
+
+CASES: dict[str, Callable[[Rng], Args]] = {
+    "kernels.rendezvous.ahead": lambda r: [r.uniform(1e4, 5e4), r.uniform(-2e4, 2e4), 305.0],
+    "kernels.rendezvous.ekf3_start": lambda r: [s3(r), r.uniform(3e4, 6e4), 100.0, -17e3, r.normal() * 900, 1852.0, E3],
+    "kernels.rendezvous.ekf3_predict": lambda r: [s3(r), r.uniform(0.01, 20), E3],
+    "kernels.rendezvous.ekf3_scalar": lambda r: [s3(r), *r.uniform(-1, 1, 2), r.normal() * 200, 3e4],
+    "kernels.rendezvous.ekf3_range": lambda r: [s3(r), r.uniform(3e4, 6e4), 0.0, -17e3, r.choice([0.0, 9.0]), E3],
+    "kernels.rendezvous.wrap": lambda r: [r.uniform(-50, 50)],
+    "kernels.rendezvous.ekf3_bearing": lambda r: [s3(r), r.uniform(0, 1), 0.0, -17e3, 1e-3],
+    "kernels.rendezvous.ekf3_position": lambda r: [s3(r), r.uniform(2e4, 5e4), r.normal() * 900, 1e4],
+    "kernels.rendezvous.window_push": lambda r: [
+        np.concatenate((new_window(RendezvousNavParams())[:7], r.normal(size=6))),
+        r.normal(),
+    ],
+    "kernels.rendezvous_eight.discretise": lambda r: [10.0 ** r.uniform(-2, 2), E8, z(8)],
+    "kernels.rendezvous_eight.eight_mean": lambda r: [one(r)[0], 10.0, U, r.uniform(0, 1, 8)],
+    "kernels.rendezvous_eight.eight_predict": lambda r: [*one(r), 10.0, U, r.uniform(0, 1, 8)],
+    "kernels.rendezvous_eight.eight_start": lambda r: [*one(r), 5e4, 0.0, -17e3, r.normal() * 900, 800.0, 1.0, E8],
+    "kernels.rendezvous_eight.slant": lambda r: [*r.uniform(-5e4, 5e4, 2), 305.0, 6.4e6],
+    "kernels.rendezvous_eight.range_ekf": lambda r: [*one(r), 0.0, -17e3, E8, z(7)],
+    "kernels.rendezvous_eight.quadrature": lambda r: [*one(r), 0.0, -17e3, bool(r.integers(2)), 305.0, 6.4e6, z(7)],
+    "kernels.rendezvous_eight.range_quadrature": lambda r: [*one(r), 0.0, -17e3, E8, z(7)],
+    "kernels.rendezvous_eight.innovation_variance": lambda r: [one(r)[1], row(r), 3.0],
+    "kernels.rendezvous_eight.eight_fuse": lambda r: [*one(r), row(r), r.normal() * 100, 4e4, z(8)],
+    "kernels.rendezvous_bank.bank_start": lambda r: [
+        *bank(r),
+        r.uniform(4e4, 6e4),
+        0.0,
+        -17e3,
+        0.0,
+        1852.0,
+        3.5,
+        1.0,
+        E8,
+    ],
+    "kernels.rendezvous_bank.bank_predict": lambda r: [*bank(r), r.uniform(0.1, 20), E8, z(8)],
+    "kernels.rendezvous_bank._fuse_all": lambda r: [
+        *bank(r),
+        5e4,
+        False,
+        0.0,
+        np.array([[0.9, 0.3, 0.0, 1.0, 1.0, 5e4 + 50 * r.normal(), 0.0, 4e4, 0.0] for _ in range(M)]),
+        z(8),
+        z(2),
+    ],
+    "kernels.rendezvous_bank.bank_range": lambda r: [
+        *bank(r),
+        r.uniform(4e4, 5e4),
+        2000.0,
+        -17e3,
+        bool(r.integers(2)),
+        0.0,
+        E8,
+        z(M, 9),
+        z(8),
+        z(2),
+    ],
+    "kernels.rendezvous_bank.bank_bearing": lambda r: [
+        *bank(r),
+        r.uniform(0.2, 0.5),
+        2000.0,
+        -17e3,
+        1e-3,
+        0.0,
+        z(M, 9),
+        z(8),
+        z(2),
+    ],
+    "kernels.rendezvous_bank.bank_position": lambda r: [*bank(r), 4.5e4, 300.0, 1e4, z(M, 9), z(8), z(2)],
+    "kernels.rendezvous_bank.bank_match": lambda r: [*bank(r), z(8), z(8, 8)],
+    "kernels.rendezvous_bank.bank_mean": lambda r: [bank(r)[0], bank(r)[2], z(8)],
+    "kernels.rendezvous_bank.reduce_four": lambda r: [*one(r), U, z(4), z(4, 4)],
+    "kernels.rendezvous_turn.offset_for_bank": lambda r: [r.uniform(0.3, 0.5), 204.0, 0.1, 20.0, 9.80665],
+    "kernels.rendezvous_turn.rollout_lead": lambda r: [r.uniform(-0.5, 0.5), 204.0, 0.087, 9.80665],
+    "kernels.rendezvous_turn.ramp_straight": lambda r: [r.uniform(-0.5, 0.5), 0.087],
+    "kernels.rendezvous_turn.turn_point": lambda r: [
+        own(r),
+        target(r),
+        0.52,
+        0.017,
+        3704.0,
+        float(r.choice([0.0, 0.087])),
+        bool(r.integers(2)),
+        9.80665,
+        z(9),
+    ],
+    "kernels.rendezvous_turn.closed_loop_bank": lambda r: [turn(r), 3.0, 204.0, 0.52, bool(r.integers(2)), 9.80665],
+    "kernels.rendezvous_turn.two_arcs": lambda r: [own(r), target(r), 0.52, 3704.0, 0.01, 0.087, 9.80665, z(2)],
+    "kernels.rendezvous_guid.guidance_reset": lambda r: [
+        r.normal(size=13),
+        guidance_vector(RendezvousGuidanceParams()),
+    ],
+    "kernels.rendezvous_guid.heading_bank": lambda r: [r.normal(), 204.0, 0.2, 0.4, 9.80665],
+    "kernels.rendezvous_guid.approach_bank": lambda r: [
+        own(r),
+        target(r),
+        z(13),
+        guidance_vector(RendezvousGuidanceParams()),
+    ],
+    "kernels.rendezvous_guid._turn_bank": lambda r: [
+        own(r),
+        target(r),
+        turn(r),
+        z(13),
+        guidance_vector(RendezvousGuidanceParams()),
+        z(2),
+    ],
+    "kernels.rendezvous_guid.guidance_step": step_args,
+}
