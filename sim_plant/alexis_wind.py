@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,7 +39,7 @@ class Gust:
         if not self.length_s > 0.0:
             raise ValueError(f"gust length_s = {self.length_s}; allowed > 0")
 
-    def at(self, t: Arr) -> Arr:
+    def at(self, t: NDArray[Any]) -> NDArray[Any]:
         """Speed [m/s] at times t [s]."""
         s = np.clip((t - self.start_s) / self.length_s, 0.0, 1.0)
         if self.shape == "ramp":

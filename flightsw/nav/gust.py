@@ -13,7 +13,7 @@ from typing import Annotated
 import numpy as np
 
 from flightsw.filters.bank import FilterBank, markov
-from flightsw.filters.base import PointFilter
+from flightsw.filters.base import CovarianceFilter, PointFilter
 from flightsw.filters.covariance import chol_psd
 from flightsw.filters.factory import KINDS, make_filter
 from flightsw.kernels import gust as k
@@ -46,7 +46,7 @@ class GustParams:
     sensors: SensorNoise = field(default_factory=SensorNoise)
     scales: tuple[float, ...] = (0.3,)
     dwell_s: Annotated[float, Range(0.1, 1e4)] = 20.0  # [s] mean stay in one intensity
-    mix: bool = False  # interacting bank; False: every filter keeps to itself and the weights forget
+    mix: bool = True  # interacting bank; False: every filter keeps to itself and the weights forget
     start_q_radps: Annotated[float, Range(1e-6, 10.0)] = 0.02  # 1-sigma at the first sample, about the first readings
     start_alpha_rad: Annotated[float, Range(1e-6, 1.0)] = 0.02
     start_V_mps: Annotated[float, Range(1e-6, 50.0)] = 1.0
@@ -121,6 +121,22 @@ class GustNav:
         chol_psd(np.ascontiguousarray(P, dtype=float), k.NX, S)
         self.bank.start(np.asarray(x, dtype=float), S)
         self.started = True
+
+    def get_state(self) -> dict[str, Array]:
+        """Copy of everything that changes."""
+        spread = [f.P if isinstance(f, CovarianceFilter) else f.S for f in self.filters]
+        return {
+            "x": np.array([f.x for f in self.filters]), "spread": np.array(spread), "combined": self.bank.x.copy(),
+            "mu": self.bank.mu.copy(), "nis": self._nis.copy(), "head": np.array([self.started, self.restarts], float),
+        }  # fmt: skip
+
+    def set_state(self, s: dict[str, Array]) -> None:
+        """Restore a copy made by `get_state` of an object of the same parameters."""
+        for i, f in enumerate(self.filters):
+            f.x[:] = s["x"][i]
+            (f.P if isinstance(f, CovarianceFilter) else f.S)[:] = s["spread"][i]
+        self.bank.x[:], self.bank.mu[:], self._nis[:] = s["combined"], s["mu"], s["nis"]
+        self.started, self.restarts = bool(s["head"][0]), int(s["head"][1])
 
     def stationary(self, scale: float) -> Array:
         """Covariance [3,3] of the wind states in stationary turbulence of relative intensity `scale`."""

@@ -1,8 +1,8 @@
 """The source's own estimator: a continuous Kalman-Bucy filter with a constant gain, integrated between samples.
 
-Baseline and regression reference. The source integrates plant and filter together, so that its filter sees the readings move
-between samples: straight lines between readings come closest. Holding a reading over the step costs half a sample more
-lag. Ground speed and accelerometer have no place in it.
+Baseline and regression reference. A reading held over the step makes the filter lag by more than a sample at 2 Hz; joined by
+straight lines, the readings give back nearly all of it (the continuous filter itself lags 6.7 degrees there). Ground speed
+and accelerometer have no place in it.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ class ConstantGainGust:
 
     def __init__(
         self, K: Array = H_PRINTED, model: LinearModel | None = None, V0_mps: float = 20.0, H0_m: float = 100.0,
-        *, hold: bool = False,
+        *, join: bool = False,
     ) -> None:  # fmt: skip
-        """K [9,5] gain, positive sign; V0 [m/s], H0 [m] trim; hold: readings are held until the next instead of joined by straight
-        lines. Raises ValueError for another shape of K."""
-        self._hold = hold
+        """K [9,5] gain, positive sign; V0 [m/s], H0 [m] trim; join: readings are joined by straight lines instead of held until
+        the next one. Raises ValueError for another shape of K."""
+        self._join = join
         if np.shape(K) != (k.NX, OUTPUTS):
             raise ValueError(f"gain of shape {np.shape(K)}; allowed {(k.NX, OUTPUTS)}")
         m = model or linear_model()
@@ -46,6 +46,14 @@ class ConstantGainGust:
         self._y[:] = self._C @ self.x
         self.started = True
 
+    def get_state(self) -> dict[str, Array]:
+        """Copy of everything that changes."""
+        return {"x": self.x.copy(), "y": self._y.copy(), "head": np.array([self.started], float)}
+
+    def set_state(self, s: dict[str, Array]) -> None:
+        """Restore a copy made by `get_state`."""
+        self.x[:], self._y[:], self.started = s["x"], s["y"], bool(s["head"][0])
+
     def step(self, y: Array, ok: int, u: Array, dt: float, u_now: Array | None = None) -> Array:
         """Integrate to this sample; returns x [9] (reused).
 
@@ -60,7 +68,7 @@ class ConstantGainGust:
                 self._new[c] = float(np.sum(self._C[c] * self.x))
         if dt > 0.0 and np.isfinite(u).all():
             u = np.ascontiguousarray(u, dtype=float)
-            end = self._y if self._hold else self._new
+            end = self._new if self._join else self._y
             k.constant_gain_step(self.x, self._y, end, u, self._A, self._B, self._C, self._K, dt, self._W)
         self._y[:] = self._new
         return self.x
