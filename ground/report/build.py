@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from datetime import datetime
 from pathlib import Path
 
@@ -29,6 +29,12 @@ class Pictures:
 
 def lee_report(folders: Sequence[Path], out: Path) -> Path:
     """Write `out`/lee.html and its PNG figures from campaign folders; returns the page. Raises ReportError."""
+    campaigns = load_all(folders)
+    return write_page(out, PAGE, lambda: _text(campaigns, Pictures(out)))
+
+
+def load_all(folders: Sequence[Path]) -> dict[str, Campaign]:
+    """Campaigns by study. Raises ReportError without any, and when two are of one study."""
     campaigns: dict[str, Campaign] = {}
     for folder in folders:
         c = load(folder)
@@ -37,13 +43,17 @@ def lee_report(folders: Sequence[Path], out: Path) -> Path:
         campaigns[c.study] = c
     if not campaigns:
         raise ReportError("no campaign folder named")
+    return campaigns
+
+
+def write_page(out: Path, name: str, text: Callable[[], str]) -> Path:
+    """Write `out`/`name` with what `text` gives, which may add pictures to the folder. Raises ReportError."""
     try:
         out.mkdir(parents=True, exist_ok=True)
-        text = _text(campaigns, Pictures(out))
-        (out / PAGE).write_text(text)
+        (out / name).write_text(text())
     except OSError as e:
         raise ReportError(f"{out}: cannot be written: {e.strerror} ({e.filename})") from None
-    return out / PAGE
+    return out / name
 
 
 def _text(campaigns: dict[str, Campaign], pictures: Pictures) -> str:
@@ -55,9 +65,9 @@ def _text(campaigns: dict[str, Campaign], pictures: Pictures) -> str:
         title = (
             "Tanker cases" if study == "lee" else lee.STUDIES[study].title if study in lee.STUDIES else c.meta["title"]
         )
-        chapters.append((study, str(title), _warnings(c) + body))
+        chapters.append((study, str(title), warnings(c) + body))
     chapters.append(("reading", "How to read this", _reading()))
-    chapters.append(("provenance", "Provenance", _provenance(list(campaigns.values()))))
+    chapters.append(("provenance", "Provenance", provenance(list(campaigns.values()))))
     body = _headline(campaigns) + "\n".join(p.section(*c) for c in chapters)
     return p.document(lee.TITLE, lee.PURPOSE, [(a, t) for a, t, _ in chapters], body)
 
@@ -71,7 +81,8 @@ def _study(c: Campaign, pictures: Pictures) -> str:
     return body + (loop + wind or "") + open_loop.everything(c)
 
 
-def _warnings(c: Campaign) -> str:
+def warnings(c: Campaign) -> str:
+    """What a reader must know before the figures: an unfinished campaign, failed runs."""
     out = ""
     if not c.meta.get("complete", True):
         out += p.paragraph(
@@ -120,7 +131,8 @@ def _reading() -> str:
     return "".join(p.paragraph(t) for t in READING.strip().split("\n\n"))
 
 
-def _provenance(campaigns: Sequence[Campaign]) -> str:
+def provenance(campaigns: Sequence[Campaign]) -> str:
+    """Where the figures come from, and why runs failed."""
     rows = []
     for c in campaigns:
         m = c.meta

@@ -35,3 +35,25 @@ def lee(
         print(f"ground: {e}", file=sys.stderr)
         raise typer.Exit(1) from None
     print(page)
+
+
+@app.command()
+def sevil(
+    runs: Annotated[
+        list[Path],
+        typer.Argument(help="campaign folders of `sil campaign sevil`, sevil_static, ...", metavar="RUNS..."),
+    ],
+    out: Annotated[Path, typer.Option("--out", help="folder for sevil.html and the PNG figures")] = Path(
+        "report-sevil"
+    ),
+) -> None:
+    """Air-data position and fault detection as tables and pictures: printed result, printed method, ours."""
+    from ground.report.load import ReportError
+    from ground.report.sevil_build import sevil_report
+
+    try:
+        page = sevil_report(runs, out)
+    except ReportError as e:
+        print(f"ground: {e}", file=sys.stderr)
+        raise typer.Exit(1) from None
+    print(page)

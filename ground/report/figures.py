@@ -53,7 +53,8 @@ def color(name: str, order: Sequence[str] = ()) -> str:
     return SPARE[others.index(name) % len(SPARE)] if name in others else SPARE[0]
 
 
-def _new(width: float, height: float, rows: int, cols: int, **kw: Any) -> tuple[Figure, Any]:
+def new_figure(width: float, height: float, rows: int, cols: int, **kw: Any) -> tuple[Figure, Any]:
+    """An empty figure of width x height inches with rows x cols axes in the reports' style; kw as plt.subplots."""
     fig = Figure(figsize=(width, height), layout="constrained")
     axes = fig.subplots(rows, cols, squeeze=False, **kw)
     for ax in axes.flat:
@@ -65,7 +66,8 @@ def _new(width: float, height: float, rows: int, cols: int, **kw: Any) -> tuple[
     return fig, axes
 
 
-def _png(fig: Figure) -> bytes:
+def png_bytes(fig: Figure) -> bytes:
+    """The figure as a palette PNG."""
     raw, out = io.BytesIO(), io.BytesIO()
     fig.savefig(raw, format="png", dpi=DPI)
     with Image.open(raw) as picture:  # a palette: a third of the size, and the page holds some twenty of them
@@ -88,7 +90,7 @@ def wind_components(tr: Mapping[str, Array], actors: Sequence[str], labels: Mapp
     tr: t [N] s, wind_true [N,3] m/s, "<actor>.wind" [N,3] m/s, "<actor>.sigma" [N,3] m/s (optional).
     """
     t, truth = tr["t"], tr["wind_true"]
-    fig, axes = _new(13.2, 7.4, 3, 3, gridspec_kw={"width_ratios": [1.25, 1.25, 0.6]}, sharex="col")
+    fig, axes = new_figure(13.2, 7.4, 3, 3, gridspec_kw={"width_ratios": [1.25, 1.25, 0.6]}, sharex="col")
     start = t <= t[0] + ZOOM_S
     for i in range(3):
         left, mid, right = axes[i]
@@ -119,7 +121,7 @@ def wind_components(tr: Mapping[str, Array], actors: Sequence[str], labels: Mapp
     for ax in axes[2]:
         ax.set_xlabel("time [s]", fontsize=9.5)
     fig.legend(*axes[0][0].get_legend_handles_labels(), loc="outside upper right", ncols=5, frameon=False, fontsize=9)
-    return _png(fig)
+    return png_bytes(fig)
 
 
 def errors_over_time(
@@ -128,7 +130,7 @@ def errors_over_time(
     """Relative error of wind magnitude [%] and error of horizontal wind direction [deg] over time."""
     t, truth = tr["t"], tr["wind_true"]
     size, angle = np.linalg.norm(truth, axis=1), np.arctan2(truth[:, 1], truth[:, 0])
-    fig, axes = _new(13.2, 4.4, 2, 1, sharex=True)
+    fig, axes = new_figure(13.2, 4.4, 2, 1, sharex=True)
     top, bottom = axes[:, 0]
     pct, deg = [], []
     late = t > t[0] + ZOOM_S if (t > t[0] + ZOOM_S).any() else np.ones(len(t), bool)
@@ -151,7 +153,7 @@ def errors_over_time(
     bottom.set_ylabel("direction error [deg]", fontsize=9.5)
     bottom.set_xlabel("time [s]", fontsize=9.5)
     fig.legend(*top.get_legend_handles_labels(), loc="outside upper right", ncols=6, frameon=False, fontsize=9)
-    return _png(fig)
+    return png_bytes(fig)
 
 
 def sweep(
@@ -165,7 +167,7 @@ def sweep(
 
     limit: a horizontal line and its name. ceiling: values above it are drawn at it as arrows (lost runs have no finite scale).
     """
-    fig, axes = _new(13.2, 4.3, 1, len(panels), sharey=ceiling is not None)
+    fig, axes = new_figure(13.2, 4.3, 1, len(panels), sharey=ceiling is not None)
     names = list(dict.fromkeys(n for _, series in panels for n in series))
     for ax, (title, series) in zip(axes[0], panels, strict=True):
         xs = sorted({p.x for pts in series.values() for p in pts})
@@ -195,7 +197,7 @@ def sweep(
     for ax in axes[0]:
         handles.update(zip(*reversed(ax.get_legend_handles_labels()), strict=True))
     fig.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=5, frameon=False, fontsize=9)
-    return _png(fig)
+    return png_bytes(fig)
 
 
 def _line(
@@ -228,7 +230,7 @@ def bars(
     targets: Sequence[float | None] = (),
 ) -> bytes:
     """Grouped bars with 95 % intervals. series: per group (value, lo, hi) or None; targets: a tick per group."""
-    fig, axes = _new(13.2, 3.9, 1, 1)
+    fig, axes = new_figure(13.2, 3.9, 1, 1)
     ax = axes[0, 0]
     width = 0.8 / max(1, len(series))
     for j, (name, values) in enumerate(series.items()):
@@ -264,4 +266,4 @@ def bars(
     ax.set_ylabel(ylabel, fontsize=9.5)
     ax.grid(False, axis="x")
     fig.legend(*ax.get_legend_handles_labels(), loc="outside upper right", ncols=8, frameon=False, fontsize=9)
-    return _png(fig)
+    return png_bytes(fig)

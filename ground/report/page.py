@@ -129,7 +129,7 @@ def details(title: str, body: str) -> str:
 
 def document(title: str, lead: str, contents: Sequence[tuple[str, str]], body: str) -> str:
     """The whole page: no script, nothing loaded from anywhere."""
-    links = "".join(f'<a href="#{escape(a, quote=True)}">{escape(t)}</a>' for a, t in contents)
+    links = " ".join(f'<a href="#{escape(a, quote=True)}">{escape(t)}</a>' for a, t in contents)
     return (
         f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
         f'<meta name="viewport" content="width=device-width, initial-scale=1"><title>{escape(title)}</title>'

@@ -102,9 +102,9 @@ def test_failed_runs_are_told_with_their_reason(page: Path, campaigns: list[Path
     for row in c.rows[:2]:
         row |= {"status": "failed", "reason": "<b>lost</b>"}
     assert c.reasons()[c.rows[0]["case"], "<b>lost</b>"] >= 1
-    from ground.report.build import _provenance
+    from ground.report.build import provenance
 
-    assert "&lt;b&gt;lost&lt;/b&gt;" in _provenance([c])
+    assert "&lt;b&gt;lost&lt;/b&gt;" in provenance([c])
 
 
 def test_better_counts_runs_on_the_same_noise(campaigns: list[Path]) -> None:
