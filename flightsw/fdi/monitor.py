@@ -51,7 +51,7 @@ class FdiParams:
     without_model: Annotated[str, OneOf(MISSING)] = "hold"  # no expected readings: suspend, or assume equal readings
     window: Annotated[int, Range(1, 100)] = 5  # samples averaged
     p_alarm: Prob = 1e-5  # false alarms per sample and variable; window 5: threshold 23.03
-    p_decide: Prob = 1e-4  # at which a set of suspects is refused
+    p_decide: Prob = 3e-4  # at which a set of suspects is refused
     p_quiet: Prob = 1e-2  # at which an excluded channel counts as disagreeing
     readmit_samples: Count = 20  # quiet samples before a channel comes back
     readmit_max: Count = 640  # the number doubles with each relapse, up to this

@@ -210,17 +210,25 @@ def collapse(
 
 @jit
 def cusum_step(t: np.ndarray, mu: np.ndarray, delta: float, cap: float, s: np.ndarray) -> None:
-    """s [6] <- one step of the CUSUM sums for +-mu_1..3: max(0, s + delta u.t - delta^2/2), no higher than `cap`.
+    """s [6] <- one step of the CUSUM sums for +-mu_1..3: max(0, s + delta u.t - delta^2/2), the largest no higher than `cap`.
+
+    What the largest has above `cap` is taken off all of them, so that they keep their order: one cap for each would end in
+    ties, and a tie blames nobody in particular.
 
     t [2] whitened residual, mu [2,3]; u = +-mu_i/|mu_i|: s[2i] for a probe i that reads high, s[2i+1] low. delta: the shift in
     standard deviations it is tuned to (Page 1954, log likelihood ratio of two normals delta apart).
     """
+    top = 0.0
     for i in range(3):
         q = math.sqrt(mu[0, i] * mu[0, i] + mu[1, i] * mu[1, i])
         c = (mu[0, i] * t[0] + mu[1, i] * t[1]) / q if q > 0.0 else 0.0
         for k in range(2):
             v = s[2 * i + k] + (delta * c if k == 0 else -delta * c) - 0.5 * delta * delta
-            s[2 * i + k] = min(max(v, 0.0), cap)
+            s[2 * i + k] = max(v, 0.0)
+            top = max(top, v)
+    if top > cap:
+        for j in range(6):
+            s[j] = max(s[j] - (top - cap), 0.0)
 
 
 @jit

@@ -198,6 +198,16 @@ def test_cusum_delay_and_blame(fault: float, want: float, probe: int, sign: int)
     assert right / 600 >= (0.985 if fault > 2 else 0.95)
 
 
+@pytest.mark.parametrize("probe", [0, 1, 2])
+def test_cusum_still_blames_the_right_probe_long_after_its_sums_are_full(probe: int) -> None:
+    y = noise3(20_000, 5)
+    y[:, probe] -= 3.0
+    out = detectors.cusum(parity.plain(y, SIGMA_V))
+    late = slice(1000, None)
+    assert out.alarm[late].all()
+    assert np.mean(out.probe[late] == probe) > 0.999 and np.mean(out.sign[late] == -1) > 0.999
+
+
 def test_cusum_ends_after_the_fault() -> None:
     y = noise3(3000, 5)
     y[1000:2000, 0] -= 3.0
