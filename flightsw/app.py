@@ -12,20 +12,21 @@ from typing import Any
 
 import numpy as np
 
-from flightsw.aircraft import load_aircraft
 from flightsw.health import HealthMonitor, HealthParams
 from flightsw.missions import MISSIONS
-from flightsw.models.actuators import ActuatorModel, thrust_available
 from flightsw.strict import ConfigError, convert
 from flightsw.types import (
     HF_ACT,
     HF_SAT,
     UPD_AIR,
     UPD_ATT,
+    UPD_BARO,
     UPD_GNSS,
     UPD_IMU,
     UPD_PEER,
+    UPD_RADAR,
     UPD_REL,
+    UPD_TACAN,
     Ack,
     ActuatorCmd,
     Command,
@@ -40,6 +41,7 @@ from flightsw.types import (
 )
 
 WARMUP_TICKS = 150  # past the settling time of navigation: the closed loop runs too
+FLAP = 4  # of a command that has one
 MAX_STEP_S = 0.25  # [s] longest control step integrated at once, however late the tick
 
 
@@ -69,12 +71,13 @@ class FlightApp:
         )  # fmt: skip
         self.period_us = 1_000_000 // base_rate_hz
         self.slow_us = 1_000_000 // mission_rate_hz
-        self.ac = load_aircraft(aircraft)
+        self.ac = cls.load(aircraft)
         self.mission = cls(self.ac, convert(own, cls.params_type, where), 1.0 / mission_rate_hz)
-        self.health = HealthMonitor(health, cls.watch)
-        self.act = ActuatorModel(self.ac, link_delay_ticks)
-        self.u = np.zeros(4)
-        self._good = (0.0, 0.0, 0.0, 0.0)
+        self.health = HealthMonitor(health, self.mission.watch)
+        self.act = cls.actuators(self.ac, link_delay_ticks)
+        self.u = np.zeros(cls.controls)
+        self._good = (0.0, 0.0, 0.0, 0.0, 0.0)
+        self._good_u = self.u.copy()
         self.cmd = ActuatorCmd(armed=False)
         self.nav, self.guid, self.timing = NavState(), GuidanceCmd(), Timing()
         self.tick_no = 0
@@ -109,19 +112,32 @@ class FlightApp:
     def warmup(self) -> None:
         """Run every code path once on a throw-away copy fed with level flight, so that no first use falls into a deadline."""
         app = self._again()
+        n = len(self.ac.probe)
+        V, h = app.mission.cruise
+        air = getattr(app.mission, "air", None)
+        if air is not None:
+            air.exercise()
         f = SensorFrame(
-            acc_b=(0.0, 0.0, -9.8), gnss_pos_n=(0.0, 0.0, -7010.0), gnss_vel_n=(195.0, 0.0, 0.0), air_mask=1,
-            air_V=(195.0,), air_alpha=(0.03,), air_beta=(0.0,), rel_valid=True, rel_pos_t=(-59.0, 56.0, 0.0), fuel_kg=1800.0,
+            acc_b=(0.0, 0.0, -9.8), gnss_pos_n=(0.0, 0.0, -h), gnss_vel_n=(V, 0.0, 0.0), air_mask=(1 << n) - 1,
+            air_V=(V,) * n, air_alpha=(0.03,) * n, air_beta=(0.0,) * n, baro_alt_m=h, rel_valid=True,
+            rel_pos_t=(-59.0, 56.0, 0.0), fuel_kg=1800.0,
         )  # fmt: skip
-        f.peer = PeerState(vel_n=(195.0, 0.0, 0.0))
-        for k in range(WARMUP_TICKS):
+        f.peer = PeerState(vel_n=(V, 0.0, 0.0))
+        rehearse = getattr(app.mission, "rehearse", None)  # missions of two halves
+        for k in range(WARMUP_TICKS if rehearse is None else 2 * WARMUP_TICKS):
+            if rehearse is not None and k == WARMUP_TICKS:
+                rehearse()
             f.t_us = f.gnss_t_us = f.air_t_us = f.att_t_us = f.rel_t_us = f.peer.t_us = (k + 1) * self.period_us
-            f.updated = UPD_IMU | UPD_AIR | UPD_ATT | UPD_GNSS | UPD_REL | UPD_PEER
+            f.updated = UPD_IMU | UPD_BARO | UPD_AIR | UPD_ATT | UPD_GNSS | UPD_REL | UPD_PEER
             # a sensor that repeats itself is refused as stuck: let the readings move
             e = 1e-4 * (k % 7)
-            f.gyro_b, f.gnss_vel_n = (e, e, e), (195.0 + e, e, e)
-            f.air_V, f.air_alpha, f.air_beta = (195.0 + e,), (0.03 + e,), (e,)
-            f.att_q_nb, f.rel_vel_t, f.peer.vel_n = (1.0, 0.0, 0.015 + e, 0.0), (e, e, e), (195.0, e, e)
+            f.gyro_b, f.gnss_vel_n = (e, e, e), (V + e, e, e)
+            f.air_V, f.air_alpha, f.air_beta = (V + e,) * n, (0.03 + e,) * n, (e,) * n
+            f.tacan_t_us, f.tacan_range_m = f.t_us, 55e3 - 4.0 * k
+            f.radar_t_us, f.radar_sigma_m = f.t_us, 1852.0
+            if k % 10 == 0:
+                f.updated |= UPD_TACAN | (UPD_RADAR if k == 0 else 0)
+            f.att_q_nb, f.rel_vel_t, f.peer.vel_n = (1.0, 0.0, 0.015 + e, 0.0), (e, e, e), (V, e, e)
             app.tick(f, self.period_us * 1e-6)
 
     def _slow(self, f: SensorFrame, texts: list[Text]) -> None:
@@ -137,14 +153,17 @@ class FlightApp:
         self._average_imu(f)
         self.nav, self.guid, u, throttle = self.mission.step(f, self.act, self._updated, self.health.out, dt)
         self._updated = 0
+        self.health.watch = self.mission.watch
         self.u[:] = u
         c = self.cmd
         c.aileron, c.elevator, c.rudder, c.throttle = float(u[0]), float(u[1]), float(u[2]), throttle
+        if len(u) > FLAP:
+            c.flap = float(u[FLAP])
         c.latch = self.guid.latch
         # until navigation has been valid once the aircraft keeps the trim it came in; afterwards it is never handed back
         c.armed = c.armed or self.nav.valid
         h = self.health.out
-        h.failed = h.failed | HF_SAT if self.mission.ctrl.core.saturated else h.failed & ~HF_SAT
+        h.failed = h.failed | HF_SAT if self.mission.saturated else h.failed & ~HF_SAT
         texts += self.mission.texts()
         if self.health.texts:
             texts += self.health.texts
@@ -166,17 +185,17 @@ class FlightApp:
         `fresh`: the command was computed in this tick, so a good one clears the flag.
         """
         c = self.cmd
-        if math.isfinite(c.aileron + c.elevator + c.rudder + c.throttle):
-            self._good = (c.aileron, c.elevator, c.rudder, c.throttle)
+        if math.isfinite(c.aileron + c.elevator + c.rudder + c.throttle + c.flap):
+            self._good = (c.aileron, c.elevator, c.rudder, c.throttle, c.flap)
             if fresh:
                 self.health.out.failed &= ~HF_ACT
+                self._good_u[:] = self.u
             return
         if not self.health.out.failed & HF_ACT:
             texts.append(Text(2, "non-finite actuator command replaced"))
         self.health.out.failed |= HF_ACT
-        c.aileron, c.elevator, c.rudder, c.throttle = self._good
-        lim = thrust_available(self.ac, 7000.0, 195.0)
-        self.u[:] = c.aileron, c.elevator, c.rudder, c.throttle * lim
+        c.aileron, c.elevator, c.rudder, c.throttle, c.flap = self._good
+        self.u[:] = self._good_u
 
     def _answer(self, c: Command, texts: list[Text]) -> Ack:
         result, why = self.mission.command(c)

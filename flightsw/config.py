@@ -88,7 +88,7 @@ class TelemetryConfig:
                 raise ValueError(f"rates_hz.{name}: unknown message; allowed: {', '.join(DEFAULT_RATES)}")
 
 
-TABLES = ("health", "nav", "ctrl", "guid", "airdata")  # a mission's own
+TABLES = ("health", "nav", "ctrl", "guid", "airdata", "rendezvous", "join")  # a mission's own
 
 
 @dataclass(frozen=True)
@@ -105,6 +105,8 @@ class FlightConfig:
     ctrl: dict[str, Any] = field(default_factory=dict)
     guid: dict[str, Any] = field(default_factory=dict)
     airdata: dict[str, Any] = field(default_factory=dict)
+    rendezvous: dict[str, Any] = field(default_factory=dict)
+    join: dict[str, Any] | None = None  # receivers that start en route
 
     @property
     def tables(self) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from flightsw.aircraft import load_aircraft
+from flightsw.aircraft import load_airframe
 from flightsw.clock import LockstepClock
 from flightsw.config import FlightConfig
 from flightsw.executive import Executive, no_time
@@ -79,7 +79,7 @@ class Node:
         self.realtime = realtime
         self.app = make_app(cfg) if app is None else app
         self.codec = FlightCodec(
-            load_aircraft(cfg.app.aircraft),
+            load_airframe(cfg.app.aircraft),
             cfg.app.sysid,
             origin,
             peer_sysid=cfg.link.peer_sysid,

@@ -64,7 +64,7 @@ class Telemetry:
     ) -> list[bytes]:
         """Datagrams of this tick, possibly none: scheduled messages, then texts, acks and ready packets."""
         names = self._schedule[tick % self._cycle]
-        if names and (snap.nav.fdi is None or snap.nav.wake is None):
+        if names and not OPTIONAL.keys().isdisjoint(names):
             names = tuple(n for n in names if n not in OPTIONAL or OPTIONAL[n](snap))
         once = self.once
         if not (names or texts or acks or answers or once):

@@ -27,6 +27,8 @@ UPD_REL = 64
 UPD_FUEL = 128
 UPD_BOOM = 256
 UPD_PEER = 512
+UPD_TACAN = 1024
+UPD_RADAR = 2048
 
 
 @dataclass(slots=True)
@@ -101,6 +103,14 @@ class SensorFrame:
     boom_elevation: float = 0.0  # [rad] negative below the tanker's longitudinal axis
     boom_azimuth: float = 0.0  # [rad] positive to the right
     boom_extension_m: float = 0.0
+    # air-to-air TACAN
+    tacan_t_us: int = 0  # time of validity
+    tacan_range_m: float | None = None  # slant range; None: none in this reply
+    tacan_bearing: float | None = None  # [rad] clockwise from the own nose; None: the set gives none
+    # what the crew read off the radar
+    radar_t_us: int = 0
+    radar_y_m: float = 0.0  # [m] receiver off the refuelling track, left of +x (rendezvous frame)
+    radar_sigma_m: float = 0.0  # [m]
     # data link
     peer: PeerState = field(default_factory=PeerState)
     # commands that arrived with this tick
@@ -118,6 +128,7 @@ class ActuatorCmd:
     throttle: float = 0.0  # [-]
     latch: bool = False  # receptacle latch: False releases the boom
     armed: bool = True
+    flap: float = 0.0  # [rad] + trailing edge down (lifts); aircraft that have one to move in flight
 
 
 @dataclass(slots=True)
@@ -150,12 +161,83 @@ class FdiStatus:
     valid: bool = False  # expected readings were at hand
     gamma: Vec3 = ZERO3  # [-] test statistic per variable, chi-square with 2 degrees of freedom
     threshold: float = 0.0  # [-]
-    residual: tuple[float, float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)  # whitened parity vectors
+    residual: tuple[float, float, float, float, float, float] = (
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+    )  # whitened parity vectors
     alarm: int = 0  # variables in alarm now, bit = variable
     isolated: int = 0  # channels blamed now
     negative: int = 0  # of those, the ones reading low
     excluded: int = 0  # channels kept out of navigation
     exclusions: int = 0  # how many so far
+
+
+@dataclass(slots=True)
+class RendezvousState:
+    """Estimate of a receiver to be met, and the turn planned on it. Rendezvous frame R (guid/rendezvous_frame.py), SI:
+    x to the initial point, y and psi counter-clockwise, bank positive LEFT."""
+
+    t_us: int = 0
+    valid: bool = False
+    reason: str = "no range yet"
+    mean: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)  # x, v_x, y, v_y over ground
+    cov: tuple[float, ...] = (0.0,) * 10  # of mean: upper triangle row by row
+    own: Vec3 = ZERO3  # [m, m, rad] x, y, course through the air (unwrapped) of the own aircraft
+    bank: float = 0.0  # [rad]
+    bank_cmd: float = 0.0  # [rad]
+    speed_cmd: float = 0.0  # [m/s]
+    time_to_go_s: float = 0.0  # to the start of the turn; 1e9: not known to come
+    turn_time_s: float = 0.0  # from now to wings level
+    miss: tuple[float, float] = (0.0, 0.0)  # [m] x_m, y_m predicted for the roll-out
+    radii: tuple[float, float] = (0.0, 0.0)  # [m] of the two arcs planned, 0: none
+    final_psi: float = 0.0  # [rad]
+    estimator: int = 0  # index in nav.rendezvous_params.ESTIMATORS
+    law: int = 0  # index in guid.rendezvous.LAWS
+    phase: int = 0  # index in guid.rendezvous.PHASES
+    limited: bool = False
+    range_m: float = 0.0  # last slant range
+    range_age_s: float = 1e9
+    innovation_m: float = 0.0
+    nis: float = 0.0
+    window_nis: float = 0.0
+    window_drift: float = 0.0
+    alarm: bool = False
+    updates: int = 0
+    refused: int = 0
+    frame: Vec3 = ZERO3  # [m, m, rad] north, east of the control point, heading of +x
+    fix_us: int = 0  # time the components belong to
+    weights: tuple[float, ...] = ()  # of the estimator's components
+    xs: tuple[float, ...] = ()  # [m] where they are
+    ys: tuple[float, ...] = ()
+
+
+Nine = tuple[float, float, float, float, float, float, float, float, float]
+
+
+@dataclass(slots=True)
+class GustState:
+    """Wind felt as incidence and speed, and what is done against it (small UAV). Deviations from trim, SI, in the order of
+    flightsw.kernels.gust: x1, alpha_W, V_W, q, alpha_K, V_K, Theta, H, vane bias."""
+
+    t_us: int = 0
+    valid: bool = False
+    reason: str = "not started"
+    x: Nine = (0.0,) * 9
+    sigma: Nine = (0.0,) * 9  # 1-sigma; NaN: the estimator has none
+    nis: float = 0.0  # normalised innovation squared of the step
+    channels: int = 0  # readings it was made of
+    scale: float = 0.0  # turbulence intensity relative to the one expected
+    weights: tuple[float, ...] = ()  # of the bank's filters, ascending intensity
+    a_z: float = 0.0  # [m/s^2] upward specific force less g, as measured
+    a_z_model: float = 0.0  # [m/s^2] as the estimate has it; 0 with the hold
+    elevator: float = 0.0  # [rad] command
+    flap: float = 0.0  # [rad] command
+    estimator: int = 0  # index in nav.gust_select.ESTIMATORS
+    law: int = 0  # index in ctrl.gust_select.LAWS
 
 
 @dataclass(slots=True)
@@ -194,6 +276,8 @@ class NavState:
     wind_rot_sigma: Vec3 = ZERO3  # [rad/s]
     wake: WakeFix | None = None  # position in the wake from air data (receiver only)
     fdi: FdiStatus | None = None  # air-data fault detection
+    rendezvous: RendezvousState | None = None  # the receiver to be met (rendezvous tanker only)
+    gust: GustState | None = None  # wind on the small UAV (gust mission only)
 
 
 @dataclass(slots=True)

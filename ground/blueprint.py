@@ -167,9 +167,11 @@ def blueprint(
     near: bool = False,
     extra: Sequence[rrb.Vertical | rrb.Horizontal] = (),
     tab: str = "",
+    first: Sequence[rrb.Spatial2DView] = (),
 ) -> rrb.Blueprint:
     """Layout of a run; plots begin with [start_s, end_s], selected on the timeline. `near`: the eye near the boom;
-    `extra`: more tabs of plots; `tab`: the tab of plots shown first. Raises NoTabError for a tab that is not there."""
+    `extra`: more tabs of plots; `tab`: the tab of plots shown first; `first`: views before the scene, the first of them
+    shown. Raises NoTabError for a tab that is not there."""
     states = rrb.StateTimelineView(
         origin="/",
         contents=[
@@ -186,11 +188,12 @@ def blueprint(
     world = rrb.MapView(origin="/", contents=tracks, name="Map", zoom=9.0)
     left = rrb.Vertical(
         rrb.Tabs(
+            *first,
             _scene("Formation (truth white, estimate orange)", WIDE),
             _scene("Boom", NEAR),
             plan,
             world,
-            active_tab=1 if near else 0,
+            active_tab=1 if near and not first else 0,
             name="Scene",
         ),
         rrb.Tabs(states, log, active_tab=0, name="Modes"),

@@ -3,7 +3,8 @@
 Station keeping: true xi of the receiver minus the commanded one (RELATIVE_STATE.cmd_pos) while the mission measures.
 Wind: NAV_STATE against the effective wind in TRUTH; receiver over the same time as station keeping, tanker from
 `SETTLE_S` on. Magnitude error relative to the true magnitude, direction error in the horizontal plane.
-Wake position and fault detection from air data, where the run has them: ground.airmetrics.
+Wake position and fault detection from air data, where the run has them: ground.airmetrics. A receiver that starts en route:
+ground.joinmetrics. A tanker that meets one by TACAN: ground.rendezvous.
 Keys are flat and dotted, SI unless the name ends in another unit; a figure without samples is None.
 """
 
@@ -19,7 +20,11 @@ from numpy.typing import NDArray
 from ground.airmetrics import airdata_metrics
 from ground.columns import Columns, Table, hold, load, match
 from ground.geometry import wrap
+from ground.gust import has_gust
+from ground.gustmetrics import gust_metrics
+from ground.joinmetrics import join_metrics
 from ground.packets import AIRCRAFT, IDS, RECEIVER, TANKER
+from ground.rendezvous import rendezvous_metrics
 
 assert {"NAV_STATE", "RELATIVE_STATE", "MISSION_STATUS", "TRUTH"} <= set(IDS), "dialect lacks a message of the metrics"
 
@@ -200,5 +205,13 @@ def compute(run: Path, truth: Columns | None = None, tlm: Columns | None = None)
     out: Flat = {k: v for k, v in read_meta(run).items() if k.startswith("run.")}
     out.setdefault("run.outcome", None)
     out["run.sim_s"] = truth.end_us * 1e-6
+    if has_gust(tlm):  # nobody refuels
+        return out | gust_metrics(run, truth, tlm) | loop_metrics(tlm) | failure_metrics(run)
     out |= contact_metrics(truth, tlm) | wind_metrics(truth, tlm) | loop_metrics(tlm)
-    return out | airdata_metrics(truth, tlm) | failure_metrics(run)
+    return (
+        out
+        | airdata_metrics(truth, tlm)
+        | join_metrics(truth, tlm)
+        | rendezvous_metrics(run, truth, tlm)
+        | failure_metrics(run)
+    )

@@ -15,7 +15,7 @@ from rich.table import Table
 
 from flightsw.icd import wire
 from flightsw.icd.tlog import read
-from hil_scripts import bench_filters, bench_link, bench_plant, ports
+from hil_scripts import bench_filters, bench_link, bench_plant, bench_rendezvous, ports
 
 TICK_HZ = 100
 REALTIME_S = 60.0
@@ -84,6 +84,8 @@ def measure(
     rows.append(Row("lockstep.ratio_to_bare", "lockstep mission takes, times bare sockets", bare / multi, "x"))
     say("estimator and plant")
     rows += filter_rows() + plant_rows()
+    say("rendezvous by range")
+    rows += rendezvous_rows()
     timing: list[dict[str, Any]] = []
     if realtime_s > 0:
         say(f"real time, {realtime_s:.0f} s at {TICK_HZ} Hz")
@@ -141,6 +143,27 @@ def plant_rows() -> list[Row]:
             "<= 1",
         ),
     ]
+
+
+def rendezvous_rows() -> list[Row]:
+    """A hundred thousand rendezvous against plain numpy, and the onboard estimators."""
+    b, n = bench_rendezvous.thousands(), "1e5 rendezvous, source's filter"
+    rows = [
+        Row("rendezvous.seed_1e5_s", f"{n}, compiled, 2 threads", b["compiled.two_threads_s"], "s", "< 10"),
+        Row("rendezvous.seed_1e5_one_thread_s", f"{n}, compiled, 1 thread", b["compiled.one_thread_s"], "s"),
+        Row("rendezvous.numpy_1e5_s", f"{n}, plain numpy, the same flights", b["numpy_s"], "s"),
+        Row("rendezvous.ratio_to_numpy", "compiled on 2 threads faster than numpy", b["ratio.two_threads"], "x"),
+        Row("rendezvous.cpu_ratio_to_numpy", "compiled faster than numpy, processor time", b["ratio.cpu"], "x"),
+    ]
+    for name, components in bench_rendezvous.ESTIMATORS:
+        c = bench_rendezvous.estimator_cost(name, components)
+        key, text = (f"{name}{components}", f"{name} of {components}") if name == "bank" else (name, name)
+        rows.append(Row(f"rendezvous.{key}.range_us", f"{text}, one range", c.range_us, "us"))
+        rows.append(Row(f"rendezvous.{key}.range_worst_us", f"{text}, dearest range of an approach", c.worst_us, "us"))
+        rows.append(Row(f"rendezvous.{key}.predict_us", f"{text}, one step between ranges", c.predict_us, "us"))
+        rows.append(Row(f"rendezvous.{key}.memory_bytes", f"{text}, its arrays", float(c.memory_bytes), "B"))
+    rows.append(Row("rendezvous.guidance_us", "two-arc guidance, one step", bench_rendezvous.guidance_us(), "us"))
+    return rows
 
 
 def loop_timing(log: Path) -> list[dict[str, Any]]:

@@ -6,7 +6,7 @@ import errno
 import socket
 from collections.abc import Iterable
 
-from flightsw.icd.link import GROUND_PORT, plant_port, telemetry_port
+from flightsw.icd.link import GROUND_PORT, plant_command_port, plant_port, telemetry_port
 
 HOST = "127.0.0.1"
 
@@ -17,7 +17,7 @@ class PortBusyError(OSError):
 
 def needed(names: dict[int, str], offset: int) -> dict[int, str]:
     """Port -> purpose for the aircraft {sysid: name}."""
-    out = {GROUND_PORT + offset: "ground telemetry"}
+    out = {GROUND_PORT + offset: "ground telemetry", plant_command_port(offset): "commands to the plant"}
     for sysid, name in names.items():
         out[plant_port(sysid, offset)] = f"plant link of {name}"
         out[telemetry_port(sysid, offset)] = f"telemetry of {name}"

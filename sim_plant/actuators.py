@@ -10,7 +10,7 @@ import numpy as np
 from flightsw.types import ActuatorCmd
 from sim_plant.rng import generator
 
-Values = tuple[float, float, float, float, bool]  # aileron, elevator, rudder [rad], throttle, latch
+Values = tuple[float, float, float, float, bool, float]  # aileron, elevator, rudder [rad], throttle, latch, flap [rad]
 
 
 class CommandPath:
@@ -35,8 +35,8 @@ class CommandPath:
             self._draws = np.asarray(self._rng.integers(0, self._jitter + 1, 1000)).tolist()
         extra = self._draws.pop() if self._jitter else 0
         if cmd is not None and cmd.armed:
-            v = (cmd.aileron, cmd.elevator, cmd.rudder, cmd.throttle, cmd.latch)
-            if math.isfinite(v[0] + v[1] + v[2] + v[3]):
+            v = (cmd.aileron, cmd.elevator, cmd.rudder, cmd.throttle, cmd.latch, cmd.flap)
+            if math.isfinite(v[0] + v[1] + v[2] + v[3] + v[5]):
                 self._last_due = max(self._last_due, k + self._delay + extra)
                 self._queue.append((self._last_due, v))
             else:

@@ -160,6 +160,23 @@ class Alexis:
             return float(self.command[0]), float(self.command[2])
         return float(self._servo_state[n.S_SURF]), float(self._servo_state[n.S_SURF + 1])
 
+    @property
+    def air(self) -> Arr:
+        """Wind [2] at this sample: down, tail [m/s]."""
+        return np.asarray(self.wind[self.k * self.ticks])
+
+    @property
+    def specific_force(self) -> tuple[float, float]:
+        """What an accelerometer reads without error at this sample: body forward and body down [m/s^2]."""
+        o, pitch = self._W[4], float(self.f[ka.F_PITCH])
+        if self.p.linear:
+            return float(o[0]) + self.a[ka.A_G] * pitch, -float(o[1])
+        return float(o[0]) * math.cos(pitch) + float(o[1]) * math.sin(pitch), -float(o[5])
+
+    def freeze(self, elevator: bool, flap: bool) -> None:
+        """Jam surfaces where they are, or let them go again."""
+        self._servo_command[n.C_JAM], self._servo_command[n.C_JAM + 1] = float(elevator), float(flap)
+
     def step(self, command: Arr) -> None:
         """Go to the next sample with `command` [3] (elevator [rad], throttle setting, flap [rad]) in force meanwhile."""
         if self.k + 1 >= self.samples:

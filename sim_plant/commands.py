@@ -30,7 +30,7 @@ class CommandDesk:
 
     def __init__(self, world: World, notes: list[str], folder: Path | None) -> None:
         self._world, self._notes, self._folder = world, notes, folder
-        self._sysids = [v.cfg.sysid for v in world.vehicles]
+        self._sysids = [v.cfg.sysid for v in world.members]
         self.count = Counters()
         self._senders = {s: Sender(s, COMP_PLANT) for s in self._sysids}
         self._logged = {s: Sender(s, COMP_PLANT) for s in self._sysids}
@@ -81,7 +81,7 @@ class CommandDesk:
 
     def _write(self, r: Injected) -> None:
         t_us = r.tick * 1_000_000 // self._world.rate_hz
-        name, sysid, c = self._world.vehicles[r.i].cfg.name, self._sysids[r.i], r.command
+        name, sysid, c = self._world.members[r.i].cfg.name, self._sysids[r.i], r.command
         accepted = r.verdict.result == ACCEPTED
         word = "done" if accepted else f"refused, result {r.verdict.result}"
         if not (r.scripted and accepted):

@@ -8,7 +8,7 @@ from typing import Annotated
 from flightsw.strict import ConfigError, OneOf, Range
 from sim_plant.sensors.config import NonNeg
 
-SENSORS = ("imu", "baro", "mag", "gnss", "air", "att", "rel", "fuel", "boom")
+SENSORS = ("imu", "baro", "mag", "gnss", "air", "att", "rel", "fuel", "boom", "tacan")
 ACTIONS = {"hold": 1, "precontact": 2, "contact": 3, "disconnect": 4, "breakaway": 5, "observation": 6}
 SENSOR_KINDS = (
     "dropout", "off", "bias", "drift", "garbage", "scale", "stuck", "delayed", "intermittent", "spike",

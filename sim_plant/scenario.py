@@ -8,16 +8,19 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
 
-from flightsw.aircraft import Aircraft, load_aircraft
+from flightsw.aircraft import Airframe, load_aircraft, load_airframe
 from flightsw.strict import ConfigError, OneOf, Range, load, to_dict
 from sim_plant.events import ACTIONS, PLANT, SENSORS, Event, check_event
 from sim_plant.sensors.config import Latency, NoiseCfg, NonNeg, Suite
+from sim_plant.traffic_cfg import RendezvousTrack, TrafficCfg
 
 __all__ = ["ACTIONS", "SENSORS", "Event", "Scenario", "dump", "load_scenario"]
 
 HERE = Path(__file__).parent / "scenarios"
 Pos = Annotated[float, Range(1e-9)]
 Prob = Annotated[float, Range(0.0, 1.0)]
+SIXDOF = "sixdof"
+MODELS = (SIXDOF, "alexis")  # equations an aircraft may fly by; all but the first: sim_plant/crafts.py
 V3 = tuple[float, float, float]
 
 
@@ -33,6 +36,7 @@ class Meta:
 class Clock:
     mode: Annotated[str, OneOf(("lockstep", "realtime"))] = "lockstep"
     base_rate_hz: Annotated[int, Range(10, 1000)] = 100
+    truth_hz: Annotated[int, Range(1, 1000)] = 20  # truth.tlog
     startup_timeout_s: Pos = 180.0  # [s, wall] until a flightsw first answers
     peer_timeout_s: Pos = 3.0  # [s, wall] silence that ends the run
 
@@ -68,6 +72,9 @@ class AircraftCfg:
     aero_error_frac: Annotated[float, Range(0.0, 0.9)] = 0.0  # each coefficient off by U(-x, x), seeded
     rel_nav_to: str = ""  # carries relative navigation to this aircraft
     boom_to: str = ""  # refuels from this aircraft
+    tacan_to: str = ""  # carries an air-to-air TACAN tuned to this aircraft, or to the name in [traffic]
+    model: Annotated[str, OneOf(MODELS)] = SIXDOF
+    plant: dict[str, Any] = field(default_factory=dict)  # table of a model other than sixdof, read by that model
 
 
 @dataclass(frozen=True)
@@ -156,6 +163,8 @@ class Scenario:
     sensors: dict[str, Suite] = field(default_factory=dict)
     link: Link = field(default_factory=Link)
     refuel: Refuel = field(default_factory=Refuel)
+    track: RendezvousTrack = field(default_factory=RendezvousTrack)
+    traffic: TrafficCfg = field(default_factory=TrafficCfg)
     event: tuple[Event, ...] = ()
     expect: dict[str, Any] = field(default_factory=dict)  # summary key -> bound, read by the launcher's tests
 
@@ -180,6 +189,16 @@ class Scenario:
                 if ref and (i == 0 or ref != names[0]):
                     allowed = "none on the first aircraft" if i == 0 else f"the first aircraft, {names[0]!r}"
                     raise ConfigError(f"aircraft.{a.name}.{key} = {ref!r}: allowed: {allowed}")
+        self._check_models()
+        others = [*names, self.traffic_name] if self.traffic.on else names
+        if self.traffic.on and (self.traffic_name in names or self.traffic.sysid in [a.sysid for a in self.aircraft]):
+            raise ConfigError(
+                f"traffic.name = {self.traffic_name!r}, sysid = {self.traffic.sysid}: allowed: those of no aircraft"
+            )
+        for a in self.aircraft:
+            if a.tacan_to and (a.tacan_to not in others or a.tacan_to == a.name):
+                allowed = ", ".join(repr(x) for x in others if x != a.name) or "none (no other aircraft, [traffic] off)"
+                raise ConfigError(f"aircraft.{a.name}.tacan_to = {a.tacan_to!r}: allowed: {allowed}")
         if self.wind.wake.source and self.wind.wake.source != names[0]:
             raise ConfigError(
                 f"wind.wake.source = {self.wind.wake.source!r}: allowed: the first aircraft, {names[0]!r}"
@@ -190,13 +209,48 @@ class Scenario:
         for i, e in enumerate(self.event):
             check_event(f"event[{i}]", e, names)
 
+    def _check_models(self) -> None:
+        """Aircraft of another model fly by themselves; sixdof has no table of its own."""
+        for a in self.aircraft:
+            at = f"aircraft.{a.name}"
+            if a.model == SIXDOF:
+                if a.plant:
+                    raise ConfigError(f"{at}.plant: model = {SIXDOF!r} has none; allowed: none")
+                continue
+            pairs = {"start.relative_to": a.start.relative_to, "rel_nav_to": a.rel_nav_to, "boom_to": a.boom_to}
+            for key, ref in (pairs | {"tacan_to": a.tacan_to}).items():
+                if ref:
+                    raise ConfigError(f"{at}.{key} = {ref!r}: allowed: none with model = {a.model!r}")
+        alone = [a.name for a in self.aircraft if a.model != SIXDOF]
+        for a in self.aircraft:
+            for key, ref in (("start.relative_to", a.start.relative_to), ("tacan_to", a.tacan_to)):
+                if ref in alone:
+                    raise ConfigError(f"aircraft.{a.name}.{key} = {ref!r}: allowed: aircraft of model = {SIXDOF!r}")
+        if self.wind.wake.source in alone:
+            raise ConfigError(f"wind.wake.source = {self.wind.wake.source!r}: allowed: aircraft of model = {SIXDOF!r}")
+
+    @property
+    def traffic_name(self) -> str:
+        """What `tacan_to` says for the receiver of [traffic]."""
+        return self.traffic.name
+
     def suite(self, name: str) -> Suite:
         """Sensor settings of an aircraft."""
         return self.sensors.get(name, Suite())
 
-    def load_aircraft(self) -> list[Aircraft]:
-        """Aircraft records in scenario order. Raises ConfigError naming a file that does not exist."""
-        return [load_aircraft(a.file) for a in self.aircraft]
+    def load_aircraft(self) -> list[Airframe]:
+        """Aircraft records in scenario order; the tables of their models are checked. Raises ConfigError naming what is
+        wrong or what file does not exist."""
+        out: list[Airframe] = []
+        for a in self.aircraft:
+            if a.model == SIXDOF:
+                out.append(load_aircraft(a.file))
+            else:
+                from sim_plant.crafts import check_craft  # slow to import (numba): only where there is one
+
+                out.append(load_airframe(a.file))
+                check_craft(a)
+        return out
 
 
 def load_scenario(name: str, overrides: dict[str, Any] | None = None) -> Scenario:

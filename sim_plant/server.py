@@ -14,9 +14,9 @@ from flightsw.types import ActuatorCmd
 from sim_plant.commands import CommandDesk
 from sim_plant.radio import Radio
 from sim_plant.scenario import Scenario, dump, load_scenario
+from sim_plant.truth import Truth
 from sim_plant.world import World
 
-TRUTH_HZ = 20
 ACCEPTED = 0  # MAV_RESULT_ACCEPTED
 
 
@@ -32,16 +32,18 @@ class PlantServer:
         self.scenario = scenario
         self.world = World(scenario, seed)
         origin = Origin(scenario.origin.lat_deg, scenario.origin.lon_deg)
-        self.names = [v.cfg.name for v in self.world.vehicles]
-        self.sysids = [v.cfg.sysid for v in self.world.vehicles]
-        self.codecs = [PlantCodec(v.ac, v.cfg.sysid, origin) for v in self.world.vehicles]
+        self.names = [v.cfg.name for v in self.world.members]
+        self.sysids = [v.cfg.sysid for v in self.world.members]
+        self.codecs = [PlantCodec(v.ac, v.cfg.sysid, origin) for v in self.world.members]
+        tf = scenario.traffic
+        self._traffic = PlantCodec(self.world.vehicles[0].ac, tf.sysid, origin) if tf.on else None  # for its truth
         link = scenario.link
         self.radio = Radio(self.names, self.world.seed, link.radio_latency_ms, link.radio_loss, self.world.rate_hz)
         self.notes: list[str] = []
         self.rejected = [0] * len(self.names)  # datagrams that were no reply to an open tick
         self._out: list[bytes] = []
         self._replies: list[Reply | None] = [None] * len(self.names)
-        self._truth_div = max(1, self.world.rate_hz // TRUTH_HZ)
+        self._truth_div = max(1, self.world.rate_hz // scenario.clock.truth_hz)
         self._log: TlogWriter | None = None
         self.desk = CommandDesk(self.world, self.notes, None if run_dir is None else Path(run_dir))
         if run_dir is not None:
@@ -94,28 +96,34 @@ class PlantServer:
     def _write_truth(self) -> None:
         assert self._log is not None
         for i, codec in enumerate(self.codecs):
-            t = self.world.truth(i)
-            self._log.write(
+            self._write_one(codec, self.world.truth(i))
+        other = self.world.traffic_truth()
+        if self._traffic is not None and other is not None:
+            self._write_one(self._traffic, other)
+
+    def _write_one(self, codec: PlantCodec, t: Truth) -> None:
+        assert self._log is not None
+        self._log.write(
+            t.t_us,
+            codec.truth(
                 t.t_us,
-                codec.truth(
-                    t.t_us,
-                    pos_n=t.pos_n,
-                    vel_n=t.vel_n,
-                    q_nb=t.q_nb,
-                    w_b=t.w_b,
-                    wind_n=t.wind_n,
-                    wind_rot=t.wind_rot,
-                    V=t.V,
-                    beta=t.beta,
-                    alpha=t.alpha,
-                    controls=t.controls,
-                    xi=t.xi,
-                    mass=t.mass,
-                    boom=(t.boom_elevation, t.boom_azimuth, t.boom_extension),
-                    contact=t.contact,
-                    inside=t.inside,
-                ),
-            )
+                pos_n=t.pos_n,
+                vel_n=t.vel_n,
+                q_nb=t.q_nb,
+                w_b=t.w_b,
+                wind_n=t.wind_n,
+                wind_rot=t.wind_rot,
+                V=t.V,
+                beta=t.beta,
+                alpha=t.alpha,
+                controls=t.controls,
+                xi=t.xi,
+                mass=t.mass,
+                boom=(t.boom_elevation, t.boom_azimuth, t.boom_extension),
+                contact=t.contact,
+                inside=t.inside,
+            ),
+        )
 
     def accept(self, i: int, datagram: bytes, exact: bool = True) -> bool:
         """Take a datagram of aircraft i. True if it answers the current tick (`exact`) or an earlier one (real time).

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from flightsw.types import Quat, Vec3
 from sim_plant.kernels import layout as n
+from sim_plant.craft import Craft
 from sim_plant.vehicle import Vehicle
 
 Four = tuple[float, float, float, float]
@@ -27,7 +28,7 @@ class Truth:
     V: float
     beta: float
     alpha: float
-    controls: Four  # aileron, elevator, rudder [rad], thrust [N]
+    controls: Four  # aileron (flap of an aircraft without), elevator, rudder [rad], thrust [N]
     thrust_available: float
     xi: Vec3  # [m] cg in the leader's body axes (leader: zero)
     xi_dot: Vec3
@@ -45,7 +46,7 @@ def vec3(x: list[float], at: int) -> Vec3:
     return x[at], x[at + 1], x[at + 2]
 
 
-def truth_of(v: Vehicle, t_us: int) -> Truth:
+def truth_of(v: Vehicle | Craft, t_us: int) -> Truth:
     """Truth of a vehicle whose view is that of time t_us [us]."""
     s, o, w = v.view.s, v.view.o, v.wind.tolist()
     rel = v.view.rel or [0.0] * n.NR

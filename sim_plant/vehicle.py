@@ -6,13 +6,13 @@ import numpy as np
 
 from flightsw.aircraft import Aircraft
 from flightsw.types import SensorFrame
-from sim_plant.actuators import CommandPath
+from sim_plant.actuators import CommandPath, Values
 from sim_plant.kernels import layout as n
 from sim_plant.kernels.vortex import NK
 from sim_plant.params import parameter_vector, perturb
 from sim_plant.scenario import AircraftCfg, Scenario
 from sim_plant.sensors.base import Sensor, View
-from sim_plant.sensors.suite import build_sensors
+from sim_plant.sensors.suite import build_sensors, tacan_sensors
 from sim_plant.wind.wake import airframe_points, source_vector
 
 
@@ -56,8 +56,12 @@ class Vehicle:
             bool(cfg.rel_nav_to),
             has_boom,
         )
+        if cfg.tacan_to:
+            radar = sc.traffic.y_sigma_m if cfg.tacan_to == sc.traffic_name else -1.0
+            self.sensors += tacan_sensors(cfg.name, sc.suite(cfg.name), sc.noise, sc.clock.base_rate_hz, seed, radar)
         self.view = View(len(self.probes))
         self.frame = SensorFrame()
         self.path: CommandPath  # set once trimmed
+        self.trim: Values
         fuel = cfg.fuel_kg if cfg.fuel_kg >= 0.0 else ac.mass.default_fuel_kg
         self.s[n.S_FUEL] = min(fuel, ac.mass.fuel_capacity_kg)

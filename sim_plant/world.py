@@ -11,10 +11,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from flightsw.aircraft import Aircraft
 from flightsw.strict import ConfigError
 from flightsw.types import ActuatorCmd, Command, SensorFrame
-from sim_plant.actuators import CommandPath, Values
+from sim_plant.actuators import CommandPath
 from sim_plant.boom import BoomCoupling
+from sim_plant.craft import Craft
+from sim_plant.crafts import make_craft
 from sim_plant.events import ACTIONS, Event, plant_targets
 from sim_plant.faults import CLEAR, FaultPlan
 from sim_plant.inject import ACCEPTED, DENIED, Verdict, judge
@@ -23,7 +26,8 @@ from sim_plant.kernels.eom import step as integrate
 from sim_plant.kernels.geometry import relative
 from sim_plant.kernels.observe import observe
 from sim_plant.kernels.rot import quat_dcm
-from sim_plant.scenario import Scenario
+from sim_plant.scenario import SIXDOF, Scenario
+from sim_plant.traffic import Traffic
 from sim_plant.trim import throttle_for, trim
 from sim_plant.truth import Truth, truth_of
 from sim_plant.vehicle import Vehicle
@@ -60,16 +64,23 @@ class World:
         self.dt_s = 1.0 / self.rate_hz
         self.tick = 0
         self._sensed = False
-        records = scenario.load_aircraft()
+        records = list(zip(scenario.aircraft, scenario.load_aircraft(), strict=True))
+        six = [(c, ac) for c, ac in records if c.model == SIXDOF and isinstance(ac, Aircraft)]
         self.vehicles = [
-            Vehicle(i, c, ac, records[0] if i else None, scenario, self.seed)
-            for i, (c, ac) in enumerate(zip(scenario.aircraft, records, strict=True))
+            Vehicle(i, c, ac, six[0][1] if i else None, scenario, self.seed) for i, (c, ac) in enumerate(six)
         ]
+        # aircraft of another kind fly by themselves: without leader, wake and boom, in air of their own
+        self.crafts = [make_craft(c, ac, scenario, self.seed) for c, ac in records if c.model != SIXDOF]
+        own: dict[str, Vehicle | Craft] = {v.cfg.name: v for v in (*self.vehicles, *self.crafts)}
+        self.members = [own[c.name] for c in scenario.aircraft]
         self.air = AirMass(scenario.wind, self.vehicles, self.seed, self.dt_s)
-        self._trim: list[Values] = []
         for v in self.vehicles:
             self._start(v)
         self.air.fill_history(self.vehicles)
+        tf = scenario.traffic
+        wind = self.air.steady(tf.alt_m) if tf.on else (0.0, 0.0)
+        self.traffic = Traffic(tf, scenario.track, wind, self.seed, self.dt_s) if tf.on else None
+        self._tuned = [v for v in self.vehicles if v.cfg.tacan_to]
         self._receiver = next((v for v in self.vehicles if v.cfg.boom_to), None)
         self.boom: BoomCoupling | None = None
         if self._receiver is not None:
@@ -79,11 +90,11 @@ class World:
                 raise ConfigError(f"{at}: that aircraft's file needs a [boom] and this one's a [receptacle]")
             self.boom = BoomCoupling(leader.ac.boom, scenario.refuel, self.dt_s)
         self.faults = FaultPlan(
-            scenario, {v.cfg.name: {s.group: s for s in v.sensors} for v in self.vehicles}, self.rate_hz, self.seed
+            scenario, {v.cfg.name: {s.group: s for s in v.sensors} for v in self.members}, self.rate_hz, self.seed
         )
         self.injected: list[Injected] = []  # commands to the plant; whoever records them empties it
         self._to_plant: dict[int, list[tuple[int, Command]]] = {}
-        self._commands: dict[int, list[tuple[Vehicle, Command]]] = {}
+        self._commands: dict[int, list[tuple[Vehicle | Craft, Command]]] = {}
         for k, e in enumerate(scenario.event):
             if e.kind == "command":
                 self._script(f"event[{k}]", e)
@@ -94,28 +105,27 @@ class World:
         params = (float(ACTIONS[e.action]), *e.params[1:]) if e.action else e.params
         params = (*params, *([0.0] * (7 - len(params))))
         cmd = Command(MAV_CMD_USER_1 if e.action else e.command, params, GROUND_SYSID, GROUND_COMPID)
-        named = plant_targets(e.target, [v.cfg.name for v in self.vehicles])
+        named = plant_targets(e.target, [v.cfg.name for v in self.members])
         if named:  # as precise as on the wire, so that the same command from the ground does the same
             with np.errstate(over="ignore"):
                 cmd = replace(cmd, params=tuple(float(np.float32(p)) for p in params))
         if not named:
-            self._commands.setdefault(tick, []).append((self._vehicle(e.target), cmd))
+            self._commands.setdefault(tick, []).append((self.members[self._place(e.target)], cmd))
         for name in named:
-            v = self._vehicle(name)
-            verdict = self._judge(v, cmd)
+            i = self._place(name)
+            verdict = self._judge(self.members[i], cmd)
             if verdict.result != ACCEPTED:
                 raise ConfigError(f"{at}.params: refused by the plant: {verdict.text}")
-            self._to_plant.setdefault(tick, []).append((v.index, cmd))
+            self._to_plant.setdefault(tick, []).append((i, cmd))
 
-    def _judge(self, v: Vehicle, cmd: Command) -> Verdict:
+    def _judge(self, v: Vehicle | Craft, cmd: Command) -> Verdict:
         air = next((s for s in v.sensors if s.group == "air"), None)
         rate = self.rate_hz / air.div if air is not None else 0.0
         return judge(cmd.command, cmd.params, v.cfg.name, len(v.probes) if air is not None else 0, rate)
 
     def command(self, i: int, cmd: Command, scripted: bool = False) -> Injected:
         """A command to the plant about aircraft i: judged, noted in `injected`, and done at the next tick not yet sensed."""
-        v = self.vehicles[i]
-        verdict = self._judge(v, cmd)
+        verdict = self._judge(self.members[i], cmd)
         tick = self.tick + 1 if self._sensed else self.tick
         e = verdict.event
         if e is not None and e.kind == CLEAR:
@@ -137,6 +147,9 @@ class World:
     def done(self) -> bool:
         """Whether the scenario's duration is over."""
         return self.tick >= round(self.scenario.meta.duration_s * self.rate_hz)
+
+    def _place(self, name: str) -> int:
+        return next(i for i, v in enumerate(self.members) if v.cfg.name == name)
 
     def _vehicle(self, name: str) -> Vehicle:
         return next(v for v in self.vehicles if v.cfg.name == name)
@@ -164,45 +177,41 @@ class World:
             v.s[:] = trim(pos, vel, v.wind, fuel, v.par)
         self._observe(v)
         a, e, r = (float(x) for x in v.s[n.S_SURF : n.S_SURF + 3])
-        values = (a, e, r, throttle_for(v.s, v.wind, v.par), False)
+        v.trim = (a, e, r, throttle_for(v.s, v.wind, v.par), False, 0.0)
         v.path = CommandPath(
             self.seed,
             v.cfg.name,
             self.scenario.link.actuator_delay_ticks,
             self.scenario.link.actuator_jitter_ticks,
-            values,
+            v.trim,
         )
-        self._trim.append(values)
 
     def trim_cmd(self, i: int) -> ActuatorCmd:
         """The command that holds aircraft i in its initial trim."""
-        a, e, r, t, _ = self._trim[i]
-        return ActuatorCmd(0, a, e, r, t)
+        a, e, r, t, _, flap = self.members[i].trim
+        return ActuatorCmd(0, a, e, r, t, flap=flap)
 
     def _observe(self, v: Vehicle) -> None:
         observe(v.s, v.wind, v.free, v.par, MAG_N, v.probes, v.probe_wake, v.work, v.obs)
 
     def _evaluate(self) -> None:
         """Wind and everything instruments could see, at the current tick."""
-        lead = self.vehicles[0]
         for v in self.vehicles:
             if v.index:
-                relative(lead.s, v.s, v.geo, v.rel)
+                relative(self.vehicles[0].s, v.s, v.geo, v.rel)
             self.air.step(v, self.tick)
             self._observe(v)
             view = v.view
             view.s, view.o = v.s.tolist(), v.obs.tolist()
             if v.index:
                 view.rel = v.rel.tolist()
-            if not view.s[n.S_P + 2] < 0.0:  # also true for NaN
-                what = (
-                    "hit the ground"
-                    if math.isfinite(view.s[n.S_P + 2])
-                    else "has left the model: its state is not finite"
-                )
-                raise AircraftLostError(f"{v.cfg.name} {what} at t = {self.t_us / 1e6:.2f} s (tick {self.tick})")
+        for c in self.crafts:
+            c.observe()
+        self._all_fly()
+        for v in self._tuned:
+            self._tune(v)
         if self.boom is not None and self._receiver is not None:
-            r = self._receiver.view
+            r, lead = self._receiver.view, self.vehicles[0]
             self.boom.step(r.rel, self._receiver.path.current[4])
             lead.view.rel = r.rel
             for view in (lead.view, r):
@@ -216,19 +225,37 @@ class World:
             )
             r.transfer_kgps, lead.view.transfer_kgps = flow, -flow
 
+    def _all_fly(self) -> None:
+        for v in self.members:
+            z = v.view.s[n.S_P + 2]
+            if not z < 0.0:  # also true for NaN
+                what = "hit the ground" if math.isfinite(z) else "has left the model: its state is not finite"
+                raise AircraftLostError(f"{v.cfg.name} {what} at t = {self.t_us / 1e6:.2f} s (tick {self.tick})")
+
+    def _tune(self, v: Vehicle) -> None:
+        """What the TACAN and the radar of `v` are directed at."""
+        tf, track = self.traffic, self.scenario.track
+        if tf is not None and v.cfg.tacan_to == tf.cfg.name:
+            v.view.target, v.view.lateral_m, v.view.lateral_read = tf.position, tf.cfg.y_m, True
+            return
+        x, y, z = (float(a) for a in self._vehicle(v.cfg.tacan_to).s[n.S_P : n.S_P + 3])
+        h = math.radians(track.heading_deg)
+        v.view.target = (x, y, z)
+        v.view.lateral_m = math.sin(h) * (x - track.north_m) - math.cos(h) * (y - track.east_m)
+
     def sense(self) -> list[SensorFrame]:
         """Sensor frames of the current tick, one per aircraft. The frame objects are reused from tick to tick.
 
         Raises AircraftLostError when an aircraft is no longer flying.
         """
         if self._sensed:
-            return [v.frame for v in self.vehicles]
+            return [v.frame for v in self.members]
         for i, cmd in self._to_plant.pop(self.tick, ()):
             self.command(i, cmd, scripted=True)
         self.faults.step(self.tick)
         self._evaluate()
         t_us = self.t_us
-        for v in self.vehicles:
+        for v in self.members:
             f = v.frame
             f.t_us, f.updated = t_us, 0
             if f.commands:
@@ -238,27 +265,39 @@ class World:
         for v, cmd in self._commands.get(self.tick, ()):
             v.frame.commands = [*v.frame.commands, cmd]
         self._sensed = True
-        return [v.frame for v in self.vehicles]
+        return [v.frame for v in self.members]
 
     def step(self, cmds: list[ActuatorCmd] | list[ActuatorCmd | None]) -> None:
         """Advance one tick with the replies to the frames of `sense` (None: no reply, last command stays)."""
         if not self._sensed:
             self.sense()
-        for v, cmd in zip(self.vehicles, cmds, strict=True):
+        for v, cmd in zip(self.members, cmds, strict=True):
             v.path.push(self.tick, cmd)
-            a, e, r, t, _ = v.path.current
             jam = self.faults.outage[v.cfg.name].jam
+            if isinstance(v, Craft):
+                v.advance(jam)
+                continue
+            a, e, r, t, _, _ = v.path.current
             v.c[:] = (a, e, r, t, jam[0], jam[1], jam[2], v.view.transfer_kgps)
             integrate(v.s, v.c, v.wind, v.par, self.dt_s, v.scratch)
+        if self.traffic is not None:
+            self.traffic.step()
         self.tick += 1
         self._sensed = False
 
     def link_up(self, i: int) -> bool:
         """Whether aircraft i's radio transmits and receives (no link_loss event active)."""
-        return not self.faults.outage[self.vehicles[i].cfg.name].link_down
+        return not self.faults.outage[self.members[i].cfg.name].link_down
 
     def truth(self, i: int) -> Truth:
         """True state of aircraft i at the current tick."""
         if not self._sensed:
             self.sense()
-        return truth_of(self.vehicles[i], self.t_us)
+        return truth_of(self.members[i], self.t_us)
+
+    def traffic_truth(self) -> Truth | None:
+        """True state of the receiver of [traffic] at the current tick, if there is one."""
+        if self.traffic is None:
+            return None
+        own = self.truth(0)
+        return self.traffic.truth(self.t_us, own.pos_n, np.array(quat_dcm(*own.q_nb)).reshape(3, 3).T)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from flightsw.strict import ConfigError, OneOf, Range, load
+from flightsw.strict import ConfigError, OneOf, Range, load, read_toml
 
 HERE = Path(__file__).parent
 Pos = Annotated[float, Range(1e-9)]
@@ -104,6 +104,7 @@ class Controls:
     rudder_rate_degps: Pos
     servo_wn_radps: Pos
     servo_zeta: Pos
+    flap_deg: Pair = (0.0, 0.0)  # lifting surfaces moved in flight, + trailing edge down; none: zeros
 
 
 @dataclass(frozen=True)
@@ -146,25 +147,43 @@ class Probe:
 
 
 @dataclass(frozen=True)
-class Aircraft:
+class Airframe:
+    """What both ends of a link must know of any aircraft, whatever equations it flies by."""
+
     meta: Meta
-    geometry: Geometry
     mass: Mass
+    controls: Controls
+    limits: Limits
+    probe: tuple[Probe, ...]
+
+
+@dataclass(frozen=True)
+class Aircraft(Airframe):
+    """An aircraft flown by the six-degree-of-freedom equations."""
+
+    geometry: Geometry
     inertia: Inertia
     aero: Aero
     engine: Engine
-    controls: Controls
-    limits: Limits
     wake: WakePoints
-    probe: tuple[Probe, ...]
     boom: Boom | None = None
     receptacle: Receptacle | None = None
 
 
-def load_aircraft(name: str) -> Aircraft:
-    """Aircraft record by file stem ("kc135r") or path. Raises ConfigError naming what is wrong and what exists."""
+def _file(name: str) -> Path:
     path = Path(name) if name.endswith(".toml") else HERE / f"{name}.toml"
     if not path.exists():
         have = ", ".join(sorted(p.stem for p in HERE.glob("*.toml")))
         raise ConfigError(f"aircraft file {str(path)!r} does not exist; available: {have}")
-    return load(path, Aircraft)
+    return path
+
+
+def load_aircraft(name: str) -> Aircraft:
+    """Aircraft record by file stem ("kc135r") or path. Raises ConfigError naming what is wrong and what exists."""
+    return load(_file(name), Aircraft)
+
+
+def load_airframe(name: str) -> Airframe:
+    """As `load_aircraft`; a file without [aero] gives the bare record of an aircraft with equations of its own."""
+    path = _file(name)
+    return load(path, Aircraft if "aero" in read_toml(path) else Airframe)

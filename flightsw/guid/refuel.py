@@ -36,6 +36,7 @@ class RefuelParams:
     contact_m: Vec3 = (-35.5, 0.0, 8.5)
     breakaway_m: Vec3 = (-100.0, 0.0, 60.0)
     v_transfer_mps: Pos = 1.5
+    v_join_mps: Pos = 1.5  # first leg, from where navigation became valid to observation
     v_climb_mps: Pos = 0.8
     v_close_mps: Pos = 0.5
     v_breakaway_mps: Pos = 4.0
@@ -127,7 +128,7 @@ class RefuelGuidance:
         # start from where the aircraft is: no step in the reference
         self.pos, self.vel = nav.rel_pos_t, nav.rel_vel_t
         self._enter(OBSERVATION, "navigation valid")
-        self._fly([(self.p.observation_m, self.p.v_transfer_mps)], t_min=8.0)
+        self._fly([(self.p.observation_m, self.p.v_join_mps)], t_min=8.0)
 
     def _watch(self, nav: NavState, err: float, dt: float) -> None:
         """Leave the boom by rule: relative solution, data link or station error not good enough."""
@@ -170,6 +171,11 @@ class RefuelGuidance:
         done = {TO_PRECONTACT: PRECONTACT, TO_CONTACT: CONTACT, DISCONNECT: PRECONTACT, RETURN: OBSERVATION}
         if self.phase in done:
             self._enter(done[self.phase], "reached")
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether the path of the phase has been flown to its end."""
+        return self.seg is None and not self.queue
 
     def recapture(self, nav: NavState) -> None:
         """Navigation is back after a loss: take the present position as reference and leave the boom from there."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from flightsw.aircraft import Aircraft
+from flightsw.aircraft import Airframe
 from flightsw.icd.codec_receive import PEER_ALL, FlightReceiver
 from flightsw.icd.geo import DEFAULT_ORIGIN, Origin
 from flightsw.icd.scaling import COMP_AUTOPILOT, ControlScale
@@ -24,7 +24,7 @@ class FlightCodec(FlightReceiver):
 
     def __init__(
         self,
-        aircraft: Aircraft,
+        aircraft: Airframe,
         sysid: int,
         origin: Origin = DEFAULT_ORIGIN,
         *,
@@ -47,7 +47,7 @@ class FlightCodec(FlightReceiver):
             cmd.elevator / k.elevator,
             cmd.rudder / k.rudder,
             cmd.throttle,
-            0.0,
+            cmd.flap / k.flap,
             0.0,
             0.0,
             0.0,

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from flightsw.aircraft import Aircraft
+from flightsw.aircraft import Airframe
 from flightsw.icd.codec_receive import BARO_BITS, IMU_BITS, MAG_BITS, finite
 from flightsw.icd.geo import DEFAULT_ORIGIN, Origin, WireMap
 from flightsw.icd.scaling import COMP_AUTOPILOT, COMP_PLANT, FUEL_KG_PER_ML, GROUND_SYSID, PROBES, ControlScale
@@ -20,7 +20,9 @@ from flightsw.types import (
     UPD_GNSS,
     UPD_IMU,
     UPD_MAG,
+    UPD_RADAR,
     UPD_REL,
+    UPD_TACAN,
     Ack,
     ActuatorCmd,
     SensorFrame,
@@ -37,6 +39,8 @@ _AIR = BY_NAME["AIR_DATA"]
 _REL = BY_NAME["REL_NAV"]
 _BOOM = BY_NAME["BOOM_STATE"]
 _FUEL = BY_NAME["FUEL_STATUS"]
+_TACAN = BY_NAME["TACAN"]
+_RADAR = BY_NAME["CREW_RADAR"]
 _TRUTH = BY_NAME["TRUTH"]
 _U16 = 0xFFFF
 _CMD_SHUTDOWN = 246  # MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN
@@ -59,7 +63,7 @@ def _cm16(v: float) -> int:
 class PlantCodec:
     """Codec of the plant for the aircraft `sysid`. `count` holds what was dropped of its replies."""
 
-    def __init__(self, aircraft: Aircraft, sysid: int, origin: Origin = DEFAULT_ORIGIN) -> None:
+    def __init__(self, aircraft: Airframe, sysid: int, origin: Origin = DEFAULT_ORIGIN) -> None:
         self.sysid = sysid
         self.count = Counters()
         self.send = Sender(sysid, COMP_PLANT)
@@ -100,6 +104,12 @@ class PlantCodec:
             )
         if up & UPD_FUEL:
             out.append(self._fuel(frame))
+        if up & UPD_TACAN:
+            d, b = frame.tacan_range_m, frame.tacan_bearing
+            flags = (1 if d is not None else 0) | (2 if b is not None else 0)
+            out.append(self.send.pack(_TACAN, frame.tacan_t_us, d or 0.0, b or 0.0, flags))
+        if up & UPD_RADAR:
+            out.append(self.send.pack(_RADAR, frame.radar_t_us, frame.radar_y_m, frame.radar_sigma_m))
         out.extend(extra)
         fields = (
             (IMU_BITS if up & UPD_IMU else 0) | (MAG_BITS if up & UPD_MAG else 0) | (BARO_BITS if up & UPD_BARO else 0)
@@ -175,8 +185,9 @@ class PlantCodec:
                     self.count.non_finite += 1
                     continue
                 out.cmd = ActuatorCmd(
-                    v[0], v[2] * k.aileron, v[3] * k.elevator, v[4] * k.rudder, v[5], v[10] > 0.5, bool(v[18] & 0x80)
-                )
+                    v[0], v[2] * k.aileron, v[3] * k.elevator, v[4] * k.rudder, v[5], v[10] > 0.5, bool(v[18] & 0x80),
+                    v[6] * k.flap,
+                )  # fmt: skip
             elif spec is _ACK:
                 out.acks.append(Ack(*_ACK_FIELDS(v)))
             else:

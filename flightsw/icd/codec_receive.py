@@ -22,7 +22,9 @@ from flightsw.types import (
     UPD_IMU,
     UPD_MAG,
     UPD_PEER,
+    UPD_RADAR,
     UPD_REL,
+    UPD_TACAN,
     Command,
     SensorFrame,
 )
@@ -36,6 +38,8 @@ ACCEPT = table(
         "REL_NAV",
         "BOOM_STATE",
         "FUEL_STATUS",
+        "TACAN",
+        "CREW_RADAR",
         "FOLLOW_TARGET",
         "WIND_COV",
         "COMMAND_LONG",
@@ -81,6 +85,7 @@ class FlightReceiver:
         self.count = Counters()
         self.map = WireMap(origin)
         self._last_gnss = self._last_air = self._last_att = self._last_rel = self._last_boom = self._last_peer = -1
+        self._last_tacan = self._last_radar = -1
         self._handlers = {
             HIL_SENSOR.id: self._sensor,
             BY_NAME["HIL_GPS"].id: self._gps,
@@ -89,6 +94,8 @@ class FlightReceiver:
             BY_NAME["REL_NAV"].id: self._relative,
             BY_NAME["BOOM_STATE"].id: self._boom,
             BY_NAME["FUEL_STATUS"].id: self._fuel,
+            BY_NAME["TACAN"].id: self._tacan,
+            BY_NAME["CREW_RADAR"].id: self._radar,
             _FOLLOW.id: self._peer_state,
             _WIND.id: self._peer_wind,
             BY_NAME["COMMAND_LONG"].id: self._command,
@@ -186,17 +193,10 @@ class FlightReceiver:
         speed, alpha, beta = data[:n], data[PROBES : PROBES + n], data[2 * PROBES : 2 * PROBES + n]
         mask &= (1 << n) - 1
         s = sum(data)
-        if s - s != 0.0:  # look which probe it is; its entries become 0 and its bit goes
+        if s - s != 0.0:  # look which reading it is: it stays NaN, which health refuses by its range, and no other is lost
             for i in range(n):
-                s = speed[i] + alpha[i] + beta[i]
-                if s - s != 0.0:
-                    if mask >> i & 1:
-                        self.count.non_finite += 1
-                    mask &= ~(1 << i)
-            ok = [bool(mask >> i & 1) for i in range(n)]
-            speed = tuple(x if k else 0.0 for x, k in zip(speed, ok, strict=True))
-            alpha = tuple(x if k else 0.0 for x, k in zip(alpha, ok, strict=True))
-            beta = tuple(x if k else 0.0 for x, k in zip(beta, ok, strict=True))
+                if mask >> i & 1:
+                    self.count.non_finite += sum(not math.isfinite(x) for x in (speed[i], alpha[i], beta[i]))
         f.air_t_us, f.air_mask = t, mask
         f.air_V, f.air_alpha, f.air_beta = speed, alpha, beta
         f.updated |= UPD_AIR
@@ -243,6 +243,33 @@ class FlightReceiver:
         f.fuel_kg = remaining * FUEL_KG_PER_ML
         f.fuel_flow_kgps = flow * FUEL_KG_PER_ML
         f.updated |= UPD_FUEL
+
+    def _tacan(self, p: Packet, f: SensorFrame) -> None:
+        t, distance, bearing, flags = p[1]
+        s = distance + bearing
+        if s - s != 0.0 or distance < 0.0:
+            self.count.non_finite += 1
+            return
+        if t <= self._last_tacan:
+            self.count.out_of_order += 1
+            return
+        self._last_tacan = f.tacan_t_us = t
+        f.tacan_range_m = distance if flags & 1 else None
+        f.tacan_bearing = bearing if flags & 2 else None
+        f.updated |= UPD_TACAN
+
+    def _radar(self, p: Packet, f: SensorFrame) -> None:
+        t, lateral, sigma = p[1]
+        s = lateral + sigma
+        if s - s != 0.0 or sigma <= 0.0:
+            self.count.non_finite += 1
+            return
+        if t <= self._last_radar:
+            self.count.out_of_order += 1
+            return
+        self._last_radar = f.radar_t_us = t
+        f.radar_y_m, f.radar_sigma_m = lateral, sigma
+        f.updated |= UPD_RADAR
 
     def _is_peer(self, sysid: int) -> bool:
         return sysid == self.peer_sysid if self.peer_sysid else sysid != self.sysid

@@ -670,8 +670,50 @@ WKF_PHASE_TURN = 11
 enums["WKF_PHASE"][11] = EnumEntry("WKF_PHASE_TURN", """Tanker: level turn.""")
 WKF_PHASE_DEGRADED = 12
 enums["WKF_PHASE"][12] = EnumEntry("WKF_PHASE_DEGRADED", """An input is lost; safe behaviour, see reason.""")
-WKF_PHASE_ENUM_END = 13
-enums["WKF_PHASE"][13] = EnumEntry("WKF_PHASE_ENUM_END", """""")
+WKF_PHASE_RDV_APPROACH = 13
+enums["WKF_PHASE"][13] = EnumEntry("WKF_PHASE_RDV_APPROACH", """Rendezvous tanker: towards the receiver, offset to one side.""")
+WKF_PHASE_RDV_TURN = 14
+enums["WKF_PHASE"][14] = EnumEntry("WKF_PHASE_RDV_TURN", """Rendezvous tanker: the turn onto the receiver's track.""")
+WKF_PHASE_RDV_ROLLOUT = 15
+enums["WKF_PHASE"][15] = EnumEntry("WKF_PHASE_RDV_ROLLOUT", """Rendezvous tanker: rolling wings level ahead of the receiver.""")
+WKF_PHASE_GUST_HOLD = 16
+enums["WKF_PHASE"][16] = EnumEntry("WKF_PHASE_GUST_HOLD", """Small UAV: pitch and height hold.""")
+WKF_PHASE_GUST_ALLEVIATION = 17
+enums["WKF_PHASE"][17] = EnumEntry("WKF_PHASE_GUST_ALLEVIATION", """Small UAV: gust load alleviation.""")
+WKF_PHASE_ENROUTE = 20
+enums["WKF_PHASE"][20] = EnumEntry("WKF_PHASE_ENROUTE", """Receiver: on its own track, below the tanker's level.""")
+WKF_PHASE_JOIN_UP = 21
+enums["WKF_PHASE"][21] = EnumEntry("WKF_PHASE_JOIN_UP", """Receiver: closing on the tanker by sight.""")
+WKF_PHASE_ENUM_END = 22
+enums["WKF_PHASE"][22] = EnumEntry("WKF_PHASE_ENUM_END", """""")
+
+# WKF_GUST_ESTIMATOR
+enums["WKF_GUST_ESTIMATOR"] = Enum()
+enums["WKF_GUST_ESTIMATOR"].bitmask = False
+WKF_GUST_ESTIMATOR_PRINTED = 0
+enums["WKF_GUST_ESTIMATOR"][0] = EnumEntry("WKF_GUST_ESTIMATOR_PRINTED", """Constant gain as printed.""")
+WKF_GUST_ESTIMATOR_LINEAR = 1
+enums["WKF_GUST_ESTIMATOR"][1] = EnumEntry("WKF_GUST_ESTIMATOR_LINEAR", """Linear discrete filter.""")
+WKF_GUST_ESTIMATOR_EKF = 2
+enums["WKF_GUST_ESTIMATOR"][2] = EnumEntry("WKF_GUST_ESTIMATOR_EKF", """Extended Kalman filter.""")
+WKF_GUST_ESTIMATOR_UKF = 3
+enums["WKF_GUST_ESTIMATOR"][3] = EnumEntry("WKF_GUST_ESTIMATOR_UKF", """Unscented Kalman filter.""")
+WKF_GUST_ESTIMATOR_BANK = 4
+enums["WKF_GUST_ESTIMATOR"][4] = EnumEntry("WKF_GUST_ESTIMATOR_BANK", """Bank of extended filters over turbulence intensity.""")
+WKF_GUST_ESTIMATOR_ENUM_END = 5
+enums["WKF_GUST_ESTIMATOR"][5] = EnumEntry("WKF_GUST_ESTIMATOR_ENUM_END", """""")
+
+# WKF_GUST_LAW
+enums["WKF_GUST_LAW"] = Enum()
+enums["WKF_GUST_LAW"].bitmask = False
+WKF_GUST_LAW_HOLD = 0
+enums["WKF_GUST_LAW"][0] = EnumEntry("WKF_GUST_LAW_HOLD", """Pitch and height hold.""")
+WKF_GUST_LAW_ALLEVIATION = 1
+enums["WKF_GUST_LAW"][1] = EnumEntry("WKF_GUST_LAW_ALLEVIATION", """Gust load alleviation with flap and elevator.""")
+WKF_GUST_LAW_ELEVATOR = 2
+enums["WKF_GUST_LAW"][2] = EnumEntry("WKF_GUST_LAW_ELEVATOR", """Gust load alleviation with the elevator alone.""")
+WKF_GUST_LAW_ENUM_END = 3
+enums["WKF_GUST_LAW"][3] = EnumEntry("WKF_GUST_LAW_ENUM_END", """""")
 
 # WKF_ACTION
 enums["WKF_ACTION"] = Enum()
@@ -793,6 +835,60 @@ enums["WKF_AIR_VARIABLE"][4] = EnumEntry("WKF_AIR_VARIABLE_ALPHA", """Angle of a
 WKF_AIR_VARIABLE_ENUM_END = 5
 enums["WKF_AIR_VARIABLE"][5] = EnumEntry("WKF_AIR_VARIABLE_ENUM_END", """""")
 
+# WKF_TACAN_FLAG
+enums["WKF_TACAN_FLAG"] = Enum()
+enums["WKF_TACAN_FLAG"].bitmask = True
+WKF_TACAN_FLAG_RANGE = 1
+enums["WKF_TACAN_FLAG"][1] = EnumEntry("WKF_TACAN_FLAG_RANGE", """range holds.""")
+WKF_TACAN_FLAG_BEARING = 2
+enums["WKF_TACAN_FLAG"][2] = EnumEntry("WKF_TACAN_FLAG_BEARING", """bearing holds.""")
+WKF_TACAN_FLAG_ENUM_END = 3
+enums["WKF_TACAN_FLAG"][3] = EnumEntry("WKF_TACAN_FLAG_ENUM_END", """""")
+
+# WKF_RDV_ESTIMATOR
+enums["WKF_RDV_ESTIMATOR"] = Enum()
+enums["WKF_RDV_ESTIMATOR"].bitmask = False
+WKF_RDV_ESTIMATOR_EKF3 = 0
+enums["WKF_RDV_ESTIMATOR"][0] = EnumEntry("WKF_RDV_ESTIMATOR_EKF3", """Three states, bias correction.""")
+WKF_RDV_ESTIMATOR_EKF7 = 1
+enums["WKF_RDV_ESTIMATOR"][1] = EnumEntry("WKF_RDV_ESTIMATOR_EKF7", """Full model, range error white.""")
+WKF_RDV_ESTIMATOR_EKF8 = 2
+enums["WKF_RDV_ESTIMATOR"][2] = EnumEntry("WKF_RDV_ESTIMATOR_EKF8", """Full model.""")
+WKF_RDV_ESTIMATOR_UKF8 = 3
+enums["WKF_RDV_ESTIMATOR"][3] = EnumEntry("WKF_RDV_ESTIMATOR_UKF8", """Full model, range fused by quadrature.""")
+WKF_RDV_ESTIMATOR_BANK = 4
+enums["WKF_RDV_ESTIMATOR"][4] = EnumEntry("WKF_RDV_ESTIMATOR_BANK", """Gaussian sum over the lateral position.""")
+WKF_RDV_ESTIMATOR_ENUM_END = 5
+enums["WKF_RDV_ESTIMATOR"][5] = EnumEntry("WKF_RDV_ESTIMATOR_ENUM_END", """""")
+
+# WKF_RDV_LAW
+enums["WKF_RDV_LAW"] = Enum()
+enums["WKF_RDV_LAW"].bitmask = False
+WKF_RDV_LAW_CHART = 0
+enums["WKF_RDV_LAW"][0] = EnumEntry("WKF_RDV_LAW_CHART", """Full bank from a range read off a chart.""")
+WKF_RDV_LAW_CROSS_TRACK = 1
+enums["WKF_RDV_LAW"][1] = EnumEntry("WKF_RDV_LAW_CROSS_TRACK", """Bank that ends on the receiver's track.""")
+WKF_RDV_LAW_CLOSED_LOOP = 2
+enums["WKF_RDV_LAW"][2] = EnumEntry("WKF_RDV_LAW_CLOSED_LOOP", """The same, with a gain on the along-track miss.""")
+WKF_RDV_LAW_TWO_ARC = 3
+enums["WKF_RDV_LAW"][3] = EnumEntry("WKF_RDV_LAW_TWO_ARC", """Both misses by two arcs.""")
+WKF_RDV_LAW_ENUM_END = 4
+enums["WKF_RDV_LAW"][4] = EnumEntry("WKF_RDV_LAW_ENUM_END", """""")
+
+# WKF_RDV_PHASE
+enums["WKF_RDV_PHASE"] = Enum()
+enums["WKF_RDV_PHASE"].bitmask = False
+WKF_RDV_PHASE_APPROACH = 0
+enums["WKF_RDV_PHASE"][0] = EnumEntry("WKF_RDV_PHASE_APPROACH", """Before the turn.""")
+WKF_RDV_PHASE_TURN = 1
+enums["WKF_RDV_PHASE"][1] = EnumEntry("WKF_RDV_PHASE_TURN", """In the turn.""")
+WKF_RDV_PHASE_ROLLOUT = 2
+enums["WKF_RDV_PHASE"][2] = EnumEntry("WKF_RDV_PHASE_ROLLOUT", """Rolling wings level.""")
+WKF_RDV_PHASE_DONE = 3
+enums["WKF_RDV_PHASE"][3] = EnumEntry("WKF_RDV_PHASE_DONE", """Ahead of the receiver on its track.""")
+WKF_RDV_PHASE_ENUM_END = 4
+enums["WKF_RDV_PHASE"][4] = EnumEntry("WKF_RDV_PHASE_ENUM_END", """""")
+
 # message IDs
 MAVLINK_MSG_ID_BAD_DATA = -1
 MAVLINK_MSG_ID_UNKNOWN = -2
@@ -824,6 +920,8 @@ MAVLINK_MSG_ID_FUEL_STATUS = 371
 MAVLINK_MSG_ID_AIR_DATA = 53000
 MAVLINK_MSG_ID_REL_NAV = 53001
 MAVLINK_MSG_ID_BOOM_STATE = 53002
+MAVLINK_MSG_ID_TACAN = 53003
+MAVLINK_MSG_ID_CREW_RADAR = 53004
 MAVLINK_MSG_ID_NAV_STATE = 53010
 MAVLINK_MSG_ID_RELATIVE_STATE = 53011
 MAVLINK_MSG_ID_MISSION_STATUS = 53012
@@ -833,7 +931,10 @@ MAVLINK_MSG_ID_TICK = 53015
 MAVLINK_MSG_ID_RAW_BYTES = 53016
 MAVLINK_MSG_ID_FDI_STATUS = 53017
 MAVLINK_MSG_ID_WAKE_POSITION = 53018
+MAVLINK_MSG_ID_RENDEZVOUS_STATE = 53019
+MAVLINK_MSG_ID_GUST_STATE = 53022
 MAVLINK_MSG_ID_TRUTH = 53020
+MAVLINK_MSG_ID_RENDEZVOUS_CLOUD = 53021
 
 
 class MAVLink_heartbeat_message(MAVLink_message):
@@ -2099,6 +2200,88 @@ class MAVLink_boom_state_message(MAVLink_message):
 setattr(MAVLink_boom_state_message, "name", mavlink_msg_deprecated_name_property())
 
 
+class MAVLink_tacan_message(MAVLink_message):
+    """
+    Air-to-air TACAN of the tanker, plant to flightsw.
+    """
+
+    id = MAVLINK_MSG_ID_TACAN
+    msgname = "TACAN"
+    fieldnames = ["time_usec", "range", "bearing", "flags"]
+    ordered_fieldnames = ["time_usec", "range", "bearing", "flags"]
+    fieldtypes = ["uint64_t", "float", "float", "uint8_t"]
+    fielddisplays_by_name: Dict[str, str] = {"flags": "bitmask"}
+    fieldenums_by_name: Dict[str, str] = {"flags": "WKF_TACAN_FLAG"}
+    fieldunits_by_name: Dict[str, str] = {"time_usec": "us", "range": "m", "bearing": "rad"}
+    native_format = bytearray(b"<QffB")
+    orders = [0, 1, 2, 3]
+    lengths = [1, 1, 1, 1]
+    array_lengths = [0, 0, 0, 0]
+    crc_extra = 154
+    unpacker = struct.Struct("<QffB")
+    instance_field = None
+    instance_offset = -1
+
+    def __init__(self, time_usec: int, range: float, bearing: float, flags: int):
+        MAVLink_message.__init__(self, MAVLink_tacan_message.id, MAVLink_tacan_message.msgname)
+        self._fieldnames = MAVLink_tacan_message.fieldnames
+        self._instance_field = MAVLink_tacan_message.instance_field
+        self._instance_offset = MAVLink_tacan_message.instance_offset
+        self.time_usec = time_usec
+        self.range = range
+        self.bearing = bearing
+        self.flags = flags
+
+    def pack(self, mav: "MAVLink", force_mavlink1: bool = False) -> bytes:
+        return self._pack(mav, self.crc_extra, self.unpacker.pack(self.time_usec, self.range, self.bearing, self.flags), force_mavlink1=force_mavlink1)
+
+
+# Define name on the class for backwards compatibility (it is now msgname).
+# Done with setattr to hide the class variable from mypy.
+setattr(MAVLink_tacan_message, "name", mavlink_msg_deprecated_name_property())
+
+
+class MAVLink_crew_radar_message(MAVLink_message):
+    """
+    What the tanker's crew read off the radar, once at the start,
+    plant to flightsw.
+    """
+
+    id = MAVLINK_MSG_ID_CREW_RADAR
+    msgname = "CREW_RADAR"
+    fieldnames = ["time_usec", "lateral", "sigma"]
+    ordered_fieldnames = ["time_usec", "lateral", "sigma"]
+    fieldtypes = ["uint64_t", "float", "float"]
+    fielddisplays_by_name: Dict[str, str] = {}
+    fieldenums_by_name: Dict[str, str] = {}
+    fieldunits_by_name: Dict[str, str] = {"time_usec": "us", "lateral": "m", "sigma": "m"}
+    native_format = bytearray(b"<Qff")
+    orders = [0, 1, 2]
+    lengths = [1, 1, 1]
+    array_lengths = [0, 0, 0]
+    crc_extra = 67
+    unpacker = struct.Struct("<Qff")
+    instance_field = None
+    instance_offset = -1
+
+    def __init__(self, time_usec: int, lateral: float, sigma: float):
+        MAVLink_message.__init__(self, MAVLink_crew_radar_message.id, MAVLink_crew_radar_message.msgname)
+        self._fieldnames = MAVLink_crew_radar_message.fieldnames
+        self._instance_field = MAVLink_crew_radar_message.instance_field
+        self._instance_offset = MAVLink_crew_radar_message.instance_offset
+        self.time_usec = time_usec
+        self.lateral = lateral
+        self.sigma = sigma
+
+    def pack(self, mav: "MAVLink", force_mavlink1: bool = False) -> bytes:
+        return self._pack(mav, self.crc_extra, self.unpacker.pack(self.time_usec, self.lateral, self.sigma), force_mavlink1=force_mavlink1)
+
+
+# Define name on the class for backwards compatibility (it is now msgname).
+# Done with setattr to hide the class variable from mypy.
+setattr(MAVLink_crew_radar_message, "name", mavlink_msg_deprecated_name_property())
+
+
 class MAVLink_nav_state_message(MAVLink_message):
     """
     Navigation estimate, flightsw to ground. 10 Hz; first packet of
@@ -2528,6 +2711,130 @@ class MAVLink_wake_position_message(MAVLink_message):
 setattr(MAVLink_wake_position_message, "name", mavlink_msg_deprecated_name_property())
 
 
+class MAVLink_rendezvous_state_message(MAVLink_message):
+    """
+    The receiver as the tanker estimates it from TACAN, and the turn
+    planned on it. 2 Hz, sent only by a rendezvous tanker. Rendezvous
+    frame: origin at the control point, x to the initial point the
+    receiver comes from, y and psi counter-clockwise seen from above,
+    bank positive LEFT.
+    """
+
+    id = MAVLINK_MSG_ID_RENDEZVOUS_STATE
+    msgname = "RENDEZVOUS_STATE"
+    fieldnames = ["time_usec", "est", "cov", "own", "bank", "cmd_bank", "cmd_speed", "time_to_go", "turn_time", "miss", "radius", "final_psi", "range", "range_age", "innovation", "nis", "window_nis", "window_drift", "frame", "updates", "refused", "estimator", "law", "phase", "limited", "alarm", "valid"]
+    ordered_fieldnames = ["time_usec", "est", "cov", "own", "bank", "cmd_bank", "cmd_speed", "time_to_go", "turn_time", "miss", "radius", "final_psi", "range", "range_age", "innovation", "nis", "window_nis", "window_drift", "frame", "updates", "refused", "estimator", "law", "phase", "limited", "alarm", "valid"]
+    fieldtypes = ["uint64_t", "float", "float", "float", "float", "float", "float", "float", "float", "float", "float", "float", "float", "float", "float", "float", "float", "float", "float", "uint16_t", "uint16_t", "uint8_t", "uint8_t", "uint8_t", "uint8_t", "uint8_t", "uint8_t"]
+    fielddisplays_by_name: Dict[str, str] = {}
+    fieldenums_by_name: Dict[str, str] = {"estimator": "WKF_RDV_ESTIMATOR", "law": "WKF_RDV_LAW", "phase": "WKF_RDV_PHASE"}
+    fieldunits_by_name: Dict[str, str] = {"time_usec": "us", "est": "m, m/s", "cov": "m^2, m^2/s, m^2/s^2", "own": "m, rad", "bank": "rad", "cmd_bank": "rad", "cmd_speed": "m/s", "time_to_go": "s", "turn_time": "s", "miss": "m", "radius": "m", "final_psi": "rad", "range": "m", "range_age": "s", "innovation": "m", "frame": "m, rad"}
+    native_format = bytearray(b"<QffffffffffffffffffHHBBBBBB")
+    orders = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26]
+    lengths = [1, 4, 10, 3, 1, 1, 1, 1, 1, 2, 2, 1, 1, 1, 1, 1, 1, 1, 3, 1, 1, 1, 1, 1, 1, 1, 1]
+    array_lengths = [0, 4, 10, 3, 0, 0, 0, 0, 0, 2, 2, 0, 0, 0, 0, 0, 0, 0, 3, 0, 0, 0, 0, 0, 0, 0, 0]
+    crc_extra = 208
+    unpacker = struct.Struct("<Q4f10f3ffffff2f2ffffffff3fHHBBBBBB")
+    instance_field = None
+    instance_offset = -1
+
+    def __init__(self, time_usec: int, est: Sequence[float], cov: Sequence[float], own: Sequence[float], bank: float, cmd_bank: float, cmd_speed: float, time_to_go: float, turn_time: float, miss: Sequence[float], radius: Sequence[float], final_psi: float, range: float, range_age: float, innovation: float, nis: float, window_nis: float, window_drift: float, frame: Sequence[float], updates: int, refused: int, estimator: int, law: int, phase: int, limited: int, alarm: int, valid: int):
+        MAVLink_message.__init__(self, MAVLink_rendezvous_state_message.id, MAVLink_rendezvous_state_message.msgname)
+        self._fieldnames = MAVLink_rendezvous_state_message.fieldnames
+        self._instance_field = MAVLink_rendezvous_state_message.instance_field
+        self._instance_offset = MAVLink_rendezvous_state_message.instance_offset
+        self.time_usec = time_usec
+        self.est = est
+        self.cov = cov
+        self.own = own
+        self.bank = bank
+        self.cmd_bank = cmd_bank
+        self.cmd_speed = cmd_speed
+        self.time_to_go = time_to_go
+        self.turn_time = turn_time
+        self.miss = miss
+        self.radius = radius
+        self.final_psi = final_psi
+        self.range = range
+        self.range_age = range_age
+        self.innovation = innovation
+        self.nis = nis
+        self.window_nis = window_nis
+        self.window_drift = window_drift
+        self.frame = frame
+        self.updates = updates
+        self.refused = refused
+        self.estimator = estimator
+        self.law = law
+        self.phase = phase
+        self.limited = limited
+        self.alarm = alarm
+        self.valid = valid
+
+    def pack(self, mav: "MAVLink", force_mavlink1: bool = False) -> bytes:
+        return self._pack(mav, self.crc_extra, self.unpacker.pack(self.time_usec, self.est[0], self.est[1], self.est[2], self.est[3], self.cov[0], self.cov[1], self.cov[2], self.cov[3], self.cov[4], self.cov[5], self.cov[6], self.cov[7], self.cov[8], self.cov[9], self.own[0], self.own[1], self.own[2], self.bank, self.cmd_bank, self.cmd_speed, self.time_to_go, self.turn_time, self.miss[0], self.miss[1], self.radius[0], self.radius[1], self.final_psi, self.range, self.range_age, self.innovation, self.nis, self.window_nis, self.window_drift, self.frame[0], self.frame[1], self.frame[2], self.updates, self.refused, self.estimator, self.law, self.phase, self.limited, self.alarm, self.valid), force_mavlink1=force_mavlink1)
+
+
+# Define name on the class for backwards compatibility (it is now msgname).
+# Done with setattr to hide the class variable from mypy.
+setattr(MAVLink_rendezvous_state_message, "name", mavlink_msg_deprecated_name_property())
+
+
+class MAVLink_gust_state_message(MAVLink_message):
+    """
+    Wind felt as incidence and speed, vane bias, and the commands made
+    of them, gust mission to ground. 50 Hz, sent only by a gust
+    mission. est and sigma are deviations from trim in the order x1
+    (auxiliary, rad/s), alpha_W (rad, + in sinking air), V_W (m/s, +
+    from behind), q (rad/s), alpha_K (rad), V_K (m/s), Theta (rad), H
+    (m), vane bias (rad).
+    """
+
+    id = MAVLINK_MSG_ID_GUST_STATE
+    msgname = "GUST_STATE"
+    fieldnames = ["time_usec", "est", "sigma", "nis", "scale", "weight", "a_z", "a_z_model", "elevator", "flap", "channels", "estimator", "law", "valid"]
+    ordered_fieldnames = ["time_usec", "est", "sigma", "nis", "scale", "weight", "a_z", "a_z_model", "elevator", "flap", "channels", "estimator", "law", "valid"]
+    fieldtypes = ["uint64_t", "float", "float", "float", "float", "float", "float", "float", "float", "float", "uint8_t", "uint8_t", "uint8_t", "uint8_t"]
+    fielddisplays_by_name: Dict[str, str] = {}
+    fieldenums_by_name: Dict[str, str] = {"estimator": "WKF_GUST_ESTIMATOR", "law": "WKF_GUST_LAW"}
+    fieldunits_by_name: Dict[str, str] = {"time_usec": "us", "a_z": "m/s^2", "a_z_model": "m/s^2", "elevator": "rad", "flap": "rad"}
+    native_format = bytearray(b"<QfffffffffBBBB")
+    orders = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13]
+    lengths = [1, 9, 9, 1, 1, 4, 1, 1, 1, 1, 1, 1, 1, 1]
+    array_lengths = [0, 9, 9, 0, 0, 4, 0, 0, 0, 0, 0, 0, 0, 0]
+    crc_extra = 60
+    unpacker = struct.Struct("<Q9f9fff4fffffBBBB")
+    instance_field = None
+    instance_offset = -1
+
+    def __init__(self, time_usec: int, est: Sequence[float], sigma: Sequence[float], nis: float, scale: float, weight: Sequence[float], a_z: float, a_z_model: float, elevator: float, flap: float, channels: int, estimator: int, law: int, valid: int):
+        MAVLink_message.__init__(self, MAVLink_gust_state_message.id, MAVLink_gust_state_message.msgname)
+        self._fieldnames = MAVLink_gust_state_message.fieldnames
+        self._instance_field = MAVLink_gust_state_message.instance_field
+        self._instance_offset = MAVLink_gust_state_message.instance_offset
+        self.time_usec = time_usec
+        self.est = est
+        self.sigma = sigma
+        self.nis = nis
+        self.scale = scale
+        self.weight = weight
+        self.a_z = a_z
+        self.a_z_model = a_z_model
+        self.elevator = elevator
+        self.flap = flap
+        self.channels = channels
+        self.estimator = estimator
+        self.law = law
+        self.valid = valid
+
+    def pack(self, mav: "MAVLink", force_mavlink1: bool = False) -> bytes:
+        return self._pack(mav, self.crc_extra, self.unpacker.pack(self.time_usec, self.est[0], self.est[1], self.est[2], self.est[3], self.est[4], self.est[5], self.est[6], self.est[7], self.est[8], self.sigma[0], self.sigma[1], self.sigma[2], self.sigma[3], self.sigma[4], self.sigma[5], self.sigma[6], self.sigma[7], self.sigma[8], self.nis, self.scale, self.weight[0], self.weight[1], self.weight[2], self.weight[3], self.a_z, self.a_z_model, self.elevator, self.flap, self.channels, self.estimator, self.law, self.valid), force_mavlink1=force_mavlink1)
+
+
+# Define name on the class for backwards compatibility (it is now msgname).
+# Done with setattr to hide the class variable from mypy.
+setattr(MAVLink_gust_state_message, "name", mavlink_msg_deprecated_name_property())
+
+
 class MAVLink_truth_message(MAVLink_message):
     """
     True state, plant to truth.tlog only; never on any link to
@@ -2584,6 +2891,52 @@ class MAVLink_truth_message(MAVLink_message):
 setattr(MAVLink_truth_message, "name", mavlink_msg_deprecated_name_property())
 
 
+class MAVLink_rendezvous_cloud_message(MAVLink_message):
+    """
+    Where the receiver may be: components of the estimator at the last
+    update, in parts of 16, heaviest 64. After each range, sent only
+    by a rendezvous tanker. Axes of RENDEZVOUS_STATE.
+    """
+
+    id = MAVLINK_MSG_ID_RENDEZVOUS_CLOUD
+    msgname = "RENDEZVOUS_CLOUD"
+    fieldnames = ["time_usec", "x", "y", "weight", "part", "parts", "count"]
+    ordered_fieldnames = ["time_usec", "x", "y", "weight", "part", "parts", "count"]
+    fieldtypes = ["uint64_t", "float", "float", "float", "uint8_t", "uint8_t", "uint8_t"]
+    fielddisplays_by_name: Dict[str, str] = {}
+    fieldenums_by_name: Dict[str, str] = {}
+    fieldunits_by_name: Dict[str, str] = {"time_usec": "us", "x": "m", "y": "m"}
+    native_format = bytearray(b"<QfffBBB")
+    orders = [0, 1, 2, 3, 4, 5, 6]
+    lengths = [1, 16, 16, 16, 1, 1, 1]
+    array_lengths = [0, 16, 16, 16, 0, 0, 0]
+    crc_extra = 173
+    unpacker = struct.Struct("<Q16f16f16fBBB")
+    instance_field = None
+    instance_offset = -1
+
+    def __init__(self, time_usec: int, x: Sequence[float], y: Sequence[float], weight: Sequence[float], part: int, parts: int, count: int):
+        MAVLink_message.__init__(self, MAVLink_rendezvous_cloud_message.id, MAVLink_rendezvous_cloud_message.msgname)
+        self._fieldnames = MAVLink_rendezvous_cloud_message.fieldnames
+        self._instance_field = MAVLink_rendezvous_cloud_message.instance_field
+        self._instance_offset = MAVLink_rendezvous_cloud_message.instance_offset
+        self.time_usec = time_usec
+        self.x = x
+        self.y = y
+        self.weight = weight
+        self.part = part
+        self.parts = parts
+        self.count = count
+
+    def pack(self, mav: "MAVLink", force_mavlink1: bool = False) -> bytes:
+        return self._pack(mav, self.crc_extra, self.unpacker.pack(self.time_usec, self.x[0], self.x[1], self.x[2], self.x[3], self.x[4], self.x[5], self.x[6], self.x[7], self.x[8], self.x[9], self.x[10], self.x[11], self.x[12], self.x[13], self.x[14], self.x[15], self.y[0], self.y[1], self.y[2], self.y[3], self.y[4], self.y[5], self.y[6], self.y[7], self.y[8], self.y[9], self.y[10], self.y[11], self.y[12], self.y[13], self.y[14], self.y[15], self.weight[0], self.weight[1], self.weight[2], self.weight[3], self.weight[4], self.weight[5], self.weight[6], self.weight[7], self.weight[8], self.weight[9], self.weight[10], self.weight[11], self.weight[12], self.weight[13], self.weight[14], self.weight[15], self.part, self.parts, self.count), force_mavlink1=force_mavlink1)
+
+
+# Define name on the class for backwards compatibility (it is now msgname).
+# Done with setattr to hide the class variable from mypy.
+setattr(MAVLink_rendezvous_cloud_message, "name", mavlink_msg_deprecated_name_property())
+
+
 mavlink_map: Dict[int, Type[MAVLink_message]] = {
     MAVLINK_MSG_ID_HEARTBEAT: MAVLink_heartbeat_message,
     MAVLINK_MSG_ID_SYS_STATUS: MAVLink_sys_status_message,
@@ -2613,6 +2966,8 @@ mavlink_map: Dict[int, Type[MAVLink_message]] = {
     MAVLINK_MSG_ID_AIR_DATA: MAVLink_air_data_message,
     MAVLINK_MSG_ID_REL_NAV: MAVLink_rel_nav_message,
     MAVLINK_MSG_ID_BOOM_STATE: MAVLink_boom_state_message,
+    MAVLINK_MSG_ID_TACAN: MAVLink_tacan_message,
+    MAVLINK_MSG_ID_CREW_RADAR: MAVLink_crew_radar_message,
     MAVLINK_MSG_ID_NAV_STATE: MAVLink_nav_state_message,
     MAVLINK_MSG_ID_RELATIVE_STATE: MAVLink_relative_state_message,
     MAVLINK_MSG_ID_MISSION_STATUS: MAVLink_mission_status_message,
@@ -2622,7 +2977,10 @@ mavlink_map: Dict[int, Type[MAVLink_message]] = {
     MAVLINK_MSG_ID_RAW_BYTES: MAVLink_raw_bytes_message,
     MAVLINK_MSG_ID_FDI_STATUS: MAVLink_fdi_status_message,
     MAVLINK_MSG_ID_WAKE_POSITION: MAVLink_wake_position_message,
+    MAVLINK_MSG_ID_RENDEZVOUS_STATE: MAVLink_rendezvous_state_message,
+    MAVLINK_MSG_ID_GUST_STATE: MAVLink_gust_state_message,
     MAVLINK_MSG_ID_TRUTH: MAVLink_truth_message,
+    MAVLINK_MSG_ID_RENDEZVOUS_CLOUD: MAVLink_rendezvous_cloud_message,
 }
 
 
@@ -3913,6 +4271,54 @@ class MAVLink(object):
         """
         self.send(self.boom_state_encode(time_usec, elevation, azimuth, extension, contact, inside), force_mavlink1=force_mavlink1)
 
+    def tacan_encode(self, time_usec: int, range: float, bearing: float, flags: int) -> MAVLink_tacan_message:
+        """
+        Air-to-air TACAN of the tanker, plant to flightsw.
+
+        time_usec                 : Time of validity (before latency). [us] (type:uint64_t)
+        range                     : Slant range to the other aircraft. [m] (type:float)
+        bearing                   : Direction to it, clockwise from the own nose, (-pi, pi]. [rad] (type:float)
+        flags                     : Which of them hold. (type:uint8_t, values:WKF_TACAN_FLAG)
+
+        """
+        return MAVLink_tacan_message(time_usec, range, bearing, flags)
+
+    def tacan_send(self, time_usec: int, range: float, bearing: float, flags: int, force_mavlink1: bool = False) -> None:
+        """
+        Air-to-air TACAN of the tanker, plant to flightsw.
+
+        time_usec                 : Time of validity (before latency). [us] (type:uint64_t)
+        range                     : Slant range to the other aircraft. [m] (type:float)
+        bearing                   : Direction to it, clockwise from the own nose, (-pi, pi]. [rad] (type:float)
+        flags                     : Which of them hold. (type:uint8_t, values:WKF_TACAN_FLAG)
+
+        """
+        self.send(self.tacan_encode(time_usec, range, bearing, flags), force_mavlink1=force_mavlink1)
+
+    def crew_radar_encode(self, time_usec: int, lateral: float, sigma: float) -> MAVLink_crew_radar_message:
+        """
+        What the tanker's crew read off the radar, once at the start, plant to
+        flightsw.
+
+        time_usec                 : Time of the reading. [us] (type:uint64_t)
+        lateral                   : Receiver off the refuelling track, + left of the direction to the initial point. [m] (type:float)
+        sigma                     : 1-sigma of the reading. [m] (type:float)
+
+        """
+        return MAVLink_crew_radar_message(time_usec, lateral, sigma)
+
+    def crew_radar_send(self, time_usec: int, lateral: float, sigma: float, force_mavlink1: bool = False) -> None:
+        """
+        What the tanker's crew read off the radar, once at the start, plant to
+        flightsw.
+
+        time_usec                 : Time of the reading. [us] (type:uint64_t)
+        lateral                   : Receiver off the refuelling track, + left of the direction to the initial point. [m] (type:float)
+        sigma                     : 1-sigma of the reading. [m] (type:float)
+
+        """
+        self.send(self.crew_radar_encode(time_usec, lateral, sigma), force_mavlink1=force_mavlink1)
+
     def nav_state_encode(self, time_usec: int, V: float, beta: float, alpha: float, p: float, q: float, r: float, psi: float, theta: float, phi: float, wind: Sequence[float], wind_sigma: Sequence[float], pos_sigma: Sequence[float], att_sigma: Sequence[float], nis: float, nis_dof: int, valid: int) -> MAVLink_nav_state_message:
         """
         Navigation estimate, flightsw to ground. 10 Hz; first packet of its
@@ -4243,6 +4649,138 @@ class MAVLink(object):
         """
         self.send(self.wake_position_encode(time_usec, pos, vel, cov, scale, scale_sigma, height, wind, nis, restarts, nis_dof, valid, reason), force_mavlink1=force_mavlink1)
 
+    def rendezvous_state_encode(self, time_usec: int, est: Sequence[float], cov: Sequence[float], own: Sequence[float], bank: float, cmd_bank: float, cmd_speed: float, time_to_go: float, turn_time: float, miss: Sequence[float], radius: Sequence[float], final_psi: float, range: float, range_age: float, innovation: float, nis: float, window_nis: float, window_drift: float, frame: Sequence[float], updates: int, refused: int, estimator: int, law: int, phase: int, limited: int, alarm: int, valid: int) -> MAVLink_rendezvous_state_message:
+        """
+        The receiver as the tanker estimates it from TACAN, and the turn
+        planned on it. 2 Hz, sent only by a rendezvous tanker.
+        Rendezvous frame: origin at the control point, x to the
+        initial point the receiver comes from, y and psi counter-
+        clockwise seen from above, bank positive LEFT.
+
+        time_usec                 : Sample time. [us] (type:uint64_t)
+        est                       : x [m], v_x [m/s], y [m], v_y [m/s] of the receiver over ground. [m, m/s] (type:float)
+        cov                       : Covariance of est, upper triangle row by row (SI). [m^2, m^2/s, m^2/s^2] (type:float)
+        own                       : Own x [m], y [m], course through the air [rad], unwrapped. [m, rad] (type:float)
+        bank                      : Own bank. [rad] (type:float)
+        cmd_bank                  : Commanded bank. [rad] (type:float)
+        cmd_speed                 : Commanded true airspeed. [m/s] (type:float)
+        time_to_go                : To the start of the turn; 1e9 = not known to come. [s] (type:float)
+        turn_time                 : From now to wings level after the turn. [s] (type:float)
+        miss                      : Predicted miss at roll-out: + tanker too far ahead; receiver's y minus tanker's. [m] (type:float)
+        radius                    : Radii of the two arcs planned, 0 = none. [m] (type:float)
+        final_psi                 : Course at roll-out. [rad] (type:float)
+        range                     : Last slant range used. [m] (type:float)
+        range_age                 : Its age. [s] (type:float)
+        innovation                : Its innovation. [m] (type:float)
+        nis                       : Normalised innovation squared. (type:float)
+        window_nis                : Mean of the last ones. (type:float)
+        window_drift              : Squared sum of the last normalised innovations over their number. (type:float)
+        frame                     : Control point north, east [m], heading of +x [rad] clockwise from north. [m, rad] (type:float)
+        updates                   : Ranges used. (type:uint16_t)
+        refused                   : Ranges refused. (type:uint16_t)
+        estimator                 : Estimator in force. (type:uint8_t, values:WKF_RDV_ESTIMATOR)
+        law                       : Guidance law in force. (type:uint8_t, values:WKF_RDV_LAW)
+        phase                     : Phase of the guidance. (type:uint8_t, values:WKF_RDV_PHASE)
+        limited                   : 1 = the bank limit keeps the tanker off the receiver's track. (type:uint8_t)
+        alarm                     : 1 = innovations say the receiver does not fly as planned, or the set is faulty. (type:uint8_t)
+        valid                     : 1 = usable; 0 = estimate and plan are to be ignored. (type:uint8_t)
+
+        """
+        return MAVLink_rendezvous_state_message(time_usec, est, cov, own, bank, cmd_bank, cmd_speed, time_to_go, turn_time, miss, radius, final_psi, range, range_age, innovation, nis, window_nis, window_drift, frame, updates, refused, estimator, law, phase, limited, alarm, valid)
+
+    def rendezvous_state_send(self, time_usec: int, est: Sequence[float], cov: Sequence[float], own: Sequence[float], bank: float, cmd_bank: float, cmd_speed: float, time_to_go: float, turn_time: float, miss: Sequence[float], radius: Sequence[float], final_psi: float, range: float, range_age: float, innovation: float, nis: float, window_nis: float, window_drift: float, frame: Sequence[float], updates: int, refused: int, estimator: int, law: int, phase: int, limited: int, alarm: int, valid: int, force_mavlink1: bool = False) -> None:
+        """
+        The receiver as the tanker estimates it from TACAN, and the turn
+        planned on it. 2 Hz, sent only by a rendezvous tanker.
+        Rendezvous frame: origin at the control point, x to the
+        initial point the receiver comes from, y and psi counter-
+        clockwise seen from above, bank positive LEFT.
+
+        time_usec                 : Sample time. [us] (type:uint64_t)
+        est                       : x [m], v_x [m/s], y [m], v_y [m/s] of the receiver over ground. [m, m/s] (type:float)
+        cov                       : Covariance of est, upper triangle row by row (SI). [m^2, m^2/s, m^2/s^2] (type:float)
+        own                       : Own x [m], y [m], course through the air [rad], unwrapped. [m, rad] (type:float)
+        bank                      : Own bank. [rad] (type:float)
+        cmd_bank                  : Commanded bank. [rad] (type:float)
+        cmd_speed                 : Commanded true airspeed. [m/s] (type:float)
+        time_to_go                : To the start of the turn; 1e9 = not known to come. [s] (type:float)
+        turn_time                 : From now to wings level after the turn. [s] (type:float)
+        miss                      : Predicted miss at roll-out: + tanker too far ahead; receiver's y minus tanker's. [m] (type:float)
+        radius                    : Radii of the two arcs planned, 0 = none. [m] (type:float)
+        final_psi                 : Course at roll-out. [rad] (type:float)
+        range                     : Last slant range used. [m] (type:float)
+        range_age                 : Its age. [s] (type:float)
+        innovation                : Its innovation. [m] (type:float)
+        nis                       : Normalised innovation squared. (type:float)
+        window_nis                : Mean of the last ones. (type:float)
+        window_drift              : Squared sum of the last normalised innovations over their number. (type:float)
+        frame                     : Control point north, east [m], heading of +x [rad] clockwise from north. [m, rad] (type:float)
+        updates                   : Ranges used. (type:uint16_t)
+        refused                   : Ranges refused. (type:uint16_t)
+        estimator                 : Estimator in force. (type:uint8_t, values:WKF_RDV_ESTIMATOR)
+        law                       : Guidance law in force. (type:uint8_t, values:WKF_RDV_LAW)
+        phase                     : Phase of the guidance. (type:uint8_t, values:WKF_RDV_PHASE)
+        limited                   : 1 = the bank limit keeps the tanker off the receiver's track. (type:uint8_t)
+        alarm                     : 1 = innovations say the receiver does not fly as planned, or the set is faulty. (type:uint8_t)
+        valid                     : 1 = usable; 0 = estimate and plan are to be ignored. (type:uint8_t)
+
+        """
+        self.send(self.rendezvous_state_encode(time_usec, est, cov, own, bank, cmd_bank, cmd_speed, time_to_go, turn_time, miss, radius, final_psi, range, range_age, innovation, nis, window_nis, window_drift, frame, updates, refused, estimator, law, phase, limited, alarm, valid), force_mavlink1=force_mavlink1)
+
+    def gust_state_encode(self, time_usec: int, est: Sequence[float], sigma: Sequence[float], nis: float, scale: float, weight: Sequence[float], a_z: float, a_z_model: float, elevator: float, flap: float, channels: int, estimator: int, law: int, valid: int) -> MAVLink_gust_state_message:
+        """
+        Wind felt as incidence and speed, vane bias, and the commands made of
+        them, gust mission to ground. 50 Hz, sent only by a gust
+        mission. est and sigma are deviations from trim in the order
+        x1 (auxiliary, rad/s), alpha_W (rad, + in sinking air), V_W
+        (m/s, + from behind), q (rad/s), alpha_K (rad), V_K (m/s),
+        Theta (rad), H (m), vane bias (rad).
+
+        time_usec                 : Sample time. [us] (type:uint64_t)
+        est                       : Estimate, SI. (type:float)
+        sigma                     : 1-sigma of est; NaN = the estimator has none. (type:float)
+        nis                       : Normalised innovation squared of the step. (type:float)
+        scale                     : Turbulence intensity relative to the one expected. (type:float)
+        weight                    : Weights of the bank's filters, ascending intensity; 0 beyond their number. (type:float)
+        a_z                       : Upward specific force less gravity, as measured. [m/s^2] (type:float)
+        a_z_model                 : The same as the estimate has it; 0 with the hold. [m/s^2] (type:float)
+        elevator                  : Command, + trailing edge down. [rad] (type:float)
+        flap                      : Command, + trailing edge down (lifts). [rad] (type:float)
+        channels                  : Readings of the step. (type:uint8_t)
+        estimator                 : Estimator. (type:uint8_t, values:WKF_GUST_ESTIMATOR)
+        law                       : Law that gave the command. (type:uint8_t, values:WKF_GUST_LAW)
+        valid                     : 1 = usable; 0 = est and sigma are to be ignored. (type:uint8_t)
+
+        """
+        return MAVLink_gust_state_message(time_usec, est, sigma, nis, scale, weight, a_z, a_z_model, elevator, flap, channels, estimator, law, valid)
+
+    def gust_state_send(self, time_usec: int, est: Sequence[float], sigma: Sequence[float], nis: float, scale: float, weight: Sequence[float], a_z: float, a_z_model: float, elevator: float, flap: float, channels: int, estimator: int, law: int, valid: int, force_mavlink1: bool = False) -> None:
+        """
+        Wind felt as incidence and speed, vane bias, and the commands made of
+        them, gust mission to ground. 50 Hz, sent only by a gust
+        mission. est and sigma are deviations from trim in the order
+        x1 (auxiliary, rad/s), alpha_W (rad, + in sinking air), V_W
+        (m/s, + from behind), q (rad/s), alpha_K (rad), V_K (m/s),
+        Theta (rad), H (m), vane bias (rad).
+
+        time_usec                 : Sample time. [us] (type:uint64_t)
+        est                       : Estimate, SI. (type:float)
+        sigma                     : 1-sigma of est; NaN = the estimator has none. (type:float)
+        nis                       : Normalised innovation squared of the step. (type:float)
+        scale                     : Turbulence intensity relative to the one expected. (type:float)
+        weight                    : Weights of the bank's filters, ascending intensity; 0 beyond their number. (type:float)
+        a_z                       : Upward specific force less gravity, as measured. [m/s^2] (type:float)
+        a_z_model                 : The same as the estimate has it; 0 with the hold. [m/s^2] (type:float)
+        elevator                  : Command, + trailing edge down. [rad] (type:float)
+        flap                      : Command, + trailing edge down (lifts). [rad] (type:float)
+        channels                  : Readings of the step. (type:uint8_t)
+        estimator                 : Estimator. (type:uint8_t, values:WKF_GUST_ESTIMATOR)
+        law                       : Law that gave the command. (type:uint8_t, values:WKF_GUST_LAW)
+        valid                     : 1 = usable; 0 = est and sigma are to be ignored. (type:uint8_t)
+
+        """
+        self.send(self.gust_state_encode(time_usec, est, sigma, nis, scale, weight, a_z, a_z_model, elevator, flap, channels, estimator, law, valid), force_mavlink1=force_mavlink1)
+
     def truth_encode(self, time_usec: int, pos_n: Sequence[float], vel_n: Sequence[float], q_nb: Sequence[float], xi: Sequence[float], w_b: Sequence[float], wind_n: Sequence[float], wind_rot: Sequence[float], V: float, beta: float, alpha: float, controls: Sequence[float], mass: float, boom_elevation: float, boom_azimuth: float, boom_extension: float, contact: int, inside: int) -> MAVLink_truth_message:
         """
         True state, plant to truth.tlog only; never on any link to flightsw.
@@ -4259,7 +4797,7 @@ class MAVLink(object):
         V                         : True airspeed against the effective wind. [m/s] (type:float)
         beta                      : Sideslip against the effective wind. [rad] (type:float)
         alpha                     : Angle of attack against the effective wind. [rad] (type:float)
-        controls                  : Actual aileron, elevator, rudder in rad, thrust in N. (type:float)
+        controls                  : Actual aileron (flap of the small UAV), elevator, rudder in rad, thrust in N. (type:float)
         mass                      : Mass. [kg] (type:float)
         boom_elevation            : Boom elevation needed to reach the receptacle, - below. [rad] (type:float)
         boom_azimuth              : Boom azimuth needed, + right. [rad] (type:float)
@@ -4286,7 +4824,7 @@ class MAVLink(object):
         V                         : True airspeed against the effective wind. [m/s] (type:float)
         beta                      : Sideslip against the effective wind. [rad] (type:float)
         alpha                     : Angle of attack against the effective wind. [rad] (type:float)
-        controls                  : Actual aileron, elevator, rudder in rad, thrust in N. (type:float)
+        controls                  : Actual aileron (flap of the small UAV), elevator, rudder in rad, thrust in N. (type:float)
         mass                      : Mass. [kg] (type:float)
         boom_elevation            : Boom elevation needed to reach the receptacle, - below. [rad] (type:float)
         boom_azimuth              : Boom azimuth needed, + right. [rad] (type:float)
@@ -4296,3 +4834,37 @@ class MAVLink(object):
 
         """
         self.send(self.truth_encode(time_usec, pos_n, vel_n, q_nb, xi, w_b, wind_n, wind_rot, V, beta, alpha, controls, mass, boom_elevation, boom_azimuth, boom_extension, contact, inside), force_mavlink1=force_mavlink1)
+
+    def rendezvous_cloud_encode(self, time_usec: int, x: Sequence[float], y: Sequence[float], weight: Sequence[float], part: int, parts: int, count: int) -> MAVLink_rendezvous_cloud_message:
+        """
+        Where the receiver may be: components of the estimator at the last
+        update, in parts of 16, heaviest 64. After each range, sent
+        only by a rendezvous tanker. Axes of RENDEZVOUS_STATE.
+
+        time_usec                 : Time the components belong to. [us] (type:uint64_t)
+        x                         : Along the track. [m] (type:float)
+        y                         : Across it. [m] (type:float)
+        weight                    : Weight; all parts together add up to 1 (less what was left out). (type:float)
+        part                      : Part, from 0. (type:uint8_t)
+        parts                     : Parts sent at this time. (type:uint8_t)
+        count                     : Entries used in this part. (type:uint8_t)
+
+        """
+        return MAVLink_rendezvous_cloud_message(time_usec, x, y, weight, part, parts, count)
+
+    def rendezvous_cloud_send(self, time_usec: int, x: Sequence[float], y: Sequence[float], weight: Sequence[float], part: int, parts: int, count: int, force_mavlink1: bool = False) -> None:
+        """
+        Where the receiver may be: components of the estimator at the last
+        update, in parts of 16, heaviest 64. After each range, sent
+        only by a rendezvous tanker. Axes of RENDEZVOUS_STATE.
+
+        time_usec                 : Time the components belong to. [us] (type:uint64_t)
+        x                         : Along the track. [m] (type:float)
+        y                         : Across it. [m] (type:float)
+        weight                    : Weight; all parts together add up to 1 (less what was left out). (type:float)
+        part                      : Part, from 0. (type:uint8_t)
+        parts                     : Parts sent at this time. (type:uint8_t)
+        count                     : Entries used in this part. (type:uint8_t)
+
+        """
+        self.send(self.rendezvous_cloud_encode(time_usec, x, y, weight, part, parts, count), force_mavlink1=force_mavlink1)

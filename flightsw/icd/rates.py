@@ -18,8 +18,11 @@ _COMMON = {
     "LOCAL_POSITION_NED": (10.0, 0),
     "RELATIVE_STATE": (10.0, 0),
     "MISSION_STATUS": (10.0, 0),
-    "FDI_STATUS": (10.0, 0),  # this and the next: only while navigation has them
+    "FDI_STATUS": (10.0, 0),  # this and the next three: only while navigation has them
     "WAKE_POSITION": (10.0, 0),
+    "RENDEZVOUS_STATE": (2.0, 1),
+    "RENDEZVOUS_CLOUD": (0.5, 3),
+    "GUST_STATE": (0.0, 0),  # every sample of the gust mission, none of another
     "WIND_COV": (5.0, 1),
     "ATTITUDE": (4.0, 0),
     "GLOBAL_POSITION_INT": (4.0, 0),
@@ -32,9 +35,14 @@ _COMMON = {
 }
 DEFAULT_RATES: dict[str, float] = {name: rate for name, (rate, _) in _COMMON.items()}
 OFFSETS: dict[str, int] = {name: offset for name, (_, offset) in _COMMON.items()}
+_NO_RECEIVER = {"RELATIVE_STATE": 0.0, "FDI_STATUS": 0.0, "WAKE_POSITION": 0.0}
+_NO_RENDEZVOUS = {"RENDEZVOUS_STATE": 0.0, "RENDEZVOUS_CLOUD": 0.0}
 MISSION_RATES: dict[str, dict[str, float]] = {
-    "tanker": {"RELATIVE_STATE": 0.0, "FDI_STATUS": 0.0, "WAKE_POSITION": 0.0},
-    "receiver": {},
+    "tanker": _NO_RECEIVER | _NO_RENDEZVOUS,
+    "receiver": _NO_RENDEZVOUS,
+    "receiver_rendezvous": _NO_RENDEZVOUS,
+    "rendezvous": _NO_RECEIVER,
+    "gust": _NO_RECEIVER | _NO_RENDEZVOUS | {"GUST_STATE": 50.0},
 }
 
 

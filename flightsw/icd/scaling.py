@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from flightsw.aircraft import Aircraft
+from flightsw.aircraft import Airframe
 
 COMP_AUTOPILOT = 1  # component id of flightsw
 COMP_PLANT = 190  # component id of the plant
@@ -16,10 +16,11 @@ PROBES = 4  # entries of AIR_DATA
 class ControlScale:
     """Largest travel of each surface [rad]: the wire carries deflection over this."""
 
-    __slots__ = ("aileron", "elevator", "rudder")
+    __slots__ = ("aileron", "elevator", "flap", "rudder")
 
-    def __init__(self, aircraft: Aircraft) -> None:
+    def __init__(self, aircraft: Airframe) -> None:
         c = aircraft.controls
         self.aileron = math.radians(max(map(abs, c.aileron_deg)))
         self.elevator = math.radians(max(map(abs, c.elevator_deg)))
         self.rudder = math.radians(max(map(abs, c.rudder_deg)))
+        self.flap = math.radians(max(map(abs, c.flap_deg))) or 1.0  # 1.0: it has none

@@ -1,6 +1,6 @@
 """Jet transport in the vertical plane with wind and its rates as states, in air-path axes, for estimators.
 
-State x [13 or 15]: x [m], h [m], Va [m/s], gamma, alpha [rad], q [rad/s], T [kN], w_x, w_h [m/s] and their first and second rates;
+State x [13 or 15]: x [m], h [m], Va [m/s], gamma, alpha [rad], q [rad/s], T [kN], w_x, w_h [m/s], their first and second rates;
 with 15 states also the scales of lift and drag. w_x > 0 tail wind, w_h > 0 updraught. Controls u [2]: commanded thrust [kN],
 elevator [rad] (positive pitches down). Jing et al. (2007) (1)-(6), (23), (26)-(28) with the errata of models.windshear.
 """
@@ -85,7 +85,7 @@ def path_rates(x: np.ndarray, kl: float, kd: float, de: float, p: np.ndarray) ->
 
 @jit
 def rates(x: np.ndarray, u: np.ndarray, p: np.ndarray, out: np.ndarray) -> None:
-    """out [n] <- dx/dt of x [n], n = 13 (scales from p) or 15 (scales are states), under controls u [2]; the noise is not in it."""
+    """out [n] <- dx/dt of x [n], n = 13 (scales from p) or 15 (scales are states), under controls u [2], without noise."""
     n = x.shape[0]
     kl, kd = p[P_KL], p[P_KD]
     if n > KD:
@@ -164,3 +164,35 @@ def measure(XX: np.ndarray, codes: np.ndarray, m: int, u: np.ndarray, p: np.ndar
 def f_factor(x: np.ndarray, g: float) -> float:
     """Hazard index F [-] of a state x [>=11], > 0 where the wind takes energy; seed (8) with w_x' for w_z'."""
     return (x[WXD] * math.cos(x[GA]) + x[WHD] * math.sin(x[GA])) / g - x[WH] / x[VA]
+
+
+@jit
+def turbulence_columns(x: np.ndarray, step_x: float, step_h: float, col: int, SQ: np.ndarray) -> None:
+    """Columns col, col+1 of the noise factor SQ [n,>=col+2] <- what wind steps along x and up [m/s] do to a state x [n].
+
+    The aircraft keeps its inertial velocity and pitch when the wind steps; airspeed, path and incidence take it up: the discrete
+    counterpart of the wind rates in (3) and (4).
+    """
+    sg, cg, V = math.sin(x[GA]), math.cos(x[GA]), x[VA]
+    for i in range(x.shape[0]):
+        SQ[i, col] = 0.0
+        SQ[i, col + 1] = 0.0
+    SQ[WX, col] = step_x
+    SQ[VA, col] = -step_x * cg
+    SQ[GA, col] = step_x * sg / V
+    SQ[AL, col] = -step_x * sg / V
+    SQ[WH, col + 1] = step_h
+    SQ[VA, col + 1] = -step_h * sg
+    SQ[GA, col + 1] = -step_h * cg / V
+    SQ[AL, col + 1] = step_h * cg / V
+
+
+@jit
+def turbulence_drift(x: np.ndarray, q_x: float, q_h: float) -> float:
+    """What white wind steps of intensities q_x, q_h [m/s/sqrt(s)] add to the mean airspeed [m/s^2] of a state x [>=4].
+
+    Second-order (Ito) term of Va = |v - w|: steps across the path lengthen the air velocity whichever their sign. Without it a
+    filter in turbulence is biased in w_x by tenths of a m/s.
+    """
+    sg, cg = math.sin(x[GA]), math.cos(x[GA])
+    return 0.5 * (q_h * q_h * cg * cg + q_x * q_x * sg * sg) / x[VA]

@@ -14,6 +14,7 @@ from flightsw.aircraft import Aircraft, load_aircraft
 from flightsw.ctrl.common import ScheduleParams
 from flightsw.ctrl.receiver import ReceiverControl, ReceiverCtrlParams
 from flightsw.guid.refuel import RefuelGuidance, RefuelParams
+from flightsw.missions.base import Mission
 from flightsw.models.actuators import ActuatorModel
 from flightsw.nav.airdata import AirData, AirDataParams
 from flightsw.nav.common import NavParams
@@ -47,7 +48,7 @@ class ReceiverParams:
     airdata: AirDataParams = field(default_factory=AirDataParams)
 
 
-class ReceiverMission:
+class ReceiverMission(Mission):
     """Components of the receiver and their order."""
 
     params_type = ReceiverParams
@@ -70,9 +71,7 @@ class ReceiverMission:
         self, f: SensorFrame, act: ActuatorModel, updated: int, health: Health, dt: float
     ) -> tuple[NavState, GuidanceCmd, np.ndarray, float]:
         """One 20 Hz step: (nav, guidance, surfaces and thrust [4], throttle)."""
-        if self.air is not None:
-            self.air.step(f, self.nav, health, updated)
-        nav = self.nav.step(f, act.take_mean(), health, updated)
+        nav = self.navigate(f, act.take_mean(), updated, health)
         if (self._lost or self.nav.rejoined) and nav.valid:
             self.guid.recapture(nav)
         self._lost = self.guid.phase != 0 and not nav.valid
@@ -83,6 +82,12 @@ class ReceiverMission:
         else:
             u, throttle = self.ctrl.trim_command(self.V0, self.h0)
         return nav, g, u, throttle
+
+    def navigate(self, f: SensorFrame, mean: np.ndarray, updated: int, health: Health) -> NavState:
+        """One estimator step; mean [4]: mean controls that acted since the last one."""
+        if self.air is not None:
+            self.air.step(f, self.nav, health, updated)
+        return self.nav.step(f, mean, health, updated)
 
     def first_command(self) -> np.ndarray:
         """Trim command [4] sent until navigation is valid."""

@@ -13,6 +13,7 @@ from flightsw.aircraft import Aircraft
 from flightsw.ctrl.common import ScheduleParams
 from flightsw.ctrl.tanker import TankerControl, TankerCtrlParams
 from flightsw.guid.racetrack import RacetrackGuidance, RacetrackParams
+from flightsw.missions.base import Mission
 from flightsw.models.actuators import ActuatorModel
 from flightsw.nav.common import NavParams
 from flightsw.nav.variants import make_airframe_nav
@@ -30,7 +31,7 @@ class TankerParams:
     guid: RacetrackParams = field(default_factory=RacetrackParams)
 
 
-class TankerMission:
+class TankerMission(Mission):
     """Components of the tanker and their order."""
 
     params_type = TankerParams

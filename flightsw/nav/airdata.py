@@ -16,31 +16,24 @@ from flightsw.aircraft import Aircraft
 from flightsw.fdi.monitor import Fdi, FdiParams
 from flightsw.kernels.atmosphere import G0, density
 from flightsw.kernels.rotations import (
-    dcm_from_euler,
-    dcm_from_quat,
-    euler_from_dcm,
-    mul33,
-    mul33_t,
-    rotate_dcm,
-    to_child,
-    to_parent,
     vec3,
 )
-from flightsw.kernels.wake import WK_WING_LIFT
-from flightsw.kernels.wake_state import X_KT, X_KW
+from flightsw.kernels.wake import WK_TAIL_X, WK_WING_LIFT, WK_WING_X
+from flightsw.kernels.wake_state import X_H, X_KW, X_SLOW
 from flightsw.models.wake import WakeParams
+from flightsw.nav.air_path import AirPath, cross
 from flightsw.nav.common import failed_bits
-from flightsw.nav.position_aid import AidParams
-from flightsw.nav.relative import RelativeNav
+from flightsw.nav.position_aid import AidParams, VelocityAid
+from flightsw.nav.relative import REL_MAX_S, RelativeNav
 from flightsw.nav.wake_params import WakePositionParams
-from flightsw.nav.wake_position import TRACKING, WakePosition
+from flightsw.nav.wake_position import IDLE, TRACKING, WakePosition
 from flightsw.strict import Range
-from flightsw.types import UPD_AIR, UPD_IMU, UPD_REL, Health, NavState, SensorFrame, Text
+from flightsw.types import UPD_AIR, UPD_GNSS, UPD_IMU, UPD_REL, Health, NavState, SensorFrame, Text
 
 Pos = Annotated[float, Range(1e-9)]
 ALL = 0x1FF
-ACC_TAU_S = 20.0  # [s] over which the tanker's modelled acceleration is corrected by its transmitted velocity
-AIR_TAU_S = 0.5  # [s] smoothing of the tanker's transmitted flow angles
+STRAYED = 40  # samples in a row
+LEARNT = slice(X_KW, X_H + 1)  # circulations and height
 
 
 @dataclass(frozen=True)
@@ -51,9 +44,15 @@ class AirDataParams:
     fuse: bool = True  # the wake position corrects the relative estimator, and may hold a station
     seed_sigma_m: Pos = 3.0  # [m] of a start from the relative estimator
     rel_sigma_m: Pos = 0.5  # [m] of the relative sensor, from which the circulations are learnt
+    stray_m: Pos = 3.0  # [m] beside 4 sigma: a wake position farther from the relative sensor's is begun anew
     sigma_x_m: Pos = 0.3  # [m] least 1-sigma of the given x
     common_V: Pos = 0.39  # [m/s] 1-sigma of the virtual sensor: what the wind estimate leaves unknown
     common_flow: Pos = 0.0026  # [rad] (0.15 deg)
+    rate_sigma: Pos = 0.004  # [rad/s] of the body rates taken for a reading, over the monitor's window
+    lift_sigma: Pos = 0.015  # [-] of the tanker's lift as known from its transmitted acceleration
+    wake_alpha: Annotated[float, Range(-0.3, 0.3)] = (
+        0.0  # [rad] the tanker's, at which the wing_m and tail_m of `wake` hold
+    )
     wake: WakeParams = field(default_factory=WakeParams)
     position: WakePositionParams = field(default_factory=WakePositionParams)
     fdi: FdiParams = field(default_factory=FdiParams)
@@ -69,50 +68,59 @@ class AirData:
         # what was learnt. Learning without a known position fails: slopes are taken at an estimate that the same noise has
         # moved, and the tail's circulation is regressed towards zero while the position drifts to make up for it.
         self.learn = WakePosition(ac, p.position, p.wake)
-        self.wake = WakePosition(ac, replace(p.position, scales=False), p.wake)
+        self.wake = WakePosition(ac, replace(p.position, scales=False, height=False), p.wake)
         self.fdi = Fdi(p.fdi)
         self.texts: list[Text] = []
-        self._flow = np.zeros(2)  # tanker's alpha, beta, smoothed [rad]
-        self._wind = np.zeros(3)
-        self._w_t, self._v_t, self._acc_bias = np.zeros(3), np.zeros(3), np.zeros(3)
-        self._have_flow = False
-        self.V_T = 200.0
-        self._load, self._lift = 1.0, float(self.wake.wk[WK_WING_LIFT])
-        self._tk, self._R, self._R_tf, self._R_rf = np.zeros(18), np.zeros(9), np.zeros(9), np.zeros(9)
-        self._q, self._v, self._a, self._e3 = np.zeros(4), np.zeros(3), np.zeros(3), np.zeros(3)
+        self.frame = AirPath()
+        self._weight = p.wake.mass_kg * G0
+        self.velocity = VelocityAid(p.aid)
+        self._swing = np.zeros(3)  # [m/s, F] w_T x xi, of the last step
+        self._tk, self._a = np.zeros(18), np.zeros(3)
+        self._by_rate = p.rate_sigma * rate_slopes(self.wake.probes)
         self._y, self._zero = np.zeros(9), np.zeros(9)
         self._common = (0.0, 0.0, 0.0)
         self._s_common = (p.common_V, p.common_flow, p.common_flow)
         self._air_us = 0
         self._excluded = 0
-        self._valid = self._seen = False
-        self._omega = self._acc = (0.0, 0.0, 0.0)
-        self._rel_acc = np.zeros(3)
+        self._valid = self._seen = self._wake_known = False
+        self._astray = 0  # samples in a row
 
     def step(self, f: SensorFrame, rel: RelativeNav, health: Health, updated: int) -> None:
         """Judge the new readings of frame `f` (made good in place), and hand the wake position to `rel`."""
         nav = rel.out
-        rel.fix = None
+        rel.fix = rel.rate_fix = None
         if not updated & ~failed_bits(health) & UPD_AIR or rel.started_us < 0 or len(f.air_V) != 3:
             return
         dt = (f.air_t_us - self._air_us) * 1e-6 if self._air_us else 0.0
         if not 0.0 <= dt < 1.0:
             dt = 0.0
         self._air_us = f.air_t_us
-        self._frame(f, rel, nav, dt, bool(updated & UPD_IMU) and f.gyro_count > 0)
-        x_f, xd_f = self._to_f(nav, f)
-        w, learn = self.wake, self.learn
-        self._predict(nav, x_f, xd_f, dt)
-        if updated & UPD_REL and f.rel_valid and self._seen:
-            to_parent(self._R_tf, np.array(f.rel_pos_t), self._v)
-            learn.aid((float(self._v[1]), float(self._v[2])), (self.p.rel_sigma_m, self.p.rel_sigma_m))
+        fr, w, learn = self.frame, self.wake, self.learn
+        fr.update(f, rel, dt, bool(updated & UPD_IMU) and f.gyro_count > 0)
+        self._shape()
+        peer = rel.peer
+        fresh = bool(updated & UPD_REL) and f.rel_valid
+        self._seen = nav.rel_valid and nav.rel_age_s < 0.5
+        # a tanker carried on without data link has a wake where it is thought to be only while the relative sensor steers it
+        self._wake_known = not peer.coasting or (peer.level and nav.rel_age_s < REL_MAX_S)
+        if not self._wake_known or rel.rejoined or self._strayed(fr.x):
+            w.mode = learn.mode = IDLE
+        self._predict(nav, dt)
+        seen = fresh and self._seen
+        if peer.coasting and seen:
+            v = fr.to_f(f.rel_vel_t)
+            w.aid((float(v[1]), float(v[2])), (self.p.aid.r_velocity_mps,) * 2, velocity=True)
+        if seen:
+            r = fr.to_f(f.rel_pos_t)
+            learn.aid((float(r[1]), float(r[2])), (self.p.rel_sigma_m, self.p.rel_sigma_m))
+        if self.p.aid.velocity and updated & UPD_GNSS and not peer.coasting:
+            self._aid_velocity(f, rel, seen)
         if learn.mode == TRACKING:
-            w.x[X_KW : X_KT + 1] = learn.x[X_KW : X_KT + 1]
+            w.x[LEARNT] = learn.x[LEARNT]
         y = self._y
         y[0:3], y[3:6], y[6:9] = f.air_V, f.air_beta, f.air_alpha
         given = (f.air_mask & 7) * 0b1001001
-        prior = w.prior()
-        e, S = prior if prior is not None else (None, None)
+        e, S = self._expect()
         # a reading refused by its range or because it is stuck is shown to the monitor as an impossible one: it excludes it
         for c in range(9):
             if f.air_bad >> c & 1:
@@ -121,79 +129,96 @@ class AirData:
         use = self.fdi.usable(given) & ~f.air_bad
         if use != ALL:
             self._repair(f, use, e)
-        learn.update(y, use)
-        fix = w.update(y, use)
+        if self._wake_known:
+            learn.update(y, use)
+            fix = w.update(y, use)
+        else:
+            fix = replace(w.fix, t_us=f.air_t_us, valid=False, reason="tanker not known", nis_dof=0)
         nav.wake, nav.fdi = fix, st
         if self.p.fuse:
-            rel.fix, rel.x_f = fix, float(x_f[0])
-            rel.R_ft[:] = self._R_tf
+            rel.fix, rel.x_f = fix, float(fr.x[0])
+            rel.R_ft[:] = fr.R_tf
         self._report(st.excluded, fix.valid, fix.reason)
 
-    def _predict(self, nav: NavState, x: np.ndarray, xd: np.ndarray, dt: float) -> None:
-        """Carry both filters to the readings; one that has no position starts at the relative estimate x, rate xd [3, F]."""
-        self._seen = nav.rel_valid and nav.rel_age_s < 0.5
+    def _predict(self, nav: NavState, dt: float) -> None:
+        """Carry both filters to the readings; one that has no position starts at the relative estimate."""
+        fr, x, xd = self.frame, self.frame.x, self.frame.xd
         s_x, rho = max(self.p.sigma_x_m, nav.rel_sigma[0]), density(-nav.pos_n[2])
-        att = vec3(self._e3)
+        att = vec3(fr.att)
+        # in turning axes all probes share w_T x xi besides the rates of y and z: its changes go where the filter keeps a wind
+        change, self._swing = fr.swing - self._swing, fr.swing
         for k in (self.wake, self.learn):
-            k.predict(
-                self._air_us, att, self._omega, self._acc, float(x[0]), s_x, self.V_T, rho, dt, float(xd[0])
-            )  # fmt: skip
-            if k.mode != TRACKING and self._seen:
+            if k.mode == TRACKING:
+                k.x[X_SLOW : X_SLOW + 3] -= change
+            k.predict(self._air_us, att, fr.omega, fr.acc, float(x[0]), s_x, fr.V_T, rho, dt, float(xd[0]))
+            if k.mode != TRACKING and self._seen and self._wake_known:
                 k.seed(float(x[1]), float(x[2]), self.p.seed_sigma_m, float(xd[1]), float(xd[2]))
 
-    def _frame(self, f: SensorFrame, rel: RelativeNav, nav: NavState, dt: float, gyro: bool) -> None:
-        """Tanker's air-path axes, own attitude, rates and acceleration in them."""
-        tk = self._tk
-        rel.peer.stage(f.air_t_us, tk)
-        if not rel.peer.coasting:
-            self._wind[:] = rel.peer.wind
-        if self._have_flow and 0.0 < dt < 0.2 and not rel.peer.coasting:
-            gap = (tk[15:18] - self._v_t) / dt - rel.peer.acceleration - self._acc_bias
-            self._acc_bias += dt / ACC_TAU_S * np.clip(gap, -5.0, 5.0)
-        self._v_t[:] = tk[15:18]
-        to_child(tk[:9], tk[15:18] - self._wind, self._v)
-        u, v, w = self._v.tolist()
-        s = math.sqrt(u * u + v * v + w * w)
-        k = min(dt / AIR_TAU_S, 1.0) if self._have_flow else 1.0
-        self._have_flow = True
-        self._flow[0] += k * (math.atan2(w, u) - self._flow[0])
-        self._flow[1] += k * (math.asin(max(-1.0, min(1.0, v / max(s, 1.0)))) - self._flow[1])
-        self.V_T += k * (s - self.V_T)
-        self._w_t += k * (tk[9:12] - self._w_t)
-        # the wake's lift carries the tanker's load factor: 1 / cos(bank) in a level turn
-        self._load += k * (1.0 / max(tk[8], 0.3) - self._load)
-        self.wake.wk[WK_WING_LIFT] = self._lift * self._load
-        # body = R2(alpha) R3(-beta) F
-        dcm_from_euler(-self._flow[1], self._flow[0], 0.0, self._R_tf)
-        self._q[:] = nav.q_nb
-        dcm_from_quat(self._q, self._R)
-        self._v[:] = f.gyro_mean_b if gyro else nav.w_b
-        self._omega = vec3(self._v)
-        rotate_dcm(self._R, self._v, (f.air_t_us - nav.t_us) * 1e-6, self._R_rf)
-        self._R[:] = self._R_rf
-        # own inertial acceleration less the tanker's, to tanker axes, to F
-        to_parent(self._R, np.array(f.acc_mean_b if gyro else f.acc_b), self._v)
-        self._v[2] += G0
-        self._v -= rel.peer.acceleration + self._acc_bias
-        to_child(tk[:9], self._v, self._a)
-        to_parent(self._R_tf, self._a, self._v)
-        self._rel_acc = self._v.copy()
-        mul33_t(self._R, tk[:9], self._R_rf)  # tanker body to own body
-        mul33(self._R_rf, self._R_tf, self._R)
-        euler_from_dcm(self._R, self._e3)
+    def _strayed(self, x: np.ndarray) -> bool:
+        """Whether the wake position has long been far from where the relative sensor, when it is there, sees the aircraft."""
+        w = self.wake
+        far = self.p.stray_m + 4.0 * math.sqrt(max(w.P[0, 0] + w.P[1, 1], 0.0))
+        off = w.mode == TRACKING and self._seen and math.hypot(w.x[0] - x[1], w.x[1] - x[2]) > far
+        self._astray = self._astray + 1 if off else 0
+        return self._astray >= STRAYED
 
-    def _to_f(self, nav: NavState, f: SensorFrame) -> tuple[np.ndarray, np.ndarray]:
-        """Own position and velocity in F from the relative estimate carried to the readings; acceleration in turning axes."""
-        lead = (f.air_t_us - nav.t_us) * 1e-6
-        x, xd, w = np.zeros(3), np.zeros(3), np.zeros(3)
-        r = np.array(nav.rel_pos_t) + np.array(nav.rel_vel_t) * lead
-        to_parent(self._R_tf, r, x)
-        to_parent(self._R_tf, np.array(nav.rel_vel_t), xd)
-        to_parent(self._R_tf, self._w_t, w)
-        # d2(xi)/dt2 in axes turning at w: a - 2 w x v - w x (w x xi)
-        c = _cross(w, 2.0 * xd + _cross(w, x))
-        self._acc = vec3(self._rel_acc - c)
-        return x, xd
+    def exercise(self) -> None:
+        """Run start-up search, filters, second opinion and monitor on made-up readings; leaves this object of no further use."""
+        att, zero, dt = (0.0, 0.05, 0.0), (0.0, 0.0, 0.0), 0.05
+        self.learn.seed(0.0, 9.0, 1.0)
+        self.learn.predict(0, att, zero, zero, -35.0, 0.3, 195.0, 0.59, dt)
+        e, S = self._e_of(self.learn)
+        self.learn.restart()
+        for k in range(400):  # 1 s of mean, the search, and a second opinion after 5 s more
+            self.learn.predict(0, att, zero, zero, -35.0, 0.3, 195.0, 0.59, dt)
+            self.learn.update(e, ALL)
+            fault = np.zeros(9)
+            if 100 < k < 200:
+                fault[0:2] = 5.0  # two in one variable
+                fault[4] = math.nan if k > 150 else 0.1
+            self.fdi.step(e + fault, ALL, e, S, self._common, self._s_common, k)
+
+    @staticmethod
+    def _e_of(w: WakePosition) -> tuple[np.ndarray, np.ndarray]:
+        prior = w.prior()
+        assert prior is not None
+        return prior[0].copy(), prior[1].copy()
+
+    def _expect(self) -> tuple[np.ndarray | None, np.ndarray | None]:
+        """Expected readings e [9] and their covariance S [9,9]: position, what is learnt of the wake, and body rates."""
+        w, learn = self.wake, self.learn
+        known = learn.mode == TRACKING
+        if known:
+            w.P[LEARNT, LEARNT] = learn.P[LEARNT, LEARNT]
+        w.P[X_KW, X_KW] += self.p.lift_sigma**2
+        prior = w.prior()
+        w.P[LEARNT, LEARNT] = 0.0
+        if prior is None:
+            return None, None
+        J = self._by_rate.copy()
+        J[3:9] /= self.frame.V_T
+        return prior[0], prior[1] + J @ J.T
+
+    def _shape(self) -> None:
+        """The wake of the moment: its wing carries the tanker's load factor, from the transmitted acceleration (gusts of 0.39
+        m/s change it by 3 %), and the tail's download; wing and tail move in F with the tanker's angle of attack."""
+        p = self.p.wake
+        a = self.frame.flow[0] - self.p.wake_alpha
+        c, s = math.cos(a), math.sin(a)
+        for k in (self.wake, self.learn):
+            k.wk[WK_WING_LIFT] = (self.frame.load + p.tail_download_frac) * self._weight
+            for at, r in ((WK_WING_X, p.wing_m), (WK_TAIL_X, p.tail_m)):
+                k.wk[at], k.wk[at + 2] = c * r[0] + s * r[2], c * r[2] - s * r[0]
+
+    def _aid_velocity(self, f: SensorFrame, rel: RelativeNav, seen: bool) -> None:
+        """Rows of relative velocity from the calibrated difference of inertial velocities."""
+        rel.peer.stage(f.gnss_t_us, self._tk)
+        if self.velocity.step(f, self._tk, seen, self._a):
+            v = self._a - cross(self.frame.w_t, np.array(rel.out.rel_pos_t))
+            rel.rate_fix = vec3(v)
+            v, s = self.frame.to_f(v), self.p.aid.r_velocity_mps
+            for k in (self.wake, self.learn):
+                k.aid((float(v[1]), float(v[2])), (s, s), velocity=True)
 
     def _repair(self, f: SensorFrame, use: int, e: np.ndarray | None) -> None:
         """Replace unusable readings by the mean of the usable ones of their variable, moved to the probe's place in the wake."""
@@ -228,5 +253,9 @@ class AirData:
             self._valid = valid
 
 
-def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+def rate_slopes(probes: np.ndarray) -> np.ndarray:
+    """[9,3] change of the readings with own body rates: V [m/s], and V times the flow angles, per rad/s; probes [3,3] [m]."""
+    x, y, z = probes.T
+    o = np.zeros(3)
+    rows = [np.stack([o, z, -y], 1), np.stack([-z, o, x], 1), np.stack([y, -x, o], 1)]
+    return np.vstack(rows)

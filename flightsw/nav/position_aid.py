@@ -26,11 +26,18 @@ class AidParams:
 
     fix_tau_s: Pos = 2.7  # [s] correlation time of the wake position's error: that of turbulence over the probes
     fix_sigma_max_m: Pos = 0.8  # [m] 1-sigma per axis of a wake position that may hold a station
-    r_gnss_m: Pos = 2.0  # [m] per sample of the calibrated GNSS difference; its error is slow, hence more than its noise
+    r_gnss_m: Pos = (
+        2.0  # [m] per sample of the calibrated GNSS difference; its error is slow, hence more than its noise
+    )
     calibrate_tau_s: Pos = 20.0  # [s]
     rel_stale_s: Pos = 0.2  # [s] age of the relative sensor beyond which the GNSS difference is used
     hold_max_s: Pos = 60.0  # [s] longest hold without the relative sensor
     link_hold_max_s: Pos = 30.0  # [s] longest hold without the data link
+    velocity: bool = True  # the wake position is aided by the calibrated difference of inertial velocities
+    r_velocity_mps: Pos = (
+        0.3  # [m/s] of that per sample; the tanker's estimate errs over seconds, hence more than noise
+    )
+    velocity_tau_s: Pos = 30.0  # [s] of its calibration
 
 
 class PositionAid:
@@ -49,7 +56,13 @@ class PositionAid:
         self.offset[:] = 0.0
 
     def gnss(
-        self, core: EstimatorCore, f: SensorFrame, R_t: np.ndarray, tanker_pos: np.ndarray, rate: np.ndarray, fresh: bool
+        self,
+        core: EstimatorCore,
+        f: SensorFrame,
+        R_t: np.ndarray,
+        tanker_pos: np.ndarray,
+        rate: np.ndarray,
+        fresh: bool,
     ) -> None:
         """Compare the GNSS difference with the relative sensor when that is `fresh`, else queue it as a measurement.
 
@@ -93,3 +106,44 @@ class PositionAid:
         """Whether the wake position is good enough to hold a station by."""
         s = self.p.fix_sigma_max_m
         return fix is not None and fix.valid and max(fix.cov_yy, fix.cov_zz) < s * s
+
+
+class VelocityAid:
+    """Own GNSS velocity less the tanker's transmitted one, freed of its lasting error by comparison with the relative sensor."""
+
+    def __init__(self, p: AidParams) -> None:
+        self.p = p
+        self.offset = np.zeros(3)  # [m/s] NED
+        self.known_s = 0.0  # [s] of comparison so far
+        self.gnss_us = -1
+        self._d, self._e = np.zeros(3), np.zeros(3)
+
+    def reset(self) -> None:
+        """Forget the calibration."""
+        self.known_s = 0.0
+        self.offset[:] = 0.0
+
+    def step(self, f: SensorFrame, tk: np.ndarray, seen: bool, out: np.ndarray) -> bool:
+        """out [3] <- velocity [m/s] less the tanker's, tanker axes, at the GNSS sample of `f`; whether it is new and calibrated.
+
+        tk [18] tanker at that time (see PeerTracker.stage); seen: the relative sensor of `f` is new and good.
+        """
+        if f.gnss_t_us <= self.gnss_us:
+            return False
+        dt = min((f.gnss_t_us - self.gnss_us) * 1e-6, 0.2) if self.gnss_us > 0 else 0.05
+        self.gnss_us = f.gnss_t_us
+        w, r = tk[9:12], f.rel_pos_t
+        self._d[:] = f.gnss_vel_n
+        self._d -= tk[15:18]
+        if seen:
+            # d(xi)/dt + w x xi of the relative sensor, to NED
+            v = f.rel_vel_t
+            out[:] = (
+                v[0] + w[1] * r[2] - w[2] * r[1], v[1] + w[2] * r[0] - w[0] * r[2], v[2] + w[0] * r[1] - w[1] * r[0]
+            )  # fmt: skip
+            to_parent(tk, out, self._e)
+            self.known_s += dt
+            self.offset += dt / min(self.known_s, self.p.velocity_tau_s) * (self._d - self._e - self.offset)
+        self._d -= self.offset
+        to_child(tk, self._d, out)
+        return self.known_s > 1.0

@@ -30,7 +30,7 @@ from flightsw.models.params import set_mass
 from flightsw.nav.common import EstimatorCore, NavParams, failed_bits, sane
 from flightsw.nav.peer import PeerTracker
 from flightsw.nav.position_aid import AidParams, PositionAid
-from flightsw.types import UPD_AIR, UPD_ATT, UPD_GNSS, UPD_IMU, UPD_REL, Health, NavState, SensorFrame, WakeFix
+from flightsw.types import UPD_AIR, UPD_ATT, UPD_GNSS, UPD_IMU, UPD_REL, Health, NavState, SensorFrame, Vec3, WakeFix
 
 REL_MAX_S = 2.0  # [s] age of the relative sensor beyond which the position is no longer its
 PEER_COAST_S = 1.0  # [s] data-link age beyond which the tanker is continued straight ahead
@@ -51,6 +51,7 @@ class RelativeNav:
         self.fix: WakeFix | None = None  # wake position of this step, and
         self.R_ft = np.zeros(9)  # the tanker's air-path axes F to its body axes; filled by the owner
         self.x_f = 0.0  # [m] own x in F
+        self.rate_fix: Vec3 | None = None  # [m/s] d(xi)/dt of this step from the calibrated difference of velocities
         self._held_us = -1
         self._tks = np.zeros((3, 18))
         self._R, self._Rn, self._fm, self._d = np.zeros(9), np.zeros(9), np.zeros(9), np.zeros(15)
@@ -216,6 +217,9 @@ class RelativeNav:
         stale = (f.t_us - self.rel_us) * 1e-6 > a.p.rel_stale_s
         if gnss and not self.peer.coasting and (fresh or stale):
             a.gnss(c, f, self._tks[2, :9], self.peer.position(f.gnss_t_us), self._d[9:12], fresh)
+        if stale and self.rate_fix is not None:
+            for i in range(3):
+                c.add(12 + i, self.rate_fix[i], a.p.r_velocity_mps)
 
     def _steer(self, f: SensorFrame, tk: np.ndarray) -> None:
         """Velocity of a tanker whose data link is silent: own GNSS velocity less d(xi)/dt + w_T x xi of the relative sensor."""
@@ -240,6 +244,11 @@ class RelativeNav:
         if link:
             return a.good(self.fix) and held_s < a.p.hold_max_s
         return self.peer.level and held_s < a.p.link_hold_max_s
+
+    @property
+    def rate_change(self) -> np.ndarray:
+        """Modelled d/dt [3] of the own body rates [rad/s^2], as of the last step."""
+        return self._d[3:6]
 
     def _own_rates(self, tk: np.ndarray) -> None:
         """Inertial body rates into core.w_air: w_rel + R w_T (self._R = R_BRBT)."""

@@ -57,3 +57,24 @@ def sevil(
         print(f"ground: {e}", file=sys.stderr)
         raise typer.Exit(1) from None
     print(page)
+
+
+@app.command()
+def rivard(
+    runs: Annotated[
+        list[Path], typer.Argument(help="campaign folders of `sil campaign rivard` and others", metavar="RUNS...")
+    ],
+    out: Annotated[Path, typer.Option("--out", help="folder for rivard.html and the PNG figures")] = Path(
+        "report-rivard"
+    ),
+) -> None:
+    """Rendezvous by range alone as tables and pictures: printed, reproduced, improved."""
+    from ground.report.load import ReportError
+    from ground.report.rivard_build import rivard_report
+
+    try:
+        page = rivard_report(runs, out)
+    except ReportError as e:
+        print(f"ground: {e}", file=sys.stderr)
+        raise typer.Exit(1) from None
+    print(page)

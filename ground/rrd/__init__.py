@@ -16,10 +16,16 @@ from ground.airdata import has_airdata
 from ground.blueprint import Plots, blueprint
 from ground.columns import Columns, Table, load
 from ground.geometry import quat_euler
+from ground.gust import has_gust
 from ground.metrics import contact_error
 from ground.packets import AIRCRAFT, RECEIVER, health_words, phase_name
 from ground.palette import BOX, COLOR, NAV, PHASE_COLORS, TRUTH
+from ground.rendezvous import has_rendezvous
 from ground.rrd.airdata import airdata, airdata_tab, close_centre
+from ground.rrd.gust import convert_gust
+from ground.rrd.joinup import has_joinup, joinup, joinup_tab, until_joinup
+from ground.rrd.joinup import span as join_span
+from ground.rrd.rendezvous import rendezvous, rendezvous_map, rendezvous_tab
 from ground.rrd.scene3d import scene3d
 from ground.rrd.sensors import sensors
 from ground.rrd.series import AXIS, Sink
@@ -36,10 +42,23 @@ def convert(run: Path, out: Path | None = None, near: bool = False, tab: str = "
     truth, tlm = load(run / "truth.tlog"), load(run / "tlm.tlog")
     end = max(truth.end_us, tlm.end_us)
     path = run / "run.rrd" if out is None else out
+    if has_gust(tlm):
+        return convert_gust(run, path, truth, tlm, tab)
     name = run.resolve().name or "run"
     span = interest(tlm, end)
     extra = [airdata_tab(Plots(*span), close_centre(truth, tlm))] if has_airdata(tlm) else []
-    look = blueprint(name, *span, near, extra, tab)
+    first = []
+    if has_rendezvous(tlm):
+        extra.append(rendezvous_tab(Plots(*span)))
+        if tlm.get(RECEIVER, "RELATIVE_STATE") is None:  # no station keeping to look at
+            first, tab = [rendezvous_map(truth, tlm)], tab or "rendezvous"
+    if has_joinup(tlm):
+        span = join_span(tlm, end * 1e-6)
+        extra.append(joinup_tab(Plots(*span)))
+        tab = tab or "join-up"
+        if has_rendezvous(tlm) and not near:
+            first = [rendezvous_map(until_joinup(truth, tlm), tlm)]
+    look = blueprint(name, *span, near, extra, tab, first)
     with path.open("wb"):  # a plain message for a read-only folder, before rerun starts
         pass
     sink = Sink(path, name, 0, end, look)
@@ -50,6 +69,8 @@ def convert(run: Path, out: Path | None = None, near: bool = False, tab: str = "
         _timing(sink, tlm, sysid, name)
     _relative(sink, truth, tlm)
     airdata(sink, run, truth, tlm)
+    rendezvous(sink, truth, tlm)
+    joinup(sink, truth, tlm)
     _failures(sink, run)
     scene3d(sink, truth, tlm)
     sensors(sink, run)

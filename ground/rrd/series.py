@@ -18,16 +18,18 @@ Array = NDArray[np.float64]
 class Sink:
     """One recording: `series` and friends send whole columns on both timelines."""
 
-    def __init__(self, path: Path, name: str, start_us: int, end_us: int, look: object) -> None:
+    def __init__(
+        self, path: Path, name: str, start_us: int, end_us: int, look: object, tick_us: int = TICK_US
+    ) -> None:
         self.rec = rr.RecordingStream(APPLICATION, recording_id=name)
         self.rec.save(str(path), default_blueprint=look)  # type: ignore[arg-type]
-        self.start_us, self.end_us = start_us, end_us
+        self.start_us, self.end_us, self.tick_us = start_us, end_us, tick_us
 
     def times(self, t_us: NDArray[np.int64]) -> list[rr.TimeColumn]:
         """Both time columns of rows at t_us [us]."""
         return [
             rr.TimeColumn("sim_time", duration=t_us * 1e-6),
-            rr.TimeColumn("tick", sequence=t_us // TICK_US),
+            rr.TimeColumn("tick", sequence=t_us // self.tick_us),
         ]
 
     def columns(self, path: str, t_us: NDArray[np.int64], columns: object) -> None:

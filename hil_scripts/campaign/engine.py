@@ -151,7 +151,7 @@ def _run(
         every = {(c, i) for c in meta["cases"] for i in range(meta["runs"])}
         meta["complete"] = every <= {(r.case, r.run) for r in rows}
         table.write_parquet(out / table.PARQUET, rows, meta["master_seed"])
-        table.write_summary(out / table.SUMMARY, rows, study.binary)
+        table.write_summary(out / table.SUMMARY, rows, study.binary, study.pool)
         fo.write_meta(out, meta)
     failed = sum(r.status != "ok" for r in rows)
     return Outcome(out, len(rows), failed, len(journal.rows) - before, not _missing(wanted, rows))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -46,6 +46,8 @@ class Study:
     run(case, seed) must be a module-level function that depends on nothing but its arguments: workers in other processes
     and on other machines call it, in any order. An exception it raises becomes a failed run with that reason.
     binary: last parts of value keys that are 0 or 1, for example "lost"; their mean gets a Wilson interval.
+    pool: for runs that are batches: the values of all good runs of a case (in order) to its lines of the summary,
+        "<value>.<statistic>", in place of statistics over runs.
     """
 
     name: str
@@ -55,6 +57,7 @@ class Study:
     run: Callable[[Case, int], RunResult]
     default_runs: int = 20
     binary: tuple[str, ...] = ("lost",)
+    pool: Callable[[Sequence[Mapping[str, float]]], dict[str, float | int | None]] | None = None
 
     def __post_init__(self) -> None:
         names = [c.name for c in self.cases]

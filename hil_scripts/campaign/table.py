@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +21,7 @@ from hil_scripts.campaign.task import Row
 PARQUET = "runs.parquet"
 SUMMARY = "summary.json"
 CONFIDENCE = 0.95
+Pool = Callable[[Sequence[Mapping[str, float]]], dict[str, float | int | None]]
 KEYS = ("case", "run", "master_seed", "seed", "status", "reason")
 
 
@@ -111,8 +112,11 @@ def statistics(values: Sequence[float], binary: bool) -> dict[str, float | None]
     return out
 
 
-def summarise(rows: Sequence[Row], binary: Sequence[str] = ("lost",)) -> dict[str, Any]:
-    """Flat summary: "<case>.<value>.<statistic>", "<case>.runs", "<case>.failed". Raises CampaignError on a clash."""
+def summarise(rows: Sequence[Row], binary: Sequence[str] = ("lost",), pool: Pool | None = None) -> dict[str, Any]:
+    """Flat summary: "<case>.<value>.<statistic>", "<case>.runs", "<case>.failed". Raises CampaignError on a clash.
+
+    pool: see Study.pool; what it gives that is not finite becomes None.
+    """
     flat: dict[str, Any] = {}
 
     def put(key: str, value: Any) -> None:
@@ -125,6 +129,11 @@ def summarise(rows: Sequence[Row], binary: Sequence[str] = ("lost",)) -> dict[st
         mine = [r for r in rows if r.case == case]
         put(f"{case}.runs", len(mine))
         put(f"{case}.failed", sum(r.status != "ok" for r in mine))
+        if pool is not None:
+            good = [r.values for r in mine if r.status == "ok"]
+            for name, v in (pool(good) if good else {}).items():
+                put(f"{case}.{name}", v if v is not None and finite(v) else None)
+            continue
         for name in sorted({k for r in mine for k in r.values}):
             values = [r.values[name] for r in mine if name in r.values]
             for stat, value in statistics(values, name.rpartition(".")[2] in binary).items():
@@ -132,7 +141,7 @@ def summarise(rows: Sequence[Row], binary: Sequence[str] = ("lost",)) -> dict[st
     return flat
 
 
-def write_summary(path: Path, rows: Sequence[Row], binary: Sequence[str]) -> None:
+def write_summary(path: Path, rows: Sequence[Row], binary: Sequence[str], pool: Pool | None = None) -> None:
     """summary.json: sorted keys, null where there is no number."""
-    text = json.dumps(summarise(rows, binary), indent=1, sort_keys=True, allow_nan=False)
+    text = json.dumps(summarise(rows, binary, pool), indent=1, sort_keys=True, allow_nan=False)
     replace_bytes(path, text.encode() + b"\n")

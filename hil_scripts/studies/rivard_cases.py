@@ -8,6 +8,8 @@ from hil_scripts.studies.rivard_mc import KN, NM, RivardCase
 
 GAINS = (0, 1, 2, 3, 4, 6, 8, 10, 12)
 PRINTED_GAINS = (3, 6, 9, 12)
+SWEPT_TURNS = (5, 10, 20, 30, 45, -30)  # [deg] of the receiver, left positive
+SWEPT_SPEEDS = (10, 20, 30, 50, 80, -50)  # [kn]
 
 
 def _chart_early(offset_nm: float, lead_s: float) -> float:
@@ -102,17 +104,26 @@ def _open_questions() -> dict[str, RivardCase]:
         "velocity_x2": {"truth_velocity": 2.0},
         "drift_x5": {"truth_drift": 5.0, "truth_walk": 5.0},
         "all_four": {"truth_bias": 2.0, "truth_noise": 2.0, "truth_fluctuation": 1.5, "truth_velocity": 2.0},
-        "turn_10": {"truth_turn_at_s": 60.0, "truth_turn_deg": 10.0},
-        "turn_30": {"truth_turn_at_s": 60.0, "truth_turn_deg": 30.0},
-        "faster_20": {"truth_turn_at_s": 60.0, "truth_speed_change_mps": 20.0 * KN},
-        "faster_50": {"truth_turn_at_s": 60.0, "truth_speed_change_mps": 50.0 * KN},
         "dropout_30": {"truth_dropout": 0.3},
         "outage_60": {"truth_outage_s": (80.0, 140.0)},
         "latency_1_stamped": {"truth_latency_s": 1.0},
         "latency_1": {"truth_latency_s": 1.0, "truth_stamped": False},
         "wind_error_10": {"truth_wind_error_mps": 10.0 * KN},
         "tanker_errors": {"truth_bank_error_deg": 0.5, "truth_speed_error_mps": 2.0 * KN},
+        "tanker_errors_x3": {"truth_bank_error_deg": 1.5, "truth_speed_error_mps": 6.0 * KN},
+        "dropout_60": {"truth_dropout": 0.6},
+        "outage_turn": {"truth_outage_s": (140.0, 200.0)},
+        "latency_3_stamped": {"truth_latency_s": 3.0},
+        "latency_3": {"truth_latency_s": 3.0, "truth_stamped": False},
+        "wind_error_20": {"truth_wind_error_mps": 20.0 * KN},
+        "turn_30_late": {"truth_turn_at_s": 120.0, "truth_turn_deg": 30.0},
+        "faster_50_late": {"truth_turn_at_s": 120.0, "truth_speed_change_mps": 50.0 * KN},
     }
+    for degrees in SWEPT_TURNS:
+        changes[f"turn_{degrees}"] = {"truth_turn_at_s": 60.0, "truth_turn_deg": float(degrees)}
+    for knots in SWEPT_SPEEDS:
+        name = f"faster_{knots}" if knots > 0 else f"slower_{-knots}"
+        changes[name] = {"truth_turn_at_s": 60.0, "truth_speed_change_mps": knots * KN}
     out = {f"{name}{tail}": base.but(**c) for name, c in changes.items() for tail, base in bases.items()}
     for kn, offset in ((30, 10.77), (60, 11.99)):
         wind = {"truth_wind_y_mps": kn * KN, "offset_nm": offset}

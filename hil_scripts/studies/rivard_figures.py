@@ -9,7 +9,7 @@ from scipy.stats import beta
 
 from flightsw.filters.consistency import rms_interval
 from hil_scripts.studies import rivard_kernel as rk
-from hil_scripts.studies.rivard_mc import SAMPLE_S, RivardResult
+from hil_scripts.studies.rivard_mc import RivardResult
 
 STATES = ("velocity_mps", "fluctuation_mps", "drift_mps", "altitude_m", "bias_m")
 TABLE_RUNS = 30  # runs behind a printed figure
@@ -55,7 +55,7 @@ def figures(r: RivardResult) -> dict[str, float]:
 def consistency(r: RivardResult) -> dict[str, float]:
     """Per sample time: actual and predicted sigma of x, v_x, y, mean error of y, mean NEES/3 with 95 % interval."""
     out: dict[str, float] = {}
-    for j, t in enumerate(SAMPLE_S):
+    for j, t in enumerate(r.times):
         s = r.samples[r.samples[:, j, 7] > 0.0, j]
         if len(s) < 2:
             continue
@@ -74,7 +74,7 @@ def consistency(r: RivardResult) -> dict[str, float]:
 def observability(r: RivardResult) -> dict[str, float]:
     """Per sample time and state: actual error sigma over the sigma before any range (1: the ranges say nothing about it)."""
     out: dict[str, float] = {}
-    for j, t in enumerate(SAMPLE_S):
+    for j, t in enumerate(r.times):
         keep = (r.samples[:, j, 7] > 0.0) & (r.states[:, j, 10] > 0.0)
         s = r.states[keep, j]
         if len(s) < 2:

@@ -112,7 +112,7 @@ class RivardCase:
 
 @dataclass(frozen=True)
 class RivardResult:
-    """n rendezvous: rows [n,9] (rivard_kernel.R_*), samples [n,7,8] and states [n,7,16] at SAMPLE_S. SI. wall_s [s]."""
+    """n rendezvous: rows [n,9] (rivard_kernel.R_*), samples [n,k,8] and states [n,k,16] at `times` [s]. SI. wall_s [s]."""
 
     rows: Array
     samples: Array
@@ -120,6 +120,7 @@ class RivardResult:
     seed: int
     first: int
     wall_s: float
+    times: tuple[float, ...] = SAMPLE_S
 
 
 def truth_vectors(case: RivardCase) -> tuple[Array, Array]:
@@ -191,11 +192,18 @@ def draw(case: RivardCase, seed: int, block: int, late: bool = False) -> tuple[A
 
 
 def run_case(
-    case: RivardCase, n: int, seed: int = SEED, workers: int = 2, first: int = 0, samples: bool = True
+    case: RivardCase,
+    n: int,
+    seed: int = SEED,
+    workers: int = 2,
+    first: int = 0,
+    samples: bool = True,
+    times: tuple[float, ...] = SAMPLE_S,
 ) -> RivardResult:
     """Fly rendezvous first ... first + n - 1 of `seed` over `workers` threads; the result does not depend on `workers`.
 
-    samples = False leaves out what the filter said on the way (samples and states are empty).
+    What the filter says is kept at the first range at or after each of `times` [s] (ascending, at least a range period
+    apart); samples = False leaves it out (samples and states are empty).
 
     Raises ValueError for n < 1, first < 0 or workers < 1.
     """
@@ -206,8 +214,8 @@ def run_case(
     u, _ = nominal_velocity(case.nav, case.truth.wind_x_mps, case.truth.wind_y_mps)
     e3, e8, window = three_vector(case.nav, u), eight_vector(case.nav, u), new_window(case.nav)
     M = case.nav.components if case.nav.estimator == "bank" and not case.perfect else 1
-    times = np.array(SAMPLE_S)
-    k = len(times) if samples else 0
+    at_s = np.array(times, dtype=np.float64)
+    k = len(at_s) if samples else 0
     rows, sampled, states = np.zeros((n, rk.R_N)), np.zeros((n, k, rk.Q_N)), np.zeros((n, k, 16))
 
     def block(b: int) -> None:
@@ -216,7 +224,7 @@ def run_case(
         for late in (False, True):
             W, Z, V = (a[at - b * BLOCK] for a in draw(case, seed, b, late))
             out, q3, st = np.zeros((len(at), rk.R_N)), np.zeros((len(at), k, rk.Q_N)), np.zeros((len(at), k, 16))
-            rk.fly(W, Z, V, p, q, sp, e3, e8, gp, M, window, times, out, q3, st)
+            rk.fly(W, Z, V, p, q, sp, e3, e8, gp, M, window, at_s, out, q3, st)
             rows[at - first], sampled[at - first], states[at - first] = out, q3, st
             at = at[out[:, rk.R_DONE] < 0.0]
             if not len(at):
@@ -226,4 +234,4 @@ def run_case(
     blocks = range(first // BLOCK, (first + n - 1) // BLOCK + 1)
     with ThreadPoolExecutor(workers) as pool:
         list(pool.map(block, blocks))
-    return RivardResult(rows, sampled, states, seed, first, time.perf_counter() - began)
+    return RivardResult(rows, sampled, states, seed, first, time.perf_counter() - began, times if samples else ())

@@ -15,7 +15,9 @@ from sim_plant.sensors.faulty import Delay, Drift, Flicker, Garbage
 class View:
     """True values of one aircraft at the current tick, as plain floats (layout.py orders)."""
 
-    __slots__ = ("contact", "inside", "o", "probes", "rel", "s", "transfer_kgps")
+    __slots__ = (
+        "contact", "inside", "lateral_m", "lateral_read", "o", "probes", "rel", "s", "target", "transfer_kgps",
+    )  # fmt: skip
 
     def __init__(self, probes: int) -> None:
         self.s: list[float] = []  # state
@@ -25,6 +27,9 @@ class View:
         self.inside = False
         self.transfer_kgps = 0.0
         self.probes = probes
+        self.target: tuple[float, float, float] = (0.0, 0.0, 0.0)  # [m] NED of the aircraft the TACAN is tuned to
+        self.lateral_m = 0.0  # of that aircraft off the refuelling track,
+        self.lateral_read = False  # or already what the crew reads, the truth being spread about it
 
 
 def divisor(base_hz: int, rate_hz: float, key: str) -> int:
@@ -62,7 +67,7 @@ class Sensor:
         self.flickers: list[Flicker] = []
 
     def sample(self, view: View, e: list[float]) -> Any:
-        """Measured values from the truth and an error row."""
+        """Measured values from the truth and an error row; None: nothing within reach."""
         raise NotImplementedError
 
     def fill(self, frame: SensorFrame, t_us: int, value: Any) -> None:
@@ -76,7 +81,9 @@ class Sensor:
             e = self.noise.next() if self.noise is not None else []
             if not self.faulty:
                 value = self.sample(view, e)
-                if self.latency_us == 0 and not self._queue:
+                if value is None:
+                    pass
+                elif self.latency_us == 0 and not self._queue:
                     self._last = value
                     self.fill(frame, t_us, value)
                     frame.updated |= self.bit
@@ -103,8 +110,8 @@ class Sensor:
             return
         before = self.newest()
         frozen = self.stuck and before is not None
-        value = self.alter(before if frozen else self.sample(view, e), frozen)
-        if value is not None:
+        value = before if frozen else self.sample(view, e)
+        if value is not None and (value := self.alter(value, frozen)) is not None:
             self._queue.append((t_us, value))
 
     def newest(self) -> Any:

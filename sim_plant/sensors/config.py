@@ -13,6 +13,7 @@ from flightsw.strict import Range
 
 NonNeg = Annotated[float, Range(0.0)]
 Rate = Annotated[float, Range(0.1, 1000.0)]
+NM = 1852.0  # [m]
 Latency = Annotated[float, Range(0.0, 5000.0)]
 
 
@@ -96,6 +97,7 @@ class Rel:
     pos_bias_std_m: NonNeg = 0.05
     vel_bias_std_mps: NonNeg = 0.01
     tau_s: NonNeg = 0.0
+    range_max_m: NonNeg = 0.0  # beyond: no samples; 0: no limit
 
 
 @dataclass(frozen=True)
@@ -114,6 +116,29 @@ class BoomSignal:
 
 
 @dataclass(frozen=True)
+class Tacan:
+    """Slant range, one reply per interval; defaults rivard.md section 4."""
+
+    interval_s: Annotated[float, Range(0.01, 600.0)] = 10.0
+    first_s: NonNeg = 1.0
+    latency_ms: Latency = 0.0
+    bias_std_m: NonNeg = 0.1 * NM  # drawn once per run
+    std_m: NonNeg = 0.016 * NM  # correlated noise
+    tau_s: NonNeg = 3.6
+    bearing_std_deg: NonNeg = 0.0  # white; 0: the set gives no bearing
+    dropout: Annotated[float, Range(0.0, 1.0)] = 0.0  # share of the replies without an answer
+    earth_radius_m: Annotated[float, Range(1e6)] = 3444.0 * NM  # the line of sight leaves the flat earth of the world
+
+
+@dataclass(frozen=True)
+class Radar:
+    """Lateral position of a real receiver as the crew reads it (that of [traffic] is known to y_sigma_m by itself)."""
+
+    sigma_m: NonNeg = 0.0  # 0: no reading
+    at_s: NonNeg = 0.5
+
+
+@dataclass(frozen=True)
 class Suite:
     """Sensors of one aircraft; a group left out keeps the defaults (lee.md section 5, small noise)."""
 
@@ -126,3 +151,5 @@ class Suite:
     rel: Rel = field(default_factory=Rel)
     fuel: Fuel = field(default_factory=Fuel)
     boom: BoomSignal = field(default_factory=BoomSignal)
+    tacan: Tacan = field(default_factory=Tacan)
+    radar: Radar = field(default_factory=Radar)

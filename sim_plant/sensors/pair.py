@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from flightsw.types import UPD_BOOM, UPD_REL, SensorFrame
 from sim_plant.kernels import layout as n
 from sim_plant.sensors.base import Sensor, View
@@ -10,12 +12,15 @@ Six = tuple[float, float, float, float, float, float]
 
 
 class RelSensor(Sensor):
-    """Own cg in the leader's body axes, xi [m], and d(xi)/dt [m/s]."""
+    """Own cg in the leader's body axes, xi [m], and d(xi)/dt [m/s]; silent beyond range_max_m."""
 
     group, bit = "rel", UPD_REL
+    range_max_m = 0.0  # 0: no limit
 
-    def sample(self, view: View, e: list[float]) -> Six:
+    def sample(self, view: View, e: list[float]) -> Six | None:
         r = view.rel
+        if 0.0 < self.range_max_m < math.hypot(r[0], r[1], r[2]):
+            return None
         return (r[0] + e[0], r[1] + e[1], r[2] + e[2], r[3] + e[3], r[4] + e[4], r[5] + e[5])
 
     def fill(self, frame: SensorFrame, t_us: int, value: Six) -> None:

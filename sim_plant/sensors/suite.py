@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, TypeVar
 
 from sim_plant.rng import NoiseRows
 from sim_plant.sensors.airdata import AirSensor
@@ -10,12 +10,25 @@ from sim_plant.sensors.base import Sensor
 from sim_plant.sensors.config import NoiseCfg, Suite
 from sim_plant.sensors.onboard import AttitudeSensor, BaroSensor, FuelSensor, GnssSensor, ImuSensor, MagSensor
 from sim_plant.sensors.pair import BoomSensor, RelSensor
+from sim_plant.sensors.tacan import RadarSensor, TacanSensor
+
+S = TypeVar("S", bound=Sensor)
+OWN = ("imu", "baro", "mag", "gnss", "att", "fuel")
 
 
 def build_sensors(
-    name: str, suite: Suite, common: NoiseCfg, base_hz: int, seed: int, probes: int, has_rel: bool, has_boom: bool
+    name: str,
+    suite: Suite,
+    common: NoiseCfg,
+    base_hz: int,
+    seed: int,
+    probes: int,
+    has_rel: bool,
+    has_boom: bool,
+    groups: tuple[str, ...] = OWN,
 ) -> list[Sensor]:
-    """Sensors of aircraft `name` with `probes` air-data probes. Raises ConfigError for a rate that does not fit.
+    """Sensors of aircraft `name` with `probes` air-data probes and, of its own aircraft's sensors, those of `groups`. Raises
+    ConfigError for a rate that does not fit.
 
     Each draws from generators named "<aircraft>.<sensor>.noise" and ".bias". A sensor's own tau_s wins over the
     common one.
@@ -26,29 +39,33 @@ def build_sensors(
         scaled = [x * common.scale for x in std], [x * common.bias_scale for x in bias]
         return NoiseRows(seed, f"{name}.{group}", *scaled, tau_s=tau, period_s=1.0 / cfg.rate_hz)
 
-    def make(cls: type[Sensor], cfg: Any, std: list[float], bias: list[float]) -> Sensor:
+    def make(cls: type[S], cfg: Any, std: list[float], bias: list[float]) -> S:
         noise = errors(cls.group, cfg, std, bias) if std else None
         return cls(f"sensors.{name}.{cls.group}", cfg.rate_hz, cfg.latency_ms, base_hz, noise, len(std))
 
     u = suite
-    out = [
-        make(
-            ImuSensor,
-            u.imu,
-            [u.imu.gyro_std] * 3 + [u.imu.acc_std] * 3,
-            [u.imu.gyro_bias_std] * 3 + [u.imu.acc_bias_std] * 3,
-        ),
-        make(BaroSensor, u.baro, [u.baro.alt_std_m], [u.baro.alt_bias_std_m]),
-        make(MagSensor, u.mag, [u.mag.std_gauss] * 3, [u.mag.bias_std_gauss] * 3),
-        make(
-            GnssSensor,
-            u.gnss,
-            [u.gnss.pos_std_m] * 3 + [u.gnss.vel_std_mps] * 3,
-            [u.gnss.pos_bias_std_m] * 3 + [u.gnss.vel_bias_std_mps] * 3,
-        ),
-        make(AttitudeSensor, u.att, [u.att.std] * 3, [u.att.bias_std] * 3),
-        make(FuelSensor, u.fuel, [u.fuel.std_kg], [u.fuel.bias_std_kg]),
-    ]
+    out: list[Sensor] = []
+
+    def fit(cls: type[Sensor], cfg: Any, std: list[float], bias: list[float]) -> None:
+        if cls.group in groups:
+            out.append(make(cls, cfg, std, bias))
+
+    fit(
+        ImuSensor,
+        u.imu,
+        [u.imu.gyro_std] * 3 + [u.imu.acc_std] * 3,
+        [u.imu.gyro_bias_std] * 3 + [u.imu.acc_bias_std] * 3,
+    )
+    fit(BaroSensor, u.baro, [u.baro.alt_std_m], [u.baro.alt_bias_std_m])
+    fit(MagSensor, u.mag, [u.mag.std_gauss] * 3, [u.mag.bias_std_gauss] * 3)
+    fit(
+        GnssSensor,
+        u.gnss,
+        [u.gnss.pos_std_m] * 3 + [u.gnss.vel_std_mps] * 3,
+        [u.gnss.pos_bias_std_m] * 3 + [u.gnss.vel_bias_std_mps] * 3,
+    )
+    fit(AttitudeSensor, u.att, [u.att.std] * 3, [u.att.bias_std] * 3)
+    fit(FuelSensor, u.fuel, [u.fuel.std_kg], [u.fuel.bias_std_kg])
     if probes:
         out.append(
             make(
@@ -59,14 +76,30 @@ def build_sensors(
             )
         )
     if has_rel:
-        out.append(
-            make(
-                RelSensor,
-                u.rel,
-                [u.rel.pos_std_m] * 3 + [u.rel.vel_std_mps] * 3,
-                [u.rel.pos_bias_std_m] * 3 + [u.rel.vel_bias_std_mps] * 3,
-            )
+        rel = make(
+            RelSensor,
+            u.rel,
+            [u.rel.pos_std_m] * 3 + [u.rel.vel_std_mps] * 3,
+            [u.rel.pos_bias_std_m] * 3 + [u.rel.vel_bias_std_mps] * 3,
         )
+        rel.range_max_m = u.rel.range_max_m
+        out.append(rel)
     if has_boom:
         out.append(make(BoomSensor, u.boom, [], []))
+    return out
+
+
+def tacan_sensors(
+    name: str, suite: Suite, common: NoiseCfg, base_hz: int, seed: int, known_sigma_m: float
+) -> list[Sensor]:
+    """TACAN of aircraft `name` and its crew's radar reading. known_sigma_m >= 0: the truth is spread about the reading by
+    that much already. Raises ConfigError for an interval or latency that does not fit."""
+    c = suite.tacan
+    noise = NoiseRows(
+        seed, f"{name}.tacan", [c.std_m * common.scale], [c.bias_std_m * common.bias_scale], c.tau_s, c.interval_s
+    )
+    out: list[Sensor] = [TacanSensor(name, c, base_hz, noise, seed)]
+    sigma = known_sigma_m if known_sigma_m >= 0.0 else suite.radar.sigma_m
+    if sigma > 0.0:
+        out.append(RadarSensor(name, suite.radar, base_hz, seed, sigma))
     return out

@@ -71,7 +71,7 @@ class AirMass:
         self._aligned = d.axes == "track"
         self._frozen = not d.independent
         level = IntensityProfile(d, dt_s)
-        count = 1 if self._frozen else len(vehicles)
+        count = min(1, len(vehicles)) if self._frozen else len(vehicles)
         self._gusts = [
             _Gusts(DrydenSeries(seed, f"{vehicles[i].cfg.name}.dryden", d.V_mps, d.L_m, level.reference, dt_s), level)
             for i in range(count)
@@ -84,7 +84,9 @@ class AirMass:
             self._slow_rng = generator(seed, "wind.slow")
             self._slow_x = self._slow_rng.standard_normal(2) * (0.0 if cfg.slow.from_zero else 1.0)
             self._slow_e = math.exp(-dt_s / cfg.slow.tau_s)
-        self._lead = vehicles[0]
+        self._lead: Vehicle
+        if vehicles:
+            self._lead = vehicles[0]
         self._wake = bool(cfg.wake.source)
         self._rate = 1.0 / dt_s
         self._zero = np.zeros((1, 3))
@@ -94,6 +96,11 @@ class AirMass:
         """Wind on `v` without gusts and slow variation (for trim): fills v.free, v.wind."""
         free_air(v.s, self._table, self._zero, 0, self._calm, 0, 0.0, v.free)
         self._add_wake(v)
+
+    def steady(self, alt_m: float) -> tuple[float, float]:
+        """Prevailing wind [m/s] north, east (towards) at a height [m]."""
+        h, north, east = self._table.T
+        return float(np.interp(alt_m, h, north)), float(np.interp(alt_m, h, east))
 
     def fill_history(self, vehicles: list[Vehicle]) -> None:
         """Let the series run through the buffer before tick 0, so that a follower has gusts to meet at once."""

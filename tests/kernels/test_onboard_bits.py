@@ -19,6 +19,7 @@ from flightsw.models.params import parameter_vector
 from flightsw.models.wake import WakeParams, stations, wake_vector
 from tests.kernels.rendezvous_cases import CASES as RENDEZVOUS
 from tests.kernels.wake_position_cases import CASES as WAKE_POSITION
+from tests.kernels.windshear_cases import CASES as WINDSHEAR
 
 Rng = np.random.Generator
 Args = list  # arguments of one call; arrays are outputs too
@@ -127,6 +128,7 @@ def codes(r: Rng, top: int) -> np.ndarray:
 CASES: dict[str, Callable[[Rng], Args]] = {
     **RENDEZVOUS,
     **WAKE_POSITION,
+    **WINDSHEAR,
     "kernels.atmosphere.temperature": lambda r: [r.uniform(0, 2e4)],
     "kernels.atmosphere.density": lambda r: [r.uniform(0, 2e4)],
     "kernels.atmosphere.sound_speed": lambda r: [r.uniform(0, 2e4)],

@@ -103,7 +103,7 @@ def test_editing_any_kernel_source_gives_a_new_cache(tmp_path: Path, monkeypatch
 
 def test_busy_port_is_named_with_its_purpose(port_offset: int) -> None:
     need = ports.needed({1: "tanker", 2: "receiver"}, port_offset)
-    assert len(need) == 5
+    assert len(need) == 6
     ports.check_free(need)
     port = next(p for p, purpose in need.items() if purpose == "plant link of receiver")
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as s:

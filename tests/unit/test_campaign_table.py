@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pytest
@@ -69,3 +70,17 @@ def test_summary_keys_cannot_collide() -> None:
     """Case "G_0" with value "3.x" and case "G_0.3" with value "x" would share a key."""
     with pytest.raises(CampaignError, match="arises twice"):
         summarise([Row("G_0", 0, 1, "ok", values={"3.x": 1.0}), Row("G_0.3", 0, 1, "ok", values={"x": 1.0})])
+
+
+def test_pooled_figures_replace_the_statistics_over_runs() -> None:
+    """A study of batches sums them itself, from its good runs in order; what is not finite becomes null."""
+    rows = [Row("c", i, i, "failed" if i == 2 else "ok", values={"n": 10.0, "s": float(i)}) for i in range(4)]
+    seen = []
+
+    def pool(runs: Sequence[Mapping[str, float]]) -> dict[str, float | int | None]:
+        seen.append([r["s"] for r in runs])
+        return {"s.mean": sum(r["s"] for r in runs) / len(runs), "s.n": 30, "s.ci95_lo": math.nan}
+
+    flat = summarise(rows[::-1], pool=pool)
+    assert seen == [[0.0, 1.0, 3.0]]
+    assert flat == {"c.runs": 4, "c.failed": 1, "c.s.mean": 4.0 / 3.0, "c.s.n": 30, "c.s.ci95_lo": None}

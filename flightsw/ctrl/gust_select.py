@@ -1,0 +1,72 @@
+"""The gust mission's choice of law: hold, alleviation with flap and elevator, alleviation with the elevator alone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Annotated
+
+import numpy as np
+
+from flightsw.ctrl.gust import AlleviationParams, GustAlleviation, GustHold, HoldParams
+from flightsw.kernels import gust as k
+from flightsw.models.gust import GustAircraft, Turbulence
+from flightsw.models.gust_servo import GustServos
+from flightsw.strict import OneOf
+
+Array = np.ndarray
+LAWS = ("hold", "alleviation", "elevator")  # index: WKF_GUST_LAW, and param1 of MAV_CMD_USER_1
+LIMIT_EDGE = 0.999  # share of the travel from which a command counts as limited
+
+
+def _elevator_alone() -> AlleviationParams:
+    return AlleviationParams(use_flap=False, H=50.0, V_K=50.0)
+
+
+@dataclass(frozen=True)
+class GustCtrlTable:
+    """[ctrl] of a gust flight file."""
+
+    law: Annotated[str, OneOf(LAWS)] = "alleviation"
+    alleviation: AlleviationParams = field(default_factory=AlleviationParams)
+    elevator: AlleviationParams = field(default_factory=_elevator_alone)
+    hold: HoldParams = field(default_factory=HoldParams)
+
+
+class GustLaws:
+    """All laws, one of them flying. `law` is its index in LAWS; `a_z` [m/s^2] what the flying law takes a_z to be."""
+
+    def __init__(self, p: GustCtrlTable, ac: GustAircraft, t: Turbulence, dt: float, late_steps: int) -> None:
+        """dt [s]: sample period; late_steps: samples from command to servo. Raises DesignError."""
+        self.ac = ac
+        self.hold = GustHold(p.hold, ac)
+        self._feedback = {
+            LAWS.index(name): GustAlleviation(replace(q, late_steps=late_steps), ac, t, dt)
+            for name, q in (("alleviation", p.alleviation), ("elevator", replace(p.elevator, use_flap=False)))
+        }
+        self.law = LAWS.index(p.law)
+        self.flying = 0  # what gave the last command: the hold without an estimate
+        self.a_z = 0.0
+        self.saturated = False
+
+    def select(self, law: int) -> None:
+        """Fly another law from the next step on. Raises ValueError for a number that is none."""
+        if not 0 <= law < len(LAWS):
+            raise ValueError(f"law {law}: allowed 0 to {len(LAWS) - 1} ({', '.join(LAWS)})")
+        self.law = law
+
+    def step(self, x: Array | None, y: Array, servos: GustServos) -> Array:
+        """Command [3] (elevator [rad], throttle setting, flap [rad]; reused) for the estimate x [9] or None, readings y [7]."""
+        flying = self.law if x is not None else 0
+        core = self._feedback.get(flying)
+        if core is not None and flying != self.flying:
+            core.reset()
+        self.flying = flying
+        if core is None or x is None:
+            command = self.hold.step(y[k.Y_Q], y[k.Y_TH], y[k.Y_H] - self.ac.H0_m, y[k.Y_VA] - self.ac.V0_mps)
+            self.a_z = 0.0
+        else:
+            command = core.step(x, servos)
+            self.a_z = core.a_z
+        e, f = self.ac.elevator_limit_rad, self.ac.flap_limit_rad
+        self.saturated = abs(command[k.ELEVATOR]) > LIMIT_EDGE * e or abs(command[k.FLAP]) > LIMIT_EDGE * f
+        return command

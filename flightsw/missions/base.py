@@ -1,0 +1,35 @@
+"""What the application asks of every mission. The answers given here are those of the six-degree-of-freedom aircraft; a
+mission that brings its own aircraft or actuators gives others."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from flightsw.aircraft import Airframe, load_aircraft
+from flightsw.models.actuators import ActuatorModel
+
+
+class Mission:
+    """Base of all missions. A mission has besides: params_type, watch, step, first_command, command, texts."""
+
+    controls = 4  # length of a command: three surfaces [rad], thrust [N] (and a flap [rad])
+    cruise = (195.0, 7010.0)  # [m/s], [m] of the level flight the warm-up feeds it
+    ctrl: Any
+
+    @staticmethod
+    def load(aircraft: str) -> Airframe:
+        """Record of the aircraft. Raises ConfigError."""
+        return load_aircraft(aircraft)
+
+    @staticmethod
+    def actuators(ac: Any, delay_ticks: int) -> Any:
+        """Onboard copy of the actuators; `delay_ticks` base ticks pass between sending a command and its reaching them.
+
+        Has reset(surfaces, thrust) and step(command, dt); what else is between it and the mission's step.
+        """
+        return ActuatorModel(ac, delay_ticks)
+
+    @property
+    def saturated(self) -> bool:
+        """Whether a command sits at its limit."""
+        return bool(self.ctrl.core.saturated)

@@ -1,0 +1,189 @@
+"""Receiver mission from en route to refuelling: AirframeNav -> JoinUpGuidance -> free-flight control until the tanker is
+near, then the components of ReceiverMission. Both estimators run over the last stretch, so that the second one has settled.
+
+20 Hz (every fifth base tick): navigation, guidance, control, in this order. 100 Hz: actuator model, health, guard (app.py).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Annotated
+
+import numpy as np
+
+from flightsw.aircraft import Aircraft
+from flightsw.ctrl.common import ScheduleParams
+from flightsw.ctrl.receiver import ReceiverControl
+from flightsw.ctrl.tanker import TankerControl, TankerCtrlParams
+from flightsw.guid.joinup import JOIN_UP, JoinUpGuidance, JoinUpParams, Sight
+from flightsw.guid.sequence import Sequence, SequenceParams
+from flightsw.kernels.rotations import euler_from_dcm, to_parent
+from flightsw.missions.base import Mission
+from flightsw.missions.receiver import ReceiverMission, ReceiverParams
+from flightsw.models.actuators import ActuatorModel
+from flightsw.nav.common import NavParams, failed_bits
+from flightsw.nav.peer import PeerTracker
+from flightsw.nav.variants import make_airframe_nav
+from flightsw.strict import Range
+from flightsw.types import (
+    HF_AIR,
+    HF_ATT,
+    HF_GNSS,
+    HF_IMU,
+    HF_PEER,
+    HF_REL,
+    UPD_REL,
+    Command,
+    GuidanceCmd,
+    Health,
+    NavState,
+    SensorFrame,
+    Text,
+)
+
+OWN = HF_IMU | HF_AIR | HF_ATT | HF_GNSS
+SIGHT_AGE_S = 0.5  # [s] of the relative sensor and of the data link, for the tanker to count as seen
+Pos = Annotated[float, Range(1e-9)]
+
+
+def _free_control() -> TankerCtrlParams:
+    return TankerCtrlParams(
+        ScheduleParams(V_mps=(185.0, 215.0), h_m=6800.0, mass_kg=5000.0), w_input=(0.1, 0.1, 0.1, 2000.0)
+    )
+
+
+@dataclass(frozen=True)
+class JoinTable:
+    """[join]: the flight up to station keeping, and what follows by rule."""
+
+    guid: JoinUpParams = field(default_factory=JoinUpParams)
+    nav: NavParams = field(default_factory=NavParams)
+    ctrl: TankerCtrlParams = field(default_factory=_free_control)
+    sequence: SequenceParams = field(default_factory=SequenceParams)
+    settle_from_m: Pos = 300.0  # distance from which the relative estimator runs along
+    settle_s: Pos = 10.0  # and for how long before it may take over
+
+
+@dataclass(frozen=True)
+class JoinParams(ReceiverParams):
+    """Tables of a receiver flight file, and [join]."""
+
+    join: JoinTable = field(default_factory=JoinTable)
+
+
+class JoinMission(Mission):
+    """Components of the receiver on its way to the tanker, and the refuelling mission it becomes."""
+
+    params_type = JoinParams
+
+    def __init__(self, ac: Aircraft, p: JoinParams, period_s: float) -> None:
+        j = p.join
+        self.p = j
+        self.nav = make_airframe_nav(ac, j.nav)
+        self.guid = JoinUpGuidance(j.guid)
+        self.free = TankerControl(ac, j.ctrl, period_s)
+        self.refuel = ReceiverMission(ac, p, period_s)
+        self.sequence = Sequence(j.sequence)
+        self.ctrl: TankerControl | ReceiverControl = self.free
+        self.cruise = (j.guid.V_mps, j.guid.alt_m)
+        self.joined = False
+        self.peer = PeerTracker()
+        self.sight = Sight()
+        self._settled_s = 0.0
+        self._tk, self._e, self._v = np.zeros(18), np.zeros(3), np.zeros(3)
+        self._texts: list[Text] = []
+
+    @property
+    def watch(self) -> int:
+        """HF_* flags of what the aircraft depends on: the tanker's only from join-up on."""
+        return OWN | HF_REL | HF_PEER if self.joined or self.guid.phase == JOIN_UP else OWN
+
+    def step(
+        self, f: SensorFrame, act: ActuatorModel, updated: int, health: Health, dt: float
+    ) -> tuple[NavState, GuidanceCmd, np.ndarray, float]:
+        """One 20 Hz step: (nav, guidance, surfaces and thrust [4], throttle)."""
+        if self.joined:
+            guid = self.refuel.guid
+            action = self.sequence.step(f, guid.phase, guid.at_rest, dt)
+            if action:
+                guid.command(action)
+            return self.refuel.step(f, act, updated, health, dt)
+        mean = act.take_mean()
+        nav = self.nav.step(f, mean, health, updated)
+        self._look(f, nav, updated & ~failed_bits(health))
+        g = self.guid.step(f.t_us, nav, self.sight, dt)
+        self._settle(f, mean, updated, health, dt)
+        if nav.valid:
+            u, throttle = self.free.step(nav, g, act, dt)
+        else:
+            u, throttle = self.free.trim_command(g.V, g.alt_m)
+        if self.guid.ready and self._settled_s >= self.p.settle_s:
+            self._join()
+            self._texts.append(Text(6, f"station keeping from {math.hypot(*self.sight.pos):.0f} m"))
+        return nav, g, u, throttle
+
+    def rehearse(self) -> None:
+        """Go on as if joined up: the application's warm-up runs the second half of the mission too."""
+        self._join()
+
+    def _join(self) -> None:
+        self.joined, self.ctrl = True, self.refuel.ctrl
+
+    def first_command(self) -> np.ndarray:
+        """Trim command [4] sent until navigation is valid."""
+        p = self.p.guid
+        return self.free.trim_command(p.V_mps, p.alt_m)[0]
+
+    def _look(self, f: SensorFrame, nav: NavState, updated: int) -> None:
+        """The tanker from the relative sensor and its transmitted state, into `sight` and the published state."""
+        s, tk = self.sight, self._tk
+        self.peer.take(f.peer)
+        if updated & UPD_REL:
+            s.seen = f.rel_valid
+        age = (f.t_us - f.rel_t_us) * 1e-6
+        nav.peer_age_s = (f.t_us - f.peer.t_us) * 1e-6 if f.peer.t_us > 0 else 1e9
+        if age > SIGHT_AGE_S or nav.peer_age_s > SIGHT_AGE_S:
+            s.seen = False
+        nav.rel_valid, nav.rel_age_s = s.seen and nav.valid, age if f.rel_t_us > 0 else 1e9
+        if not s.seen:
+            return
+        self.peer.stage(f.t_us, tk)
+        euler_from_dcm(tk[:9], self._e)
+        s.psi = float(self._e[0])
+        sin_t = -tk[2]
+        # psi_dot = (q sin phi + r cos phi) / cos theta
+        s.turn_rate = float((tk[10] * tk[5] + tk[11] * tk[8]) / max(1.0 - sin_t * sin_t, 0.1))
+        c, sn = math.cos(s.psi), math.sin(s.psi)
+        self._v[:] = f.rel_pos_t
+        to_parent(tk[:9], self._v, self._e)
+        d = self._e
+        s.pos = (float(c * d[0] + sn * d[1]), float(c * d[1] - sn * d[0]), float(d[2]))
+        s.vel_n = (float(tk[15]), float(tk[16]), float(tk[17]))
+        v = [nav.vel_n[i] - s.vel_n[i] for i in range(3)]
+        s.vel = (c * v[0] + sn * v[1], c * v[1] - sn * v[0], v[2])
+        nav.rel_pos_t, nav.rel_vel_t = f.rel_pos_t, f.rel_vel_t
+
+    def _settle(self, f: SensorFrame, mean: np.ndarray, updated: int, health: Health, dt: float) -> None:
+        """Let the relative estimator run along over the last stretch."""
+        s = self.sight
+        near = s.seen and self.guid.phase == JOIN_UP and math.hypot(*s.pos) < self.p.settle_from_m
+        if not near and self.refuel.nav.started_us < 0:
+            return
+        nav = self.refuel.navigate(f, mean, updated, health)
+        self._settled_s = self._settled_s + dt if nav.valid and nav.rel_valid else 0.0
+
+    def command(self, c: Command) -> tuple[int, str]:
+        """MAV_RESULT and reason for a ground command."""
+        if not self.joined:
+            return 1, "not joined up yet"
+        result, why = self.refuel.command(c)
+        if result == 0:
+            self.sequence.on = False
+        return result, why
+
+    def texts(self) -> list[Text]:
+        """Messages since the last call."""
+        out = self._texts + self.guid.texts + self.refuel.texts()
+        self._texts, self.guid.texts = [], []
+        return out

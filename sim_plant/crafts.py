@@ -1,0 +1,20 @@
+"""The register of aircraft models beside the six-degree-of-freedom one: scenario name -> class."""
+
+from __future__ import annotations
+
+from flightsw.aircraft import Airframe
+from sim_plant.alexis_craft import AlexisCraft
+from sim_plant.craft import Craft, plant_table
+from sim_plant.scenario import AircraftCfg, Scenario
+
+CRAFTS: dict[str, type[Craft]] = {"alexis": AlexisCraft}
+
+
+def make_craft(cfg: AircraftCfg, ac: Airframe, sc: Scenario, seed: int) -> Craft:
+    """The aircraft `cfg` of a scenario. Raises ConfigError naming what its model does not take."""
+    return CRAFTS[cfg.model](cfg, ac, sc, seed)  # type: ignore[call-arg]
+
+
+def check_craft(cfg: AircraftCfg) -> None:
+    """Raise ConfigError naming the key if the table of an aircraft is not one of its model."""
+    plant_table(CRAFTS[cfg.model], cfg)

@@ -1,0 +1,132 @@
+"""TACAN, radar reading and rendezvous telemetry through the wire."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from flightsw.aircraft import load_aircraft
+from flightsw.icd import wire
+from flightsw.icd.codec import FlightCodec, PlantCodec
+from flightsw.icd.codec_telemetry import CLOUD_PART, CLOUD_PARTS, ENCODERS, OPTIONAL, Context
+from flightsw.icd.geo import DEFAULT_ORIGIN, WireMap
+from flightsw.icd.wire import Counters, Sender
+from flightsw.types import (
+    UPD_IMU,
+    UPD_RADAR,
+    UPD_TACAN,
+    ActuatorCmd,
+    GuidanceCmd,
+    Health,
+    NavState,
+    RendezvousState,
+    SensorFrame,
+    Snapshot,
+    Timing,
+)
+from ground.packets import decode, split
+
+TANKER = load_aircraft("kc135r")
+
+
+def sent(t_us: int, **fields: object) -> bytes:
+    f = SensorFrame(t_us=t_us, updated=UPD_IMU | UPD_TACAN, acc_b=(0.0, 0.0, -9.8), tacan_t_us=t_us - 20_000, **fields)
+    return PlantCodec(TANKER, 1).sensors(f)
+
+
+def heard(*datagrams: bytes) -> tuple[FlightCodec, SensorFrame]:
+    codec, f = FlightCodec(TANKER, 1), SensorFrame()
+    for d in datagrams:
+        codec.decode(d, f)
+    return codec, f
+
+
+@pytest.mark.parametrize(("distance", "bearing"), [(55_560.25, None), (55_560.25, -1.25), (None, None), (0.0, 0.0)])
+def test_reply_comes_through_with_what_it_carries(distance: float | None, bearing: float | None) -> None:
+    _, f = heard(sent(50_000, tacan_range_m=distance, tacan_bearing=bearing))
+    assert f.updated & UPD_TACAN and f.tacan_t_us == 30_000
+    assert f.tacan_range_m == distance and f.tacan_bearing == bearing
+
+
+def test_reading_of_the_radar_comes_through() -> None:
+    f = SensorFrame(t_us=10_000, updated=UPD_RADAR, radar_t_us=10_000, radar_y_m=-1234.5, radar_sigma_m=1852.0)
+    _, got = heard(PlantCodec(TANKER, 1).sensors(f))
+    assert got.updated == UPD_RADAR and (got.radar_t_us, got.radar_y_m, got.radar_sigma_m) == (10_000, -1234.5, 1852.0)
+
+
+def test_rubbish_and_old_replies_are_dropped_and_counted() -> None:
+    good, late = sent(50_000, tacan_range_m=4e4), sent(40_000, tacan_range_m=5e4)
+    codec, f = heard(good, late)
+    assert f.tacan_range_m == 4e4 and not f.updated & UPD_TACAN and codec.count.out_of_order == 1
+    for v in (math.nan, math.inf, -5.0):
+        codec, f = heard(sent(50_000, tacan_range_m=v))
+        assert not f.updated & UPD_TACAN and codec.count.non_finite == 1
+    bad = SensorFrame(t_us=10_000, updated=UPD_RADAR, radar_t_us=10_000, radar_sigma_m=0.0)
+    codec, f = heard(PlantCodec(TANKER, 1).sensors(bad))
+    assert not f.updated & UPD_RADAR and codec.count.non_finite == 1
+
+
+def state(n: int) -> RendezvousState:
+    w = np.arange(1.0, n + 1.0)
+    w /= w.sum()
+    return RendezvousState(
+        t_us=2_000_000, valid=True, mean=(3e4, -203.0, 500.0, 0.5), cov=tuple(float(k) for k in range(10)),
+        own=(1e3, -17e3, 0.1), bank=0.2, bank_cmd=0.25, speed_cmd=204.0, time_to_go_s=33.0, turn_time_s=140.0,
+        miss=(10.0, -20.0), radii=(8e3, 7e3), final_psi=math.pi, estimator=4, law=3, phase=1, range_m=4e4,
+        range_age_s=2.5, nis=1.5, alarm=True, updates=7, refused=1, frame=(1.0, 2.0, 0.5), fix_us=1_500_000,
+        weights=tuple(w.tolist()), xs=tuple(float(i) for i in range(n)), ys=tuple(-float(i) for i in range(n)),
+    )  # fmt: skip
+
+
+def snapshot(r: RendezvousState | None) -> Snapshot:
+    nav = NavState(t_us=2_000_000, valid=True, rendezvous=r)
+    return Snapshot(2_000_000, 200, SensorFrame(), nav, GuidanceCmd(), ActuatorCmd(), Health(), Timing())
+
+
+def context() -> Context:
+    return Context(Sender(1, 1), WireMap(DEFAULT_ORIGIN), Counters(), Timing())
+
+
+def test_state_carries_estimate_and_plan() -> None:
+    r = state(3)
+    [(packet, fault)] = list(split(ENCODERS["RENDEZVOUS_STATE"](snapshot(r), context())))
+    d = decode(packet)
+    assert fault == "" and d["est"] == pytest.approx(r.mean) and d["cov"] == pytest.approx(r.cov)
+    assert (
+        d["own"] == pytest.approx(r.own)
+        and d["miss"] == pytest.approx(r.miss)
+        and d["radius"] == pytest.approx(r.radii)
+    )
+    assert (d["estimator"], d["law"], d["phase"], d["alarm"], d["valid"], d["limited"]) == (4, 3, 1, 1, 1, 0)
+    assert (d["updates"], d["refused"], d["time_to_go"]) == (7, 1, 33.0)
+
+
+@pytest.mark.parametrize("n", [1, 15, 16, 17, 57, 64, 101])
+def test_cloud_is_cut_into_parts_and_keeps_the_heaviest(n: int) -> None:
+    packets = list(split(ENCODERS["RENDEZVOUS_CLOUD"](snapshot(state(n)), context())))
+    kept = min(n, CLOUD_PART * CLOUD_PARTS)
+    parts = [decode(p) for p, fault in packets if fault == ""]
+    assert len(parts) == len(packets) == -(-kept // CLOUD_PART) and [p["part"] for p in parts] == list(
+        range(len(parts))
+    )
+    assert all(p["parts"] == len(parts) and p["time_usec"] == 1_500_000 for p in parts)
+    xs = [x for p in parts for x in p["x"][: p["count"]]]
+    assert xs == [float(i) for i in range(n - kept, n)]  # weights grow with the index
+    assert [x for p in parts for x in p["y"][: p["count"]]] == [-x for x in xs]
+    if n <= kept:
+        assert sum(x for p in parts for x in p["weight"]) == pytest.approx(1.0, abs=1e-6)
+
+
+def test_nobody_else_sends_them() -> None:
+    for name in ("RENDEZVOUS_STATE", "RENDEZVOUS_CLOUD"):
+        assert not OPTIONAL[name](snapshot(None))
+        with pytest.raises(ValueError, match="no rendezvous"):
+            ENCODERS[name](snapshot(None), context())
+    assert OPTIONAL["RENDEZVOUS_STATE"](snapshot(state(0))) and not OPTIONAL["RENDEZVOUS_CLOUD"](snapshot(state(0)))
+
+
+def test_ids_of_the_messages_are_fixed() -> None:
+    want = {"TACAN": 53003, "CREW_RADAR": 53004, "RENDEZVOUS_STATE": 53019, "RENDEZVOUS_CLOUD": 53021}
+    assert {n: wire.BY_NAME[n].id for n in want} == want

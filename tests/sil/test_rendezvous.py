@@ -1,0 +1,36 @@
+"""The whole rendezvous through the plant link, in process, and its kinematic twin."""
+
+from __future__ import annotations
+
+import pytest
+
+from flightsw.icd.codec_receive import ACCEPT
+from flightsw.icd.wire import BY_NAME, SPECS, Counters, split
+from hil_scripts.studies.rivard_6dof import pool
+from hil_scripts.studies.rivard_6dof_flight import fly, fly_twin, plan_of
+from sim_plant.scenario import load_scenario
+from sim_plant.server import PlantServer
+
+
+def test_tanker_rolls_out_ahead_of_the_receiver_as_its_twin_does() -> None:
+    plan = plan_of((), 2)
+    six, kin = fly(plan), fly_twin(plan)
+    assert six.done and kin.done
+    for m in (six, kin):
+        assert abs(m.x_m) < 1500.0 and abs(m.y_m) < 400.0 and 150.0 < m.end_s < 300.0
+        assert len(m.nees3) == 6 and all(0.0 < v < 8.0 for v in m.nees3)
+    assert abs(six.x_m - kin.x_m) < 600.0 and abs(six.y_m - kin.y_m) < 250.0
+    figures = pool([six.values("six") | kin.values("kin") | {"mc.done": 1.0, "mc.x_m": 1.0, "mc.y_m": 1.0}] * 2)
+    assert figures["six.x.rms_m"] == pytest.approx(abs(six.x_m)) and figures["six.unfinished"] == 0
+    assert figures["ratio.kin.y"] == pytest.approx(abs(six.y_m / kin.y_m))
+
+
+def test_nothing_but_sensor_messages_reaches_the_onboard_software() -> None:
+    server = PlantServer(load_scenario("rendezvous", {"sensors.tanker.tacan.bearing_std_deg": 1.0}), 1)
+    names = set()
+    for _ in range(150):
+        [d] = server.begin_tick()
+        names |= {p[0].name for p in split(d, SPECS, Counters())}
+        server.end_tick([None])
+    assert {"TACAN", "CREW_RADAR", "HIL_SENSOR"} <= names and "TRUTH" not in names
+    assert {BY_NAME[n].id for n in names} <= set(ACCEPT)

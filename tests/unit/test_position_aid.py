@@ -1,0 +1,148 @@
+"""Aids of the relative position: calibration against the relative sensor, weight of the wake position, repair of readings."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from flightsw.aircraft import load_aircraft
+from flightsw.nav.airdata import AirData, AirDataParams, rate_slopes
+from flightsw.nav.common import EstimatorCore, NavParams
+from flightsw.nav.position_aid import AidParams, PositionAid, VelocityAid
+from flightsw.nav.relative import RelativeNav
+from flightsw.types import SensorFrame, WakeFix
+
+LEARJET = load_aircraft("learjet24")
+LEVEL = np.eye(3).ravel()
+TANKER = (1000.0, -200.0, -7000.0)
+XI = (-35.0, 1.0, 9.0)
+BIAS = np.array([1.5, -0.7, 2.0])
+
+
+def core() -> EstimatorCore:
+    return EstimatorCore(LEARJET, NavParams(), 20)
+
+
+def frame(k: int, bias: np.ndarray = BIAS) -> SensorFrame:
+    f = SensorFrame(t_us=50_000 * k, gnss_t_us=50_000 * k, rel_pos_t=XI, rel_valid=True)
+    f.gnss_pos_n = tuple(float(v) for v in np.add(TANKER, XI) + bias)
+    return f
+
+
+def test_gnss_difference_gives_the_calibrated_position_when_the_sensor_is_silent() -> None:
+    a, c = PositionAid(AidParams()), core()
+    for k in range(1, 101):
+        a.gnss(c, frame(k), LEVEL, np.array(TANKER), np.zeros(3), True)
+    assert c.m == 0 and a.offset == pytest.approx(BIAS)
+    f = frame(101)
+    f.rel_pos_t = (0.0, 0.0, 0.0)  # not looked at
+    a.gnss(c, f, LEVEL, np.array(TANKER), np.zeros(3), False)
+    assert c.codes[: c.m].tolist() == [9, 10, 11] and c.y[:3] == pytest.approx(XI)
+    a.gnss(c, f, LEVEL, np.array(TANKER), np.zeros(3), False)
+    assert c.m == 3  # the same sample counts once
+
+
+def test_an_uncalibrated_difference_is_not_used() -> None:
+    a, c = PositionAid(AidParams()), core()
+    a.gnss(c, frame(1), LEVEL, np.array(TANKER), np.zeros(3), False)
+    assert c.m == 0
+    for k in range(2, 60):
+        a.gnss(c, frame(k), LEVEL, np.array(TANKER), np.zeros(3), True)
+    a.reset()
+    a.gnss(c, frame(60), LEVEL, np.array(TANKER), np.zeros(3), False)
+    assert c.m == 0
+
+
+def test_correlated_fixes_carry_the_information_of_one_per_two_correlation_times() -> None:
+    """A white sequence every T with the variance given must hold as much information over a long time as a first-order process."""
+    p = AidParams(fix_tau_s=4.0)
+    a, c = PositionAid(p), core()
+    T = 0.05
+    for k in range(1, 3):
+        c.m = 0
+        fix = WakeFix(t_us=round(1e6 * T * k), valid=True, pos_f=(-35.0, 1.0, 9.0), cov_yy=0.04, cov_zz=0.09)
+        a.wake(c, fix, LEVEL, -35.0)
+    assert c.codes[:2].tolist() == [10, 11] and c.y[:2] == pytest.approx([1.0, 9.0])
+    # sample mean over n samples of AR(1): variance -> s^2 (1 + phi) / (1 - phi) / n
+    phi = math.exp(-T / p.fix_tau_s)
+    assert c.r[0] ** 2 == pytest.approx(0.04 * (1 + phi) / (1 - phi), rel=1e-3)
+    assert c.r[1] ** 2 == pytest.approx(0.09 * (1 + phi) / (1 - phi), rel=1e-3)
+    c.m = 0
+    a.wake(c, WakeFix(t_us=10**6, valid=False), LEVEL, -35.0)
+    assert c.m == 0
+
+
+@pytest.mark.parametrize(("cov", "valid", "good"), [(0.5, True, True), (0.7, True, False), (0.1, False, False)])
+def test_what_may_hold_a_station(cov: float, valid: bool, good: bool) -> None:
+    a = PositionAid(AidParams(fix_sigma_max_m=0.8))
+    assert a.good(WakeFix(valid=valid, cov_yy=0.01, cov_zz=cov)) is good
+    assert not a.good(None)
+
+
+def test_velocity_difference_is_freed_of_its_bias() -> None:
+    rng = np.random.default_rng(3)
+    v, out = VelocityAid(AidParams()), np.zeros(3)
+    tk = np.zeros(18)
+    tk[:9] = LEVEL
+    tk[11] = 0.03  # turning: w x xi belongs to the inertial difference
+    tk[15:18] = 195.0, 0.0, 0.0
+    rate = np.array([0.2, -0.1, 0.05])
+    true = rate + np.cross(tk[9:12], XI)
+    for k in range(1, 800):
+        f = SensorFrame(gnss_t_us=50_000 * k, rel_pos_t=XI, rel_vel_t=tuple(rate + 0.1 * rng.standard_normal(3)))
+        f.gnss_vel_n = tuple(float(x) for x in tk[15:18] + true + (0.05, -0.03, 0.04))
+        used = v.step(f, tk, True, out)
+        assert used is (k > 20) or k in (20, 21)  # from 1 s of comparison on
+        assert not v.step(f, tk, True, out)
+    assert out == pytest.approx(true, abs=0.02)  # 0.1 m/s over 30 s at 20 Hz: 4 mm/s
+    v.reset()
+    assert v.known_s == 0.0
+
+
+def test_repair_takes_the_place_of_a_bad_reading_from_the_others() -> None:
+    air = AirData(LEARJET, AirDataParams(on=True))
+    e = np.array([195.0, 194.0, 194.5, 0.0, 0.01, -0.01, 0.05, 0.04, 0.045])
+    f = SensorFrame(air_mask=0b101)
+    air._y[:] = e + 0.002
+    air._y[4] = math.nan
+    air._repair(f, 0x1FF & ~(1 << 4), e)
+    assert f.air_beta == pytest.approx(tuple(e[3:6] + 0.002)) and f.air_bad == 0 and f.air_mask == 7
+    air._repair(f, 0x1FF & ~(7 << 3), e)  # no sideslip at all
+    assert f.air_bad == 7 << 3
+
+
+def test_rate_slopes_agree_with_the_cross_product() -> None:
+    r = np.array([[6.5, 0.0, 0.2], [-0.5, -5.2, 0.1], [-0.5, 5.2, -0.3]])
+    w = np.array([0.1, -0.2, 0.3])
+    u = np.cross(w, r)
+    assert (rate_slopes(r) @ w).reshape(3, 3).T == pytest.approx(u[:, [0, 1, 2]])
+
+
+def _nav(link_s: float, rel_s: float, level: bool = True, coasting: bool = False, sigma: float = 0.1) -> RelativeNav:
+    nav = RelativeNav(LEARJET, NavParams())
+    nav.use_aid(AidParams())
+    nav.out.peer_age_s, nav.out.rel_age_s = link_s, rel_s
+    nav.peer.coasting, nav.peer.level = coasting, level
+    nav.fix = WakeFix(valid=True, cov_yy=sigma**2, cov_zz=sigma**2)
+    return nav
+
+
+@pytest.mark.parametrize(
+    ("link_s", "rel_s", "level", "sigma", "held_s"),
+    [
+        (0.1, 0.1, True, 0.1, 0.0),  # nothing is lost
+        (0.1, 5.0, True, 0.1, 60.0),  # relative sensor silent
+        (0.1, 5.0, False, 0.1, 60.0),  # the same in a turn: the tanker is known
+        (0.1, 5.0, True, 1.0, 0.0),  # wake position too uncertain
+        (5.0, 0.1, True, 1.0, 30.0),  # link silent in straight flight: held by the relative sensor
+        (5.0, 0.1, False, 0.1, 0.0),  # in a turn
+        (5.0, 5.0, True, 0.1, 0.0),  # both
+    ],
+)
+def test_rules_of_holding(link_s: float, rel_s: float, level: bool, sigma: float, held_s: float) -> None:
+    nav = _nav(link_s, rel_s, level, link_s > 1.0, sigma)
+    held = [nav._hold(round(t * 1e6)) for t in np.arange(10.0, 80.0, 0.05)]
+    assert sum(held) * 0.05 == pytest.approx(held_s, abs=0.06)
+    assert held == sorted(held, reverse=True)  # once given up, it stays so
