@@ -15,7 +15,7 @@ from rich.table import Table
 
 from flightsw.icd import wire
 from flightsw.icd.tlog import read
-from hil_scripts import bench_filters, bench_link, bench_plant, bench_rendezvous, ports
+from hil_scripts import bench_filters, bench_gust, bench_link, bench_plant, bench_rendezvous, ports
 
 TICK_HZ = 100
 REALTIME_S = 60.0
@@ -83,7 +83,7 @@ def measure(
     rows.append(Row("bare.sim_s_per_wall_s", "bare sockets, same datagrams and bytes", bare, "s/s"))
     rows.append(Row("lockstep.ratio_to_bare", "lockstep mission takes, times bare sockets", bare / multi, "x"))
     say("estimator and plant")
-    rows += filter_rows() + plant_rows()
+    rows += filter_rows() + plant_rows() + gust_rows()
     say("rendezvous by range")
     rows += rendezvous_rows()
     timing: list[dict[str, Any]] = []
@@ -163,6 +163,17 @@ def rendezvous_rows() -> list[Row]:
         rows.append(Row(f"rendezvous.{key}.predict_us", f"{text}, one step between ranges", c.predict_us, "us"))
         rows.append(Row(f"rendezvous.{key}.memory_bytes", f"{text}, its arrays", float(c.memory_bytes), "B"))
     rows.append(Row("rendezvous.guidance_us", "two-arc guidance, one step", bench_rendezvous.guidance_us(), "us"))
+    return rows
+
+
+def gust_rows() -> list[Row]:
+    """Estimators and laws of the small UAV, one 50 Hz sample each."""
+    rows = []
+    for name, took in bench_gust.estimators().items():
+        rows.append(Row(f"gust.{name}.step_us", f"gust estimator {name}, one sample", took.median_us, "us", "<= 2000"))
+        rows.append(Row(f"gust.{name}.p99_us", f"gust estimator {name}, 99th percentile", took.p99_us, "us"))
+    for name, took in bench_gust.laws().items():
+        rows.append(Row(f"gust.law.{name}.step_us", f"gust law {name} and servo model", took.median_us, "us"))
     return rows
 
 

@@ -57,11 +57,11 @@ class JoinUpParams:
     # lateral and vertical
     k_y_ps: Pos = 0.03  # wanted lateral speed per offset
     k_int_ps2: Annotated[float, Range(0.0)] = 5e-4  # the same per integral of the offset: gyro biases turn the aircraft
-    int_max_mps: Pos = 1.5
-    int_band_m: Pos = 60.0  # offsets that are integrated
+    int_max_mps: Pos = 2.5
+    int_band_m: Pos = 100.0  # offsets that are integrated
     vy_max_mps: Pos = 8.0
     vy_track_mps: Pos = 25.0  # en route
-    k_psi_ps: Pos = 0.2  # turn rate per heading error
+    k_psi_ps: Pos = 0.3  # turn rate per heading error
     turn_max_degps: Pos = 1.5
     turn_accel_degps2: Pos = 0.3
     climb_max_mps: Pos = 4.0

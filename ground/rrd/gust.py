@@ -153,7 +153,7 @@ def gust_blueprint(
     n_z, low = ([f"truth/{a}/{k}" for a in reversed(order)] for k in ("n_z", "n_z_low"))
     tabs = [
         rrb.Vertical(
-            estimate(near, lead, "alpha_w", "alpha_W [deg], 2 sigma", (-8.0, 8.0)),
+            estimate(near, lead, "alpha_w", "alpha_W [deg], 2 sigma", (-11.0, 11.0)),
             estimate(near, lead, "v_w", "V_W [m/s], 2 sigma", (-5.0, 5.0)),
             near.plot("load factor below 2 Hz [-]", low),
             estimate(p, lead, "bias", "vane bias [deg], 2 sigma", (-0.8, 2.2)),
@@ -197,9 +197,13 @@ def gust_blueprint(
             visual_bounds=rrb.VisualBounds2D(x_range=[DECADES[0] - 0.25, DECADES[1]], y_range=[top, bottom]),
             background=rrb.Background(color=(24, 30, 40)),
         ),
-        rrb.StateTimelineView(origin="/", contents=lanes, name="Law, phase, health", time_view=p.time),
-        rrb.TextLogView(origin="/", contents=[f"guid/{a}/text" for a in order], name="Messages"),
-        row_shares=[3, 1.4, 1],
+        rrb.Tabs(
+            rrb.StateTimelineView(origin="/", contents=lanes, name="Law, phase, health", time_view=p.time),
+            rrb.TextLogView(origin="/", contents=[f"guid/{a}/text" for a in order], name="Messages"),
+            active_tab=0,
+            name="Modes",
+        ),
+        row_shares=[3, 2],
     )
     return rrb.Blueprint(
         rrb.Horizontal(left, rrb.Tabs(*tabs, active_tab=active[0], name=f"Plots of {title}"), column_shares=[1, 1.7]),

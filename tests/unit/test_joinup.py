@@ -136,7 +136,7 @@ def test_held_on_it_stops_at_the_aim() -> None:
     assert r[:, 0].max() < P.aim_m[0] + 2.0
 
 
-@pytest.mark.parametrize("bias", [-6e-4, 6e-4])
+@pytest.mark.parametrize("bias", [-1.5e-3, 1.5e-3])
 def test_gyro_biases_do_not_keep_it_from_the_aim(bias: float) -> None:
     f = Flight(y=200.0, rate_bias=bias)
     f.fly(700.0)
