@@ -28,9 +28,7 @@ SHOWN = {"alpha_w": AW, "v_w": VW, "bias": AB}
 
 def _names(enum: str, prefix: str) -> dict[int, str]:
     return {
-        v: e.name.removeprefix(prefix).lower()
-        for v, e in mav.enums[enum].items()
-        if not e.name.endswith("ENUM_END")
+        v: e.name.removeprefix(prefix).lower() for v, e in mav.enums[enum].items() if not e.name.endswith("ENUM_END")
     }
 
 

@@ -49,7 +49,9 @@ def _estimate(f: GustFlight) -> Flat:
         out[f"{name}.rms_{unit}"] = _rms(e)
         out[f"{name}.mean_{unit}"] = float(e.mean()) if len(e) else None
         known = np.isfinite(s)
-        out[f"{name}.inside_2sigma_pct"] = float(100.0 * np.mean(np.abs(e[known]) <= 2 * s[known])) if known.any() else None
+        out[f"{name}.inside_2sigma_pct"] = (
+            float(100.0 * np.mean(np.abs(e[known]) <= 2 * s[known])) if known.any() else None
+        )
     counted = use & (f.state["channels"] > 0)
     nis = f.state["nis"][counted].astype(np.float64) / f.state["channels"][counted]
     out["nis_over_m"] = float(nis.mean()) if len(nis) else None
@@ -98,5 +100,7 @@ def _reduction(found: list[GustFlight]) -> Flat:
         ok = x is not None and y is not None and y > 0.0
         out[f"gust.alleviation.{key}_reduction_pct"] = 100.0 * (1.0 - x / y) if ok else None  # type: ignore[operator]
         peak = np.abs(a[i][use]).max() if use.any() else 0.0, np.abs(h[j][use]).max() if use.any() else 0.0
-        out[f"gust.alleviation.{key}_peak_reduction_pct"] = float(100.0 * (1.0 - peak[0] / peak[1])) if peak[1] else None
+        out[f"gust.alleviation.{key}_peak_reduction_pct"] = (
+            float(100.0 * (1.0 - peak[0] / peak[1])) if peak[1] else None
+        )
     return out

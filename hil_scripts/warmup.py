@@ -1,6 +1,6 @@
 """Compile every kernel into the current cache: what a cold first start does visibly before it flies.
 
-A few simulated seconds of a mission that uses every kernel do it, in a process of their own.
+A few simulated seconds of missions that use every kernel do it, in a process of their own.
 """
 
 from __future__ import annotations
@@ -13,9 +13,14 @@ from rich.console import Console
 from hil_scripts import kernel_cache
 from hil_scripts.procs import StopFlag, Supervisor, describe_exit
 
-SCENARIO = "refueling"  # uses every kernel
+SCENARIOS = ("refueling", "gust")  # together they use every kernel
 SECONDS = 4.0  # [s] simulated; long enough for every rate group, estimator start-up included
-CODE = "import sys; from hil_scripts.inproc import fly_a_little; fly_a_little(sys.argv[1], float(sys.argv[2]))"
+CODE = """
+import sys
+from hil_scripts.inproc import fly_a_little
+for scenario in sys.argv[2:]:
+    fly_a_little(scenario, float(sys.argv[1]))
+"""
 
 
 def warm(console: Console, stop: StopFlag, force: bool = False) -> bool:
@@ -27,7 +32,7 @@ def warm(console: Console, stop: StopFlag, force: bool = False) -> bool:
     console.print("compiling numerical kernels (once after every change of their sources) ...", highlight=False)
     ok = True
     with Supervisor() as sup:
-        child = sup.start("warm-up", [sys.executable, "-c", CODE, SCENARIO, str(SECONDS)])
+        child = sup.start("warm-up", [sys.executable, "-c", CODE, str(SECONDS), *SCENARIOS])
         while not stop and not sup.wait([child], 0.2, stop):
             continue
         for c in sup.newly_ended():

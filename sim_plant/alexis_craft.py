@@ -53,7 +53,9 @@ class AlexisCraft(Craft):
             sensors=PERFECT,
         )  # fmt: skip
         if cfg.start.V_mps != p.V_mps:
-            raise ConfigError(f"aircraft.{cfg.name}.start.V_mps = {cfg.start.V_mps}: allowed: {p.V_mps:g}, the model's trim")
+            raise ConfigError(
+                f"aircraft.{cfg.name}.start.V_mps = {cfg.start.V_mps}: allowed: {p.V_mps:g}, the model's trim"
+            )
         ticks = round(sc.meta.duration_s * sc.clock.base_rate_hz) + 1
         self.flight = Alexis(p, t.wind, seed, ticks * self.dt_s, self.dt_s, t.ticks)
         psi = math.radians(cfg.start.psi_deg)
@@ -67,7 +69,12 @@ class AlexisCraft(Craft):
         vx, vup = float(a.f[F_VX]), float(a.f[F_VUP])
         rate, alpha, airspeed, pitch, height = (float(x) for x in a.reading[:5])
         down, tail = (float(x) for x in a.air)
-        ch, cp, sh, sp = math.cos(0.5 * self._psi), math.cos(0.5 * pitch), math.sin(0.5 * self._psi), math.sin(0.5 * pitch)
+        ch, cp, sh, sp = (
+            math.cos(0.5 * self._psi),
+            math.cos(0.5 * pitch),
+            math.sin(0.5 * self._psi),
+            math.sin(0.5 * pitch),
+        )
         s[n.S_Q : n.S_Q + 4] = ch * cp, -sh * sp, ch * sp, sh * cp
         s[n.S_W : n.S_W + 3] = 0.0, rate, 0.0
         c, e = self._ahead

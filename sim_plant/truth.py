@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from flightsw.types import Quat, Vec3
-from sim_plant.kernels import layout as n
 from sim_plant.craft import Craft
+from sim_plant.kernels import layout as n
 from sim_plant.vehicle import Vehicle
 
 Four = tuple[float, float, float, float]

@@ -71,8 +71,8 @@ class World:
         ]
         # aircraft of another kind fly by themselves: without leader, wake and boom, in air of their own
         self.crafts = [make_craft(c, ac, scenario, self.seed) for c, ac in records if c.model != SIXDOF]
-        own: dict[str, Vehicle | Craft] = {v.cfg.name: v for v in (*self.vehicles, *self.crafts)}
-        self.members = [own[c.name] for c in scenario.aircraft]
+        both: list[Vehicle | Craft] = [*self.vehicles, *self.crafts]
+        self.members = sorted(both, key=lambda v: scenario.aircraft.index(v.cfg))
         self.air = AirMass(scenario.wind, self.vehicles, self.seed, self.dt_s)
         for v in self.vehicles:
             self._start(v)

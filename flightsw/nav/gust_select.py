@@ -70,7 +70,9 @@ class PrintedGain:
     def step(self, y: Array, ok: int, u: Array, dt: float, u_now: Array | None = None) -> GustEstimate:
         """One sample, from the first one with all of the five printed readings on."""
         if not self.core.started and ok & BASIC != BASIC:
-            return GustEstimate(False, "waits for the first readings", np.zeros(k.NX), self._sigma, math.nan, 0, 1.0, ())
+            return GustEstimate(
+                False, "waits for the first readings", np.zeros(k.NX), self._sigma, math.nan, 0, 1.0, ()
+            )
         x = self.core.step(y, ok, u, dt)
         if not np.isfinite(x).all():
             self.core.started = False

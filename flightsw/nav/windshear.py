@@ -121,6 +121,8 @@ class WindshearNav:
         self.x[: self.n] = x[: self.n]
         self.f.x[:] = x[: self.n]
         self.f.set_factor(np.diag(np.asarray(sigma, dtype=float)[: self.n]))
+        if self.adapter is not None:
+            self.adapter.reset()
         self.started, self._refused = True, 0
 
     def step(self, z: Array, ok: int, u: Array, dt: float) -> WindshearEstimate:
@@ -207,8 +209,6 @@ class WindshearNav:
             seen[k.Y_VG] - V * math.cos(gamma), seen[k.Y_HD] - V * math.sin(gamma),
         )  # fmt: skip
         x[k.WXD : k.KL] = 0.0
-        if self.adapter is not None:
-            self.adapter.reset()
         a = 10.0 * r[k.Y_AL]
         s[: k.KL] = (
             1.0, 10.0 * r[k.Y_H], 10.0 * r[k.Y_VA], a, a, 10.0 * r[k.Y_Q], 15.0,

@@ -78,3 +78,25 @@ def rivard(
         print(f"ground: {e}", file=sys.stderr)
         raise typer.Exit(1) from None
     print(page)
+
+
+@app.command()
+def hoffmann(
+    runs: Annotated[
+        list[Path],
+        typer.Argument(help="campaign folders of `sil campaign hoffmann`, hoffmann_gains, ...", metavar="RUNS..."),
+    ],
+    out: Annotated[Path, typer.Option("--out", help="folder for hoffmann.html and the PNG figures")] = Path(
+        "report-hoffmann"
+    ),
+) -> None:
+    """Wind felt by the small UAV as tables and pictures: printed gain, printed method, ours, alleviation."""
+    from ground.report.hoffmann_build import hoffmann_report
+    from ground.report.load import ReportError
+
+    try:
+        page = hoffmann_report(runs, out)
+    except ReportError as e:
+        print(f"ground: {e}", file=sys.stderr)
+        raise typer.Exit(1) from None
+    print(page)

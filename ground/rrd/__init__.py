@@ -51,13 +51,13 @@ def convert(run: Path, out: Path | None = None, near: bool = False, tab: str = "
     if has_rendezvous(tlm):
         extra.append(rendezvous_tab(Plots(*span)))
         if tlm.get(RECEIVER, "RELATIVE_STATE") is None:  # no station keeping to look at
-            first, tab = [rendezvous_map(truth, tlm)], tab or "rendezvous"
+            first, tab = [rendezvous_map(truth)], tab or "rendezvous"
     if has_joinup(tlm):
         span = join_span(tlm, end * 1e-6)
         extra.append(joinup_tab(Plots(*span)))
         tab = tab or "join-up"
         if has_rendezvous(tlm) and not near:
-            first = [rendezvous_map(until_joinup(truth, tlm), tlm)]
+            first = [rendezvous_map(until_joinup(truth, tlm))]
     look = blueprint(name, *span, near, extra, tab, first)
     with path.open("wb"):  # a plain message for a read-only folder, before rerun starts
         pass

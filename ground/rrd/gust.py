@@ -16,10 +16,10 @@ from scipy import signal
 
 from ground.blueprint import NoTabError, Plots
 from ground.columns import Columns
-from ground.gust import ESTIMATORS, LAWS, V0, GustFlight, flights, names
+from ground.gust import ESTIMATORS, LAWS, GustFlight, flights, names
 from ground.gustmetrics import pair
 from ground.packets import health_words, phase_name
-from ground.palette import BOX, NAV, PHASE_COLORS, TRUTH, Color
+from ground.palette import NAV, PHASE_COLORS, TRUTH, Color
 from ground.rrd.series import Array, Sink
 
 DEG = 180.0 / np.pi
@@ -65,7 +65,9 @@ def _flight(sink: Sink, f: GustFlight, color: Color) -> None:
         some = np.isfinite(s2)
         band = np.stack([est - s2, est + s2], axis=1)[some]
         sink.series(f"nav/{name}/gust/{key}_2sigma", t[m][some], band, "2 sigma", BAND, 1.0)
-        sink.series(f"nav/{name}/gust/{key}_error", t[m], est - f.truth[m, i] * factor, f"{name} {key} error", color, 1.0)
+        sink.series(
+            f"nav/{name}/gust/{key}_error", t[m], est - f.truth[m, i] * factor, f"{name} {key} error", color, 1.0
+        )
     sink.series(f"truth/{name}/n_z", t, 1.0 + f.a_z / G, f"{name} n_z", color, 1.0)
     sink.series(f"truth/{name}/n_z_low", t, 1.0 + f.low() / G, f"{name} n_z below 2 Hz", color, 2.0)
     sink.series(f"truth/{name}/height", t, -f.true["pos_n"][:, 2], f"{name} height", color)
@@ -80,8 +82,11 @@ def _flight(sink: Sink, f: GustFlight, color: Color) -> None:
     sink.series(f"nav/{name}/gust/scale", t, f.state["scale"], f"{name} intensity / expected", color, 1.4)
     ratio = f.state["nis"] / np.maximum(f.state["channels"], 1)
     sink.series(f"nav/{name}/nis", t, ratio, f"{name} NIS / dof", color, 1.0)
-    words = [f"{ESTIMATORS.get(int(e), '?')}, {LAWS.get(int(k), '?')}" for e, k in zip(f.state["estimator"], f.law, strict=True)]
-    sink.states(f"guid/{name}/law", t, words, {w: color for w in words})
+    words = [
+        f"{ESTIMATORS.get(int(e), '?')}, {LAWS.get(int(k), '?')}"
+        for e, k in zip(f.state["estimator"], f.law, strict=True)
+    ]
+    sink.states(f"guid/{name}/law", t, words, dict.fromkeys(words, color))
 
 
 def _housekeeping(sink: Sink, tlm: Columns, sysid: int, name: str, color: Color) -> None:
@@ -91,7 +96,9 @@ def _housekeeping(sink: Sink, tlm: Columns, sysid: int, name: str, color: Color)
     if status is not None:
         sink.states(f"guid/{name}/phase", status.t_us, [phase_name(int(p)) for p in status["phase"]], PHASE_COLORS)
     if health is not None:
-        sink.states(f"sensors/{name}/health", health.t_us, [health_words(int(b)) for b in health["failed"]], PHASE_COLORS)
+        sink.states(
+            f"sensors/{name}/health", health.t_us, [health_words(int(b)) for b in health["failed"]], PHASE_COLORS
+        )
     if text is not None:
         lines = [f"{name}: {b.decode('utf-8', 'replace')}" for b in text["text"]]
         level = ["ERROR" if s <= 3 else "WARN" if s == 4 else "INFO" for s in text["severity"]]
@@ -141,7 +148,9 @@ def gust_blueprint(
 ) -> rrb.Blueprint:
     """Layout of a gust run: spectra and modes on the left, plots on the right. Raises NoTabError for an unknown tab."""
     p = Plots(0.0, end_s)
-    near = Plots(*((end_s * 0.62, end_s * 0.95) if end_s > 20.0 else (0.0, end_s)))  # where single gusts can be told apart
+    near = Plots(
+        *((end_s * 0.62, end_s * 0.95) if end_s > 20.0 else (0.0, end_s))
+    )  # where single gusts can be told apart
     both = pair(found)
     lead = both[0].name if both else aircraft[0] if aircraft else ""
     order = [lead, *(a for a in aircraft if a != lead)]
@@ -151,6 +160,10 @@ def gust_blueprint(
         return at.plot(f"{name}: {label}", [k.format(key) for k in kinds], span)
 
     n_z, low = ([f"truth/{a}/{k}" for a in reversed(order)] for k in ("n_z", "n_z_low"))
+    execution, lateness = (
+        [f"timing/{a}/{k}" for a in order for k in keys]
+        for keys in (("exec_mean", "exec_max"), ("late_p50", "late_p99"))
+    )
     tabs = [
         rrb.Vertical(
             estimate(near, lead, "alpha_w", "alpha_W [deg], 2 sigma", (-11.0, 11.0)),
@@ -178,8 +191,8 @@ def gust_blueprint(
         rrb.Vertical(
             p.plot("airspeed [m/s]", [f"truth/{a}/V" for a in order]),
             p.plot("incidence [deg]", [f"truth/{a}/alpha" for a in order]),
-            p.plot("execution time of a tick [us] (0 in lockstep)", [f"timing/{a}/exec_{k}" for a in order for k in ("mean", "max")]),
-            p.plot("wake-up lateness [us] (0 in lockstep)", [f"timing/{a}/late_{k}" for a in order for k in ("p50", "p99")]),
+            p.plot("execution time of a tick [us] (0 in lockstep)", execution),
+            p.plot("wake-up lateness [us] (0 in lockstep)", lateness),
             name="Flight and timing",
         ),
     ]  # fmt: skip

@@ -15,7 +15,7 @@ from ground.blueprint import Plots
 from ground.columns import Columns, Table
 from ground.packets import TANKER
 from ground.palette import BOX, COLOR, NAV
-from ground.rendezvous import SEPARATION_M, errors, frame_of, has_rendezvous, nees3, to_plan
+from ground.rendezvous import SEPARATION_M, errors, frame_of, nees3, to_plan
 from ground.rrd.series import AXIS, Array, Sink
 
 ROOT = "nav/tanker/rendezvous"
@@ -35,7 +35,7 @@ ALARM_COLORS = {"as planned": (55, 105, 70), "NOT AS PLANNED": (220, 60, 50), "n
 def rendezvous(sink: Sink, truth: Columns, tlm: Columns) -> None:
     """Send everything of this module; nothing for a run without the messages."""
     state = tlm.get(TANKER, "RENDEZVOUS_STATE")
-    if state is None or not has_rendezvous(tlm):
+    if state is None:
         return
     _plots(sink, truth, state)
     good = state.pick(state["valid"] != 0)
@@ -77,7 +77,7 @@ def _cloud(sink: Sink, cloud: Table, frame: Array) -> None:
         w = np.concatenate(ws).astype(np.float64)
         keep = w > 1e-4
         place = to_plan(frame, *(np.concatenate(a).astype(np.float64)[keep] for a in (xs, ys)))
-        size = rr.Radius.ui_points(2.5 + 12.0 * np.sqrt(w[keep]))
+        size = rr.Radius.ui_points(2.0 + 9.0 * np.sqrt(w[keep]))
         t_us = np.array([rows.t_us[0]])
         columns = rr.Points2D.columns(positions=place, radii=size).partition(lengths=[len(place)])
         sink.columns(f"{MAP}/cloud", t_us, columns)
@@ -125,9 +125,8 @@ def turn_path(row: NDArray, steps: int = 60) -> Array:
 def _plan(sink: Sink, good: Table, frame: Array) -> None:
     """Planned turn, mean of the estimate, the point ahead of it."""
     flying = good.pick(good["phase"] < DONE)
-    for name, color, width in (("turn", COLOR["command"], 1.5),):
-        look = rr.LineStrips2D.from_fields(colors=[color], radii=rr.Radius.ui_points(width))
-        sink.rec.log(f"{MAP}/{name}", look, static=True)
+    line = rr.LineStrips2D.from_fields(colors=[COLOR["command"]], radii=rr.Radius.ui_points(1.5))
+    sink.rec.log(f"{MAP}/turn", line, static=True)
     strips = []
     for k in range(len(flying)):
         p = turn_path(flying.rows[k])
@@ -177,8 +176,8 @@ def _plots(sink: Sink, truth: Columns, state: Table) -> None:
 
 
 # --- layout -----------------------------------------------------------------------------------------------------------
-def rendezvous_map(truth: Columns, tlm: Columns) -> rrb.Spatial2DView:
-    """Plan view with bounds about the tracks up to roll-out."""
+def rendezvous_map(truth: Columns) -> rrb.Spatial2DView:
+    """Plan view with bounds about the tracks."""
     points = []
     for sysid in truth.sysids():
         table = truth.get(sysid, "TRUTH")

@@ -18,9 +18,7 @@ Array = NDArray[np.float64]
 class Sink:
     """One recording: `series` and friends send whole columns on both timelines."""
 
-    def __init__(
-        self, path: Path, name: str, start_us: int, end_us: int, look: object, tick_us: int = TICK_US
-    ) -> None:
+    def __init__(self, path: Path, name: str, start_us: int, end_us: int, look: object, tick_us: int = TICK_US) -> None:
         self.rec = rr.RecordingStream(APPLICATION, recording_id=name)
         self.rec.save(str(path), default_blueprint=look)  # type: ignore[arg-type]
         self.start_us, self.end_us, self.tick_us = start_us, end_us, tick_us

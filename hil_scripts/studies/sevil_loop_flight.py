@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flightsw.app import FlightApp
 from flightsw.missions.receiver import ReceiverMission
 from flightsw.types import Text
 from hil_scripts.inproc import InProcess
@@ -105,6 +106,7 @@ def _record(flight: InProcess) -> Track:
     server = flight.server
     world = server.world
     app = flight.nodes[1].app
+    assert isinstance(app, FlightApp)
     m = app.mission
     assert isinstance(m, ReceiverMission) and m.air is not None
     air = m.air

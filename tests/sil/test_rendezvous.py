@@ -20,8 +20,17 @@ def test_tanker_rolls_out_ahead_of_the_receiver_as_its_twin_does() -> None:
         assert abs(m.x_m) < 1500.0 and abs(m.y_m) < 400.0 and 150.0 < m.end_s < 300.0
         assert len(m.nees3) == 6 and all(0.0 < v < 8.0 for v in m.nees3)
     assert abs(six.x_m - kin.x_m) < 600.0 and abs(six.y_m - kin.y_m) < 250.0
-    figures = pool([six.values("six") | kin.values("kin") | {"mc.done": 1.0, "mc.x_m": 1.0, "mc.y_m": 1.0}] * 2)
+    mc = {
+        "mc.n": 400.0,
+        "mc.done": 399.0,
+        "mc.x.square_m2": 4e4,
+        "mc.y.square_m2": 1e4,
+        "mc.x.mean_m": 1.0,
+        "mc.y.mean_m": 2.0,
+    }
+    figures = pool([six.values("six") | kin.values("kin") | mc] * 2)
     assert figures["six.x.rms_m"] == pytest.approx(abs(six.x_m)) and figures["six.unfinished"] == 0
+    assert figures["mc.unfinished"] == 2 and figures["ratio.mc.x"] == pytest.approx(abs(six.x_m) / 200.0)
     assert figures["ratio.kin.y"] == pytest.approx(abs(six.y_m / kin.y_m))
 
 

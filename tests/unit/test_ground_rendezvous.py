@@ -121,3 +121,22 @@ def test_a_turn_never_finished_has_no_miss(tmp_path: Path) -> None:
     run = written(tmp_path, roll=False)
     m = rendezvous_metrics(run, load(run / "truth.tlog"), load(run / "tlm.tlog"))
     assert m["rendezvous.done"] == 0 and m["rendezvous.x_m"] is None and m["rendezvous.nees3_mean"] is not None
+
+
+def test_run_becomes_a_recording_with_its_tab(tmp_path: Path) -> None:
+    from ground.rrd import convert
+
+    run = written(tmp_path)
+    cloud = Sender(1, 1)
+    log = TlogWriter(tmp_path / "cloud.tlog")
+    for part, count in ((0, 16), (1, 3)):
+        row16 = tuple(float(i) for i in range(16))
+        fields = {"time_usec": 2_000_000, "x": row16, "y": row16, "weight": (1 / 19,) * 16, "part": part, "parts": 2}
+        log.write(2_000_000, cloud.named("RENDEZVOUS_CLOUD", **fields, count=count))
+    log.close()
+    with (run / "tlm.tlog").open("ab") as f:
+        f.write((tmp_path / "cloud.tlog").read_bytes())
+    out = convert(run, tmp_path / "plain.rrd")
+    data = out.read_bytes()
+    assert b"nav/tanker/rendezvous/map/cloud" in data and b"nav/tanker/rendezvous/map/turn" in data
+    assert convert(run, tmp_path / "tab.rrd", tab="rendezvous").stat().st_size > 10_000

@@ -1,0 +1,309 @@
+"""The gust report: acceptance figures first, then the printed gain, flights, spectra, consistency, alleviation, adaptation."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from ground.report import figures, hoffmann, open_loop
+from ground.report import hoffmann_figures as f
+from ground.report import page as p
+from ground.report.build import Pictures, load_all, provenance, warnings, write_page
+from ground.report.hoffmann import label
+from ground.report.load import Campaign, Stat
+
+PAGE = "hoffmann.html"
+Found = Mapping[str, Campaign]
+UNITS = (("alpha_w", "alpha_W [deg]", "rms_deg"), ("v_w", "V_W [m/s]", "rms_mps"), ("bias", "bias [deg]", "rms_deg"))
+
+
+def hoffmann_report(folders: Sequence[Path], out: Path) -> Path:
+    """Write `out`/hoffmann.html and its PNG figures from campaign folders; returns the page. Raises ReportError."""
+    found = load_all(folders)
+    rank = {name: i for i, name in enumerate(hoffmann.ORDER)}
+    ordered = {s: found[s] for s in sorted(found, key=lambda s: (rank.get(s, 99), s))}
+    return write_page(out, PAGE, lambda: _text(ordered, Pictures(out)))
+
+
+def _text(found: Found, pictures: Pictures) -> str:
+    chapters = [
+        ("acceptance", "Acceptance figures", acceptance(found)),
+        ("gains", "The printed gain", _gains(found.get("hoffmann_gains"), pictures)),
+        ("cases", "Cases 1 and 2, and the nonlinear aircraft", _cases(found.get("hoffmann"), pictures)),
+        ("spectra", "Spectra", _spectra(found.get("hoffmann_spectra"), pictures)),
+        ("consistency", "Consistency", _consistency(found)),
+        ("observability", "What can be observed", _observability(found.get("hoffmann_observability"))),
+        ("alleviation", "Gust load alleviation", _alleviation(found.get("hoffmann_alleviation"), pictures)),
+        ("adaptation", "Turbulence that comes and goes", _adaptation(found.get("hoffmann_adaptation"), pictures)),
+    ]
+    chapters = [c for c in chapters if c[2]]
+    chapters.append(
+        ("figures", "All figures", "".join(p.details(s, open_loop.everything(c)) for s, c in found.items()))
+    )
+    chapters.append(("reading", "How to read this", "".join(p.paragraph(t) for t in READING.strip().split("\n\n"))))
+    chapters.append(("provenance", "Provenance", provenance(list(found.values()))))
+    body = _headline(found) + "".join(warnings(c) for c in found.values())
+    body += "\n".join(p.section(*c) for c in chapters)
+    return p.document(hoffmann.TITLE, hoffmann.PURPOSE, [(a, t) for a, t, _ in chapters], body)
+
+
+def judge(found: Found, t: hoffmann.Goal) -> tuple[Stat | None, bool]:
+    """The value of a goal furthest from being met, and whether that meets it; None where no campaign has it."""
+    c = found.get(t.study)
+    worst: Stat | None = None
+    for s in [c.stat(t.case, v) for v in t.values] if c is not None else []:
+        if s.value is not None and (worst is None or worst.value is None or t.worse(s.value, worst.value)):
+            worst = s
+    return worst, worst is not None and worst.value is not None and t.met(worst.value)
+
+
+def acceptance(found: Found) -> str:
+    """Every goal with what was measured; of several values the worst."""
+    rows = []
+    for t in hoffmann.GOALS:
+        stat, met = judge(found, t)
+        if stat is not None:
+            css = "good" if met else "bad"
+            row = p.text(t.what) + p.text(t.text, "name") + p.cell(stat, css) + p.text("met" if met else "not met", css)
+            rows.append(row + p.plain(stat.n) + p.text(f"{t.study}: {stat.key}"))
+    head = [("figure", ""), ("demand", ""), ("measured", "num"), ("", ""), ("runs", "num"), ("summary key", "")]
+    return p.table(head, rows, "Means or RMS over runs with 95 % confidence intervals.") if rows else ""
+
+
+def _headline(found: Found) -> str:
+    runs = [r for c in found.values() for r in c.rows]
+    failed = sum(r["status"] != "ok" for r in runs)
+    cards = [p.card(str(len(runs)), "runs"), p.card(str(failed), "failed runs", "bad" if failed else "good")]
+    verdicts = [met for t in hoffmann.GOALS for stat, met in (judge(found, t),) if stat is not None]
+    if verdicts:
+        css = "good" if all(verdicts) else "bad"
+        cards.append(p.card(f"{sum(verdicts)} of {len(verdicts)}", "acceptance figures met", css))
+    return f'<div class="cards">{"".join(cards)}</div>'
+
+
+def _gains(c: Campaign | None, pictures: Pictures) -> str:
+    if c is None:
+        return ""
+    head = [
+        ("state", ""),
+        *((f"{y}{what}", "num") for y in hoffmann.OUTPUTS for what in (", printed", ", computed", ", off")),
+    ]
+    rows = []
+    for i, state in enumerate(hoffmann.STATES):
+        row = p.text(state, "name")
+        for j in range(len(hoffmann.OUTPUTS)):
+            printed, ours = (c.stat("back_fitted", f"gain_{i + 1}_{j + 1}.{k}") for k in ("printed", "computed"))
+            row += p.cell(printed) + p.cell(ours)
+            if printed.value and ours.value is not None:
+                off = 100.0 * (ours.value / printed.value - 1.0)
+                rounded = (i, j) in hoffmann.ROUNDED
+                row += p.plain(
+                    off, "" if rounded else "good" if abs(off) <= 5.0 else "bad", " %", "rounded" if rounded else ""
+                )
+            else:
+                row += p.blank()
+        rows.append(row)
+    out = p.paragraph(
+        "The Riccati solution with the noise found from the gain itself, against the print: gain = + Sigma C' Theta^-1."
+    )
+    tr, other = c.traces("back_fitted"), c.traces("printed_noise")
+    if {"K", "H_printed"} <= tr.keys() and "K" in other:
+        png = f.gains(tr["K"], tr["H_printed"], other["K"])
+        out += pictures.add("gains", png, "All 45 entries, row by row: computed over printed gain.")
+    out += p.table(head, rows, "off: computed over printed less one; green within 5 %.")
+    values = (("entries within 5 %", "within_5pct"), ("within 1 %", "within_1pct"), ("median deviation [%]", "median_pct"),
+              ("negative gain within 5 %", "negative_sign_within_5pct"), ("covariances met, of 81", "sigma_entries_met"),
+              ("sigma alpha_W [deg]", "sigma.alpha_w_deg"), ("sigma V_W [m/s]", "sigma.v_w_mps"),
+              ("sigma bias [deg]", "sigma.bias_deg"), ("slowest pole [rad/s]", "slow_pole_1_radps"))  # fmt: skip
+    rows = [p.text(text) + "".join(p.cell(c.stat(x, v)) for x in c.cases) for text, v in values]
+    return out + p.table([("", ""), *((x.replace("_", " "), "num") for x in c.cases)], rows)
+
+
+def _estimators(c: Campaign, case: str, metric: str) -> list[str]:
+    order = list(hoffmann.LABELS)
+    return sorted(c.actors(metric, [case]), key=lambda a: order.index(a) if a in order else 99)
+
+
+def _labels(names: Sequence[str]) -> dict[str, str]:
+    return {n: label(n) for n in names}
+
+
+def _cases(c: Campaign | None, pictures: Pictures) -> str:
+    if c is None:
+        return ""
+    out = p.paragraph(str(c.meta.get("purpose", "")))
+    for case in c.cases:
+        held = hoffmann.HELD_OUT.get(case, {})
+        rows = []
+        for a in _estimators(c, case, "alpha_w.rms_deg"):
+            row = p.text(label(a), "name")
+            for i, (key, _, kind) in enumerate(UNITS):
+                ref = held.get(a, (None, None, None))[i]
+                row += p.cell(c.stat(case, f"{a}.{key}.{kind}")) + (p.plain(ref) if ref is not None else p.blank())
+            row += p.cell(c.stat(case, f"{a}.nees_over_n")) + p.cell(c.stat(case, f"{a}.nis_over_m"))
+            rows.append(row)
+        head = [("estimator", "")] + [(h, "num") for _, u, _ in UNITS for h in (u, "reference")]
+        head += [("NEES/9", "num"), ("NIS/m", "num")]
+        out += f"<h3>{hoffmann.CASES.get(case, case)}</h3>" + p.table(head, rows)
+        tr = c.traces(case)
+        shown = [a for a in ("printed", "discrete", "ekf") if f"{a}.x" in tr][-3:]
+        if shown and "truth" in tr:
+            out += pictures.add(
+                f"flight_{case}", f.flight(tr, shown, _labels(shown)), f"{hoffmann.CASES.get(case, case)}, first run."
+            )
+    return out
+
+
+def _spectra(c: Campaign | None, pictures: Pictures) -> str:
+    if c is None:
+        return ""
+    out = p.paragraph(str(c.meta.get("purpose", "")))
+    panels = []
+    for what, name in (("alpha_w", "alpha_W"), ("v_w", "V_W")):
+        head = [("turbulence, estimator", "")]
+        head += [
+            (f"{k} {hz.replace('p', '.')} Hz", "num")
+            for k in ("ratio", "phase [deg]", "coherence")
+            for hz in hoffmann.RATIO_HZ
+        ]
+        rows = []
+        points: dict[str, list[figures.Point]] = {}
+        for case in c.cases:
+            for a in _estimators(c, case, f"{what}.ratio_1hz"):
+                row = p.text(f"{case.replace('_', ' ').replace('p', '.')}, {label(a)}", "name")
+                for key in ("ratio_{}hz", "phase_{}hz_deg", "coherence_{}hz"):
+                    row += "".join(
+                        p.cell(c.stat(case, f"{a}.{what}.{key.format(hz)}"), interval=False) for hz in hoffmann.RATIO_HZ
+                    )
+                rows.append(row)
+                for hz in hoffmann.RATIO_HZ:
+                    s = c.stat(case, f"{a}.{what}.ratio_{hz}hz")
+                    if s.value is not None:
+                        x = float(hz.replace("p", "."))
+                        points.setdefault(f"{a} {case}", []).append(figures.Point(x, s.value, s.lo, s.hi))
+        out += f"<h3>{name}</h3>" + p.table(head, rows)
+        panels.append((f"{name}: amplitude ratio", points))
+    names = {n for _, series in panels for n in series}
+    text = {n: f"{label(n.split(' ')[0])}, {n.split(' ')[1].replace('_', ' ').replace('p', '.')}" for n in names}
+    png = figures.sweep(panels, "frequency [Hz]", text)
+    return out + pictures.add("spectra", png, "Amplitude ratio of estimate and truth over frequency.")
+
+
+def _consistency(found: Found) -> str:
+    c = found.get("hoffmann_consistency")
+    if c is None:
+        return ""
+    head = [("turbulence", ""), *((h, "num") for h in ("NEES/9", "before 12 s", "after", "NIS/5"))]
+    keys = ("nees_over_n", "nees_over_n_early", "nees_over_n_late", "nis_over_m")
+    rows = [
+        p.text(x.replace("_", " ").replace("p", "."), "name") + "".join(p.cell(c.stat(x, k)) for k in keys)
+        for x in c.cases
+    ]
+    return p.paragraph(str(c.meta.get("purpose", ""))) + p.table(
+        head, rows, "1 is what a filter with the right noise has."
+    )
+
+
+def _observability(c: Campaign | None) -> str:
+    if c is None:
+        return ""
+    sets = sorted({v.split(".")[0] for v in c.columns}, key=lambda s: (s.startswith("no_"), s))
+    head = [
+        ("outputs", ""),
+        *(
+            (h, "num")
+            for h in ("rank", "least singular value", "rank in constant wind", "sigma alpha_W [deg]", "sigma V_W [m/s]")
+        ),
+    ]
+    keys = ("rank", "least_singular", "constant_wind_rank", "sigma.alpha_w_deg", "sigma.v_w_mps")
+    rows = [
+        p.text(s.replace("_", " "), "name") + "".join(p.cell(c.stat(c.cases[0], f"{s}.{k}")) for k in keys)
+        for s in sets
+    ]
+    note = (
+        "ground and a_z: the five printed outputs with GNSS speed or vertical accelerometer; no ...: without that one."
+    )
+    return p.paragraph(str(c.meta.get("purpose", ""))) + p.table(head, rows, note)
+
+
+def _alleviation(c: Campaign | None, pictures: Pictures) -> str:
+    if c is None:
+        return ""
+    out = p.paragraph(str(c.meta.get("purpose", "")))
+    head = [("loop, estimate", "")]
+    head += [
+        (h, "num")
+        for h in (
+            "a_z total reduced [%]",
+            "reference",
+            "below 2 Hz reduced [%]",
+            "reference",
+            "height [m]",
+            "flap [deg]",
+        )
+    ]
+    rows = []
+    for case in c.cases:
+        rows.append(p.group(case.replace("_", " "), len(head)))
+        held = hoffmann.ALLEVIATION.get(case, {})
+        for a in _estimators(c, case, "reduction_low_pct"):
+            row = p.text(label(a), "name")
+            for i, key in enumerate(("reduction_total_pct", "reduction_low_pct")):
+                row += p.cell(c.stat(case, f"{a}.{key}")) + (p.plain(held[a][i]) if a in held else p.blank())
+            rows.append(row + p.cell(c.stat(case, f"{a}.height_rms_m")) + p.cell(c.stat(case, f"{a}.flap_rms_deg")))
+    out += p.table(head, rows, "Against a pitch and height hold in the same gusts; RMS of a_z, positive is less.")
+    for case in c.cases:
+        tr = c.traces(case)
+        shown = [a for a in ("hold", "printed", "default", "vertical", "bank_all") if f"{a}.a_z" in tr]
+        if len(shown) > 1 and case in ("linear", "nonlinear"):
+            names = _labels(shown) | {"hold": "hold"}
+            out += pictures.add(
+                f"loads_{case}", f.loads(tr, shown, names), f"Loop {case.replace('_', ' ')}, first run."
+            )
+    return out
+
+
+def _adaptation(c: Campaign | None, pictures: Pictures) -> str:
+    if c is None:
+        return ""
+    out = p.paragraph(str(c.meta.get("purpose", "")))
+    actors = [
+        a
+        for a in ("medium", "light", "bank", "bank_apart", "bank_ground")
+        if any(v.startswith(f"{a}.") for v in c.columns)
+    ]
+    rows = []
+    for case in c.cases:
+        parts = sorted({v.split(".")[1] for v in c.columns if v.split(".")[1].startswith("part_")})
+        for part in ["", *parts]:
+            dot = f"{part}." if part else ""
+            keys = [f"{a}.{dot}{k}" for a in actors for k in ("alpha_w.rms_deg", "v_w.rms_mps")]
+            if c.stat(case, keys[0]).value is None:
+                continue
+            name = case.replace("_", " ") + (f", {part.replace('_', ' ')}" if part else "")
+            rows.append(p.text(name, "name") + "".join(p.cell(c.stat(case, k)) for k in keys))
+    head = [("air", ""), *((f"{label(a)}: {u}", "num") for a in actors for u in ("alpha_W [deg]", "V_W [m/s]"))]
+    out += p.table(head, rows, "RMS errors from 5 s after each change on.")
+    tr = c.traces("changing") if "changing" in c.cases else {}
+    shown = [a for a in ("medium", "light", "bank") if f"{a}.x" in tr]
+    if shown:
+        png = f.adaptation(tr, shown, _labels(shown))
+        out += pictures.add(
+            "adaptation", png, "Calm, 0.3 of medium turbulence from 30 s to 60 s, calm again; first run."
+        )
+    return out
+
+
+READING = """
+Every number is that of the campaign's summary.json under the key shown in the cell: for RMS values the RMS over runs, else the
+mean; the small line below is the 95 % confidence interval over runs. Run i has the same seed in every case of a study.
+
+alpha_W is the incidence taken away by sinking air, V_W the tail wind, both as the aircraft feels them; truth is the plant's wind
+along the flight. The first two seconds of a flight are left out, the bias counts from 25 s on.
+
+Reference columns are figures computed once, before this program was written, with another implementation of the same equations
+(hoffmann.md); the source itself prints a gain, a covariance and no accuracy.
+
+Plant and onboard model are separate code. They hold the same published numbers unless a case says so: figures of alleviation with
+a lift of 90 or 110 % show what that flatters. The flap and the servos are assumptions; the source has none.
+"""
