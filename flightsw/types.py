@@ -178,7 +178,7 @@ class FdiStatus:
 
 @dataclass(slots=True)
 class RendezvousState:
-    """Estimate of a receiver to be met, and the turn planned on it. Rendezvous frame R (guid/rendezvous_frame.py), SI:
+    """Estimate of a receiver to be met, and the turn planned on it. Rendezvous frame R (models/rendezvous_frame.py), SI:
     x to the initial point, y and psi counter-clockwise, bank positive LEFT."""
 
     t_us: int = 0

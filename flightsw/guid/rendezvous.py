@@ -15,6 +15,7 @@ import numpy as np
 
 from flightsw.kernels import rendezvous_guid as kg
 from flightsw.kernels import rendezvous_turn as kt
+from flightsw.models.rendezvous_frame import OwnState
 from flightsw.strict import OneOf, Range
 
 NM = 1852.0
@@ -65,19 +66,6 @@ def guidance_vector(p: RendezvousGuidanceParams) -> np.ndarray:
     g[kg.GP_NEAR], g[kg.GP_SMOOTH] = p.near_rad, p.smooth_1prad
     g[kg.GP_WEAVE], g[kg.GP_WEAVE_HALF] = math.radians(p.weave_deg), p.weave_half_period_s
     return g
-
-
-@dataclass(slots=True)
-class OwnState:
-    """The tanker in R: position [m], heading psi [rad] unwrapped, bank left [rad], true airspeed, wind [m/s]."""
-
-    x: float = 0.0
-    y: float = 0.0
-    psi: float = 0.0
-    bank: float = 0.0
-    speed: float = 200.0
-    wind_x: float = 0.0
-    wind_y: float = 0.0
 
 
 @dataclass(slots=True)

@@ -13,8 +13,7 @@ from typing import Annotated
 
 import numpy as np
 
-from flightsw.guid.rendezvous import OwnState
-from flightsw.guid.rendezvous_frame import RendezvousFrame
+from flightsw.models.rendezvous_frame import OwnState, RendezvousFrame
 from flightsw.nav.rendezvous import RangeEstimator
 from flightsw.nav.rendezvous_params import ESTIMATORS, NM, RendezvousNavParams
 from flightsw.strict import Range

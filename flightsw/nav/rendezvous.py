@@ -4,7 +4,7 @@ ekf3: the source's three-state filter with bias correction (Rivard 1982, section
 with the correlated range error as a state. ukf8: the same with the range fused by 5 x 5 Gauss-Hermite quadrature. bank: a
 Gaussian sum of ukf8 over the lateral position, the one whose covariance can be believed.
 
-Everything is in the rendezvous frame R (flightsw/guid/rendezvous_frame.py is the border): SI, x towards the initial point, y
+Everything is in the rendezvous frame R (flightsw/models/rendezvous_frame.py is the border): SI, x towards the initial point, y
 90 deg counter-clockwise. Covariances change at updates and starts; between them `mean` and `covariance` are those of the
 last update carried forward, so calling `predict` at 100 Hz or once gives the same estimate to rounding.
 """

@@ -195,7 +195,7 @@ def test_actuator_reply_round_trip_and_echo() -> None:
     reply = plant.decode_reply(flight.actuators(cmd))
     assert reply.cmd is not None
     got = dataclasses.astuple(reply.cmd)
-    assert got[0] == 1_230_000 and got[5:] == (True, True)
+    assert got[0] == 1_230_000 and got[5:] == (True, True, 0.0)
     assert got[1:5] == pytest.approx((0.1, -0.2, 0.05, 0.61), rel=1e-6)
 
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from flightsw.guid.rendezvous import OwnState, RendezvousGuidance, RendezvousGuidanceParams
-from flightsw.guid.rendezvous_frame import RendezvousFrame
+from flightsw.models.rendezvous_frame import RendezvousFrame
 from flightsw.kernels import rendezvous_guid as kg
 from flightsw.kernels import rendezvous_turn as kt
 from sim_plant.kernels import rendezvous as tr

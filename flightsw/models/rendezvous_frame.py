@@ -11,6 +11,19 @@ import math
 from dataclasses import dataclass
 
 
+@dataclass(slots=True)
+class OwnState:
+    """The tanker in R: position [m], heading psi [rad] unwrapped, bank left [rad], true airspeed, wind [m/s]."""
+
+    x: float = 0.0
+    y: float = 0.0
+    psi: float = 0.0
+    bank: float = 0.0
+    speed: float = 200.0
+    wind_x: float = 0.0
+    wind_y: float = 0.0
+
+
 @dataclass(frozen=True)
 class RendezvousFrame:
     """Place and direction of R in the navigation frame."""
