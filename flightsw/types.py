@@ -241,6 +241,41 @@ class GustState:
 
 
 @dataclass(slots=True)
+class WindshearState:
+    """Wind on the jet transport's approach, the hazard in it, and what is done about it. Estimate in SI and kN, in the order of
+    flightsw.kernels.windshear: x, h, airspeed, air-path angle, incidence, pitch rate, thrust, wind along and up, their first
+    and second rates, scales of lift and drag."""
+
+    t_us: int = 0
+    valid: bool = False
+    reason: str = "not started"
+    x: tuple[float, ...] = (0.0,) * 15
+    sigma: tuple[float, ...] = (0.0,) * 15
+    F: float = 0.0  # [-] hazard index as the alerting takes it
+    quick: float = 0.0  # [-] its low-pass for the caution
+    slow: float = 0.0  # [-] and for the abort
+    F_states: float = 0.0  # [-] hazard index with the wind's rates of the estimate
+    F_monitor: float = 0.0  # [-] the same of the kinematic monitor; NaN: it does not run
+    wind_monitor: tuple[float, float] = (0.0, 0.0)  # [m/s] its wind along and up
+    nis: float = 0.0  # normalised innovation squared of the step
+    channels: int = 0  # readings it was made of
+    states: int = 15  # estimated: 13 or 15
+    turbulence: float = 0.0  # [m/s/sqrt(s)] white steps of the wind
+    climb: float = 0.0  # [m/s] demanded
+    speed: float = 0.0  # [m/s] demanded airspeed (approach)
+    pitch: float = 0.0  # [rad] demanded (pitch law)
+    mode: int = 0  # index in models.windshear.MODES
+    thrust_kN: float = 0.0  # command
+    elevator: float = 0.0  # [rad] command
+    estimator: int = 0  # index in missions.windshear.ESTIMATORS
+    law: int = 0  # index in guid.windshear.LAWS
+    phase: int = 0  # index in guid.windshear.PHASES
+    caution: bool = False
+    abort: bool = False
+    accused: bool = False  # the monitor has disagreed with the estimate for long
+
+
+@dataclass(slots=True)
 class NavState:
     """Navigation output. `x` holds the filter's state in its own order (see nav/layout.py), `sigma` its 1-sigma."""
 
@@ -278,6 +313,7 @@ class NavState:
     fdi: FdiStatus | None = None  # air-data fault detection
     rendezvous: RendezvousState | None = None  # the receiver to be met (rendezvous tanker only)
     gust: GustState | None = None  # wind on the small UAV (gust mission only)
+    windshear: WindshearState | None = None  # wind on an approach (windshear mission only)
 
 
 @dataclass(slots=True)

@@ -6,8 +6,9 @@ from flightsw.aircraft import Airframe
 from sim_plant.alexis_craft import AlexisCraft
 from sim_plant.craft import Craft, plant_table
 from sim_plant.scenario import AircraftCfg, Scenario
+from sim_plant.twinjet_craft import TwinJetCraft
 
-CRAFTS: dict[str, type[Craft]] = {"alexis": AlexisCraft}
+CRAFTS: dict[str, type[Craft]] = {"alexis": AlexisCraft, "twinjet": TwinJetCraft}
 
 
 def make_craft(cfg: AircraftCfg, ac: Airframe, sc: Scenario, seed: int) -> Craft:

@@ -20,7 +20,7 @@ HERE = Path(__file__).parent / "scenarios"
 Pos = Annotated[float, Range(1e-9)]
 Prob = Annotated[float, Range(0.0, 1.0)]
 SIXDOF = "sixdof"
-MODELS = (SIXDOF, "alexis")  # equations an aircraft may fly by; all but the first: sim_plant/crafts.py
+MODELS = (SIXDOF, "alexis", "twinjet")  # equations an aircraft may fly by; all but the first: sim_plant/crafts.py
 V3 = tuple[float, float, float]
 
 

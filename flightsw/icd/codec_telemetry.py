@@ -146,6 +146,18 @@ def _gust(s: Snapshot, c: Context) -> bytes:
     )  # fmt: skip
 
 
+def _windshear(s: Snapshot, c: Context) -> bytes:
+    w = s.nav.windshear
+    if w is None:
+        raise ValueError("WINDSHEAR_STATE: navigation has no wind shear estimate")
+    alert = w.caution | w.abort << 1 | w.accused << 2
+    return c.send.pack(
+        _S["WINDSHEAR_STATE"], w.t_us, *w.x, *w.sigma, w.F, w.quick, w.slow, w.F_states, w.F_monitor, *w.wind_monitor,
+        w.nis, w.turbulence, w.climb, w.speed, w.pitch, w.thrust_kN, w.elevator, w.channels, w.states, w.estimator, w.law,
+        w.mode, alert, 1 if w.valid else 0,
+    )  # fmt: skip
+
+
 def _wind(s: Snapshot, c: Context) -> bytes:
     v = wind_fields(s.nav, -s.nav.pos_n[2])
     return c.send.pack(_S["WIND_COV"], s.t_us, *v[1:])
@@ -259,6 +271,7 @@ ENCODERS: dict[str, Encoder] = {
     "RENDEZVOUS_STATE": _rendezvous,
     "RENDEZVOUS_CLOUD": _cloud,
     "GUST_STATE": _gust,
+    "WINDSHEAR_STATE": _windshear,
     "WIND_COV": _wind,
     "ATTITUDE": _attitude,
     "GLOBAL_POSITION_INT": _global,
@@ -275,6 +288,7 @@ OPTIONAL: dict[str, Callable[[Snapshot], bool]] = {  # message -> whether this s
     "RENDEZVOUS_STATE": lambda s: s.nav.rendezvous is not None,
     "RENDEZVOUS_CLOUD": lambda s: s.nav.rendezvous is not None and len(s.nav.rendezvous.weights) > 0,
     "GUST_STATE": lambda s: s.nav.gust is not None,
+    "WINDSHEAR_STATE": lambda s: s.nav.windshear is not None,
 }
 # messages that carry the tick's time and may lead a datagram; the optional ones carry their own sample's
 TIMED = frozenset(n for n in ENCODERS if n not in OPTIONAL and {"time_usec", "time_boot_ms"} & set(_S[n].slots))

@@ -684,8 +684,46 @@ WKF_PHASE_ENROUTE = 20
 enums["WKF_PHASE"][20] = EnumEntry("WKF_PHASE_ENROUTE", """Receiver: on its own track, below the tanker's level.""")
 WKF_PHASE_JOIN_UP = 21
 enums["WKF_PHASE"][21] = EnumEntry("WKF_PHASE_JOIN_UP", """Receiver: closing on the tanker by sight.""")
-WKF_PHASE_ENUM_END = 22
-enums["WKF_PHASE"][22] = EnumEntry("WKF_PHASE_ENUM_END", """""")
+WKF_PHASE_WS_APPROACH = 22
+enums["WKF_PHASE"][22] = EnumEntry("WKF_PHASE_WS_APPROACH", """Jet transport: on the approach slope.""")
+WKF_PHASE_WS_CAUTION = 23
+enums["WKF_PHASE"][23] = EnumEntry("WKF_PHASE_WS_CAUTION", """Jet transport: approach with wind shear caution.""")
+WKF_PHASE_WS_ESCAPE = 24
+enums["WKF_PHASE"][24] = EnumEntry("WKF_PHASE_WS_ESCAPE", """Jet transport: approach given up, in the shear.""")
+WKF_PHASE_WS_CLEAR = 25
+enums["WKF_PHASE"][25] = EnumEntry("WKF_PHASE_WS_CLEAR", """Jet transport: shear behind, climbing away.""")
+WKF_PHASE_ENUM_END = 26
+enums["WKF_PHASE"][26] = EnumEntry("WKF_PHASE_ENUM_END", """""")
+
+# WKF_WS_ESTIMATOR
+enums["WKF_WS_ESTIMATOR"] = Enum()
+enums["WKF_WS_ESTIMATOR"].bitmask = False
+WKF_WS_ESTIMATOR_EKF = 0
+enums["WKF_WS_ESTIMATOR"][0] = EnumEntry("WKF_WS_ESTIMATOR_EKF", """Extended Kalman filter.""")
+WKF_WS_ESTIMATOR_UKF = 1
+enums["WKF_WS_ESTIMATOR"][1] = EnumEntry("WKF_WS_ESTIMATOR_UKF", """Unscented Kalman filter.""")
+WKF_WS_ESTIMATOR_SRCKF = 2
+enums["WKF_WS_ESTIMATOR"][2] = EnumEntry("WKF_WS_ESTIMATOR_SRCKF", """Square-root cubature filter.""")
+WKF_WS_ESTIMATOR_SRUKF = 3
+enums["WKF_WS_ESTIMATOR"][3] = EnumEntry("WKF_WS_ESTIMATOR_SRUKF", """Square-root unscented filter.""")
+WKF_WS_ESTIMATOR_ENUM_END = 4
+enums["WKF_WS_ESTIMATOR"][4] = EnumEntry("WKF_WS_ESTIMATOR_ENUM_END", """""")
+
+# WKF_WS_LAW
+enums["WKF_WS_LAW"] = Enum()
+enums["WKF_WS_LAW"].bitmask = False
+WKF_WS_LAW_MANAGED = 0
+enums["WKF_WS_LAW"][0] = EnumEntry("WKF_WS_LAW_MANAGED", """Height managed, speed protected.""")
+WKF_WS_LAW_PITCH = 1
+enums["WKF_WS_LAW"][1] = EnumEntry("WKF_WS_LAW_PITCH", """Pitch target at full thrust.""")
+WKF_WS_LAW_CLIMB = 2
+enums["WKF_WS_LAW"][2] = EnumEntry("WKF_WS_LAW_CLIMB", """Climb rate at full thrust.""")
+WKF_WS_LAW_OPEN = 3
+enums["WKF_WS_LAW"][3] = EnumEntry("WKF_WS_LAW_OPEN", """Full thrust, elevator held.""")
+WKF_WS_LAW_CONTINUE = 4
+enums["WKF_WS_LAW"][4] = EnumEntry("WKF_WS_LAW_CONTINUE", """No escape: the approach goes on.""")
+WKF_WS_LAW_ENUM_END = 5
+enums["WKF_WS_LAW"][5] = EnumEntry("WKF_WS_LAW_ENUM_END", """""")
 
 # WKF_GUST_ESTIMATOR
 enums["WKF_GUST_ESTIMATOR"] = Enum()
@@ -933,6 +971,7 @@ MAVLINK_MSG_ID_FDI_STATUS = 53017
 MAVLINK_MSG_ID_WAKE_POSITION = 53018
 MAVLINK_MSG_ID_RENDEZVOUS_STATE = 53019
 MAVLINK_MSG_ID_GUST_STATE = 53022
+MAVLINK_MSG_ID_WINDSHEAR_STATE = 53023
 MAVLINK_MSG_ID_TRUTH = 53020
 MAVLINK_MSG_ID_RENDEZVOUS_CLOUD = 53021
 
@@ -2796,7 +2835,7 @@ class MAVLink_gust_state_message(MAVLink_message):
     fieldtypes = ["uint64_t", "float", "float", "float", "float", "float", "float", "float", "float", "float", "uint8_t", "uint8_t", "uint8_t", "uint8_t"]
     fielddisplays_by_name: Dict[str, str] = {}
     fieldenums_by_name: Dict[str, str] = {"estimator": "WKF_GUST_ESTIMATOR", "law": "WKF_GUST_LAW"}
-    fieldunits_by_name: Dict[str, str] = {"time_usec": "us", "a_z": "m/s^2", "a_z_model": "m/s^2", "elevator": "rad", "flap": "rad"}
+    fieldunits_by_name: Dict[str, str] = {"time_usec": "us", "est": "rad/s, rad, m/s, m", "sigma": "rad/s, rad, m/s, m", "a_z": "m/s^2", "a_z_model": "m/s^2", "elevator": "rad", "flap": "rad"}
     native_format = bytearray(b"<QfffffffffBBBB")
     orders = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13]
     lengths = [1, 9, 9, 1, 1, 4, 1, 1, 1, 1, 1, 1, 1, 1]
@@ -2833,6 +2872,72 @@ class MAVLink_gust_state_message(MAVLink_message):
 # Define name on the class for backwards compatibility (it is now msgname).
 # Done with setattr to hide the class variable from mypy.
 setattr(MAVLink_gust_state_message, "name", mavlink_msg_deprecated_name_property())
+
+
+class MAVLink_windshear_state_message(MAVLink_message):
+    """
+    Wind on the jet transport's approach, the hazard in it and the
+    demand made of it, windshear mission to ground. 50 Hz, sent only
+    by a windshear mission. est and sigma in the order x (m), h (m),
+    airspeed (m/s), air-path angle (rad), incidence (rad), pitch rate
+    (rad/s), thrust (kN), wind along the path (m/s, + from behind),
+    wind up (m/s), their first rates (m/s^2), their second rates
+    (m/s^3), scale of lift, scale of drag.
+    """
+
+    id = MAVLINK_MSG_ID_WINDSHEAR_STATE
+    msgname = "WINDSHEAR_STATE"
+    fieldnames = ["time_usec", "est", "sigma", "hazard", "quick", "slow", "hazard_states", "hazard_monitor", "wind_monitor", "nis", "turbulence", "climb", "speed", "pitch", "thrust", "elevator", "channels", "states", "estimator", "law", "mode", "alert", "valid"]
+    ordered_fieldnames = ["time_usec", "est", "sigma", "hazard", "quick", "slow", "hazard_states", "hazard_monitor", "wind_monitor", "nis", "turbulence", "climb", "speed", "pitch", "thrust", "elevator", "channels", "states", "estimator", "law", "mode", "alert", "valid"]
+    fieldtypes = ["uint64_t", "float", "float", "float", "float", "float", "float", "float", "float", "float", "float", "float", "float", "float", "float", "float", "uint8_t", "uint8_t", "uint8_t", "uint8_t", "uint8_t", "uint8_t", "uint8_t"]
+    fielddisplays_by_name: Dict[str, str] = {}
+    fieldenums_by_name: Dict[str, str] = {"estimator": "WKF_WS_ESTIMATOR", "law": "WKF_WS_LAW"}
+    fieldunits_by_name: Dict[str, str] = {"time_usec": "us", "wind_monitor": "m/s", "climb": "m/s", "speed": "m/s", "pitch": "rad", "elevator": "rad"}
+    native_format = bytearray(b"<QfffffffffffffffBBBBBBB")
+    orders = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21, 22]
+    lengths = [1, 15, 15, 1, 1, 1, 1, 1, 2, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1]
+    array_lengths = [0, 15, 15, 0, 0, 0, 0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]
+    crc_extra = 8
+    unpacker = struct.Struct("<Q15f15ffffff2ffffffffBBBBBBB")
+    instance_field = None
+    instance_offset = -1
+
+    def __init__(self, time_usec: int, est: Sequence[float], sigma: Sequence[float], hazard: float, quick: float, slow: float, hazard_states: float, hazard_monitor: float, wind_monitor: Sequence[float], nis: float, turbulence: float, climb: float, speed: float, pitch: float, thrust: float, elevator: float, channels: int, states: int, estimator: int, law: int, mode: int, alert: int, valid: int):
+        MAVLink_message.__init__(self, MAVLink_windshear_state_message.id, MAVLink_windshear_state_message.msgname)
+        self._fieldnames = MAVLink_windshear_state_message.fieldnames
+        self._instance_field = MAVLink_windshear_state_message.instance_field
+        self._instance_offset = MAVLink_windshear_state_message.instance_offset
+        self.time_usec = time_usec
+        self.est = est
+        self.sigma = sigma
+        self.hazard = hazard
+        self.quick = quick
+        self.slow = slow
+        self.hazard_states = hazard_states
+        self.hazard_monitor = hazard_monitor
+        self.wind_monitor = wind_monitor
+        self.nis = nis
+        self.turbulence = turbulence
+        self.climb = climb
+        self.speed = speed
+        self.pitch = pitch
+        self.thrust = thrust
+        self.elevator = elevator
+        self.channels = channels
+        self.states = states
+        self.estimator = estimator
+        self.law = law
+        self.mode = mode
+        self.alert = alert
+        self.valid = valid
+
+    def pack(self, mav: "MAVLink", force_mavlink1: bool = False) -> bytes:
+        return self._pack(mav, self.crc_extra, self.unpacker.pack(self.time_usec, self.est[0], self.est[1], self.est[2], self.est[3], self.est[4], self.est[5], self.est[6], self.est[7], self.est[8], self.est[9], self.est[10], self.est[11], self.est[12], self.est[13], self.est[14], self.sigma[0], self.sigma[1], self.sigma[2], self.sigma[3], self.sigma[4], self.sigma[5], self.sigma[6], self.sigma[7], self.sigma[8], self.sigma[9], self.sigma[10], self.sigma[11], self.sigma[12], self.sigma[13], self.sigma[14], self.hazard, self.quick, self.slow, self.hazard_states, self.hazard_monitor, self.wind_monitor[0], self.wind_monitor[1], self.nis, self.turbulence, self.climb, self.speed, self.pitch, self.thrust, self.elevator, self.channels, self.states, self.estimator, self.law, self.mode, self.alert, self.valid), force_mavlink1=force_mavlink1)
+
+
+# Define name on the class for backwards compatibility (it is now msgname).
+# Done with setattr to hide the class variable from mypy.
+setattr(MAVLink_windshear_state_message, "name", mavlink_msg_deprecated_name_property())
 
 
 class MAVLink_truth_message(MAVLink_message):
@@ -2979,6 +3084,7 @@ mavlink_map: Dict[int, Type[MAVLink_message]] = {
     MAVLINK_MSG_ID_WAKE_POSITION: MAVLink_wake_position_message,
     MAVLINK_MSG_ID_RENDEZVOUS_STATE: MAVLink_rendezvous_state_message,
     MAVLINK_MSG_ID_GUST_STATE: MAVLink_gust_state_message,
+    MAVLINK_MSG_ID_WINDSHEAR_STATE: MAVLink_windshear_state_message,
     MAVLINK_MSG_ID_TRUTH: MAVLink_truth_message,
     MAVLINK_MSG_ID_RENDEZVOUS_CLOUD: MAVLink_rendezvous_cloud_message,
 }
@@ -4737,8 +4843,8 @@ class MAVLink(object):
         Theta (rad), H (m), vane bias (rad).
 
         time_usec                 : Sample time. [us] (type:uint64_t)
-        est                       : Estimate, SI. (type:float)
-        sigma                     : 1-sigma of est; NaN = the estimator has none. (type:float)
+        est                       : Estimate, SI. [rad/s, rad, m/s, m] (type:float)
+        sigma                     : 1-sigma of est; NaN = the estimator has none. [rad/s, rad, m/s, m] (type:float)
         nis                       : Normalised innovation squared of the step. (type:float)
         scale                     : Turbulence intensity relative to the one expected. (type:float)
         weight                    : Weights of the bank's filters, ascending intensity; 0 beyond their number. (type:float)
@@ -4764,8 +4870,8 @@ class MAVLink(object):
         Theta (rad), H (m), vane bias (rad).
 
         time_usec                 : Sample time. [us] (type:uint64_t)
-        est                       : Estimate, SI. (type:float)
-        sigma                     : 1-sigma of est; NaN = the estimator has none. (type:float)
+        est                       : Estimate, SI. [rad/s, rad, m/s, m] (type:float)
+        sigma                     : 1-sigma of est; NaN = the estimator has none. [rad/s, rad, m/s, m] (type:float)
         nis                       : Normalised innovation squared of the step. (type:float)
         scale                     : Turbulence intensity relative to the one expected. (type:float)
         weight                    : Weights of the bank's filters, ascending intensity; 0 beyond their number. (type:float)
@@ -4780,6 +4886,80 @@ class MAVLink(object):
 
         """
         self.send(self.gust_state_encode(time_usec, est, sigma, nis, scale, weight, a_z, a_z_model, elevator, flap, channels, estimator, law, valid), force_mavlink1=force_mavlink1)
+
+    def windshear_state_encode(self, time_usec: int, est: Sequence[float], sigma: Sequence[float], hazard: float, quick: float, slow: float, hazard_states: float, hazard_monitor: float, wind_monitor: Sequence[float], nis: float, turbulence: float, climb: float, speed: float, pitch: float, thrust: float, elevator: float, channels: int, states: int, estimator: int, law: int, mode: int, alert: int, valid: int) -> MAVLink_windshear_state_message:
+        """
+        Wind on the jet transport's approach, the hazard in it and the demand
+        made of it, windshear mission to ground. 50 Hz, sent only by a
+        windshear mission. est and sigma in the order x (m), h (m),
+        airspeed (m/s), air-path angle (rad), incidence (rad), pitch
+        rate (rad/s), thrust (kN), wind along the path (m/s, + from
+        behind), wind up (m/s), their first rates (m/s^2), their
+        second rates (m/s^3), scale of lift, scale of drag.
+
+        time_usec                 : Sample time. [us] (type:uint64_t)
+        est                       : Estimate. (type:float)
+        sigma                     : 1-sigma of est. (type:float)
+        hazard                    : Hazard index F as the alerting takes it. (type:float)
+        quick                     : Low-pass of F for the caution. (type:float)
+        slow                      : Low-pass of F for the abort. (type:float)
+        hazard_states             : F with the wind's rates of the estimate. (type:float)
+        hazard_monitor            : F of the kinematic monitor. (type:float)
+        wind_monitor              : Wind of the kinematic monitor, along and up. [m/s] (type:float)
+        nis                       : Normalised innovation squared of the step. (type:float)
+        turbulence                : White steps of the wind in force, m/s/sqrt(s). (type:float)
+        climb                     : Climb rate demanded. [m/s] (type:float)
+        speed                     : Airspeed demanded on the approach. [m/s] (type:float)
+        pitch                     : Pitch demanded by the pitch law. [rad] (type:float)
+        thrust                    : Command, kN. (type:float)
+        elevator                  : Command, + trailing edge down. [rad] (type:float)
+        channels                  : Readings of the step. (type:uint8_t)
+        states                    : Number of states estimated, 13 or 15. (type:uint8_t)
+        estimator                 : Estimator. (type:uint8_t, values:WKF_WS_ESTIMATOR)
+        law                       : Escape law chosen. (type:uint8_t, values:WKF_WS_LAW)
+        mode                      : What is demanded: 0 approach, 1 climb rate, 2 pitch, 3 elevator held. (type:uint8_t)
+        alert                     : Bits: 1 caution, 2 abort, 4 monitor disagrees. (type:uint8_t)
+        valid                     : 1 = usable; 0 = est, sigma and hazards are to be ignored. (type:uint8_t)
+
+        """
+        return MAVLink_windshear_state_message(time_usec, est, sigma, hazard, quick, slow, hazard_states, hazard_monitor, wind_monitor, nis, turbulence, climb, speed, pitch, thrust, elevator, channels, states, estimator, law, mode, alert, valid)
+
+    def windshear_state_send(self, time_usec: int, est: Sequence[float], sigma: Sequence[float], hazard: float, quick: float, slow: float, hazard_states: float, hazard_monitor: float, wind_monitor: Sequence[float], nis: float, turbulence: float, climb: float, speed: float, pitch: float, thrust: float, elevator: float, channels: int, states: int, estimator: int, law: int, mode: int, alert: int, valid: int, force_mavlink1: bool = False) -> None:
+        """
+        Wind on the jet transport's approach, the hazard in it and the demand
+        made of it, windshear mission to ground. 50 Hz, sent only by a
+        windshear mission. est and sigma in the order x (m), h (m),
+        airspeed (m/s), air-path angle (rad), incidence (rad), pitch
+        rate (rad/s), thrust (kN), wind along the path (m/s, + from
+        behind), wind up (m/s), their first rates (m/s^2), their
+        second rates (m/s^3), scale of lift, scale of drag.
+
+        time_usec                 : Sample time. [us] (type:uint64_t)
+        est                       : Estimate. (type:float)
+        sigma                     : 1-sigma of est. (type:float)
+        hazard                    : Hazard index F as the alerting takes it. (type:float)
+        quick                     : Low-pass of F for the caution. (type:float)
+        slow                      : Low-pass of F for the abort. (type:float)
+        hazard_states             : F with the wind's rates of the estimate. (type:float)
+        hazard_monitor            : F of the kinematic monitor. (type:float)
+        wind_monitor              : Wind of the kinematic monitor, along and up. [m/s] (type:float)
+        nis                       : Normalised innovation squared of the step. (type:float)
+        turbulence                : White steps of the wind in force, m/s/sqrt(s). (type:float)
+        climb                     : Climb rate demanded. [m/s] (type:float)
+        speed                     : Airspeed demanded on the approach. [m/s] (type:float)
+        pitch                     : Pitch demanded by the pitch law. [rad] (type:float)
+        thrust                    : Command, kN. (type:float)
+        elevator                  : Command, + trailing edge down. [rad] (type:float)
+        channels                  : Readings of the step. (type:uint8_t)
+        states                    : Number of states estimated, 13 or 15. (type:uint8_t)
+        estimator                 : Estimator. (type:uint8_t, values:WKF_WS_ESTIMATOR)
+        law                       : Escape law chosen. (type:uint8_t, values:WKF_WS_LAW)
+        mode                      : What is demanded: 0 approach, 1 climb rate, 2 pitch, 3 elevator held. (type:uint8_t)
+        alert                     : Bits: 1 caution, 2 abort, 4 monitor disagrees. (type:uint8_t)
+        valid                     : 1 = usable; 0 = est, sigma and hazards are to be ignored. (type:uint8_t)
+
+        """
+        self.send(self.windshear_state_encode(time_usec, est, sigma, hazard, quick, slow, hazard_states, hazard_monitor, wind_monitor, nis, turbulence, climb, speed, pitch, thrust, elevator, channels, states, estimator, law, mode, alert, valid), force_mavlink1=force_mavlink1)
 
     def truth_encode(self, time_usec: int, pos_n: Sequence[float], vel_n: Sequence[float], q_nb: Sequence[float], xi: Sequence[float], w_b: Sequence[float], wind_n: Sequence[float], wind_rot: Sequence[float], V: float, beta: float, alpha: float, controls: Sequence[float], mass: float, boom_elevation: float, boom_azimuth: float, boom_extension: float, contact: int, inside: int) -> MAVLink_truth_message:
         """

@@ -23,6 +23,7 @@ _COMMON = {
     "RENDEZVOUS_STATE": (2.0, 1),
     "RENDEZVOUS_CLOUD": (0.5, 3),
     "GUST_STATE": (0.0, 0),  # every sample of the gust mission, none of another
+    "WINDSHEAR_STATE": (0.0, 0),  # likewise of the windshear mission
     "WIND_COV": (5.0, 1),
     "ATTITUDE": (4.0, 0),
     "GLOBAL_POSITION_INT": (4.0, 0),
@@ -43,6 +44,7 @@ MISSION_RATES: dict[str, dict[str, float]] = {
     "receiver_rendezvous": _NO_RENDEZVOUS,
     "rendezvous": _NO_RECEIVER,
     "gust": _NO_RECEIVER | _NO_RENDEZVOUS | {"GUST_STATE": 50.0},
+    "windshear": _NO_RECEIVER | _NO_RENDEZVOUS | {"WINDSHEAR_STATE": 50.0},
 }
 
 

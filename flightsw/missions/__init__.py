@@ -8,6 +8,7 @@ from flightsw.missions.join import JoinMission
 from flightsw.missions.receiver import ReceiverMission
 from flightsw.missions.rendezvous import RendezvousMission
 from flightsw.missions.tanker import TankerMission
+from flightsw.missions.windshear import WindshearMission
 
 MISSIONS: dict[str, type[Mission]] = {
     "tanker": TankerMission,
@@ -15,4 +16,5 @@ MISSIONS: dict[str, type[Mission]] = {
     "rendezvous": RendezvousMission,
     "receiver_rendezvous": JoinMission,
     "gust": GustMission,
+    "windshear": WindshearMission,
 }

@@ -107,6 +107,21 @@ class WindshearNoise:
         return replace(self, fictitious_Va=speed, fictitious_gamma=angle, fictitious_alpha=angle)
 
 
+def approach_trim(ac: TwinJetModel, V: float, gamma: float) -> tuple[float, float]:
+    """Thrust [kN] and elevator [rad] of steady flight at airspeed V [m/s] on the air path gamma [rad], straight part of the
+    lift curve; fixed-point iteration."""
+    push, weight = 0.5 * ac.rho_kgpm3 * V * V * ac.area_m2, ac.mass_kg * ac.gravity_mps2
+    alpha = elevator = thrust = 0.0
+    for _ in range(30):
+        lift = (weight * math.cos(gamma) - thrust * math.sin(alpha)) / (ac.lift_scale * push)
+        alpha = (lift - ac.lift[0] - ac.lift[2] * elevator) / ac.lift[1]
+        elevator = -(ac.pitch[0] + ac.pitch[1] * alpha) / ac.pitch[3]
+        clean = ac.lift[0] + ac.lift[1] * alpha
+        drag = ac.drag_scale * push * (ac.drag[0] + ac.drag[1] * clean * clean)
+        thrust = (drag + weight * math.sin(gamma)) / math.cos(alpha)
+    return thrust * 1e-3, elevator
+
+
 def triple_integrator(density: float, dt: float) -> Array:
     """Covariance [3,3] that white noise of `density` [per s] on the last of three integrators adds to them in dt [s] (exact)."""
     a = np.array(

@@ -61,6 +61,7 @@ class Gnss:
     latency_ms: Latency = 0.0
     pos_std_m: NonNeg = 0.5
     vel_std_mps: NonNeg = 0.1
+    vel_down_factor: NonNeg = 1.0  # noise of the vertical velocity relative to that of the horizontal one
     pos_bias_std_m: NonNeg = 1.0
     vel_bias_std_mps: NonNeg = 0.03
     tau_s: NonNeg = 0.0

@@ -61,7 +61,7 @@ def build_sensors(
     fit(
         GnssSensor,
         u.gnss,
-        [u.gnss.pos_std_m] * 3 + [u.gnss.vel_std_mps] * 3,
+        [u.gnss.pos_std_m] * 3 + [u.gnss.vel_std_mps] * 2 + [u.gnss.vel_std_mps * u.gnss.vel_down_factor],
         [u.gnss.pos_bias_std_m] * 3 + [u.gnss.vel_bias_std_mps] * 3,
     )
     fit(AttitudeSensor, u.att, [u.att.std] * 3, [u.att.bias_std] * 3)

@@ -1,4 +1,5 @@
-"""The gust mission without a plant: readings in, commands out; which law flies, and what is refused."""
+"""The gust mission on readings made by hand, and in the plant's small UAV where they must hang together: which law flies, what
+it does about a gust, and what is refused."""
 
 from __future__ import annotations
 
@@ -19,7 +20,9 @@ from flightsw.models.gust import GustAircraft, Turbulence
 from flightsw.models.gust_servo import GustServos
 from flightsw.nav.gust_select import ESTIMATORS, GustNavTable, make_gust_nav
 from flightsw.strict import ConfigError
-from flightsw.types import HF_AIR, UPD_AIR, UPD_ATT, UPD_BARO, UPD_GNSS, UPD_IMU, Command, SensorFrame, Snapshot
+from flightsw.types import HF_AIR, HF_SAT, UPD_AIR, UPD_ATT, UPD_BARO, UPD_GNSS, UPD_IMU, Command, SensorFrame, Snapshot
+from sim_plant.alexis import Alexis, AlexisParams
+from sim_plant.alexis_wind import AlexisWind, Gust
 
 PARAMS = Path(flightsw.__file__).parent / "params"
 DT = 0.02
@@ -42,16 +45,15 @@ def designed() -> FlightApp:
 
 
 class Feed:
-    """Noisy readings of straight flight at 20 m/s and 100 m, heading `psi`, in steady air; alpha_W [rad] from `sink_s` on."""
+    """Noisy readings of straight flight at 20 m/s and 100 m, heading `psi`, in calm air."""
 
-    def __init__(self, seed: int = 1, psi: float = 0.0, sink_s: float = 1e9, alpha_w: float = 0.0) -> None:
-        self.rng, self.k, self.psi, self.sink_s, self.alpha_w = np.random.default_rng(seed), 0, psi, sink_s, alpha_w
+    def __init__(self, seed: int = 1, psi: float = 0.0) -> None:
+        self.rng, self.k, self.psi = np.random.default_rng(seed), 0, psi
 
     def frame(self, updated: int = ALL) -> SensorFrame:
         self.k += 1
         t = self.k * 20_000
         n = self.rng.standard_normal(12)
-        lost = self.alpha_w if t * 1e-6 >= self.sink_s else 0.0
         th = 0.0035 * n[3]
         c, s, cp, sp = math.cos(th / 2), math.sin(th / 2), math.cos(self.psi / 2), math.sin(self.psi / 2)
         v = 20.0 + 0.2 * n[5]
@@ -59,13 +61,32 @@ class Feed:
             t_us=t, updated=updated, gyro_b=(0.01 * n[6], 0.01 * n[0], 0.01 * n[7]), acc_b=(0.0, 0.0, -9.81 + 0.3 * n[8]),
             baro_alt_m=100.0 + n[4], gnss_t_us=t, gnss_pos_n=(20.0 * t * 1e-6, 0.0, -100.0 + n[9]),
             gnss_vel_n=(v * math.cos(self.psi), v * math.sin(self.psi), 0.0), air_t_us=t, air_mask=1, air_V=(20.0 + 0.35 * n[2],),
-            air_alpha=(0.0087 * n[1] - lost,), air_beta=(0.001 * n[10],), att_t_us=t, att_q_nb=(cp * c, -sp * s, cp * s, sp * c),
+            air_alpha=(0.0087 * n[1],), air_beta=(0.001 * n[10],), att_t_us=t, att_q_nb=(cp * c, -sp * s, cp * s, sp * c),
         )  # fmt: skip
 
     def fly(self, app: FlightApp, seconds: float, updated: int = ALL) -> Snapshot:
         for _ in range(round(seconds / DT)):
             snap = app.tick(self.frame(updated), DT)[1]
         return snap
+
+
+def sink(app: FlightApp, size_mps: float, until_s: float, seed: int = 3) -> Snapshot:
+    """Fly the plant's UAV into air that sinks with size_mps, reached within 0.3 s from 5 s on; the state at until_s."""
+    plant = Alexis(AlexisParams(), AlexisWind(0.0, 0.0, gusts=(Gust("down", size_mps, 5.0, 0.3),)), seed, until_s + 1.0)
+    late, cmd = np.zeros(3), np.zeros(3)
+    for i in range(round(until_s / DT) + 1):
+        q, alpha, V, pitch, height, ground, a_z = plant.reading
+        gnss = UPD_GNSS if plant.fresh >> k.Y_GROUND & 1 else 0
+        f = SensorFrame(
+            t_us=(i + 1) * 20_000, updated=(ALL & ~UPD_GNSS) | gnss, gyro_b=(1e-5 * (i % 7), q, 0.0),
+            acc_b=(0.0, 0.0, -a_z - 9.81), baro_alt_m=height, gnss_vel_n=(ground, 0.0, 0.0), air_mask=1, air_V=(V,),
+            air_alpha=(alpha,), air_beta=(1e-5 * (i % 7),), att_q_nb=(math.cos(pitch / 2), 0.0, math.sin(pitch / 2), 0.0),
+        )  # fmt: skip
+        c, snap = app.tick(f, DT)
+        late[:] = cmd
+        cmd[:] = c.elevator, (c.throttle - 0.5) * 460.0, c.flap
+        plant.step(late)
+    return snap
 
 
 def test_level_flight_in_calm_air_gives_small_commands_and_a_valid_estimate(designed: FlightApp) -> None:
@@ -82,15 +103,13 @@ def test_level_flight_in_calm_air_gives_small_commands_and_a_valid_estimate(desi
     assert s.cmd.aileron == s.cmd.rudder == 0.0
 
 
-def test_a_loss_of_incidence_without_motion_is_wind_and_lowers_the_flap(designed: FlightApp) -> None:
-    """Sinking air takes incidence away; lift is given back by the flap at once, before the flight path bends."""
-    app = copy.deepcopy(designed)
-    feed = Feed(sink_s=6.0, alpha_w=math.radians(3.0))
-    feed.fly(app, 6.0)
-    s = feed.fly(app, 0.2)
+def test_sinking_air_lowers_the_flap(designed: FlightApp) -> None:
+    """Sinking air takes incidence away; the flap gives lift back before the flight path has bent."""
+    s = sink(copy.deepcopy(designed), 1.5, 5.5)
     assert s.nav.gust is not None
-    assert math.degrees(s.nav.gust.x[k.AW]) > 1.0
-    assert s.cmd.flap > math.radians(2.0)
+    assert math.degrees(s.nav.gust.x[k.AW]) == pytest.approx(math.degrees(1.5 / 20.0), abs=1.2)
+    assert s.cmd.flap > math.radians(3.0)
+    assert abs(s.nav.gust.x[k.H]) < 1.0
     assert s.nav.wind_n[2] == pytest.approx(20.0 * s.nav.gust.x[k.AW])
 
 
@@ -150,13 +169,10 @@ def test_lost_readings_are_reported_and_the_estimate_goes_on(designed: FlightApp
 
 @pytest.mark.parametrize("estimator", ESTIMATORS)
 def test_every_estimator_finds_sinking_air(estimator: str) -> None:
-    app = make(nav__estimator=estimator)
-    feed = Feed(seed=3, sink_s=5.0, alpha_w=math.radians(3.0))
-    feed.fly(app, 5.0)
-    s = feed.fly(app, 0.3)
+    s = sink(make(nav__estimator=estimator), 1.5, 5.8)
     g = s.nav.gust
     assert g is not None and ESTIMATORS[g.estimator] == estimator
-    assert math.degrees(g.x[k.AW]) > 0.7
+    assert math.degrees(g.x[k.AW]) == pytest.approx(math.degrees(1.5 / 20.0), abs=2.2)
     assert math.isnan(g.sigma[k.AW]) == (estimator == "printed")
 
 
@@ -195,10 +211,9 @@ def test_a_longer_command_path_makes_another_gain() -> None:
 
 def test_saturation_is_told(designed: FlightApp) -> None:
     app = copy.deepcopy(designed)
-    feed = Feed(sink_s=4.0, alpha_w=math.radians(20.0))
-    feed.fly(app, 4.0)
-    s = feed.fly(app, 0.2)
+    s = sink(app, 9.0, 5.5)
     assert abs(s.cmd.flap) == pytest.approx(math.radians(20.0)) and app.mission.saturated
+    assert s.health.failed & HF_SAT
 
 
 def test_a_wrong_key_or_choice_is_named() -> None:

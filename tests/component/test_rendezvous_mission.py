@@ -9,9 +9,9 @@ import pytest
 
 from flightsw.config import load_flight
 from flightsw.guid.rendezvous import OwnState, RendezvousGuidanceParams
-from flightsw.models.rendezvous_frame import RendezvousFrame
 from flightsw.guid.rendezvous_pilot import PilotParams, RendezvousPilot
 from flightsw.missions.rendezvous import RDV_APPROACH, RendezvousMission
+from flightsw.models.rendezvous_frame import RendezvousFrame
 from flightsw.nav.receiver_track import ReceiverTrack, RendezvousFrameParams, TrackParams
 from flightsw.nav.rendezvous_params import NM, RendezvousNavParams
 from flightsw.node import make_app

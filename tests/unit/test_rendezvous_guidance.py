@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from flightsw.guid.rendezvous import OwnState, RendezvousGuidance, RendezvousGuidanceParams
-from flightsw.models.rendezvous_frame import RendezvousFrame
 from flightsw.kernels import rendezvous_guid as kg
 from flightsw.kernels import rendezvous_turn as kt
+from flightsw.models.rendezvous_frame import RendezvousFrame
 from sim_plant.kernels import rendezvous as tr
 
 NM, KN, G = 1852.0, 1852.0 / 3600.0, 9.80665

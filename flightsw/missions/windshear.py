@@ -1,0 +1,256 @@
+"""Windshear mission of the twin-jet transport, on one page: height, ground speed, climb rate, airspeed, incidence, pitch, pitch
+rate and accelerations -> wind, its rates and the scales of lift and drag -> hazard index, approach or escape -> thrust and elevator.
+
+50 Hz, every base tick: estimator, monitor, guidance, control, in this order. The aircraft flies by its own model
+(models/windshear.py). MAV_CMD_DO_GO_AROUND gives the approach up; MAV_CMD_USER_1, param1 chooses the escape law.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from flightsw.aircraft import Airframe, load_airframe
+from flightsw.ctrl.windshear import NidParams, WindshearControl
+from flightsw.guid.windshear import LAWS, PHASES, WindshearGuidance, WindshearGuidanceParams, with_law
+from flightsw.kernels import windshear as k
+from flightsw.kernels import windshear_kinematic as kk
+from flightsw.missions.base import Mission
+from flightsw.models.windshear import MODES, approach_trim
+from flightsw.nav.windshear import WindshearEstimate, WindshearNav, WindshearParams
+from flightsw.nav.windshear_monitor import MonitorParams, WindshearMonitor
+from flightsw.types import (
+    HF_AIR,
+    HF_ATT,
+    HF_GNSS,
+    HF_IMU,
+    UPD_AIR,
+    UPD_ATT,
+    UPD_BARO,
+    UPD_GNSS,
+    UPD_IMU,
+    Command,
+    GuidanceCmd,
+    Health,
+    NavState,
+    SensorFrame,
+    Text,
+    WindshearState,
+)
+
+MAV_CMD_DO_GO_AROUND, MAV_CMD_USER_1 = 191, 31010
+FIRST_PHASE = 22  # WKF_PHASE of PHASES[0]
+ESTIMATORS = ("ekf", "ukf", "srckf", "srukf")  # index goes down in WINDSHEAR_STATE
+AIRSPEED_BAD, VANE_BAD = 1, 1 << 6  # bits of SensorFrame.air_bad: probe 0, V and alpha
+ELEVATOR, THRUST = 1, 3  # in a command
+LIMIT_EDGE = 0.999  # share of the travel from which the elevator counts as limited
+WORDS = {
+    "approach": "on the slope",
+    "caution": "wind shear caution",
+    "escape": "wind shear: escape",
+    "clear": "shear behind, climbing away",
+}
+
+
+@dataclass(frozen=True)
+class WindshearNavTable(WindshearParams):
+    """[nav] of a windshear flight file: the estimator, and the model-free monitor beside it."""
+
+    monitor: MonitorParams = field(default_factory=MonitorParams)
+
+
+@dataclass(frozen=True)
+class WindshearMissionParams:
+    """[nav], [guid] and [ctrl] of a windshear flight file."""
+
+    nav: WindshearNavTable = field(default_factory=WindshearNavTable)
+    guid: WindshearGuidanceParams = field(default_factory=WindshearGuidanceParams)
+    ctrl: NidParams = field(default_factory=NidParams)
+
+
+class WindshearActuators:
+    """Commands on their way: `now` [2] is thrust [kN] and elevator [rad] in force up to this tick."""
+
+    def __init__(self, delay_ticks: int) -> None:
+        self.now = np.zeros(2)
+        self._way: deque[tuple[float, float]] = deque([(0.0, 0.0)] * delay_ticks)
+
+    def reset(self, surfaces: np.ndarray, thrust: float) -> None:
+        """The aircraft comes with elevator surfaces[1] [rad] and thrust [N]."""
+        came = (thrust * 1e-3, float(surfaces[1]))
+        self.now[:] = came
+        self._way = deque([came] * len(self._way))
+
+    def step(self, u: np.ndarray, dt: float) -> None:
+        """From the tick at which u [4] was sent to this one, dt [s] later."""
+        self._way.append((float(u[THRUST]) * 1e-3, float(u[ELEVATOR])))
+        self.now[:] = self._way.popleft()
+
+
+class WindshearMission(Mission):
+    """Components of the windshear mission and their order."""
+
+    params_type = WindshearMissionParams
+    watch = HF_IMU | HF_AIR | HF_ATT | HF_GNSS
+    cruise = (75.0, 350.0)
+    ctrl: WindshearControl
+
+    def __init__(self, ac: Airframe, p: WindshearMissionParams, period_s: float) -> None:
+        """Raises ValueError for parameters no filter can run."""
+        self.p = p
+        self.nav, self.monitor = WindshearNav(p.nav), WindshearMonitor(p.nav.monitor)
+        self.guidance, self.ctrl = WindshearGuidance(p.guid), WindshearControl(p.ctrl)
+        a = p.guid.approach
+        self._trim = approach_trim(p.ctrl.aircraft, a.ground_mps, -math.radians(a.slope_deg))
+        self.ctrl.reset(*self._trim)
+        self.full_kN = p.ctrl.aircraft.thrust_max_kN
+        self.guid = GuidanceCmd(V=a.ground_mps, reason="waiting for readings")
+        self._estimator = ESTIMATORS.index(p.nav.filter)
+        self._z, self._u = np.zeros(k.NY), self.first_command()
+        self._valid = self._accused = self._alone = False
+        self._phase_us = -1
+        self._texts: list[Text] = []
+
+    @staticmethod
+    def load(aircraft: str) -> Airframe:
+        """Record of an aircraft with equations of its own."""
+        return load_airframe(aircraft)
+
+    @staticmethod
+    def actuators(ac: Any, delay_ticks: int) -> WindshearActuators:
+        """Thrust command and elevator on their way."""
+        return WindshearActuators(delay_ticks)
+
+    @property
+    def saturated(self) -> bool:
+        """Whether the elevator is asked for more than its travel."""
+        return bool(abs(self.ctrl.u[1]) > LIMIT_EDGE * self.p.ctrl.elevator_max_rad)
+
+    def step(
+        self, f: SensorFrame, act: WindshearActuators, updated: int, health: Health, dt: float
+    ) -> tuple[NavState, GuidanceCmd, np.ndarray, float]:
+        """One 50 Hz step: (nav, guidance, command [4], throttle 0..1 of the thrust at rest)."""
+        z = self._z
+        psi, ok = self._read(f, updated)
+        e = self.nav.step(z, ok, act.now, dt)
+        if e.valid and not self._valid:  # a start: no reading of the filter gives the place along the track
+            x0 = f.gnss_pos_n[0] * math.cos(psi) + f.gnss_pos_n[1] * math.sin(psi)
+            self.nav.place(x0)
+            e.x[k.X] = x0
+        self._valid = e.valid
+        runs = self.monitor.step(z, ok, dt)
+        accused = runs and e.valid and self.monitor.compare(e.x, e.sigma, dt)
+        if accused and not self._accused:
+            self._texts.append(Text(4, "wind of estimator and monitor differ"))
+        self._accused = accused
+        before, cautions = self.guidance.phase, self.guidance.hazard.cautions
+        demand = self.guidance.step(e.x, e.F, dt, e.valid)
+        if self.guidance.phase != before and (self.guidance.phase != "caution" or self.guidance.hazard.cautions > cautions):
+            self._texts.append(Text(4 if self.guidance.phase in ("caution", "escape") else 6, WORDS[self.guidance.phase]))
+        c = self.ctrl.step(e.x, demand) if e.valid else self.ctrl.u
+        u = self._u
+        u[ELEVATOR], u[THRUST] = c[1], min(max(float(c[0]), 0.0), self.full_kN) * 1e3
+        g = self._guide(f.t_us, e)
+        h, m = self.guidance.hazard.state, self.monitor.x
+        state = WindshearState(
+            f.t_us, e.valid, e.reason, tuple(e.x.tolist()), tuple(e.sigma.tolist()), h.F, h.quick, h.slow,
+            e.F if e.valid else 0.0, self.monitor.F if runs else math.nan,
+            (float(m[kk.K_WX]), float(m[kk.K_WH])) if runs else (math.nan, math.nan),
+            e.nis if math.isfinite(e.nis) else 0.0, e.channels, self.p.nav.states, self.nav.turbulence, demand.climb_mps,
+            demand.speed_mps, demand.pitch_rad, MODES.index(demand.mode), u[THRUST] * 1e-3, u[ELEVATOR], self._estimator,
+            LAWS.index(self.guidance.p.escape.law), PHASES.index(self.guidance.phase), h.caution, h.abort, accused,
+        )  # fmt: skip
+        return self._publish(f, psi, state), g, u, u[THRUST] * 1e-3 / self.full_kN
+
+    def _read(self, f: SensorFrame, updated: int) -> tuple[float, int]:
+        """Readings into z [9]; heading [rad] and bits of those that are new and good."""
+        z, ok = self._z, 0
+        w, x, y, v = f.att_q_nb
+        psi = math.atan2(2.0 * (w * v + x * y), 1.0 - 2.0 * (y * y + v * v))
+        pitch = math.asin(min(max(2.0 * (w * y - v * x), -1.0), 1.0))
+        if updated & UPD_ATT:
+            z[k.Y_TH] = pitch
+            ok |= 1 << k.Y_TH
+        if updated & UPD_BARO:
+            z[k.Y_H] = f.baro_alt_m
+            ok |= 1 << k.Y_H
+        if updated & UPD_GNSS:
+            z[k.Y_VG] = f.gnss_vel_n[0] * math.cos(psi) + f.gnss_vel_n[1] * math.sin(psi)
+            z[k.Y_HD] = -f.gnss_vel_n[2]
+            ok |= 1 << k.Y_VG | 1 << k.Y_HD
+        if updated & UPD_IMU:  # accelerations over ground: specific force turned by the pitch as read, less gravity
+            along, down = f.acc_mean_b[0], f.acc_mean_b[2]
+            z[k.Y_Q] = f.gyro_mean_b[1]
+            z[k.Y_XDD] = along * math.cos(pitch) + down * math.sin(pitch)
+            z[k.Y_HDD] = along * math.sin(pitch) - down * math.cos(pitch) - self.p.nav.aircraft.gravity_mps2
+            ok |= 1 << k.Y_Q
+            if updated & UPD_ATT:
+                ok |= 1 << k.Y_XDD | 1 << k.Y_HDD
+        if updated & UPD_AIR and f.air_mask & 1:
+            if not f.air_bad & VANE_BAD:
+                z[k.Y_AL] = f.air_alpha[0]
+                ok |= 1 << k.Y_AL
+            if not f.air_bad & AIRSPEED_BAD:
+                z[k.Y_VA] = f.air_V[0]
+                ok |= 1 << k.Y_VA
+        return psi, ok
+
+    def _guide(self, t_us: int, e: WindshearEstimate) -> GuidanceCmd:
+        g, name = self.guid, self.guidance.phase
+        phase = FIRST_PHASE + PHASES.index(name) if self._valid or self._phase_us >= 0 else 0
+        if phase != g.phase or self._phase_us < 0:
+            self._phase_us = t_us if phase else -1
+        g.phase, g.phase_t_s = phase, (t_us - self._phase_us) * 1e-6 if phase else 0.0
+        g.reason = WORDS[name] if e.valid else e.reason
+        g.V = self.guidance.demand.speed_mps
+        slope = self.guidance.slope_height(float(e.x[k.X]))
+        g.alt_m = slope if math.isfinite(slope) else float(e.x[k.H])
+        return g
+
+    def _publish(self, f: SensorFrame, psi: float, s: WindshearState) -> NavState:
+        """The estimate as the state every aircraft publishes. Wind along the heading and down; across it none is known."""
+        x, sigma = s.x, s.sigma
+        c, n = math.cos(psi), math.sin(psi)
+        V, gamma = x[k.VA], x[k.GA]
+        theta = gamma + x[k.AL]
+        forward, climb = V * math.cos(gamma) + x[k.WX], V * math.sin(gamma) + x[k.WH]
+        ct, st, cp, sp = math.cos(0.5 * theta), math.sin(0.5 * theta), math.cos(0.5 * psi), math.sin(0.5 * psi)
+        return NavState(
+            t_us=s.t_us, valid=s.valid, reason=s.reason, V=V, beta=0.0, alpha=x[k.AL], w_b=(0.0, x[k.Q], 0.0),
+            euler=(psi, theta, 0.0), q_nb=(cp * ct, -sp * st, cp * st, sp * ct),
+            pos_n=(f.gnss_pos_n[0], f.gnss_pos_n[1], -x[k.H]), vel_n=(c * forward, n * forward, -climb),
+            wind_n=(c * x[k.WX], n * x[k.WX], -x[k.WH]), wind_sigma=(sigma[k.WX], sigma[k.WX], sigma[k.WH]),
+            pos_sigma=(0.0, 0.0, sigma[k.H]), att_sigma=(0.0, math.hypot(sigma[k.GA], sigma[k.AL]), 0.0), nis=s.nis,
+            nis_dof=s.channels, windshear=s,
+        )  # fmt: skip
+
+    def first_command(self) -> np.ndarray:
+        """Command [4] of steady flight on the slope in still air, sent until navigation is valid."""
+        thrust_kN, elevator = self._trim
+        return np.array([0.0, elevator, 0.0, thrust_kN * 1e3])
+
+    def command(self, c: Command) -> tuple[int, str]:
+        """MAV_RESULT and reason for a ground command."""
+        if c.command == MAV_CMD_DO_GO_AROUND:
+            if self.guidance.p.escape.law == "continue":
+                return 2, "law continue does not escape; choose another"
+            self.guidance.abort()
+            self._texts.append(Text(4, "go around, by command"))
+            return 0, ""
+        if c.command != MAV_CMD_USER_1:
+            return 3, "command not supported by this mission"
+        law = int(c.params[0]) if math.isfinite(c.params[0]) else -1
+        if not 0 <= law < len(LAWS):
+            return 2, f"law {law}: allowed 0 to {len(LAWS) - 1}"
+        self.guidance.p = with_law(self.guidance.p, LAWS[law])
+        self._texts.append(Text(6, f"escape law {LAWS[law]}"))
+        return 0, ""
+
+    def texts(self) -> list[Text]:
+        """Messages since the last call."""
+        out, self._texts = self._texts, []
+        return out

@@ -1,0 +1,151 @@
+"""Figures and recording of gust runs, on synthetic logs whose answers are known, and on a short real flight."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from flightsw.aircraft import load_airframe
+from flightsw.icd.codec import PlantCodec
+from flightsw.icd.geo import Origin
+from flightsw.icd.tlog import TlogWriter
+from flightsw.icd.wire import Counters
+from flightsw.telemetry import Telemetry
+from flightsw.types import ActuatorCmd, GuidanceCmd, GustState, Health, NavState, SensorFrame, Snapshot, Timing
+from ground.__main__ import app
+from ground.columns import load
+from ground.gust import V0, flights, has_gust, names, vane_bias
+from ground.metrics import compute
+from ground.receiver import Recorder
+
+DEG = math.pi / 180.0
+HZ = 50
+SCENARIO = """
+[[aircraft]]
+name = "one"
+sysid = 3
+[[aircraft]]
+name = "other"
+sysid = 4
+[[event]]
+t_s = 5.0
+kind = "bias"
+target = "one"
+sensor = "air"
+channel = "alpha"
+value = [0.0174533]
+"""
+
+
+def make_run(
+    folder: Path, seconds: float = 30.0, error_deg: float = 0.3, gain: float = 0.5, reference: bool = True
+) -> Path:
+    """Two aircraft in a 0.5 Hz gust: `one` estimates alpha_W with a constant error and feels `gain` of what `other` feels."""
+    folder.mkdir()
+    (folder / "scenario.toml").write_text(SCENARIO)
+    truth, ground = TlogWriter(folder / "truth.tlog"), Recorder(TlogWriter(folder / "tlm.tlog"))
+    ac = load_airframe("alexis")
+    for sysid, scale, law in ((3, gain, 1), (4, 1.0, 0))[: 2 if reference else 1]:
+        plant = PlantCodec(ac, sysid)
+        tel = Telemetry(sysid, "gust", Origin(), HZ, Counters())
+        for i in range(round(seconds * HZ)):
+            t = i / HZ
+            us = i * 1_000_000 // HZ
+            w = 2.0 * math.sin(math.pi * t)
+            climb = scale * math.sin(math.pi * t) / math.pi  # a_z = scale cos(pi t)
+            truth.write(us, plant.truth(
+                us, pos_n=(V0 * t, 0.0, -100.0), vel_n=(V0, 0.0, -climb), q_nb=(1.0, 0.0, 0.0, 0.0), w_b=(0.0,) * 3,
+                wind_n=(1.0, 0.0, w), wind_rot=(0.0,) * 3, V=V0, beta=0.0, alpha=0.01, controls=(0.0,) * 4, xi=(0.0,) * 3,
+                mass=6.0, boom=(0.0,) * 3, contact=False, inside=False,
+            ))  # fmt: skip
+            x, s = [0.0] * 9, [0.0] * 9
+            x[1], x[2], x[8] = w / V0 + error_deg * DEG, 1.0, (1.0 if t >= 5.0 else 0.0) * DEG
+            s[1], s[2], s[8] = (0.2 * DEG, 0.1, 0.1 * DEG)
+            g = GustState(
+                us, True, "", tuple(x), tuple(s), 7.0, 7, 0.3, (0.0, 0.2, 0.8, 0.0), 0.1, 0.1, 0.01, 0.02, 4, law
+            )  # type: ignore[arg-type]
+            nav = NavState(us, True, V=V0, gust=g, nis=7.0, nis_dof=7)
+            snap = Snapshot(us, i, SensorFrame(us), nav, GuidanceCmd(phase=17), ActuatorCmd(us), Health(), Timing())
+            for d in tel.datagrams(snap, i):
+                ground.take(d)
+    truth.close()
+    ground.finish()
+    (folder / "meta.json").write_text("{}")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return make_run(tmp_path_factory.mktemp("gust") / "run")
+
+
+def test_estimate_and_truth_meet_at_equal_times(run: Path) -> None:
+    truth, tlm = load(run / "truth.tlog"), load(run / "tlm.tlog")
+    assert has_gust(tlm) and names(run, tlm) == {3: "one", 4: "other"}
+    f = flights(run, truth, tlm)[0]
+    assert len(f.t_us) == 30 * HZ and f.name == "one"
+    assert np.allclose(f.est[:, 0] - f.truth[:, 0], 0.3 * DEG, atol=1e-6)
+    assert np.allclose(f.truth[:, 1], 1.0)
+    # mean acceleration from row to row of 0.5 cos(pi t)
+    mid = f.t[:-1] + 0.5 / HZ
+    assert np.allclose(f.a_z[:-1], 0.5 * np.cos(math.pi * mid), atol=1e-3)
+
+
+def test_figures_of_a_known_run(run: Path) -> None:
+    s = compute(run)
+    assert s["gust.one.alpha_w.rms_deg"] == pytest.approx(0.3, rel=1e-3)
+    assert s["gust.one.alpha_w.inside_2sigma_pct"] == 100.0  # 0.3 deg of 2 x 0.2
+    assert s["gust.one.v_w.rms_mps"] == pytest.approx(0.0, abs=1e-6)
+    assert s["gust.one.bias.rms_deg"] == pytest.approx(0.0, abs=1e-4)
+    assert s["gust.other.bias.rms_deg"] == pytest.approx(1.0, rel=1e-3)  # no event on that vane
+    assert s["gust.one.nis_over_m"] == pytest.approx(1.0)
+    assert s["gust.one.a_z.low_rms_mps2"] == pytest.approx(0.5 / math.sqrt(2), rel=0.02)
+    assert s["gust.alleviation.low_reduction_pct"] == pytest.approx(50.0, abs=0.5)
+    assert s["gust.alleviation.total_reduction_pct"] == pytest.approx(50.0, abs=0.1)
+    assert not [k for k in s if k.startswith(("contact.", "wind.", "join."))]
+    assert s["link.dropped"] == 0
+
+
+def test_a_run_without_a_holding_aircraft_has_no_reduction(tmp_path: Path) -> None:
+    s = compute(make_run(tmp_path / "run", 10.0, reference=False))
+    assert not [k for k in s if k.startswith("gust.alleviation")]
+    assert s["gust.one.samples"] > 0
+
+
+def test_vane_bias_follows_the_events_of_its_own_aircraft() -> None:
+    t = np.arange(0.0, 10.0, 0.5)
+    e: dict[str, Any] = {
+        "t_s": 2.0,
+        "for_s": 3.0,
+        "kind": "bias",
+        "target": "a",
+        "sensor": "air",
+        "channel": "alpha",
+        "value": [0.1],
+    }
+    other = e | {"channel": "V"}
+    b = vane_bias({"event": [e, other, e | {"t_s": 4.0, "for_s": 0.0}]}, "a", t)
+    assert b[t < 2.0].max() == 0.0 and np.all(b[(t >= 4.0) & (t < 5.0)] == 0.2) and b[-1] == pytest.approx(0.1)
+    assert not vane_bias({"event": [e]}, "b", t).any()
+
+
+def test_conversion_and_tabs(run: Path, tmp_path: Path) -> None:
+    from ground.blueprint import NoTabError
+    from ground.rrd import convert
+
+    path = convert(run, tmp_path / "run.rrd")
+    assert path.stat().st_size > 20_000
+    assert convert(run, tmp_path / "loads.rrd", tab="loads").exists()
+    with pytest.raises(NoTabError, match="Gust, Loads, Filter, Flight and timing"):
+        convert(run, tmp_path / "none.rrd", tab="boom")
+
+
+def test_metrics_command_prints_them(run: Path) -> None:
+    r = CliRunner().invoke(app, ["metrics", str(run)])
+    assert r.exit_code == 0 and json.loads(r.stdout)["gust.one.alpha_w.rms_deg"] == pytest.approx(0.3, rel=1e-3)
