@@ -25,6 +25,8 @@ from ground.gustmetrics import gust_metrics
 from ground.joinmetrics import join_metrics
 from ground.packets import AIRCRAFT, IDS, RECEIVER, TANKER
 from ground.rendezvous import rendezvous_metrics
+from ground.windshear import has_windshear
+from ground.windshearmetrics import windshear_metrics
 
 assert {"NAV_STATE", "RELATIVE_STATE", "MISSION_STATUS", "TRUTH"} <= set(IDS), "dialect lacks a message of the metrics"
 
@@ -207,6 +209,8 @@ def compute(run: Path, truth: Columns | None = None, tlm: Columns | None = None)
     out["run.sim_s"] = truth.end_us * 1e-6
     if has_gust(tlm):  # nobody refuels
         return out | gust_metrics(run, truth, tlm) | loop_metrics(tlm) | failure_metrics(run)
+    if has_windshear(tlm):
+        return out | windshear_metrics(run, truth, tlm) | loop_metrics(tlm) | failure_metrics(run)
     out |= contact_metrics(truth, tlm) | wind_metrics(truth, tlm) | loop_metrics(tlm)
     return (
         out

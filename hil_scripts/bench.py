@@ -15,7 +15,7 @@ from rich.table import Table
 
 from flightsw.icd import wire
 from flightsw.icd.tlog import read
-from hil_scripts import bench_filters, bench_gust, bench_link, bench_plant, bench_rendezvous, ports
+from hil_scripts import bench_airdata, bench_filters, bench_gust, bench_link, bench_plant, bench_rendezvous, ports
 
 TICK_HZ = 100
 REALTIME_S = 60.0
@@ -83,7 +83,7 @@ def measure(
     rows.append(Row("bare.sim_s_per_wall_s", "bare sockets, same datagrams and bytes", bare, "s/s"))
     rows.append(Row("lockstep.ratio_to_bare", "lockstep mission takes, times bare sockets", bare / multi, "x"))
     say("estimator and plant")
-    rows += filter_rows() + plant_rows() + gust_rows()
+    rows += filter_rows() + plant_rows() + gust_rows() + airdata_rows()
     say("rendezvous by range")
     rows += rendezvous_rows()
     timing: list[dict[str, Any]] = []
@@ -142,6 +142,16 @@ def plant_rows() -> list[Row]:
             "x",
             "<= 1",
         ),
+    ]
+
+
+def airdata_rows() -> list[Row]:
+    """Wake position and air-data fault detection per 20 Hz step, and the share of the 10 ms frame it runs in."""
+    median, p99 = bench_airdata.step_us()
+    return [
+        Row("airdata.step_us", "wake position and air-data FDI, one step", median, "us"),
+        Row("airdata.step_p99_us", "99th percentile of the same", p99, "us"),
+        Row("airdata.frame_share_pct", "share of the 10 ms frame it runs in", median / 100.0, "%"),
     ]
 
 

@@ -106,6 +106,7 @@ class RendezvousMission(Mission):
         if nav.valid and r is not None:
             pilot.step(self.track.own, r.mean if r.valid else None, r.range_m if r.valid else math.inf, dt)
             if pilot.phase == "done":
+                self.track.closed = True  # the receiver leaves its plan now: it joins up
                 self.t_done_us = f.t_us if self.t_done_us < 0 else self.t_done_us
                 if f.t_us - self.t_done_us >= self.capture_s * 1e6:
                     return self._join(f, nav, dt)

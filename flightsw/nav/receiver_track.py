@@ -64,6 +64,7 @@ class ReceiverTrack:
         self._radar: tuple[float, float] | None = None
         self._t_us = self._since_us = -1
         self._lost = False
+        self.closed = False  # the meeting is over: ranges are no longer fused, nor missed
         self._upper = np.triu_indices(4)
 
     @property
@@ -82,9 +83,10 @@ class ReceiverTrack:
             if self._since_us < 0:
                 self._since_us = f.t_us
             self._own(f.t_us, nav, dt)
-            if updated & UPD_TACAN and f.tacan_range_m is not None:
+            if updated & UPD_TACAN and f.tacan_range_m is not None and not self.closed:
                 self._reply(f)
-        self._watch(f)
+        if not self.closed:
+            self._watch(f)
         return self._publish(f)
 
     def _crew(self, f: SensorFrame) -> None:

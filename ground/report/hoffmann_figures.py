@@ -80,7 +80,7 @@ def loads(tr: Mapping[str, Array], actors: Sequence[str], labels: Mapping[str, s
         low = signal.sosfiltfilt(sos, az)
         top = max(top, 1.1 * float(np.abs(low[t > 2.0]).max()))
         left.plot(t, low, color=shade(a, k), lw=1.1, label=labels.get(a, a))
-        hz, density = signal.welch(az[round(2.0 / TICK_S) :], 1.0 / TICK_S, nperseg=2048)
+        hz, density = signal.welch(az[round(2.0 / TICK_S) :], 1.0 / TICK_S, nperseg=min(2048, len(az) // 2))
         keep = (hz > 0.1) & (hz < 25.0)
         right.loglog(hz[keep], density[keep], color=shade(a, k), lw=1.1)
     right.axvline(2.0, color="#b3261e", lw=0.9, ls="--")
