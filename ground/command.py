@@ -30,6 +30,13 @@ ACTIONS: dict[str, int] = {
 }
 
 
+LAWS: dict[str, int] = {
+    e.name.removeprefix("WKF_GUST_LAW_").lower(): v
+    for v, e in mav.enums["WKF_GUST_LAW"].items()
+    if not e.name.endswith("ENUM_END")
+}
+
+
 class CommandError(Exception):
     """The command cannot be formed; the message names the argument and what is allowed."""
 
@@ -65,8 +72,14 @@ def order(action: str, value: float | None, to: int | None) -> Order:
         if value is None or not value > 0.0:
             raise CommandError("speed needs a value in m/s greater than 0, for example: ground send speed 195 --to 1")
         return Order(target, CMD_SPEED, (0.0, value, -1.0, 0.0, 0.0, 0.0, 0.0), f"speed {value:g} m/s")
+    if action == "law":
+        known = ", ".join(f"{v} {n}" for n, v in LAWS.items())
+        if value not in LAWS.values() or to is None:
+            raise CommandError(f"law needs a number ({known}) and an aircraft, for example: ground send law 0 --to 3")
+        name = next(n for n, v in LAWS.items() if v == value)
+        return Order(to, CMD_ACTION, (float(LAWS[name]),) + (0.0,) * 6, f"law {name}")
     if action not in ACTIONS:
-        raise CommandError(f"unknown action {action!r}; known: {', '.join([*ACTIONS, 'speed', 'inject'])}")
+        raise CommandError(f"unknown action {action!r}; known: {', '.join([*ACTIONS, 'speed', 'law', 'inject'])}")
     if value is not None:
         raise CommandError(f"action {action!r} takes no value, got {value:g}")
     target = RECEIVER if to is None else to

@@ -66,9 +66,8 @@ class World:
         self._sensed = False
         records = list(zip(scenario.aircraft, scenario.load_aircraft(), strict=True))
         six = [(c, ac) for c, ac in records if c.model == SIXDOF and isinstance(ac, Aircraft)]
-        self.vehicles = [
-            Vehicle(i, c, ac, six[0][1] if i else None, scenario, self.seed) for i, (c, ac) in enumerate(six)
-        ]
+        lead = six[0][1] if six else None
+        self.vehicles = [Vehicle(i, c, a, lead if i else None, scenario, self.seed) for i, (c, a) in enumerate(six)]
         # aircraft of another kind fly by themselves: without leader, wake and boom, in air of their own
         self.crafts = [make_craft(c, ac, scenario, self.seed) for c, ac in records if c.model != SIXDOF]
         both: list[Vehicle | Craft] = [*self.vehicles, *self.crafts]

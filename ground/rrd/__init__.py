@@ -29,6 +29,8 @@ from ground.rrd.rendezvous import rendezvous, rendezvous_map, rendezvous_tab
 from ground.rrd.scene3d import scene3d
 from ground.rrd.sensors import sensors
 from ground.rrd.series import AXIS, Sink
+from ground.rrd.windshear import convert_windshear
+from ground.windshear import has_windshear
 
 PERIOD_US = 100_000  # [us] series are thinned to 10 Hz, the rate of the telemetry; the truth comes faster
 
@@ -44,6 +46,8 @@ def convert(run: Path, out: Path | None = None, near: bool = False, tab: str = "
     path = run / "run.rrd" if out is None else out
     if has_gust(tlm):
         return convert_gust(run, path, truth, tlm, tab)
+    if has_windshear(tlm):
+        return convert_windshear(run, path, truth, tlm, tab)
     name = run.resolve().name or "run"
     span = interest(tlm, end)
     extra = [airdata_tab(Plots(*span), close_centre(truth, tlm))] if has_airdata(tlm) else []

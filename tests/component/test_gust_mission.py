@@ -118,7 +118,7 @@ def test_published_state_is_that_of_the_readings(designed: FlightApp, psi: float
     app = copy.deepcopy(designed)
     s = Feed(psi=psi).fly(app, 4.0)
     assert s.nav.euler[0] == pytest.approx(psi)
-    assert s.nav.V == pytest.approx(20.0, abs=0.5)
+    assert pytest.approx(20.0, abs=0.5) == s.nav.V
     assert s.nav.vel_n[0] == pytest.approx(20.0 * math.cos(psi), abs=0.5)
     assert s.nav.vel_n[1] == pytest.approx(20.0 * math.sin(psi), abs=0.5)
     assert s.nav.pos_n[2] == pytest.approx(-100.0, abs=1.5)
@@ -217,9 +217,9 @@ def test_saturation_is_told(designed: FlightApp) -> None:
 
 
 def test_a_wrong_key_or_choice_is_named() -> None:
-    with pytest.raises(ConfigError, match="estimator.*printed, linear, ekf, ukf, bank"):
+    with pytest.raises(ConfigError, match=r"estimator.*printed, linear, ekf, ukf, bank"):
         make(nav__estimator="imm")
-    with pytest.raises(ConfigError, match="law.*hold, alleviation, elevator"):
+    with pytest.raises(ConfigError, match=r"law.*hold, alleviation, elevator"):
         make(ctrl__law="none")
     with pytest.raises(ConfigError, match="unknown key"):
         make(nav__scalez=1.0)

@@ -149,3 +149,13 @@ def test_conversion_and_tabs(run: Path, tmp_path: Path) -> None:
 def test_metrics_command_prints_them(run: Path) -> None:
     r = CliRunner().invoke(app, ["metrics", str(run)])
     assert r.exit_code == 0 and json.loads(r.stdout)["gust.one.alpha_w.rms_deg"] == pytest.approx(0.3, rel=1e-3)
+
+
+def test_law_by_command() -> None:
+    from ground.command import CommandError, order
+
+    o = order("law", 2.0, 3)
+    assert (o.target, o.command, o.params[0], o.text) == (3, 31010, 2.0, "law elevator")
+    for value, to in ((None, 3), (5.0, 3), (1.0, None)):
+        with pytest.raises(CommandError, match="0 hold, 1 alleviation, 2 elevator"):
+            order("law", value, to)

@@ -184,7 +184,7 @@ def test_a_wrong_table_of_a_model_is_named_before_anything_is_written(over: dict
 
 
 def test_another_speed_at_the_start_is_refused() -> None:
-    with pytest.raises(ConfigError, match="start.V_mps = 25.0: allowed: 20"):
+    with pytest.raises(ConfigError, match=r"start\.V_mps = 25\.0: allowed: 20"):
         World(gust({"aircraft.alexis.start.V_mps": 25.0}))
 
 
