@@ -123,7 +123,7 @@ def live(
 @app.command(context_settings={"ignore_unknown_options": True})  # so that a value may be negative
 def send(
     action: Annotated[
-        str, typer.Argument(help="hold precontact contact disconnect breakaway observation speed law inject")
+        str, typer.Argument(help="hold precontact contact disconnect breakaway observation speed law go-around inject")
     ],
     value: Annotated[float | None, typer.Argument(help="speed [m/s]; law: number; inject: see --type, SI")] = None,
     to: Annotated[int | None, typer.Option("--to", help="sysid; default 2, for speed 1", min=1, max=250)] = None,

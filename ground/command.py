@@ -18,7 +18,7 @@ from flightsw.icd.wire import Sender
 from ground.packets import AIRCRAFT, IDS, RECEIVER, TANKER, decode, packet_id, split
 
 GROUND_SYSID, GROUND_COMPID = 255, 190
-CMD_ACTION, CMD_SPEED = 31010, 178  # MAV_CMD_USER_1, MAV_CMD_DO_CHANGE_SPEED
+CMD_ACTION, CMD_SPEED, CMD_GO_AROUND = 31010, 178, 191  # MAV_CMD_USER_1, _DO_CHANGE_SPEED, _DO_GO_AROUND
 RETRY_S = 0.7  # [s] wall time before a repeat
 ATTEMPTS = 4
 IN_PROGRESS = 5  # MAV_RESULT: begun, a final answer follows
@@ -30,11 +30,14 @@ ACTIONS: dict[str, int] = {
 }
 
 
-LAWS: dict[str, int] = {
-    e.name.removeprefix("WKF_GUST_LAW_").lower(): v
-    for v, e in mav.enums["WKF_GUST_LAW"].items()
-    if not e.name.endswith("ENUM_END")
-}
+def _laws(enum: str) -> dict[str, int]:
+    found = mav.enums[enum].items()
+    return {e.name.removeprefix(enum + "_").lower(): v for v, e in found if not e.name.endswith("ENUM_END")}
+
+
+LAWS = _laws("WKF_GUST_LAW")
+GO_AROUND, JET = "go-around", 5  # of the windshear mission; its usual system id
+ESCAPE_LAWS = _laws("WKF_WS_LAW")
 
 
 class CommandError(Exception):
@@ -73,15 +76,19 @@ def order(action: str, value: float | None, to: int | None) -> Order:
             raise CommandError("speed needs a value in m/s greater than 0, for example: ground send speed 195 --to 1")
         return Order(target, CMD_SPEED, (0.0, value, -1.0, 0.0, 0.0, 0.0, 0.0), f"speed {value:g} m/s")
     if action == "law":
-        known = ", ".join(f"{v} {n}" for n, v in LAWS.items())
-        if value not in LAWS.values() or to is None:
+        laws = ESCAPE_LAWS if to == JET else LAWS
+        known = ", ".join(f"{v} {n}" for n, v in laws.items())
+        if value not in laws.values() or to is None:
             raise CommandError(f"law needs a number ({known}) and an aircraft, for example: ground send law 0 --to 3")
-        name = next(n for n, v in LAWS.items() if v == value)
-        return Order(to, CMD_ACTION, (float(LAWS[name]),) + (0.0,) * 6, f"law {name}")
-    if action not in ACTIONS:
-        raise CommandError(f"unknown action {action!r}; known: {', '.join([*ACTIONS, 'speed', 'law', 'inject'])}")
+        name = next(n for n, v in laws.items() if v == value)
+        return Order(to, CMD_ACTION, (float(laws[name]),) + (0.0,) * 6, f"law {name}")
+    if action not in ACTIONS and action != GO_AROUND:
+        words = [*ACTIONS, "speed", "law", GO_AROUND, "inject"]
+        raise CommandError(f"unknown action {action!r}; known: {', '.join(words)}")
     if value is not None:
         raise CommandError(f"action {action!r} takes no value, got {value:g}")
+    if action == GO_AROUND:
+        return Order(JET if to is None else to, CMD_GO_AROUND, (0.0,) * 7, action)
     target = RECEIVER if to is None else to
     return Order(target, CMD_ACTION, (float(ACTIONS[action]),) + (0.0,) * 6, action)
 

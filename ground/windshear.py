@@ -141,7 +141,11 @@ def flights(run: Path, truth: Columns, tlm: Columns) -> list[WindshearFlight]:
     """Every aircraft of the run with estimate and truth, by system id."""
     out = []
     for sysid, name in names(run, tlm).items():
-        state, true, mission = tlm.get(sysid, "WINDSHEAR_STATE"), truth.get(sysid, "TRUTH"), tlm.get(sysid, "MISSION_STATUS")
+        state, true, mission = (
+            tlm.get(sysid, "WINDSHEAR_STATE"),
+            truth.get(sysid, "TRUTH"),
+            tlm.get(sysid, "MISSION_STATUS"),
+        )
         if state is None or true is None:
             continue
         i, j = match(true.t_us, state.t_us)
@@ -156,9 +160,18 @@ def flights(run: Path, truth: Columns, tlm: Columns) -> list[WindshearFlight]:
         x, sigma = (state[k].astype(np.float64) for k in ("est", "sigma"))
         out.append(
             WindshearFlight(
-                name, t_us, state, x, sigma, known[i], F[i], phase, state["valid"] != 0, _burst(run, name),
+                name,
+                t_us,
+                state,
+                x,
+                sigma,
+                known[i],
+                F[i],
+                phase,
+                state["valid"] != 0,
+                _burst(run, name),
                 _thresholds(run, name),
-            )  # fmt: skip
+            )
         )
     return out
 

@@ -1,4 +1,4 @@
-"""Figures of the windshear mission: errors of the wind estimate and their consistency, of the hazard index, how the flight went."""
+"""Figures of the windshear mission: errors of the wind estimate and their consistency, of the hazard index, how it was flown."""
 
 from __future__ import annotations
 
@@ -8,7 +8,22 @@ from typing import Any
 import numpy as np
 
 from ground.columns import Columns
-from ground.windshear import ABORT, ACCUSED, AL, CAUTION, H, KD, KL, VA, WH, WX, X, WindshearFlight, flights, has_windshear
+from ground.windshear import (
+    ABORT,
+    ACCUSED,
+    AL,
+    CAUTION,
+    KD,
+    KL,
+    VA,
+    WH,
+    WX,
+    H,
+    WindshearFlight,
+    X,
+    flights,
+    has_windshear,
+)
 
 SETTLE_S = 2.0
 DEG = 180.0 / np.pi

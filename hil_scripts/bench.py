@@ -15,7 +15,16 @@ from rich.table import Table
 
 from flightsw.icd import wire
 from flightsw.icd.tlog import read
-from hil_scripts import bench_airdata, bench_filters, bench_gust, bench_link, bench_plant, bench_rendezvous, ports
+from hil_scripts import (
+    bench_airdata,
+    bench_filters,
+    bench_gust,
+    bench_link,
+    bench_plant,
+    bench_rendezvous,
+    bench_windshear,
+    ports,
+)
 
 TICK_HZ = 100
 REALTIME_S = 60.0
@@ -83,7 +92,7 @@ def measure(
     rows.append(Row("bare.sim_s_per_wall_s", "bare sockets, same datagrams and bytes", bare, "s/s"))
     rows.append(Row("lockstep.ratio_to_bare", "lockstep mission takes, times bare sockets", bare / multi, "x"))
     say("estimator and plant")
-    rows += filter_rows() + plant_rows() + gust_rows() + airdata_rows()
+    rows += filter_rows() + plant_rows() + gust_rows() + windshear_rows() + airdata_rows()
     say("rendezvous by range")
     rows += rendezvous_rows()
     timing: list[dict[str, Any]] = []
@@ -184,6 +193,19 @@ def gust_rows() -> list[Row]:
         rows.append(Row(f"gust.{name}.p99_us", f"gust estimator {name}, 99th percentile", took.p99_us, "us"))
     for name, took in bench_gust.laws().items():
         rows.append(Row(f"gust.law.{name}.step_us", f"gust law {name} and servo model", took.median_us, "us"))
+    return rows
+
+
+def windshear_rows() -> list[Row]:
+    """Estimators, guidance and control of the jet transport, one 50 Hz sample each."""
+    rows = []
+    for name, took in bench_windshear.estimators().items():
+        text = f"windshear {name}, one sample"
+        rows.append(Row(f"windshear.{name}.step_us", text, took.median_us, "us", "<= 2000"))
+        rows.append(Row(f"windshear.{name}.p99_us", f"windshear {name}, 99th percentile", took.p99_us, "us"))
+    for name, took in bench_windshear.laws().items():
+        text = f"windshear {name}: guidance and inverse dynamics"
+        rows.append(Row(f"windshear.law.{name}.step_us", text, took.median_us, "us"))
     return rows
 
 

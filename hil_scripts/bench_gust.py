@@ -28,7 +28,8 @@ class Timed:
     p99_us: float
 
 
-def _timed(step: Callable[[int], object], count: int) -> Timed:
+def timed(step: Callable[[int], object], count: int) -> Timed:
+    """Median and 99th percentile of step(i), i = 0 to count - 1, the first `DROP` left out."""
     took = []
     for i in range(count):
         t0 = time.perf_counter()
@@ -47,7 +48,7 @@ def estimators(duration_s: float = DURATION_S) -> dict[str, Timed]:
         table = GustNavTable(estimator=name)
         nav = make_gust_nav(table)
         ok = flight.fresh & table.channels
-        out[name] = _timed(lambda i, n=nav, m=ok: n.step(flight.y[i], int(m[i]), flight.u[i], hf.DT), len(flight.y))  # type: ignore[misc]
+        out[name] = timed(lambda i, n=nav, m=ok: n.step(flight.y[i], int(m[i]), flight.u[i], hf.DT), len(flight.y))  # type: ignore[misc]
     return out
 
 
@@ -65,5 +66,5 @@ def laws(steps: int = 2000) -> dict[str, Timed]:
             servos.send(law.step(x[i], y, servos))
             servos.step(hf.DT)
 
-        out[name] = _timed(step, steps)
+        out[name] = timed(step, steps)
     return out

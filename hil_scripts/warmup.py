@@ -13,7 +13,7 @@ from rich.console import Console
 from hil_scripts import kernel_cache
 from hil_scripts.procs import StopFlag, Supervisor, describe_exit
 
-SCENARIOS = ("refueling", "gust")  # together they use every kernel
+SCENARIOS = ("refueling", "gust", "windshear")  # together they use every kernel
 SECONDS = 4.0  # [s] simulated; long enough for every rate group, estimator start-up included
 CODE = """
 import sys

@@ -1,7 +1,7 @@
 """The twin-jet transport in the plant's world: twinjet.py behind the house's sensors, faults and command path.
 
-Flight along a fixed heading, x along it from the frame's origin: the downburst's axis is at its x_m. Throttle 0 to 1 is thrust from
-none to that at rest, and what the engine gives of it lies between idle and its limit. start.V_mps is the speed over the ground.
+Flight along a fixed heading, x along it from the frame's origin: the downburst's axis is at its x_m. Throttle 0 to 1 is thrust
+from none to that at rest, and the engine gives between idle and its limit of it. start.V_mps is the speed over the ground.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ Length = Annotated[float, Range(1.0)]
 
 @dataclass(frozen=True)
 class TwinJetTable:
-    """[aircraft.plant] with model = "twinjet": lift and drag over what the aircraft file's model has, slope at the start, downburst,
+    """[aircraft.plant] with model = "twinjet": lift and drag over those of the model, slope at the start, downburst,
     Dryden turbulence along x and up with its scale lengths, discrete gusts."""
 
     lift_factor: Factor = 1.0
@@ -52,10 +52,7 @@ class TwinJetCraft(Craft):
     def __init__(self, cfg: AircraftCfg, ac: Airframe, sc: Scenario, seed: int) -> None:
         """Raises ConfigError for a start without steady flight, or a table the model does not take."""
         super().__init__(cfg, ac, sc, seed, NOT_YET)
-        try:
-            t: TwinJetTable = plant_table(TwinJetCraft, cfg)
-        except ValueError as e:
-            raise ConfigError(f"aircraft.{cfg.name}.plant: {e}") from None
+        t: TwinJetTable = plant_table(TwinJetCraft, cfg)
         north, east, down = cfg.start.pos_n_m
         psi = math.radians(cfg.start.psi_deg)
         self._psi, self._ahead = psi, (math.cos(psi), math.sin(psi))
@@ -71,6 +68,12 @@ class TwinJetCraft(Craft):
             raise ConfigError(f"aircraft.{cfg.name}.start: {problem}") from None
         self._full = float(self.flight.a[kt.A_TMAX])
         thrust, elevator = (float(v) for v in self.flight.controls)
+        alpha = float(self.flight.truth[4])
+        if not (0.0 <= thrust <= self._full and abs(alpha) < self.flight.a[kt.A_PEAK]):
+            raise ConfigError(
+                f"aircraft.{cfg.name}.start.V_mps = {cfg.start.V_mps:g}: steady flight there takes {thrust * 1e-3:.0f} kN at "
+                f"{math.degrees(alpha):.0f} deg; allowed: up to {self._full * 1e-3:.0f} kN, below the stall"
+            )
         self.trim = (0.0, elevator, 0.0, thrust / self._full, False, 0.0)
         self.path.current = self.trim
         self._elevator = elevator

@@ -193,7 +193,9 @@ class FlightReceiver:
         speed, alpha, beta = data[:n], data[PROBES : PROBES + n], data[2 * PROBES : 2 * PROBES + n]
         mask &= (1 << n) - 1
         s = sum(data)
-        if s - s != 0.0:  # look which reading it is: it stays NaN, which health refuses by its range, and no other is lost
+        if (
+            s - s != 0.0
+        ):  # look which reading it is: it stays NaN, which health refuses by its range, and no other is lost
             for i in range(n):
                 if mask >> i & 1:
                     self.count.non_finite += sum(not math.isfinite(x) for x in (speed[i], alpha[i], beta[i]))

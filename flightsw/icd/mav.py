@@ -2892,7 +2892,7 @@ class MAVLink_windshear_state_message(MAVLink_message):
     fieldtypes = ["uint64_t", "float", "float", "float", "float", "float", "float", "float", "float", "float", "float", "float", "float", "float", "float", "float", "uint8_t", "uint8_t", "uint8_t", "uint8_t", "uint8_t", "uint8_t", "uint8_t"]
     fielddisplays_by_name: Dict[str, str] = {}
     fieldenums_by_name: Dict[str, str] = {"estimator": "WKF_WS_ESTIMATOR", "law": "WKF_WS_LAW"}
-    fieldunits_by_name: Dict[str, str] = {"time_usec": "us", "wind_monitor": "m/s", "climb": "m/s", "speed": "m/s", "pitch": "rad", "elevator": "rad"}
+    fieldunits_by_name: Dict[str, str] = {"time_usec": "us", "est": "m, m/s, rad, rad/s, kN, m/s^2, m/s^3", "sigma": "m, m/s, rad, rad/s, kN, m/s^2, m/s^3", "wind_monitor": "m/s", "turbulence": "m/s/sqrt(s)", "climb": "m/s", "speed": "m/s", "pitch": "rad", "thrust": "kN", "elevator": "rad"}
     native_format = bytearray(b"<QfffffffffffffffBBBBBBB")
     orders = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21, 22]
     lengths = [1, 15, 15, 1, 1, 1, 1, 1, 2, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1]
@@ -4898,8 +4898,8 @@ class MAVLink(object):
         second rates (m/s^3), scale of lift, scale of drag.
 
         time_usec                 : Sample time. [us] (type:uint64_t)
-        est                       : Estimate. (type:float)
-        sigma                     : 1-sigma of est. (type:float)
+        est                       : Estimate. [m, m/s, rad, rad/s, kN, m/s^2, m/s^3] (type:float)
+        sigma                     : 1-sigma of est. [m, m/s, rad, rad/s, kN, m/s^2, m/s^3] (type:float)
         hazard                    : Hazard index F as the alerting takes it. (type:float)
         quick                     : Low-pass of F for the caution. (type:float)
         slow                      : Low-pass of F for the abort. (type:float)
@@ -4907,11 +4907,11 @@ class MAVLink(object):
         hazard_monitor            : F of the kinematic monitor. (type:float)
         wind_monitor              : Wind of the kinematic monitor, along and up. [m/s] (type:float)
         nis                       : Normalised innovation squared of the step. (type:float)
-        turbulence                : White steps of the wind in force, m/s/sqrt(s). (type:float)
+        turbulence                : White steps of the wind in force. [m/s/sqrt(s)] (type:float)
         climb                     : Climb rate demanded. [m/s] (type:float)
         speed                     : Airspeed demanded on the approach. [m/s] (type:float)
         pitch                     : Pitch demanded by the pitch law. [rad] (type:float)
-        thrust                    : Command, kN. (type:float)
+        thrust                    : Command. [kN] (type:float)
         elevator                  : Command, + trailing edge down. [rad] (type:float)
         channels                  : Readings of the step. (type:uint8_t)
         states                    : Number of states estimated, 13 or 15. (type:uint8_t)
@@ -4935,8 +4935,8 @@ class MAVLink(object):
         second rates (m/s^3), scale of lift, scale of drag.
 
         time_usec                 : Sample time. [us] (type:uint64_t)
-        est                       : Estimate. (type:float)
-        sigma                     : 1-sigma of est. (type:float)
+        est                       : Estimate. [m, m/s, rad, rad/s, kN, m/s^2, m/s^3] (type:float)
+        sigma                     : 1-sigma of est. [m, m/s, rad, rad/s, kN, m/s^2, m/s^3] (type:float)
         hazard                    : Hazard index F as the alerting takes it. (type:float)
         quick                     : Low-pass of F for the caution. (type:float)
         slow                      : Low-pass of F for the abort. (type:float)
@@ -4944,11 +4944,11 @@ class MAVLink(object):
         hazard_monitor            : F of the kinematic monitor. (type:float)
         wind_monitor              : Wind of the kinematic monitor, along and up. [m/s] (type:float)
         nis                       : Normalised innovation squared of the step. (type:float)
-        turbulence                : White steps of the wind in force, m/s/sqrt(s). (type:float)
+        turbulence                : White steps of the wind in force. [m/s/sqrt(s)] (type:float)
         climb                     : Climb rate demanded. [m/s] (type:float)
         speed                     : Airspeed demanded on the approach. [m/s] (type:float)
         pitch                     : Pitch demanded by the pitch law. [rad] (type:float)
-        thrust                    : Command, kN. (type:float)
+        thrust                    : Command. [kN] (type:float)
         elevator                  : Command, + trailing edge down. [rad] (type:float)
         channels                  : Readings of the step. (type:uint8_t)
         states                    : Number of states estimated, 13 or 15. (type:uint8_t)

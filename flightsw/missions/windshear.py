@@ -1,5 +1,5 @@
-"""Windshear mission of the twin-jet transport, on one page: height, ground speed, climb rate, airspeed, incidence, pitch, pitch
-rate and accelerations -> wind, its rates and the scales of lift and drag -> hazard index, approach or escape -> thrust and elevator.
+"""Windshear mission of the twin-jet transport, on one page: height, ground speed, climb rate, airspeed, incidence, pitch,
+pitch rate, accelerations -> wind, its rates, scales of lift and drag -> hazard index, approach or escape -> thrust and elevator.
 
 50 Hz, every base tick: estimator, monitor, guidance, control, in this order. The aircraft flies by its own model
 (models/windshear.py). MAV_CMD_DO_GO_AROUND gives the approach up; MAV_CMD_USER_1, param1 chooses the escape law.
@@ -149,8 +149,12 @@ class WindshearMission(Mission):
         self._accused = accused
         before, cautions = self.guidance.phase, self.guidance.hazard.cautions
         demand = self.guidance.step(e.x, e.F, dt, e.valid)
-        if self.guidance.phase != before and (self.guidance.phase != "caution" or self.guidance.hazard.cautions > cautions):
-            self._texts.append(Text(4 if self.guidance.phase in ("caution", "escape") else 6, WORDS[self.guidance.phase]))
+        if self.guidance.phase != before and (
+            self.guidance.phase != "caution" or self.guidance.hazard.cautions > cautions
+        ):
+            self._texts.append(
+                Text(4 if self.guidance.phase in ("caution", "escape") else 6, WORDS[self.guidance.phase])
+            )
         c = self.ctrl.step(e.x, demand) if e.valid else self.ctrl.u
         u = self._u
         u[ELEVATOR], u[THRUST] = c[1], min(max(float(c[0]), 0.0), self.full_kN) * 1e3

@@ -100,3 +100,23 @@ def hoffmann(
         print(f"ground: {e}", file=sys.stderr)
         raise typer.Exit(1) from None
     print(page)
+
+
+@app.command()
+def jing(
+    runs: Annotated[
+        list[Path],
+        typer.Argument(help="campaign folders of `sil campaign jing`, jing_escape, ...", metavar="RUNS..."),
+    ],
+    out: Annotated[Path, typer.Option("--out", help="folder for jing.html and the PNG figures")] = Path("report-jing"),
+) -> None:
+    """The jet transport in a microburst as tables and pictures: filters, wrong aerodynamics, escape laws, survival."""
+    from ground.report.jing_build import jing_report
+    from ground.report.load import ReportError
+
+    try:
+        page = jing_report(runs, out)
+    except ReportError as e:
+        print(f"ground: {e}", file=sys.stderr)
+        raise typer.Exit(1) from None
+    print(page)

@@ -26,8 +26,9 @@ def hoffmann_report(folders: Sequence[Path], out: Path) -> Path:
 
 
 def _text(found: Found, pictures: Pictures) -> str:
+    table, cards = judged(found, hoffmann.GOALS)
     chapters = [
-        ("acceptance", "Acceptance figures", acceptance(found)),
+        ("acceptance", "Acceptance figures", table),
         ("gains", "The printed gain", _gains(found.get("hoffmann_gains"), pictures)),
         ("cases", "Cases 1 and 2, and the nonlinear aircraft", _cases(found.get("hoffmann"), pictures)),
         ("spectra", "Spectra", _spectra(found.get("hoffmann_spectra"), pictures)),
@@ -42,7 +43,7 @@ def _text(found: Found, pictures: Pictures) -> str:
     )
     chapters.append(("reading", "How to read this", "".join(p.paragraph(t) for t in READING.strip().split("\n\n"))))
     chapters.append(("provenance", "Provenance", provenance(list(found.values()))))
-    body = _headline(found) + "".join(warnings(c) for c in found.values())
+    body = cards + "".join(warnings(c) for c in found.values())
     body += "\n".join(p.section(*c) for c in chapters)
     return p.document(hoffmann.TITLE, hoffmann.PURPOSE, [(a, t) for a, t, _ in chapters], body)
 
@@ -57,28 +58,25 @@ def judge(found: Found, t: hoffmann.Goal) -> tuple[Stat | None, bool]:
     return worst, worst is not None and worst.value is not None and t.met(worst.value)
 
 
-def acceptance(found: Found) -> str:
-    """Every goal with what was measured; of several values the worst."""
-    rows = []
-    for t in hoffmann.GOALS:
+def judged(found: Found, goals: Sequence[hoffmann.Goal]) -> tuple[str, str]:
+    """Table of the goals with what was measured, of several values the worst; and the headline cards."""
+    rows, verdicts = [], []
+    for t in goals:
         stat, met = judge(found, t)
         if stat is not None:
+            verdicts.append(met)
             css = "good" if met else "bad"
             row = p.text(t.what) + p.text(t.text, "name") + p.cell(stat, css) + p.text("met" if met else "not met", css)
             rows.append(row + p.plain(stat.n) + p.text(f"{t.study}: {stat.key}"))
     head = [("figure", ""), ("demand", ""), ("measured", "num"), ("", ""), ("runs", "num"), ("summary key", "")]
-    return p.table(head, rows, "Means or RMS over runs with 95 % confidence intervals.") if rows else ""
-
-
-def _headline(found: Found) -> str:
     runs = [r for c in found.values() for r in c.rows]
     failed = sum(r["status"] != "ok" for r in runs)
     cards = [p.card(str(len(runs)), "runs"), p.card(str(failed), "failed runs", "bad" if failed else "good")]
-    verdicts = [met for t in hoffmann.GOALS for stat, met in (judge(found, t),) if stat is not None]
     if verdicts:
         css = "good" if all(verdicts) else "bad"
         cards.append(p.card(f"{sum(verdicts)} of {len(verdicts)}", "acceptance figures met", css))
-    return f'<div class="cards">{"".join(cards)}</div>'
+    table = p.table(head, rows, "Means or RMS over runs with 95 % confidence intervals.") if rows else ""
+    return table, f'<div class="cards">{"".join(cards)}</div>'
 
 
 def _gains(c: Campaign | None, pictures: Pictures) -> str:

@@ -1,5 +1,5 @@
-"""A run of the windshear mission in Rerun: flight path in the vertical plane over the downburst's wind, wind estimate with 2-sigma
-bands against truth, hazard index with its thresholds. No tanker and no receiver here, so the layout is its own.
+"""A run of the windshear mission in Rerun: flight path in the vertical plane over the downburst's wind, wind estimate with
+2-sigma bands against truth, hazard index with its thresholds. No tanker and no receiver here, so the layout is its own.
 
 scene/<aircraft>/..., truth/<aircraft>/..., nav/<aircraft>/..., guid/<aircraft>/..., timing/<aircraft>/...
 """
@@ -16,8 +16,26 @@ from ground.packets import health_words, phase_name
 from ground.palette import COLOR, NAV, PHASE_COLORS, TRUTH, Color
 from ground.rrd.series import Sink
 from ground.rrd.windshear_look import SCENE, STRETCH, windshear_blueprint
-from ground.windshear import ABORT, ACCUSED, AL, CAUTION, ESTIMATORS, GA, H, KD, KL, LAWS, VA, WH, WX, X, T, WindshearFlight
-from ground.windshear import flights, names
+from ground.windshear import (
+    ABORT,
+    ACCUSED,
+    AL,
+    CAUTION,
+    ESTIMATORS,
+    GA,
+    KD,
+    KL,
+    LAWS,
+    VA,
+    WH,
+    WX,
+    H,
+    T,
+    WindshearFlight,
+    X,
+    flights,
+    names,
+)
 
 DEG = 180.0 / np.pi
 BAND: Color = (150, 100, 50)
@@ -67,8 +85,12 @@ def _scene(sink: Sink, f: WindshearFlight) -> None:
     lines = [_at(np.array([x0, x1]), np.full(2, h)) for h in (0.0, 100.0, 200.0, 300.0)]
     rec.log(f"{at}/grid", rr.LineStrips2D(lines, colors=[(140, 120, 90), GRID, GRID, GRID], radii=thin), static=True)
     labels = [f"{x / 1000.0:g} km" for x in ticks] + ["100 m", "200 m", "300 m"]
-    spots = np.vstack([_at(ticks, np.full(len(ticks), -4.0)), _at(np.full(3, x0 - 150.0), np.array([100.0, 200.0, 300.0]))])
-    words = rr.Points2D(spots, colors=[(200, 204, 212)], radii=rr.Radius.ui_points(0.0), labels=labels, show_labels=True)
+    spots = np.vstack(
+        [_at(ticks, np.full(len(ticks), -4.0)), _at(np.full(3, x0 - 150.0), np.array([100.0, 200.0, 300.0]))]
+    )
+    words = rr.Points2D(
+        spots, colors=[(200, 204, 212)], radii=rr.Radius.ui_points(0.0), labels=labels, show_labels=True
+    )
     rec.log(f"{at}/labels", words, static=True)
     if f.burst.outflow_mps > 0.0:
         gx, gh = (g.ravel() for g in np.meshgrid(np.arange(x0, x1, STEP_X), np.array(LEVELS)))
@@ -91,7 +113,11 @@ def _scene(sink: Sink, f: WindshearFlight) -> None:
     rec.log(f"{at}/estimate", rr.LineStrips2D([est], colors=[NAV], radii=thin), static=True)
     thinned = slice(None, None, 5)
     here = _at(f.true[:, X], f.true[:, H]).astype(np.float32)[thinned]
-    rec.log(f"{at}/aircraft", rr.Points2D.from_fields(colors=[COLOR["receiver"]], radii=rr.Radius.ui_points(5.0)), static=True)
+    rec.log(
+        f"{at}/aircraft",
+        rr.Points2D.from_fields(colors=[COLOR["receiver"]], radii=rr.Radius.ui_points(5.0)),
+        static=True,
+    )
     sink.columns(f"{at}/aircraft", f.t_us[thinned], rr.Points2D.columns(positions=here))
     for key, who, color in (("wind", f.true, TRUTH), ("wind_estimate", f.x, NAV)):
         rec.log(f"{at}/{key}", rr.Arrows2D.from_fields(colors=[color], radii=rr.Radius.ui_points(1.6)), static=True)
@@ -134,7 +160,9 @@ def _hazard(sink: Sink, f: WindshearFlight) -> None:
     sink.level(f"guid/{name}/abort_F", [th["abort_F"]], "abort", LIMIT)
     alert = f.state["alert"]
     words = np.select(
-        [(alert & ABORT) > 0, (alert & CAUTION) > 0, (alert & ACCUSED) > 0], ["abort", "caution", "monitor differs"], "none"
+        [(alert & ABORT) > 0, (alert & CAUTION) > 0, (alert & ACCUSED) > 0],
+        ["abort", "caution", "monitor differs"],
+        "none",
     )
     colors = {"abort": LIMIT, "caution": AMBER, "monitor differs": MONITOR, "none": GRID}
     sink.states(f"guid/{name}/alert", t, words.tolist(), colors)

@@ -49,7 +49,10 @@ def windshear_blueprint(
                     p.plot(f"{k}: monitor, truth [m/s]", [f"nav/{one}/{k}_monitor", f"truth/{one}/{k}"])
                     for k in ("w_x", "w_h")
                 ),
-                p.plot("execution time of a tick [us] (0 in lockstep)", [f"timing/{one}/exec_mean", f"timing/{one}/exec_max"]),
+                p.plot(
+                    "execution time of a tick [us] (0 in lockstep)",
+                    [f"timing/{one}/exec_mean", f"timing/{one}/exec_max"],
+                ),
             ),
             name="Filter and timing",
         ),
@@ -58,7 +61,9 @@ def windshear_blueprint(
     active = [i for i, n in enumerate(labels) if n.lower() == tab.lower() or not tab]
     if not active:
         raise NoTabError(f"no tab {tab!r} in this run; there are: {', '.join(labels)}")
-    lanes = [k.format(a) for a in aircraft for k in ("guid/{}/phase", "guid/{}/alert", "guid/{}/law", "sensors/{}/health")]
+    lanes = [
+        k.format(a) for a in aircraft for k in ("guid/{}/phase", "guid/{}/alert", "guid/{}/law", "sensors/{}/health")
+    ]
     modes = rrb.Tabs(
         rrb.StateTimelineView(origin="/", contents=lanes, name="Phase, alert, law, health", time_view=p.time),
         rrb.TextLogView(origin="/", contents=[f"guid/{a}/text" for a in aircraft], name="Messages"),

@@ -1,0 +1,100 @@
+"""The windshear mission over MAVLink: sockets, one process and replay give the same bytes; estimators, go-around."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from ground.columns import load
+from ground.metrics import compute
+from tests.sil.launch import sil, summary
+
+pytestmark = pytest.mark.xdist_group("windshear")
+SECONDS = 8.0
+LOGS = ("link_twinjet.tlog", "tlm.tlog", "truth.tlog")
+KEY = "windshear.twinjet."
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory, next_port_offset: Callable[[], int]) -> dict[str, Path]:
+    """The same flight with separate processes, in one process, and in one process with another seed."""
+    base = tmp_path_factory.mktemp("windshear")
+    out = {}
+    for name, seed, flags in (
+        ("sockets", 5, ("--port-offset", next_port_offset())),
+        ("single", 5, ("--in-process",)),
+        ("other", 6, ("--in-process",)),
+    ):
+        out[name] = base / name
+        ended = sil("run", "windshear", "--seed", seed, "--duration", SECONDS, "--no-rrd", "--out", out[name], *flags)
+        assert ended.code == 0, ended.text
+    return out
+
+
+def fly(out: Path, duration_s: float, *flags: object) -> dict[str, object]:
+    ended = sil("run", "windshear", "--duration", duration_s, "--in-process", "--no-rrd", "--out", out, *flags)
+    assert ended.code == 0, ended.text
+    return summary(out)
+
+
+@pytest.mark.parametrize("log", LOGS)
+def test_one_seed_one_result(runs: dict[str, Path], log: str) -> None:
+    same = (runs["sockets"] / log).read_bytes()
+    assert same == (runs["single"] / log).read_bytes()
+    assert same != (runs["other"] / log).read_bytes()
+
+
+def test_replay_repeats_every_output(runs: dict[str, Path]) -> None:
+    ended = sil("replay", runs["sockets"])
+    assert ended.code == 0, ended.text
+    assert "twinjet" in ended.text
+
+
+def test_telemetry_carries_every_sample(runs: dict[str, Path]) -> None:
+    tlm = load(runs["single"] / "tlm.tlog")
+    w, nav = tlm.get(5, "WINDSHEAR_STATE"), tlm.get(5, "NAV_STATE")
+    assert w is not None and len(w) == round(SECONDS * 50)
+    assert nav is not None and len(nav) == round(SECONDS * 10)
+    assert tlm.get(5, "RELATIVE_STATE") is None and tlm.get(5, "GUST_STATE") is None
+
+
+def test_the_whole_escape_stays_within_the_scenario_s_bounds(tmp_path: Path) -> None:
+    ended = sil("run", "windshear", "--in-process", "--no-rrd", "--out", tmp_path / "run")
+    assert ended.code == 0, ended.text  # 4: a bound of [expect] is violated
+    assert summary(tmp_path / "run")[KEY + "survived"] is True
+
+
+@pytest.mark.parametrize("flags", [("filter=ukf", "states=13"), ("filter=srckf", "states=15")])
+def test_every_estimator_flies_the_loop(tmp_path: Path, flags: tuple[str, ...]) -> None:
+    s = fly(tmp_path / "run", SECONDS, *(x for f in flags for x in ("--set", f"twinjet.nav.{f}")))
+    assert s[KEY + "valid_pct"] == 100.0 and float(str(s[KEY + "w_x.rms_mps"])) < 0.5
+
+
+def test_go_around_by_command(tmp_path: Path) -> None:
+    event = '[{t_s=4.0, kind="command", target="twinjet", command=191, params=[0.0]}]'
+    s = fly(tmp_path / "run", 12.0, "--set", f"plant.event={event}")
+    assert s[KEY + "aborted"] is True and s[KEY + "by_hazard"] is False
+    assert float(str(s[KEY + "abort_s"])) == pytest.approx(4.0, abs=0.15)
+
+
+def test_the_continued_approach_is_lost_and_said_so(tmp_path: Path) -> None:
+    ended = sil(
+        "run", "windshear", "--in-process", "--no-rrd", "--out", tmp_path / "run", "--set", "twinjet.guid.escape.law=continue"
+    )  # fmt: skip
+    assert ended.code == 1 and "hit the ground" in ended.text
+    assert compute(tmp_path / "run")[KEY + "survived"] is False
+
+
+def test_wrong_lift_and_drag_of_the_plant_are_learnt(tmp_path: Path) -> None:
+    error = (
+        "--set",
+        "plant.aircraft.twinjet.plant.lift_factor=1.1",
+        "--set",
+        "plant.aircraft.twinjet.plant.drag_factor=1.1",
+    )
+    s = fly(tmp_path / "run", 40.0, *error)
+    assert float(str(s[KEY + "lift_scale"])) == pytest.approx(1.1, abs=0.02)
+    assert float(str(s[KEY + "drag_scale"])) == pytest.approx(1.1, abs=0.02)
+    assert float(str(s[KEY + "w_x.rms_mps"])) < 0.3
