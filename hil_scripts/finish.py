@@ -23,7 +23,7 @@ EXIT_EXPECT = 4  # completed, but a bound of the scenario is violated
 def finish(plan: RunPlan, run: Path, outcome: Outcome, rrd: bool, console: Console, stop: StopFlag) -> int:
     """Write summary.json and run.rrd, print what came out, return the exit code of `sil run`."""
     summary: dict[str, Any] = {}
-    if outcome.outcome == "completed":
+    if outcome.outcome in ("completed", "lost"):
         if _step("metrics", ["ground", "metrics", "--write", str(run)], run, console, stop):
             summary = _read_summary(run, console)
         if rrd and not stop:
@@ -48,6 +48,9 @@ def finish(plan: RunPlan, run: Path, outcome: Outcome, rrd: bool, console: Conso
     if outcome.outcome == "aborted":
         console.print(outcome.reason, style="yellow", highlight=False)
         code = 128 + outcome.signum
+    elif outcome.outcome == "lost":
+        console.print(outcome.reason, style="red", markup=False, highlight=False)
+        code = EXIT_FAILED
     elif outcome.outcome != "completed" or not got_metrics:
         code = EXIT_FAILED
     else:
@@ -79,7 +82,7 @@ def _where(run: Path, outcome: Outcome, console: Console) -> None:
     rerun = Path(sys.executable).with_name("rerun")
     if (run / "run.rrd").exists():
         console.print(f"look at it: {_short(rerun)} {run / 'run.rrd'}", markup=False, highlight=False, soft_wrap=True)
-    elif outcome.outcome != "completed":
+    elif outcome.outcome not in ("completed", "lost"):
         ground = _short(Path(sys.executable).with_name("ground"))
         console.print(
             f"the logs up to the end are readable; to draw them: {ground} convert {run}",

@@ -20,6 +20,7 @@ from hil_scripts.progress import Board
 from hil_scripts.runfolder import RunPlan, make_folder, resolve
 from sim_plant.scenario import load_scenario
 from sim_plant.server import PlantServer
+from sim_plant.world import AircraftLostError
 
 LOOK_EVERY = 64  # ticks between looks at the stop flag and the screen
 
@@ -74,8 +75,13 @@ def fly(plan: RunPlan, run: Path, console: Console, stop: StopFlag) -> Outcome:
         gc.collect()
         gc.freeze()
         gc.disable()  # as the separate processes do
+        lost = ""
         try:
-            _loop(flight, board, stop)
+            try:
+                _loop(flight, board, stop)
+            except AircraftLostError as e:
+                lost = str(e)
+                board.advance(flight.server.t_us / 1e6, flight.server.tick)
             flight.finish()
         except OSError as e:
             with contextlib.suppress(OSError):
@@ -86,7 +92,7 @@ def fly(plan: RunPlan, run: Path, console: Console, stop: StopFlag) -> Outcome:
             gc.enable()
     if stop:
         return Outcome("aborted", stop.text(board.sim_s), board.sim_s, board.speed, stop.signum)
-    return Outcome("completed", "", board.sim_s, board.speed)
+    return Outcome("lost" if lost else "completed", lost, board.sim_s, board.speed)
 
 
 def _loop(flight: InProcess, board: Board, stop: StopFlag) -> None:

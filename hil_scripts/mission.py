@@ -18,12 +18,14 @@ from hil_scripts.runfolder import RunPlan
 GROUND_READY_S = 30.0  # [s] for the recorder to bind its port
 DRAIN_S = 10.0  # [s] for onboard processes to end after the plant has, and for the recorder to write its last packet
 COLLATERAL_S = 0.3  # [s] wait for further deaths, to name the cause and not a consequence
+AIRCRAFT_LOST = 4  # exit code of sim-plant
 PEER_SILENT = 3  # exit code of a program whose peer fell silent: a consequence, not a cause
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a run ended. `outcome` is completed, aborted (asked to stop) or failed."""
+    """How a run ended. `outcome` is completed, lost (an aircraft; the logs are whole up to there), aborted (asked to stop) or
+    failed."""
 
     outcome: str
     reason: str
@@ -52,7 +54,7 @@ def fly(plan: RunPlan, run: Path, port_offset: int, console: Console, stop: Stop
             sup.pump(0.05)
             board.draw()
             ended = sup.newly_ended()
-            if plant in ended and plant.popen.returncode == 0:
+            if plant in ended and plant.popen.returncode in (0, AIRCRAFT_LOST):
                 return _finish(sup, board, ground, flights, [c for c in ended if c is not plant], stop, console)
             bad = [c for c in ended if c.popen.returncode != 0 or c is ground]
             early = [c for c in ended if c in flights and c.popen.returncode == 0]
@@ -90,7 +92,7 @@ def _finish(
     stop: StopFlag,
     console: Console,
 ) -> Outcome:
-    """The plant has completed: let the others write their last bytes."""
+    """The plant has come to the end or lost an aircraft: let the others write their last bytes."""
     sup.wait(flights, DRAIN_S, stop)
     ended = already + sup.newly_ended()
     bad = [c for c in ended if c.popen.returncode != 0 or c is ground]
@@ -100,7 +102,7 @@ def _finish(
     sup.signal([ground], signal.SIGTERM)
     if not sup.wait([ground], DRAIN_S, stop):
         return _end(sup, board, ground, stop, console, [ground])
-    return Outcome("completed", "", board.sim_s, board.speed)
+    return Outcome("lost" if board.lost else "completed", board.lost, board.sim_s, board.speed)
 
 
 def _end(

@@ -23,6 +23,7 @@ class Board:
     def __init__(self, console: Console, duration_s: float, names: dict[int, str]) -> None:
         self.sim_s = 0.0
         self.tick = 0
+        self.lost = ""
         self._names = names
         self._console = console
         self._duration_s = duration_s
@@ -60,7 +61,8 @@ class Board:
         return (self._last[0] - self._first[0]) / (self._last[1] - self._first[1])
 
     def on_plant(self, msg: dict[str, Any]) -> None:
-        """Status line of sim-plant: {"t": simulated seconds, "tick": n}."""
+        """Status line of sim-plant: {"t": simulated seconds, "tick": n}, at the end perhaps "lost": which aircraft, when."""
+        self.lost = str(msg.get("lost", self.lost))
         if isinstance(msg.get("t"), (int, float)):
             self.advance(float(msg["t"]), int(msg.get("tick", self.tick)))
 

@@ -53,7 +53,8 @@ def run(
     no_rrd: Annotated[bool, typer.Option("--no-rrd", help="Do not write run.rrd.")] = False,
     duration: Annotated[float | None, typer.Option(help="End after this many simulated seconds.", min=0.1)] = None,
 ) -> None:
-    """Fly a scenario. Exit 0: completed within its bounds; 1: failed; 2: bad input; 4: bound violated; 130: Ctrl-C."""
+    """Fly a scenario. Exit 0: completed within its bounds; 1: failed, or an aircraft lost; 2: bad input; 4: bound violated; 130:
+    Ctrl-C."""
     from hil_scripts.procs import StopFlag
 
     kernel_cache.use()

@@ -62,7 +62,7 @@ def fly(
     """Run one scenario against flightsw processes; the exit code. Signals must already raise Stopped."""
     server: PlantServer | None = None
     link: UdpPlant | None = None
-    outcome, code = "completed", 0
+    outcome, code, lost = "completed", 0, ""
     try:
         overrides = _overrides(sets)
         if realtime:
@@ -84,15 +84,15 @@ def fly(
         outcome, code = "peer lost", 3
         _say(str(e))
     except AircraftLostError as e:
-        outcome, code = "aircraft lost", 4
-        _say(str(e))
+        outcome, code, lost = "aircraft lost", 4, str(e)
+        _say(lost)
     except OSError as e:
         outcome, code = "file or port error", 2
         _say(str(e))
     except Stopped as e:
         outcome, code = "stopped", e.code
         _say(f"stopped by {e} at t = {server.t_us / 1e6 if server else 0.0:.2f} s")
-    final: dict[str, Any] = {"done": True, "outcome": outcome}
+    final: dict[str, Any] = {"done": True, "outcome": outcome} | ({"lost": lost} if lost else {})
     if server is not None:
         final |= {"t": server.t_us / 1e6, "tick": server.tick, "rejected": sum(server.rejected)}
         try:

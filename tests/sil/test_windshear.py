@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 from ground.columns import load
-from ground.metrics import compute
 from tests.sil.launch import sil, summary
 
 pytestmark = pytest.mark.xdist_group("windshear")
@@ -79,12 +78,20 @@ def test_go_around_by_command(tmp_path: Path) -> None:
     assert float(str(s[KEY + "abort_s"])) == pytest.approx(4.0, abs=0.15)
 
 
-def test_the_continued_approach_is_lost_and_said_so(tmp_path: Path) -> None:
-    ended = sil(
-        "run", "windshear", "--in-process", "--no-rrd", "--out", tmp_path / "run", "--set", "twinjet.guid.escape.law=continue"
-    )  # fmt: skip
-    assert ended.code == 1 and "hit the ground" in ended.text
-    assert compute(tmp_path / "run")[KEY + "survived"] is False
+def test_an_aircraft_that_is_lost_leaves_whole_logs_and_figures(tmp_path: Path, port_offset: int) -> None:
+    """The continued approach ends on the ground: said so, judged, drawn, and the same bytes with separate processes."""
+    flags = ("--set", "twinjet.guid.escape.law=continue")
+    for name, more in (("one", ("--in-process",)), ("many", ("--no-rrd", "--port-offset", port_offset))):
+        ended = sil("run", "windshear", "--out", tmp_path / name, *flags, *more)
+        assert ended.code == 1 and "Traceback" not in ended.text, ended.text
+        s = summary(tmp_path / name)
+        assert s["run.outcome"] == "lost" and "twinjet hit the ground at t = " in s["run.reason"]
+        assert s["run.reason"] in ended.text
+        assert s[KEY + "survived"] is False
+    assert (tmp_path / "one" / "run.rrd").exists()
+    for log in LOGS:
+        assert (tmp_path / "one" / log).read_bytes() == (tmp_path / "many" / log).read_bytes(), log
+    assert sil("replay", tmp_path / "one").code == 0
 
 
 def test_wrong_lift_and_drag_of_the_plant_are_learnt(tmp_path: Path) -> None:
