@@ -71,11 +71,17 @@ class EscapeParams:
     rise_mps: Annotated[float, Range(0.0, 20.0)] = 5.0
     after_mps: Annotated[float, Range(0.0, 20.0)] = 8.0  # climb once the shear is behind
     hold_F: Annotated[float, Range(-0.5, 0.5)] = 0.05  # quick F above which the height is managed
+    clear_s: Annotated[float, Range(0.0, 60.0)] = 1.0  # below hold_F for this long: the shear is behind
+    again_F: Annotated[float, Range(-0.5, 1.0)] = 0.12  # quick F above which there is a new one; turbulence stays below
     protect_mps: Annotated[float, Range(40.0, 100.0)] = 62.0  # airspeed below which climbing is given up for speed
     protect_gain: Annotated[float, Range(0.0, 5.0)] = 0.6
     protect_above_m: Annotated[float, Range(0.0, 500.0)] = 27.0
     alpha_max_rad: Annotated[float, Range(0.1, 0.25)] = 0.20
     managed_alpha_max_rad: Annotated[float, Range(0.1, 0.25)] = 0.22
+
+    def __post_init__(self) -> None:
+        if self.again_F < self.hold_F:
+            raise ValueError(f"again_F = {self.again_F}; allowed: hold_F = {self.hold_F} or more")
 
 
 @dataclass(frozen=True)
@@ -156,6 +162,7 @@ class WindshearGuidance:
         self.phase = "approach"
         self._aim: tuple[float, float] | None = None
         self._told = False
+        self._low_s = 0.0
         self.demand = PathDemand()
         self._tan = math.tan(math.radians(p.approach.slope_deg))
 
@@ -181,6 +188,8 @@ class WindshearGuidance:
         if self._aim is None:
             self.aim(float(x[k.X]), float(x[k.H]))
         s = self.hazard.step(self.hazard.index(x, F, dt, self.p.gravity_mps2), dt)
+        low = s.quick <= self.p.escape.hold_F
+        self._low_s = self._low_s + dt if low else 0.0
         if self.phase in ("approach", "caution"):
             self.phase = "caution" if s.caution else "approach"
             if (s.abort or self._told) and self.p.escape.law != "continue":
@@ -188,7 +197,11 @@ class WindshearGuidance:
         if self.phase in ("approach", "caution"):
             self.demand = self._approach(x, self.phase == "caution")
         else:
-            self.phase = "escape" if s.quick > self.p.escape.hold_F else "clear"
+            # not decided anew at every sample that turbulence moves F across one threshold
+            if self.phase == "escape" and low and self._low_s >= self.p.escape.clear_s:
+                self.phase = "clear"
+            elif s.quick > self.p.escape.again_F:
+                self.phase = "escape"
             self.demand = self._escape(x)
         return self.demand
 

@@ -48,6 +48,9 @@ class WindshearParams:
     turbulence: Annotated[float, Range(0.0, 20.0)] = 0.04  # constant where it is not adaptive, else at the start
     turbulence_range: tuple[float, float] = (0.02, 4.0)
     turbulence_up: Annotated[float, Range(0.0, 10.0)] = 2.0  # ratio of the vertical to the horizontal one
+    # the wind's third rates grow with its first: root of their density times 1 + gain |rate|, a low pass through a core needs it
+    wind_gain_s2pm: Annotated[float, Range(0.0, 10.0)] = 1.0
+    wind_gain_max: Annotated[float, Range(1.0, 100.0)] = 5.0
     channels: Annotated[int, Range(1, ALL)] = ALL  # bit per reading that is used at all
     spread: Annotated[float, Range(0.1, 1.0)] = 0.5  # a of the UKF's sigma points; b = 2, kappa = 0
     gate: Annotated[float, Range(1.0)] = 25.0  # NIS per reading above which a sample is refused
@@ -142,6 +145,7 @@ class WindshearNav:
         f.draw()
         k.propagate(f.X, u, self._par, dt, self._W)
         f.SQ[:, : self.n] = self._SQ
+        f.SQ[:, k.WX : k.KL] *= self._wind_factor()
         qx, root = self.turbulence, math.sqrt(dt)
         qh = qx * self.p.turbulence_up
         k.turbulence_columns(f.x, qx * root, qh * root, self.n, f.SQ)
@@ -163,6 +167,10 @@ class WindshearNav:
         if dt != self._dt:
             chol_psd(process_covariance(self.p.noise, self.n, dt), self.n, self._SQ)
             self._dt = dt
+
+    def _wind_factor(self) -> float:
+        rate = math.hypot(float(self.f.x[k.WXD]), float(self.f.x[k.WHD]))
+        return min(1.0 + self.p.wind_gain_s2pm * rate, self.p.wind_gain_max)
 
     def _correct(self, m: int, u: Array, dt: float) -> WindshearEstimate:
         f = self.f

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import replace
 
@@ -189,6 +190,46 @@ def test_escape_laws_demand_what_they_say() -> None:
     assert escaping("continue", still).mode == "approach"
     with pytest.raises(ValueError, match="escape law 'up'"):
         with_law(WindshearGuidanceParams(), "up")
+
+
+def test_turbulence_does_not_switch_between_escape_and_clear() -> None:
+    """F swings about hold_F as in turbulence: escape until it stays below for clear_s, and again only above again_F."""
+    base = WindshearGuidanceParams(hazard=HazardParams(rates="states", settle_s=0.0, caution_s=0.05))
+    g = WindshearGuidance(base)
+    e, x = base.escape, X0.copy()
+    seen: list[str] = []
+
+    def feed(F: float, seconds: float) -> None:
+        for _ in range(round(seconds / DT)):
+            g.step(x, F, DT)
+            seen.append(g.phase)
+
+    feed(0.3, 4.0)
+    assert seen[-1] == "escape"
+    for _ in range(10):
+        feed(e.hold_F - 0.04, 0.5 * e.clear_s)
+        feed(e.hold_F + 0.04, 0.3)
+    assert seen[-1] == "escape"
+    feed(e.hold_F - 0.04, e.clear_s + 0.3)
+    for _ in range(10):
+        feed(e.again_F - 0.02, 0.5)
+        feed(e.hold_F - 0.04, 0.5)
+    assert seen[-1] == "clear"
+    feed(e.again_F + 0.1, 0.5)
+    assert seen[-1] == "escape"
+    assert sum(a != b for a, b in itertools.pairwise(seen)) == 4  # approach, caution, escape, clear, escape
+    with pytest.raises(ValueError, match=r"again_F = 0.01; allowed: hold_F = 0.05 or more"):
+        EscapeParams(again_F=0.01)
+
+
+def test_a_go_around_in_calm_air_does_not_dive_first() -> None:
+    g = WindshearGuidance()
+    calm = X0.copy()
+    calm[[k.WXD, k.WHD, k.WH]] = 0.0
+    for _ in range(100):
+        g.step(calm, 0.0, DT)
+    g.abort()
+    assert g.step(calm, 0.0, DT).climb_mps == g.p.escape.after_mps and g.phase == "clear"
 
 
 def test_approach_follows_slope_and_ground_speed() -> None:

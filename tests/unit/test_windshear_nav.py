@@ -79,6 +79,39 @@ def test_wind_noise_is_the_exact_one() -> None:
     assert np.diag(R)[2:5] / DT == pytest.approx([0.2 * FOOT**2, 0.05 * DEG**2, 0.05 * DEG**2])
 
 
+def test_noise_of_the_third_rates_grows_with_the_first() -> None:
+    """Variance that one step adds to the wind's block: the square of 1 + gain |rate| times that without, up to a limit."""
+
+    def added(gain: float, rate: float) -> np.ndarray:
+        nav = WindshearNav(WindshearParams(adaptive=False, turbulence=0.0, wind_gain_s2pm=gain, wind_gain_max=5.0))
+        x = X0.copy()
+        x[[k.WXD, k.WHD]] = 0.6 * rate, -0.8 * rate
+        nav.start(x, np.zeros(15))
+        nav.step(outputs(x), 0, U, DT)
+        return np.array(nav.P)
+
+    plain = added(0.0, 2.0)
+    for gain, rate, factor in ((0.7, 2.0, 2.4), (1.0, 0.0, 1.0), (3.0, 2.0, 5.0)):
+        P2 = added(gain, rate)
+        ends = [k.WXD + 2, k.WHD + 2]
+        assert np.diag(P2)[ends] == pytest.approx(factor**2 * np.diag(plain)[ends], rel=1e-6)
+        assert P2[k.Q, k.Q] == pytest.approx(plain[k.Q, k.Q]) and P2[k.T, k.T] == pytest.approx(plain[k.T, k.T])
+
+
+def test_growing_noise_follows_a_core_crossed_low() -> None:
+    """The managed escape at 35 m, where the wind changes fastest along the path: less error, and honest about it."""
+    got = {}
+    for gain in (0.0, 1.0):
+        p = WindshearParams(wind_gain_s2pm=gain)
+        plan = jf.FlightPlan(TwinJetAir(MICROBURSTS["seed"]), nav=p, duration_s=80.0)
+        got[gain] = [jf.wind_errors(jf.fly(plan, seed), 45.0) for seed in (21, 22, 23)]
+    for key, less in (("w_x.rms_mps", 0.85), ("w_h.rms_mps", 0.85), ("F.rms", 0.7)):
+        before, after = ([e[key] for e in got[g]] for g in (0.0, 1.0))
+        assert np.mean(after) < less * np.mean(before), key
+    inside = [np.mean([e["w_x.inside_2sigma"] for e in got[g]]) for g in (0.0, 1.0)]
+    assert inside[0] < 0.90 and 0.93 < inside[1] < 0.99
+
+
 def test_step_of_the_wind_leaves_inertial_motion_alone() -> None:
     """The turbulence columns against the wind triangle with the step made in full."""
     SQ = np.zeros((15, 17))
