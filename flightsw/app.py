@@ -73,7 +73,7 @@ class FlightApp:
         self.slow_us = 1_000_000 // mission_rate_hz
         self.ac = cls.load(aircraft)
         self.mission = cls(self.ac, convert(own, cls.params_type, where), 1.0 / mission_rate_hz)
-        self.health = HealthMonitor(health, self.mission.watch)
+        self.health = HealthMonitor(health, self.mission.watch, self.mission.air_used)
         self.act = cls.actuators(self.ac, link_delay_ticks)
         self.u = np.zeros(cls.controls)
         self._good = (0.0, 0.0, 0.0, 0.0, 0.0)

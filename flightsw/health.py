@@ -26,6 +26,7 @@ from flightsw.types import (
 )
 
 SENSORS = HF_IMU | HF_AIR | HF_ATT | HF_GNSS | HF_REL | HF_PEER
+WHOLE_PROBE, AIR_V, AIR_BETA, AIR_ALPHA = 0, 1, 2, 4
 FAR_M = 1e7  # [m] no local position is farther away
 START_US = 5_000_000  # [us] grace before a group that never came counts as lost
 Age = Annotated[float, Range(0.01, 60.0)]
@@ -73,9 +74,11 @@ class HealthMonitor:
         HF_PEER: "data link",
     }
 
-    def __init__(self, p: HealthParams, watch: int) -> None:
-        """`watch`: HF_* flags of the groups this aircraft depends on; others are not reported."""
-        self.p, self.watch = p, watch
+    def __init__(self, p: HealthParams, watch: int, air_used: int = WHOLE_PROBE) -> None:
+        """`watch`: HF_* flags of the groups this aircraft depends on; others are not reported. `air_used`: AIR_* bits of the
+        readings the mission takes one by one, or WHOLE_PROBE: only a probe good in all three serves.
+        """
+        self.p, self.watch, self.air_used = p, watch, air_used
         self.out = Health()
         self._last_us: dict[int, int] = {}
         self._value: dict[str, tuple[float, ...]] = {}
@@ -138,19 +141,22 @@ class HealthMonitor:
         return alive and state and _inside(q.acc_n, p.acc_max_mps2) and _inside(q.w_b, p.rate_max_radps)
 
     def _judge_air(self, f: SensorFrame) -> bool:
-        """Mark each refused reading in f.air_bad; the group is good while one probe is good in all three."""
-        p, whole = self.p, 0
+        """Mark each refused reading in f.air_bad; the group is good while one probe is good in all three, or where readings
+        are taken one by one, while one that is used is."""
+        p, serving = self.p, 0
         f.air_bad = 0
         for i, v in enumerate(f.air_V):
             a, b = f.air_alpha[i], f.air_beta[i]
             good = (p.V_min_mps <= v <= p.V_max_mps, abs(b) < p.flow_max_rad, abs(a) < p.flow_max_rad)
-            bad = 0
+            bad = lost = 0
             for j, x in enumerate((v, b, a)):
                 if not self._moving(f"probe {i}.{j}", (x,)) or not good[j]:
                     bad |= 1 << (3 * j + i)
+                    lost |= 1 << j
             f.air_bad |= bad
-            whole += not bad and f.air_mask >> i & 1
-        return whole > 0
+            serves = self.air_used & ~lost if self.air_used else not lost
+            serving += bool(serves) and f.air_mask >> i & 1
+        return serving > 0
 
     def _moving(self, channel: str, value: tuple[float, ...]) -> bool:
         """False once the same bits have come `stuck_samples` times in a row: real noise never repeats."""

@@ -14,6 +14,7 @@ from flightsw.filters.base import PointFilter
 from flightsw.filters.covariance import log_likelihood
 
 Array = np.ndarray
+P_MIN = 1e-30  # [-] least probability of a filter
 
 
 def markov(count: int, dwell_s: float, dt: float) -> Array:
@@ -94,6 +95,8 @@ class FilterBank:
                 self._ll[i] = log_likelihood(f.nu, f.Sy, m, self._w)
             if np.isfinite(self._ll).all():
                 p = self.mu * np.exp(self._ll - self._ll.max())
+                # a filter ruled out by one wild reading keeps a trace, or `mix` would divide by a probability of zero
+                p = np.maximum(p / p.sum(), P_MIN)
                 self.mu[:] = p / p.sum()
         self.x[:] = self.mu @ np.array([f.x for f in self.filters])
 

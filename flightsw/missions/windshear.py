@@ -96,6 +96,7 @@ class WindshearMission(Mission):
 
     params_type = WindshearMissionParams
     watch = HF_IMU | HF_AIR | HF_ATT | HF_GNSS
+    air_used = 0b101  # airspeed and incidence
     cruise = (75.0, 350.0)
     ctrl: WindshearControl
 

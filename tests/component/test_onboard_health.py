@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from flightsw.health import HealthMonitor, HealthParams
+from flightsw.health import AIR_ALPHA, AIR_V, WHOLE_PROBE, HealthMonitor, HealthParams
 from flightsw.types import (
     HF_AIR,
     HF_ATT,
@@ -139,6 +139,23 @@ def test_one_probe_out_of_range_leaves_the_others_in_use() -> None:
     m.step(f)
     assert f.updated & UPD_AIR
     assert f.air_bad == 0b10  # airspeed of the second probe; its flow angles may still serve
+
+
+def test_readings_taken_one_by_one_outlive_their_neighbours() -> None:
+    """A mission on airspeed and incidence keeps the airspeed of a probe whose vane is bad, and needs no sideslip at all."""
+    for used, alive in ((AIR_V | AIR_ALPHA, True), (AIR_ALPHA, False), (WHOLE_PROBE, False)):
+        m = HealthMonitor(HealthParams(), ALL, used)
+        m.step(frame(0))
+        for i in range(1, 60):
+            f = frame(10_000 * i)
+            f.air_V, f.air_alpha, f.air_beta, f.air_mask = (195.0 + 1e-6 * i,), (0.9,), (0.0,), 1
+            h = m.step(f)
+        assert bool(f.updated & UPD_AIR) is alive
+        assert bool(h.failed & HF_AIR) is not alive
+        assert f.air_bad == 1 << 3 | 1 << 6  # sideslip stuck, incidence out of range
+    f.air_V = (math.nan,)
+    HealthMonitor(HealthParams(), ALL, AIR_V | AIR_ALPHA).step(f)
+    assert not f.updated & UPD_AIR
 
 
 @pytest.mark.parametrize("name", GROUPS)

@@ -245,6 +245,25 @@ def test_weights_are_bayes_rule() -> None:
     assert bank.q == pytest.approx(0.5 ** bank.mu[0] * 2.0 ** bank.mu[1])
 
 
+def test_one_wild_reading_does_not_end_the_bank() -> None:
+    """Four intensities far apart: the likelihood of all but the widest is zero to the last bit, and the bank goes on."""
+    q = (0.01, 0.1, 1.0, 100.0)
+    bank = FilterBank([new("ekf", 1) for _ in q], q, markov(4, 20.0, T))
+    bank.start(np.array([0.0]), np.array([[0.1]]))
+    r, rng = np.array([0.1]), np.random.default_rng(5)
+    for i in range(200):
+        bank.mix()
+        y = rng.normal(size=1) * 0.1 + (60.0 if i == 100 else 0.0)
+        for f, qi in zip(bank.filters, q, strict=True):
+            step(f, y, r, qi)
+        bank.weigh(1)
+        assert np.isfinite(bank.x).all() and bank.mu.min() > 0.0
+        assert bank.mu.sum() == pytest.approx(1.0, abs=1e-12)
+        if i == 100:
+            assert bank.mu[3] > 0.999
+    assert abs(bank.x[0]) < 0.1 and bank.mu[3] < 0.01  # and comes back
+
+
 def test_bad_arguments_are_named() -> None:
     with pytest.raises(ValueError, match="q0 = 9"):
         NoiseAdapter(9.0, 0, 1)
