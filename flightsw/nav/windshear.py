@@ -45,8 +45,8 @@ class WindshearParams:
     noise: WindshearNoise = field(default_factory=WindshearNoise)
     # turbulence: white steps of the wind beside its smooth rates [m/s/sqrt(s)], along x
     adaptive: bool = True
-    turbulence: Annotated[float, Range(0.0, 20.0)] = 0.04  # constant where it is not adaptive, else at the start
-    turbulence_range: tuple[float, float] = (0.02, 4.0)
+    turbulence: Annotated[float, Range(0.0, 20.0)] = 0.02  # constant where it is not adaptive, else at the start
+    turbulence_range: tuple[float, float] = (0.005, 4.0)
     turbulence_up: Annotated[float, Range(0.0, 10.0)] = 2.0  # ratio of the vertical to the horizontal one
     # the wind's third rates grow with its first: root of their density times 1 + gain |rate|, a low pass through a core needs it
     wind_gain_s2pm: Annotated[float, Range(0.0, 10.0)] = 1.0
