@@ -1,16 +1,26 @@
-"""Commands `ground report ...`."""
+"""Commands `ground report NAME`: one per published work, alike but for what they report on.
 
-from __future__ import annotations
+No postponed annotations here: those of the commands are made of the table's texts.
+"""
 
 import sys
+from importlib import import_module
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-app = typer.Typer(
-    no_args_is_help=True, add_completion=False, help="Reports on campaigns as one HTML page with figures."
-)
+ABOUT = "Reports on campaigns as one HTML page with figures."
+# name -> (module below ground.report with a function <name>_report, campaigns, what the page shows)
+REPORTS = {
+    "lee": ("build", "lee, lee_colour, ...", "The dissertation's experiments: printed claim, printed method, our default."),
+    "sevil": ("sevil_build", "sevil, sevil_static, ...", "Air-data position and fault detection: printed, reproduced, ours."),
+    "rivard": ("rivard_build", "rivard, rivard_6dof", "Rendezvous by range alone: printed, reproduced, improved."),
+    "hoffmann": ("hoffmann_build", "hoffmann, hoffmann_gains, ...", "Wind felt by a small UAV: printed gain, ours, alleviation."),
+    "jing": ("jing_build", "jing, jing_escape, ...", "A jet in a microburst: filters, wrong model, escape laws, survival."),
+}  # fmt: skip
+
+app = typer.Typer(no_args_is_help=True, add_completion=False, help=ABOUT)
 
 
 @app.callback()
@@ -18,105 +28,27 @@ def _reports() -> None:
     """Reports on campaigns as one HTML page with figures."""
 
 
-@app.command()
-def lee(
-    runs: Annotated[
-        list[Path], typer.Argument(help="campaign folders of `sil campaign lee`, lee_colour, ...", metavar="RUNS...")
-    ],
-    out: Annotated[Path, typer.Option("--out", help="folder for lee.html and the PNG figures")] = Path("report-lee"),
-) -> None:
-    """The dissertation's experiments as tables and pictures: printed claim, printed method, our default."""
-    from ground.report.build import lee_report
-    from ground.report.load import ReportError
+def _add(name: str, module: str, campaigns: str, about: str) -> None:
+    def report(
+        runs: Annotated[
+            list[Path], typer.Argument(help=f"campaign folders of `sil campaign` {campaigns}", metavar="RUNS...")
+        ],
+        out: Annotated[Path, typer.Option("--out", help=f"folder for {name}.html and the PNG figures")] = Path(
+            f"report-{name}"
+        ),
+    ) -> None:
+        from ground.report.load import ReportError
 
-    try:
-        page = lee_report(runs, out)
-    except ReportError as e:
-        print(f"ground: {e}", file=sys.stderr)
-        raise typer.Exit(1) from None
-    print(page)
+        build = getattr(import_module(f"ground.report.{module}"), f"{name}_report")
+        try:
+            page = build(runs, out)
+        except ReportError as e:
+            print(f"ground: {e}", file=sys.stderr)
+            raise typer.Exit(1) from None
+        print(page)
 
-
-@app.command()
-def sevil(
-    runs: Annotated[
-        list[Path],
-        typer.Argument(help="campaign folders of `sil campaign sevil`, sevil_static, ...", metavar="RUNS..."),
-    ],
-    out: Annotated[Path, typer.Option("--out", help="folder for sevil.html and the PNG figures")] = Path(
-        "report-sevil"
-    ),
-) -> None:
-    """Air-data position and fault detection as tables and pictures: printed result, printed method, ours."""
-    from ground.report.load import ReportError
-    from ground.report.sevil_build import sevil_report
-
-    try:
-        page = sevil_report(runs, out)
-    except ReportError as e:
-        print(f"ground: {e}", file=sys.stderr)
-        raise typer.Exit(1) from None
-    print(page)
+    app.command(name, help=about)(report)
 
 
-@app.command()
-def rivard(
-    runs: Annotated[
-        list[Path], typer.Argument(help="campaign folders of `sil campaign rivard` and others", metavar="RUNS...")
-    ],
-    out: Annotated[Path, typer.Option("--out", help="folder for rivard.html and the PNG figures")] = Path(
-        "report-rivard"
-    ),
-) -> None:
-    """Rendezvous by range alone as tables and pictures: printed, reproduced, improved."""
-    from ground.report.load import ReportError
-    from ground.report.rivard_build import rivard_report
-
-    try:
-        page = rivard_report(runs, out)
-    except ReportError as e:
-        print(f"ground: {e}", file=sys.stderr)
-        raise typer.Exit(1) from None
-    print(page)
-
-
-@app.command()
-def hoffmann(
-    runs: Annotated[
-        list[Path],
-        typer.Argument(help="campaign folders of `sil campaign hoffmann`, hoffmann_gains, ...", metavar="RUNS..."),
-    ],
-    out: Annotated[Path, typer.Option("--out", help="folder for hoffmann.html and the PNG figures")] = Path(
-        "report-hoffmann"
-    ),
-) -> None:
-    """Wind felt by the small UAV as tables and pictures: printed gain, printed method, ours, alleviation."""
-    from ground.report.hoffmann_build import hoffmann_report
-    from ground.report.load import ReportError
-
-    try:
-        page = hoffmann_report(runs, out)
-    except ReportError as e:
-        print(f"ground: {e}", file=sys.stderr)
-        raise typer.Exit(1) from None
-    print(page)
-
-
-@app.command()
-def jing(
-    runs: Annotated[
-        list[Path],
-        typer.Argument(help="campaign folders of `sil campaign jing`, jing_escape, ...", metavar="RUNS..."),
-    ],
-    out: Annotated[Path, typer.Option("--out", help="folder for jing.html and the PNG figures")] = Path("report-jing"),
-) -> None:
-    """The jet transport in a microburst as tables and pictures: filters, wrong aerodynamics, escape laws, survival."""
-    from ground.report.jing_build import jing_report
-    from ground.report.load import ReportError
-
-    try:
-        page = jing_report(runs, out)
-    except ReportError as e:
-        print(f"ground: {e}", file=sys.stderr)
-        raise typer.Exit(1) from None
-    print(page)
+for _name, _row in REPORTS.items():
+    _add(_name, *_row)
