@@ -8,10 +8,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
+from flightsw.strict import Range
 from sim_plant.alexis_wind import AlexisWind, wind_series
 from sim_plant.kernels import alexis as ka
 from sim_plant.kernels import layout as n
@@ -23,13 +25,13 @@ RAD = math.pi / 180.0
 
 @dataclass(frozen=True)
 class AlexisServo:
-    """Elevator and flap servos, second order."""
+    """Elevator and flap servos, second order; the kernel's transition matrix is that of a damping below 1."""
 
-    wn_radps: float = 40.0
-    zeta: float = 0.7
-    rate_degps: float = 300.0
-    elevator_deg: float = 15.0
-    flap_deg: float = 20.0
+    wn_radps: Annotated[float, Range(1.0, 500.0)] = 40.0
+    zeta: Annotated[float, Range(0.05, 0.99)] = 0.7
+    rate_degps: Annotated[float, Range(1.0, 1e5)] = 300.0
+    elevator_deg: Annotated[float, Range(0.0, 60.0)] = 15.0
+    flap_deg: Annotated[float, Range(0.0, 60.0)] = 20.0
 
 
 @dataclass(frozen=True)

@@ -7,12 +7,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cholesky, solve_continuous_lyapunov
 
+from flightsw.strict import Range
 from sim_plant.kernels.air import linear_block
 from sim_plant.rng import generator
 from sim_plant.wind.dryden import discretise, shaping
@@ -26,8 +27,8 @@ class Gust:
     """One discrete gust: ramp to `size` [m/s] in length_s [s] and then held, or 1-cosine of that length."""
 
     axis: str  # "down" or "tail"
-    size_mps: float
-    start_s: float
+    size_mps: Annotated[float, Range(-50.0, 50.0)]
+    start_s: Annotated[float, Range(0.0)]
     length_s: float
     shape: str = "ramp"  # "ramp" or "one_cosine"
 
@@ -54,13 +55,23 @@ class AlexisWind:
     steps: (time [s], factor) pairs, ascending; from each time on the turbulence is multiplied by its factor.
     """
 
-    sigma_w_mps: float = 3.5
-    sigma_u_mps: float = 5.0
-    L_w_m: float = 93.0
-    L_u_m: float = 100.0
-    steady_tail_mps: float = 0.0
+    sigma_w_mps: Annotated[float, Range(0.0, 50.0)] = 3.5
+    sigma_u_mps: Annotated[float, Range(0.0, 50.0)] = 5.0
+    L_w_m: Annotated[float, Range(1.0, 5000.0)] = 93.0
+    L_u_m: Annotated[float, Range(1.0, 5000.0)] = 100.0
+    steady_tail_mps: Annotated[float, Range(-15.0, 15.0)] = 0.0
     gusts: tuple[Gust, ...] = ()
     steps: tuple[tuple[float, float], ...] = ()
+
+    def __post_init__(self) -> None:
+        """Raises ValueError naming the step that is out of order or has no factor of 0 or more."""
+        before = -math.inf
+        for i, (t, factor) in enumerate(self.steps):
+            if not before < t < math.inf:
+                raise ValueError(f"steps[{i}]: time {t} after {before}; allowed: ascending times")
+            if not 0.0 <= factor < math.inf:
+                raise ValueError(f"steps[{i}]: factor {factor}; allowed >= 0")
+            before = t
 
 
 def turbulence(w: AlexisWind, V: float, count: int, dt: float, seed: int) -> tuple[Arr, Arr]:
@@ -69,7 +80,11 @@ def turbulence(w: AlexisWind, V: float, count: int, dt: float, seed: int) -> tup
 
     F(s) = sigma sqrt(T) (1 + sqrt(3) T s)/(1 + T s)^2 is written as b1 + b2 s over (s + 1/T)^2; with v'' = r - 2 v'/T - v/T^2
     the output is b1 v + b2 v' and the auxiliary state (2 b1/T - b2/T^2) v + b1 v'.
+    Raises ValueError for a standard deviation below 0 or NaN, which would otherwise pass for calm air.
     """
+    for name in ("sigma_w_mps", "sigma_u_mps"):
+        if not 0.0 <= getattr(w, name) < math.inf:
+            raise ValueError(f"{name} = {getattr(w, name)}; allowed >= 0")
     series, aux = np.zeros((count, 2)), np.zeros(count)
     if w.sigma_w_mps > 0.0:
         a, bbt, c = shaping(V, w.L_w_m, w.sigma_w_mps)

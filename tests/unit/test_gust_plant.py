@@ -46,9 +46,8 @@ def test_nonlinear_plant_and_onboard_model_agree_in_other_coordinates(seed: int)
     a.place(*(r.standard_normal(5) * np.array([0.2, 0.05, 1.0, 0.1, 5.0])).tolist())
     u = r.standard_normal(3) * np.array([0.05, 20.0, 0.1])
     x = a.truth.copy()
-    x[0] = 2.0 * 20.0 / 93.0 * x[1]  # holds alpha_W for the first step
-    par = parameter_vector(GustAircraft(), Turbulence(L_w_m=1e9 if seed == 0 else 93.0, L_u_m=5000.0))
-    par[onboard.P_WW] = par[onboard.P_WU] = 1e-12
+    par = parameter_vector(GustAircraft(), Turbulence())
+    par[onboard.P_WW] = par[onboard.P_WU] = 1e-12  # the plant's wind is constant: the model's must not decay
     x[0] = 0.0
     X, W = x[None, :].copy(), np.zeros((6, 9))
     for _ in range(25):
@@ -90,6 +89,15 @@ def test_steps_scale_turbulence_and_not_the_gusts() -> None:
     assert np.abs(s[:200, 0]).max() == 0.0 == np.abs(aux[:200]).max()
     assert s[100, 1] == pytest.approx(5.0)
     assert np.abs(s[200:, 0]).max() > 0.0
+
+
+@pytest.mark.parametrize("sigma", [-1.0, math.nan])
+def test_turbulence_without_a_meaning_is_no_calm_air(sigma: float) -> None:
+    for name, w in (("sigma_w_mps", AlexisWind(sigma, 0.0)), ("sigma_u_mps", AlexisWind(0.0, sigma))):
+        with pytest.raises(ValueError, match=f"{name} = .*allowed >= 0"):
+            wind_series(w, 20.0, 10, 0.01, 1)
+    with pytest.raises(ValueError, match=r"steps\[1\]: time 1.0 after 2.0"):
+        AlexisWind(steps=((2.0, 1.0), (1.0, 0.0)))
 
 
 def test_instruments_have_the_asked_noise_and_the_vane_its_bias() -> None:
