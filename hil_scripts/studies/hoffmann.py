@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -23,11 +24,18 @@ from flightsw.models.gust_print import (
 from flightsw.nav.gust import GustNav
 from flightsw.nav.gust_constant import ConstantGainGust
 from hil_scripts.campaign.study import Case, RunResult, Study
+from hil_scripts.campaign.table import statistics
 from hil_scripts.studies import hoffmann_flight as hf
 from sim_plant.alexis import AlexisParams, AlexisSensors
 from sim_plant.alexis_wind import Gust
 
 RATIO_HZ = (0.2, 0.5, 1.0, 2.0, 4.0, 8.0)
+# per kind of flight: name, state and start of the record [s]. The ramp of alpha_W stands at the very end of what is left out
+WINDOWS: dict[str, tuple[tuple[str, int, float], ...]] = {
+    "case1": (("alpha_w", k.AW, hf.DROP_S), ("v_w", k.VW, hf.DROP_S)),
+    "case2": (("alpha_w", k.AW, hf.DROP_S), ("v_w", k.VW, hf.DROP_S), ("alpha_w_ramp", k.AW, 0.0)),
+    "nonlinear": (),
+}
 PRINTED_XI = ProcessNoise(0.6 * hf.DEG, 0.5 * hf.DEG, 0.35, 0.2 * hf.DEG, 1.0, 0.2 * hf.DEG)
 
 
@@ -146,10 +154,9 @@ def run_case(case: Case, seed: int) -> RunResult:
     for name, (est, channels) in _estimators(p).items():
         track = hf.estimate(est, r, channels, known_start=p["kind"] != "nonlinear", nees=p["kind"] == "nonlinear")
         values |= {f"{name}.{key}": v for key, v in hf.errors(r, track.x).items()}
-        if p["kind"] == "case1":
-            for what, column in (("alpha_w", k.AW), ("v_w", k.VW)):
-                for key, v in hf.spectra(r, track.x, column, RATIO_HZ).items():
-                    values[f"{name}.{what}.{key}"] = v
+        for what, column, after_s in WINDOWS[p["kind"]]:
+            for key, v in hf.spectra(r, track.x, column, RATIO_HZ, after_s).items():
+                values[f"{name}.{what}.{key}"] = v
         if p["kind"] == "nonlinear" and isinstance(est, GustNav):
             values[f"{name}.nees_over_n"] = float(np.nanmean(track.nees[r.t >= 1.0]))
             values[f"{name}.nis_over_m"] = float(np.nanmean(track.nis))
@@ -157,6 +164,29 @@ def run_case(case: Case, seed: int) -> RunResult:
     if p.get("spectra"):
         traces = {}
     return RunResult(values, traces)
+
+
+def pooled(rows: Sequence[Mapping[str, float]]) -> dict[str, float | int | None]:
+    """Statistics over runs of every value; `pooled`: standard deviations about the mean of all runs, and ratio, phase and
+    coherence from spectra averaged over runs."""
+    out: dict[str, float | int | None] = {}
+    for name in sorted({key for row in rows for key in row}):
+        out |= {f"{name}.{s}": v for s, v in statistics([row[name] for row in rows if name in row], False).items()}
+    mean = {key.removesuffix(".mean"): v for key, v in out.items() if key.endswith(".mean") and v is not None}
+    for name in mean:
+        head, _, last = name.rpartition(".")
+        if last.startswith("std_"):
+            square, centre = (
+                out[f"{head}.{last.replace('std', 'rms')}.rms"],
+                mean[f"{head}.{last.replace('std', 'mean')}"],
+            )
+            out[f"{name}.pooled"] = math.sqrt(max(0.0, float(square or 0.0) ** 2 - centre**2))
+        elif last.startswith("tt_"):
+            hz = last.removeprefix("tt_")
+            sums = [mean[f"{head}.{part}_{hz}"] for part in ("tt", "ee", "te_re", "te_im")]
+            for key, v in zip((f"ratio_{hz}", f"phase_{hz}_deg", f"coherence_{hz}"), hf.transfer(*sums), strict=True):
+                out[f"{head}.{key}.pooled"] = v
+    return out
 
 
 def run_consistency(case: Case, seed: int) -> RunResult:
@@ -210,6 +240,7 @@ CASES = Study(
     ),
     run=run_case,
     default_runs=40,
+    pool=pooled,
 )
 SPECTRA = Study(
     name="hoffmann_spectra",
@@ -221,6 +252,7 @@ SPECTRA = Study(
     ),
     run=run_case,
     default_runs=4,
+    pool=pooled,
 )
 CONSISTENCY = Study(
     name="hoffmann_consistency",

@@ -144,24 +144,27 @@ def errors(r: Readings, x: Arr, after_s: float = DROP_S) -> dict[str, float]:
 
 
 def spectra(r: Readings, x: Arr, column: int, at_hz: tuple[float, ...], after_s: float = DROP_S) -> dict[str, float]:
-    """Amplitude ratio [-] (root of the ratio of the powers), phase [deg] and coherence [-] of estimate against truth at at_hz.
-
-    Welch, Hann windows of 512 samples, half overlapping; straight between the bins.
-    """
+    """Spectra of truth (tt), estimate (ee) and of both (te, real and imaginary) [unit^2/Hz] at at_hz, the first after_s [s] left
+    out. Welch, Hann windows of 512 samples, half overlapping; straight between the bins. For `transfer`, once pooled."""
     m = r.t >= after_s
     a, b = r.truth[m, column], x[m, column]
-    f, paa = signal.welch(a, 1 / DT, nperseg=WINDOW)
-    _, pbb = signal.welch(b, 1 / DT, nperseg=WINDOW)
-    _, pab = signal.csd(a, b, 1 / DT, nperseg=WINDOW)
-    out = {}
-    for hz in at_hz:
-        key = f"{hz:g}hz".replace(".", "p")
-        re, im = np.interp(hz, f, pab.real), np.interp(hz, f, pab.imag)
-        pa, pb = np.interp(hz, f, paa), np.interp(hz, f, pbb)
-        out[f"ratio_{key}"] = float(np.sqrt(pb / pa))
-        out[f"phase_{key}_deg"] = float(np.degrees(np.arctan2(im, re)))
-        out[f"coherence_{key}"] = float((re * re + im * im) / (pa * pb))
-    return out
+    f, tt = signal.welch(a, 1 / DT, nperseg=WINDOW)
+    _, ee = signal.welch(b, 1 / DT, nperseg=WINDOW)
+    _, te = signal.csd(a, b, 1 / DT, nperseg=WINDOW)
+    parts = {"tt": tt, "ee": ee, "te_re": te.real, "te_im": te.imag}
+    return {f"{name}_{hz_key(hz)}": float(np.interp(hz, f, v)) for hz in at_hz for name, v in parts.items()}
+
+
+def hz_key(hz: float) -> str:
+    """A frequency as it stands in a key."""
+    return f"{hz:g}hz".replace(".", "p")
+
+
+def transfer(tt: float, ee: float, te_re: float, te_im: float) -> tuple[float, float, float]:
+    """Amplitude ratio [-] (root of the ratio of the powers), phase [deg] and coherence [-] of estimate against truth from spectra
+    averaged over flights. The coherence of one flight alone is about one over its windows where there is none."""
+    cross = te_re * te_re + te_im * te_im
+    return math.sqrt(ee / tt), math.degrees(math.atan2(te_im, te_re)), cross / (tt * ee)
 
 
 def continuous(name: str) -> ConstantGainGust:

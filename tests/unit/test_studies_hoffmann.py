@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
 from flightsw.kernels import gust as k
 from flightsw.models.gust import GustAircraft
 from hil_scripts.campaign.registry import all_studies
-from hil_scripts.campaign.study import Case
+from hil_scripts.campaign.study import Case, RunResult
 from hil_scripts.studies import hoffmann, hoffmann_loop, hoffmann_robust
 from hil_scripts.studies import hoffmann_flight as hf
 
@@ -36,9 +38,28 @@ def test_spectra_of_a_late_and_weakened_copy() -> None:
     x = np.zeros((n, 9))
     x[:, k.AW] = 0.5 * white[:-delay]
     f = hf.spectra(r, x, k.AW, (1.0, 2.0))
-    assert f["ratio_2hz"] == pytest.approx(0.5, rel=0.02)
-    assert f["phase_2hz_deg"] == pytest.approx(-360.0 * 2.0 * 0.04, abs=1.0)  # late is negative
-    assert f["coherence_1hz"] > 0.97
+    ratio, phase, coherence = hf.transfer(*(f[f"{part}_2hz"] for part in ("tt", "ee", "te_re", "te_im")))
+    assert ratio == pytest.approx(0.5, rel=0.02)
+    assert phase == pytest.approx(-360.0 * 2.0 * 0.04, abs=1.0)  # late is negative
+    assert coherence > 0.97
+
+
+def test_pooled_spectra_find_no_coherence_where_there_is_none_and_single_runs_do() -> None:
+    g, rows, each = np.random.default_rng(2), [], []
+    for i in range(40):
+        r = made(1400, k.AW, g.standard_normal(1400))
+        x = np.zeros((1400, 9))
+        x[:, k.AW] = g.standard_normal(1400)
+        s = hf.spectra(r, x, k.AW, (1.0,))
+        each.append(hf.transfer(*s.values())[2])
+        rows.append({f"f.alpha_w.{key}": v for key, v in s.items()} | {
+            "f.alpha_w.rms_deg": 2.0, "f.alpha_w.mean_deg": 1.0 if i % 2 else -1.0, "f.alpha_w.std_deg": np.sqrt(3.0)
+        })  # fmt: skip
+    out = hoffmann.pooled(rows)
+    assert np.mean(each) > 0.12
+    assert out["f.alpha_w.coherence_1hz.pooled"] == pytest.approx(0.0, abs=0.03)
+    assert out["f.alpha_w.std_deg.pooled"] == pytest.approx(2.0)  # runs that differ in their mean spread too
+    assert out["f.alpha_w.std_deg.mean"] == pytest.approx(np.sqrt(3.0)) and out["f.alpha_w.std_deg.n"] == 40
 
 
 def test_errors_of_a_known_offset() -> None:
@@ -77,15 +98,12 @@ def shorter(index: int, duration_s: float) -> Case:
     return Case(case.name, case.params | {"duration_s": duration_s})
 
 
-def mean(study_run, case: Case, runs: int) -> dict[str, float]:
-    rows = [study_run(case, s).values for s in range(1, runs + 1)]
-    rms = {key for key in rows[0] if "rms" in key}
-    return {
-        key: float(np.sqrt(np.mean([r[key] ** 2 for r in rows])))
-        if key in rms
-        else float(np.mean([r[key] for r in rows]))
-        for key in rows[0]
-    }
+def mean(study_run: Callable[[Case, int], RunResult], case: Case, runs: int) -> dict[str, float]:
+    """Of RMS values the RMS over runs, else the mean; ratio, phase and coherence from pooled spectra."""
+    out = hoffmann.pooled([study_run(case, s).values for s in range(1, runs + 1)])
+    flat = {key.removesuffix(".mean"): v for key, v in out.items() if key.endswith(".mean")}
+    flat |= {key.removesuffix(".rms"): v for key, v in out.items() if key.endswith(".rms") and "rms_" in key}
+    return flat | {key.removesuffix(".pooled"): v for key, v in out.items() if key.endswith(".pooled")}  # type: ignore[return-value]
 
 
 def test_case_one_discrete_filter_beats_the_printed_one_in_error_and_phase() -> None:
@@ -107,7 +125,7 @@ def test_case_one_discrete_filter_beats_the_printed_one_in_error_and_phase() -> 
 
 def test_light_turbulence_shows_the_excess_at_high_frequency() -> None:
     p = {"kind": "case1", "duration_s": 200.0, "scale": 0.1, "spectra": True}
-    v = hoffmann.run_case(Case("x", p), 1).values
+    v = mean(hoffmann.run_case, Case("x", p), 1)
     assert v["printed.alpha_w.ratio_4hz"] > 2.0
 
 
@@ -115,6 +133,11 @@ def test_ramps_are_followed() -> None:
     v = mean(hoffmann.run_case, hoffmann.CASES.cases[2], 3)
     assert v["discrete.alpha_w.rms_deg"] == pytest.approx(0.51, abs=0.06)
     assert v["discrete.v_w.rms_mps"] == pytest.approx(0.26, abs=0.06)
+    for name in ("printed", "discrete"):
+        # without the ramp itself there is nothing to agree with; V_W's ramp is inside
+        assert max(v[f"{name}.alpha_w.coherence_{hz}hz"] for hz in ("0p5", "1", "2", "4")) < 0.2
+        assert v[f"{name}.alpha_w_ramp.coherence_0p5hz"] > 0.4
+        assert v[f"{name}.v_w.coherence_0p5hz"] > 0.9
 
 
 def test_nonlinear_filters_hold_where_the_linear_one_does_not() -> None:
