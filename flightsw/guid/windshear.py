@@ -35,7 +35,6 @@ class ApproachParams:
     speed_min_mps: Annotated[float, Range(40.0, 120.0)] = 75.0
     speed_max_mps: Annotated[float, Range(40.0, 140.0)] = 83.0
     caution_speed_mps: Annotated[float, Range(0.0, 20.0)] = 8.0  # added while caution is on
-    caution_climb_mps: Annotated[float, Range(-10.0, 20.0)] = -10.0  # sink no faster than this while caution is on
     alpha_max_rad: Annotated[float, Range(0.1, 0.25)] = 0.20
 
 
@@ -91,6 +90,9 @@ class WindshearGuidanceParams:
     approach: ApproachParams = field(default_factory=ApproachParams)
     hazard: HazardParams = field(default_factory=HazardParams)
     escape: EscapeParams = field(default_factory=EscapeParams)
+    blind_s: Annotated[float, Range(0.0, 60.0)] = (
+        1.0  # without an estimate for this long: go around on what readings there are
+    )
     gravity_mps2: Annotated[float, Range(9.7, 9.9)] = 9.81
 
 
@@ -118,8 +120,9 @@ class Hazard:
         self._wind: tuple[float, float] | None = None
 
     def lost(self) -> None:
-        """The estimate is interrupted: its next wind is not to be compared with the last."""
+        """The estimate is interrupted: its next wind is not to be compared with the last, and needs time to settle."""
         self._wind = None
+        self._age = 0.0
 
     def index(self, x: Array, F: float, dt: float, gravity: float) -> float:
         """F [-] of this sample by differences of the wind of the estimate x [15]; F itself at the first sample."""
@@ -213,7 +216,9 @@ class WindshearGuidance:
         climb = min(max(climb, a.climb_min_mps), a.climb_max_mps)
         if caution:
             speed += a.caution_speed_mps
-            climb = max(climb, a.caution_climb_mps)
+            climb = max(
+                climb, -ground * self._tan
+            )  # what the head wind gave is not dived away before the tail wind comes
         return PathDemand("approach", climb, speed, 0.0, a.alpha_max_rad)
 
     def _escape(self, x: Array) -> PathDemand:

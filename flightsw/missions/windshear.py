@@ -20,7 +20,7 @@ from flightsw.guid.windshear import LAWS, PHASES, WindshearGuidance, WindshearGu
 from flightsw.kernels import windshear as k
 from flightsw.kernels import windshear_kinematic as kk
 from flightsw.missions.base import Mission
-from flightsw.models.windshear import MODES, approach_trim
+from flightsw.models.windshear import MODES, PathDemand, approach_trim
 from flightsw.nav.windshear import WindshearEstimate, WindshearNav, WindshearParams
 from flightsw.nav.windshear_monitor import MonitorParams, WindshearMonitor
 from flightsw.types import (
@@ -54,6 +54,7 @@ WORDS = {
     "escape": "wind shear: escape",
     "clear": "shear behind, climbing away",
 }
+BLIND = "no estimate: full thrust, pitch held"
 
 
 @dataclass(frozen=True)
@@ -112,7 +113,11 @@ class WindshearMission(Mission):
         self.guid = GuidanceCmd(V=a.ground_mps, reason="waiting for readings")
         self._estimator = ESTIMATORS.index(p.nav.filter)
         self._z, self._u = np.zeros(k.NY), self.first_command()
-        self._valid = self._accused = self._alone = False
+        self._valid = self._accused = False
+        self._words, self._without = WORDS["approach"], ""
+        self._psi, self._pitch = 0.0, math.nan
+        self._pos_n = (0.0, 0.0)
+        self._x, self._blind_s = np.zeros(k.NX), 0.0
         self._phase_us = -1
         self._texts: list[Text] = []
 
@@ -136,10 +141,10 @@ class WindshearMission(Mission):
     ) -> tuple[NavState, GuidanceCmd, np.ndarray, float]:
         """One 50 Hz step: (nav, guidance, command [4], throttle 0..1 of the thrust at rest)."""
         z = self._z
-        psi, ok = self._read(f, updated)
+        ok = self._read(f, updated)
         e = self.nav.step(z, ok, act.now, dt)
         if e.valid and not self._valid:  # a start: no reading of the filter gives the place along the track
-            x0 = f.gnss_pos_n[0] * math.cos(psi) + f.gnss_pos_n[1] * math.sin(psi)
+            x0 = self._pos_n[0] * math.cos(self._psi) + self._pos_n[1] * math.sin(self._psi)
             self.nav.place(x0)
             e.x[k.X] = x0
         self._valid = e.valid
@@ -150,13 +155,8 @@ class WindshearMission(Mission):
         self._accused = accused
         before, cautions = self.guidance.phase, self.guidance.hazard.cautions
         demand = self.guidance.step(e.x, e.F, dt, e.valid)
-        if self.guidance.phase != before and (
-            self.guidance.phase != "caution" or self.guidance.hazard.cautions > cautions
-        ):
-            self._texts.append(
-                Text(4 if self.guidance.phase in ("caution", "escape") else 6, WORDS[self.guidance.phase])
-            )
-        c = self.ctrl.step(e.x, demand) if e.valid else self.ctrl.u
+        self._tell(before, self.guidance.hazard.cautions > cautions, e)
+        c = self._steer(e, z, ok, act.now[0], demand, dt)
         u = self._u
         u[ELEVATOR], u[THRUST] = c[1], min(max(float(c[0]), 0.0), self.full_kN) * 1e3
         g = self._guide(f.t_us, e)
@@ -169,21 +169,61 @@ class WindshearMission(Mission):
             demand.speed_mps, demand.pitch_rad, MODES.index(demand.mode), u[THRUST] * 1e-3, u[ELEVATOR], self._estimator,
             LAWS.index(self.guidance.p.escape.law), PHASES.index(self.guidance.phase), h.caution, h.abort, accused,
         )  # fmt: skip
-        return self._publish(f, psi, state), g, u, u[THRUST] * 1e-3 / self.full_kN
+        return self._publish(state), g, u, u[THRUST] * 1e-3 / self.full_kN
 
-    def _read(self, f: SensorFrame, updated: int) -> tuple[float, int]:
-        """Readings into z [9]; heading [rad] and bits of those that are new and good."""
+    def _tell(self, before: str, new_caution: bool, e: WindshearEstimate) -> None:
+        """Texts for what has changed."""
+        phase = self.guidance.phase
+        if phase != before:
+            behind = phase == "clear" and before == "escape"
+            self._words = WORDS[phase] if phase != "clear" or behind else "climbing away"
+            if phase != "caution" or new_caution:
+                self._texts.append(Text(4 if phase in ("caution", "escape") else 6, self._words))
+        without = e.reason if e.valid else ""
+        if without != self._without:
+            self._without = without
+            self._texts.append(Text(4 if without else 6, f"estimator: {without or 'all readings again'}"))
+
+    def _steer(
+        self, e: WindshearEstimate, z: np.ndarray, ok: int, thrust_kN: float, demand: PathDemand, dt: float
+    ) -> np.ndarray:
+        """Controls [2]. A short gap of the estimate holds what was commanded; a longer one gives the approach up, at full thrust
+        and the pitch of the pitch law, on the last state renewed by what readings there are."""
+        if e.valid:
+            self._x[:] = e.x
+            self._blind_s = 0.0
+            return self.ctrl.step(e.x, demand)
+        self._blind_s += dt
+        if not self._x[k.VA] > 0.0 or self._blind_s < self.p.guid.blind_s:
+            return self.ctrl.u
+        if self._blind_s < self.p.guid.blind_s + dt:
+            self._texts.append(Text(3, BLIND))
+            self.guidance.abort()
+        x, esc = self._x, self.p.guid.escape
+        x[k.WX : k.KL] = 0.0
+        x[k.T] = thrust_kN
+        for reading, state in ((k.Y_VA, k.VA), (k.Y_AL, k.AL), (k.Y_Q, k.Q)):
+            if ok >> reading & 1:
+                x[state] = z[reading]
+        if ok >> k.Y_TH & 1:
+            x[k.GA] = z[k.Y_TH] - x[k.AL]
+        pitch = PathDemand("pitch", pitch_rad=math.radians(esc.pitch_deg), alpha_max_rad=esc.alpha_max_rad)
+        return self.ctrl.step(x, pitch)
+
+    def _read(self, f: SensorFrame, updated: int) -> int:
+        """Readings into z [9]; bits of those that are new and good. Heading, pitch and position keep their last good values."""
         z, ok = self._z, 0
-        w, x, y, v = f.att_q_nb
-        psi = math.atan2(2.0 * (w * v + x * y), 1.0 - 2.0 * (y * y + v * v))
-        pitch = math.asin(min(max(2.0 * (w * y - v * x), -1.0), 1.0))
         if updated & UPD_ATT:
-            z[k.Y_TH] = pitch
+            w, x, y, v = f.att_q_nb
+            self._psi = math.atan2(2.0 * (w * v + x * y), 1.0 - 2.0 * (y * y + v * v))
+            z[k.Y_TH] = self._pitch = math.asin(min(max(2.0 * (w * y - v * x), -1.0), 1.0))
             ok |= 1 << k.Y_TH
+        psi, pitch = self._psi, self._pitch
         if updated & UPD_BARO:
             z[k.Y_H] = f.baro_alt_m
             ok |= 1 << k.Y_H
         if updated & UPD_GNSS:
+            self._pos_n = f.gnss_pos_n[0], f.gnss_pos_n[1]
             z[k.Y_VG] = f.gnss_vel_n[0] * math.cos(psi) + f.gnss_vel_n[1] * math.sin(psi)
             z[k.Y_HD] = -f.gnss_vel_n[2]
             ok |= 1 << k.Y_VG | 1 << k.Y_HD
@@ -202,7 +242,7 @@ class WindshearMission(Mission):
             if not f.air_bad & AIRSPEED_BAD:
                 z[k.Y_VA] = f.air_V[0]
                 ok |= 1 << k.Y_VA
-        return psi, ok
+        return ok
 
     def _guide(self, t_us: int, e: WindshearEstimate) -> GuidanceCmd:
         g, name = self.guid, self.guidance.phase
@@ -210,15 +250,17 @@ class WindshearMission(Mission):
         if phase != g.phase or self._phase_us < 0:
             self._phase_us = t_us if phase else -1
         g.phase, g.phase_t_s = phase, (t_us - self._phase_us) * 1e-6 if phase else 0.0
-        g.reason = WORDS[name] if e.valid else e.reason
+        g.reason = self._words if e.valid else e.reason
         g.V = self.guidance.demand.speed_mps
         slope = self.guidance.slope_height(float(e.x[k.X]))
         g.alt_m = slope if math.isfinite(slope) else float(e.x[k.H])
         return g
 
-    def _publish(self, f: SensorFrame, psi: float, s: WindshearState) -> NavState:
+    def _publish(self, s: WindshearState) -> NavState:
         """The estimate as the state every aircraft publishes. Wind along the heading and down; across it none is known."""
-        x, sigma = s.x, s.sigma
+        x, sigma, psi = s.x, s.sigma, self._psi
+        P, along = self.nav.P, sigma[k.X]
+        pitch_sigma = math.sqrt(max(P[k.GA, k.GA] + 2.0 * P[k.GA, k.AL] + P[k.AL, k.AL], 0.0))
         c, n = math.cos(psi), math.sin(psi)
         V, gamma = x[k.VA], x[k.GA]
         theta = gamma + x[k.AL]
@@ -227,9 +269,9 @@ class WindshearMission(Mission):
         return NavState(
             t_us=s.t_us, valid=s.valid, reason=s.reason, V=V, beta=0.0, alpha=x[k.AL], w_b=(0.0, x[k.Q], 0.0),
             euler=(psi, theta, 0.0), q_nb=(cp * ct, -sp * st, cp * st, sp * ct),
-            pos_n=(f.gnss_pos_n[0], f.gnss_pos_n[1], -x[k.H]), vel_n=(c * forward, n * forward, -climb),
+            pos_n=(*self._pos_n, -x[k.H]), vel_n=(c * forward, n * forward, -climb),
             wind_n=(c * x[k.WX], n * x[k.WX], -x[k.WH]), wind_sigma=(sigma[k.WX], sigma[k.WX], sigma[k.WH]),
-            pos_sigma=(0.0, 0.0, sigma[k.H]), att_sigma=(0.0, math.hypot(sigma[k.GA], sigma[k.AL]), 0.0), nis=s.nis,
+            pos_sigma=(along, along, sigma[k.H]), att_sigma=(0.0, pitch_sigma if s.valid else math.inf, 0.0), nis=s.nis,
             nis_dof=s.channels, windshear=s,
         )  # fmt: skip
 
@@ -251,6 +293,8 @@ class WindshearMission(Mission):
         law = int(c.params[0]) if math.isfinite(c.params[0]) else -1
         if not 0 <= law < len(LAWS):
             return 2, f"law {law}: allowed 0 to {len(LAWS) - 1}"
+        if LAWS[law] == "continue" and self.guidance.phase in ("escape", "clear"):
+            return 2, "law continue: the approach has been given up"
         self.guidance.p = with_law(self.guidance.p, LAWS[law])
         self._texts.append(Text(6, f"escape law {LAWS[law]}"))
         return 0, ""

@@ -16,6 +16,7 @@ import numpy as np
 from flightsw.filters.adaptive import AdaptParams, NoiseAdapter
 from flightsw.filters.covariance import chol_psd
 from flightsw.filters.factory import make_filter
+from flightsw.filters.gate import ChannelGate
 from flightsw.kernels import windshear as k
 from flightsw.models.windshear import (
     DEG,
@@ -55,6 +56,10 @@ class WindshearParams:
     spread: Annotated[float, Range(0.1, 1.0)] = 0.5  # a of the UKF's sigma points; b = 2, kappa = 0
     gate: Annotated[float, Range(1.0)] = 25.0  # NIS per reading above which a sample is refused
     refused_max: Annotated[int, Range(1, 10000)] = 25  # samples refused in a row before a cold start
+    channel_gate: Annotated[float, Range(1.0)] = 6.0  # sigma of its innovation above which one reading is refused
+    channels_most: Annotated[int, Range(1, k.NY)] = (
+        3  # refused at once; beyond, the filter is in doubt and not the sensors
+    )
     start_scale_sigma: Annotated[float, Range(0.0, 1.0)] = 0.1
 
     def __post_init__(self) -> None:
@@ -75,7 +80,7 @@ def start_sigma(p: WindshearParams) -> Array:
 @dataclass(frozen=True)
 class WindshearEstimate:
     """x [15] and 1-sigma [15] (kernels.windshear; with 13 states the scales are the believed ones), hazard index F, NIS of the
-    step over `channels` readings. Not valid: hold what was commanded, `reason` says why."""
+    step over `channels` readings. `reason`: why it is not valid, or which readings it does without."""
 
     valid: bool
     reason: str
@@ -98,6 +103,7 @@ class WindshearNav:
         self.f = make_filter(p.filter, n, k.NY, n + 2, alpha=p.spread if p.filter == "ukf" else 1.0)
         lo, hi = p.turbulence_range
         self.adapter = NoiseAdapter(p.turbulence, k.WX, 2, AdaptParams(q_min=lo, q_max=hi)) if p.adaptive else None
+        self.gate = ChannelGate(k.NY, p.channel_gate, p.channels_most)
         self._codes = np.zeros(k.NY, dtype=np.int64)
         self._y, self._r = np.zeros(k.NY), np.zeros(k.NY)
         self._W = np.zeros((2, n))
@@ -126,6 +132,7 @@ class WindshearNav:
         self.f.set_factor(np.diag(np.asarray(sigma, dtype=float)[: self.n]))
         if self.adapter is not None:
             self.adapter.reset()
+        self.gate.reset()
         self.started, self._refused = True, 0
 
     def step(self, z: Array, ok: int, u: Array, dt: float) -> WindshearEstimate:
@@ -177,12 +184,16 @@ class WindshearNav:
         nis = math.nan
         if m > 0:
             x0, S0 = f.x.copy(), f.S.copy()
-            f.draw()
-            k.measure(f.X, self._codes, m, u, self._par, f.Y)
-            nis = f.correct(self._y, self._r, m)
-            if self.adapter is not None:
-                self.adapter.update(f, m, dt)
-            if not 0.0 <= nis <= self.p.gate * m:
+            nis = self._measure(m, u)
+            keep = self.gate.kept(self._codes, f.nu, f.Sy, m)
+            if keep is not None and 0 < len(keep) < m:
+                f.x[:] = x0
+                f.set_factor(S0)
+                for a in (self._codes, self._y, self._r):
+                    a[: len(keep)] = a[keep]
+                m = len(keep)
+                nis = self._measure(m, u)
+            if keep is None or len(keep) == 0 or not 0.0 <= nis <= self.p.gate * m:
                 f.x[:] = x0
                 f.set_factor(S0)
                 self._refused += 1
@@ -191,16 +202,26 @@ class WindshearNav:
                     return self._restart("readings disagree with the prediction for too long: starts anew")
             else:
                 self._refused = 0
+                if self.adapter is not None:
+                    self.adapter.update(f, m, dt)
         if not np.isfinite(f.x).all() or not f.x[k.VA] > 10.0:
             return self._restart("estimate not finite: starts anew")
         return self._estimate(nis, m)
+
+    def _measure(self, m: int, u: Array) -> float:
+        f = self.f
+        f.draw()
+        k.measure(f.X, self._codes, m, u, self._par, f.Y)
+        return f.correct(self._y, self._r, m)
 
     def _estimate(self, nis: float, m: int) -> WindshearEstimate:
         n = self.n
         self.x[:n] = self.f.x
         self._sigma[:n] = self.f.sigmas()
         F = k.f_factor(self.x, self.p.aircraft.gravity_mps2)
-        return WindshearEstimate(True, "", self.x.copy(), self._sigma.copy(), F, nis, m)
+        out = [NAMES[c] for c in self.gate.benched]
+        reason = "refused: " + ", ".join(out) if out else ""
+        return WindshearEstimate(True, reason, self.x.copy(), self._sigma.copy(), F, nis, m)
 
     def _cold(self, m: int, u: Array) -> WindshearEstimate:
         """First sample: path, speed and wind from the readings, ten times as uncertain, then corrected by the same sample."""
@@ -222,7 +243,9 @@ class WindshearNav:
             1.0, 10.0 * r[k.Y_H], 10.0 * r[k.Y_VA], a, a, 10.0 * r[k.Y_Q], 15.0,
             10.0 * r[k.Y_VG], V * a, 1.0, 1.0, 0.3, 0.3,
         )  # fmt: skip
-        x[k.KL], x[k.KD] = self.p.aircraft.lift_scale, self.p.aircraft.drag_scale
+        believed = np.array([self.p.aircraft.lift_scale, self.p.aircraft.drag_scale])
+        if not (np.abs(x[k.KL :] - believed) <= 3.0 * self.p.start_scale_sigma).all():
+            x[k.KL :] = believed  # else a restart keeps what was learnt of the aircraft
         s[k.KL] = s[k.KD] = self.p.start_scale_sigma
         self.start(x, s)
         return self._correct(m, u, 0.0)

@@ -22,6 +22,7 @@ from flightsw.strict import OneOf, Range
 Array = np.ndarray
 READ = (k.Y_H, k.Y_VG, k.Y_VA, k.Y_AL, k.Y_TH, k.Y_HD)  # channel of each kinematic reading
 INPUT = (k.Y_XDD, k.Y_HDD, k.Y_Q)
+NEEDED = tuple(c for c in range(k.NY) if c != k.Y_H)  # what the wind is made of
 
 
 @dataclass(frozen=True)
@@ -34,6 +35,9 @@ class MonitorParams:
     gravity_mps2: Annotated[float, Range(9.7, 9.9)] = 9.81
     disagree_sigma: Annotated[float, Range(1.0)] = 4.0  # of the two wind estimates' summed variance
     disagree_s: Annotated[float, Range(0.0)] = 2.0  # how long before it counts
+    held_s: Annotated[float, Range(0.0, 10.0)] = (
+        0.1  # how long a missing input or reading may be; then it has no opinion
+    )
 
 
 class WindshearMonitor:
@@ -51,6 +55,7 @@ class WindshearMonitor:
         self.started = False
         self.nis = math.nan
         self._apart_s = 0.0
+        self._missing_s = np.zeros(k.NY)
 
     @property
     def x(self) -> Array:
@@ -73,8 +78,13 @@ class WindshearMonitor:
     def step(self, z: Array, ok: int, dt: float) -> bool:
         """One sample of readings z [9] (order of WindshearNav), `ok` its bits, dt [s] since the last; True when `x` is good.
 
-        The inputs of a step are the mean of the readings at its ends; one that is missing keeps its last value.
+        The inputs of a step are the mean of the readings at its ends; one that is missing keeps its last value, for held_s.
+        Without one of the readings for longer the state drifts away from the wind: it starts anew when all are back.
         """
+        for c in NEEDED:
+            self._missing_s[c] = 0.0 if ok >> c & 1 and math.isfinite(z[c]) else self._missing_s[c] + dt
+        gap = self._missing_s.max() > self.p.held_s
+        self.started = self.started and not gap
         for i, c in enumerate(INPUT):
             now = float(z[c]) if ok >> c & 1 and math.isfinite(z[c]) else self._last[i]
             self._a[i], self._last[i] = 0.5 * (self._last[i] + now), now
@@ -85,7 +95,7 @@ class WindshearMonitor:
                 m += 1
         f = self.f
         if not self.started:
-            if m < kk.NZ:
+            if gap or m < kk.NZ:
                 return False
             self._begin()
         else:

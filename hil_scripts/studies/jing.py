@@ -63,7 +63,9 @@ def estimator(name: str, error: float = 1.0) -> WindshearParams | None:
     used. A refused sample would hide the error studied, so the gate is open.
     """
     ac = TwinJetModel(lift_scale=error, drag_scale=error)
-    plain = WindshearParams(states=13, adaptive=False, turbulence=0.0, wind_gain_s2pm=0.0, aircraft=ac, gate=1e9)
+    plain = WindshearParams(
+        states=13, adaptive=False, turbulence=0.0, wind_gain_s2pm=0.0, aircraft=ac, gate=1e9, channel_gate=1e9
+    )
     kind, _, remedy = name.partition("-")
     if kind == "perfect":
         return None

@@ -16,6 +16,7 @@ from flightsw.config import load_flight
 from flightsw.guid.windshear import LAWS, PHASES
 from flightsw.kernels import windshear as k
 from flightsw.missions.windshear import (
+    BLIND,
     ESTIMATORS,
     FIRST_PHASE,
     MAV_CMD_DO_GO_AROUND,
@@ -125,11 +126,80 @@ def test_a_severe_microburst_is_felt_warned_of_and_left() -> None:
     assert "wind shear: escape" in words and "shear behind, climbing away" in words
 
 
+def _faulty(f: SensorFrame, kind: str, rng: np.random.Generator) -> SensorFrame:
+    if kind == "airspeed +10":
+        f.air_V = (f.air_V[0] + 10.0,)
+    elif kind == "airspeed garbage":
+        f.air_V = (f.air_V[0] + rng.uniform(-20.0, 20.0),)
+    elif kind == "vane +6 deg":
+        f.air_alpha = (f.air_alpha[0] + math.radians(6.0),)
+    elif kind == "height +40":
+        f.baro_alt_m += 40.0
+    elif kind == "attitude no unit":
+        f.att_q_nb = tuple(3.0 * x for x in f.att_q_nb)  # type: ignore[assignment]
+    elif kind == "attitude NaN":
+        f.att_q_nb = (math.nan,) * 4
+    elif kind == "IMU lost":
+        f.updated &= ~UPD_IMU
+    elif kind == "GNSS and air lost":
+        f.updated &= ~(UPD_GNSS | UPD_AIR)
+    return f
+
+
+@pytest.mark.parametrize(
+    "kind",
+    ["airspeed +10", "airspeed garbage", "vane +6 deg", "height +40", "attitude no unit", "attitude NaN", "IMU lost",
+     "GNSS and air lost"],
+)  # fmt: skip
+def test_one_bad_sensor_from_before_the_shear_on_is_flown_without(kind: str) -> None:
+    flight = Flight(make(), TwinJetAir(MICROBURSTS["severe"], 1.07, 0.77), seed=1)
+    rng = np.random.default_rng(4)
+    flight.fly(48.0)
+    for _ in range(round(40.0 / DT)):
+        s = flight.tick(_faulty(flight.frame(), kind, rng))
+        assert s.nav.valid and all(math.isfinite(v) for v in (*s.nav.euler, *s.nav.vel_n, *s.nav.wind_n, *s.nav.pos_n))
+    assert min(t[1] for t, _ in flight.rows) > 25.0 and flight.rows[-1][0][1] > 60.0
+    e = np.array([[s.nav.windshear.x[i] - t[i] for i in (k.WX, k.WH)] for t, s in flight.rows[2400:]])
+    assert (np.sqrt(np.mean(e * e, axis=0)) < (0.6, 0.5)).all()
+    assert flight.app.mission.nav.restarts == 0
+    if "lost" not in kind and "attitude" not in kind:
+        assert any(t.text.startswith("estimator: refused") for _, s in flight.rows for t in s.texts)
+
+
+def test_without_any_reading_the_approach_is_given_up() -> None:
+    """Nothing but attitude and pitch rate from 100 m on, with an estimator that cannot start on them: no frozen controls."""
+    flight = Flight(make(), CALM)
+    flight.fly(10.0)
+    flight.app.mission.nav.started = False
+    s = flight.fly(4.0, UPD_IMU | UPD_ATT)
+    assert not s.nav.valid and s.cmd.throttle > 0.8
+    words = [t.text for _, r in flight.rows for t in r.texts]
+    assert BLIND in words
+    s = flight.fly(6.0, UPD_IMU | UPD_ATT)
+    truth = flight.rows[-1][0]
+    assert truth[2] > 60.0 and truth[1] > flight.rows[500][0][1] - 20.0 and truth[3] > 0.02  # flies, and climbs
+    s = flight.fly(3.0)
+    assert s.nav.valid and flight.phases[-1] in ("escape", "clear")
+
+
+def test_published_sigma_of_the_pitch_is_that_of_the_sum() -> None:
+    """Pitch is measured to 0.05 deg; path and incidence, each worse known, are anticorrelated."""
+    flight = Flight(make())
+    s = flight.fly(8.0)
+    assert s.nav.windshear is not None
+    assert s.nav.att_sigma[1] < math.radians(0.05) < s.nav.windshear.sigma[k.AL]
+    e = [r.nav.euler[1] - (t[3] + t[4]) for t, r in flight.rows[100:]]
+    assert 0.4 < float(np.std(e)) / s.nav.att_sigma[1] < 1.6
+
+
 def test_the_ground_gives_the_approach_up() -> None:
     flight = Flight(make())
     flight.fly(5.0)
     s = flight.order(MAV_CMD_DO_GO_AROUND)
     assert s.acks[0].result == 0 and flight.phases[-1] in ("escape", "clear")
+    assert "climbing away" in [t.text for _, r in flight.rows for t in r.texts]
+    s = flight.order(MAV_CMD_USER_1, float(LAWS.index("continue")))
+    assert s.acks[0].result == 2 and flight.app.mission.guidance.p.escape.law == "managed"
     s = flight.fly(20.0)
     assert s.nav.windshear is not None and not s.nav.windshear.abort  # no hazard said so
     assert flight.phases[-1] == "clear" and s.nav.vel_n[2] < -5.0

@@ -222,6 +222,36 @@ def test_turbulence_does_not_switch_between_escape_and_clear() -> None:
         EscapeParams(again_F=0.01)
 
 
+def test_caution_flies_no_steeper_than_the_slope() -> None:
+    """Above the slope, as the head wind of a microburst leaves one, the approach would dive; in caution it does not."""
+    x = X0.copy()
+    x[[k.WXD, k.WHD, k.WH]] = 0.0
+    g = WindshearGuidance()
+    g.aim(x[k.X], x[k.H] - 30.0)
+    ground = x[k.VA] * math.cos(x[k.GA]) + x[k.WX]
+    nominal = -ground * math.tan(math.radians(3.0))
+    assert g.step(x, 0.0, DT).climb_mps == g.p.approach.climb_min_mps < nominal
+    for _ in range(400):
+        x[k.WX] += 0.25 * 9.81 * DT
+        d = g.step(x, 0.0, DT)
+        if g.phase == "caution":
+            break
+    ground = x[k.VA] * math.cos(x[k.GA]) + x[k.WX]
+    assert g.phase == "caution" and d.climb_mps == pytest.approx(-ground * math.tan(math.radians(3.0)))
+
+
+def test_hazard_settles_anew_after_a_gap_of_the_estimate() -> None:
+    h = Hazard(HazardParams(settle_s=1.0))
+    for _ in range(100):
+        h.step(0.0, DT)
+    h.lost()
+    for _ in range(48):
+        assert h.step(3.0, DT).quick == 0.0
+    for _ in range(10):
+        h.step(3.0, DT)
+    assert h.state.quick > 0.0
+
+
 def test_a_go_around_in_calm_air_does_not_dive_first() -> None:
     g = WindshearGuidance()
     calm = X0.copy()

@@ -166,7 +166,10 @@ def test_scales_are_learnt_and_thirteen_states_cannot() -> None:
     air = TwinJetAir(MICROBURSTS["seed"])
     wrong = {}
     for n in (13, 15):
-        r = jf.fly(jf.FlightPlan(air, nav=WindshearParams(states=n, aircraft=ac, gate=1e6), duration_s=30.0), 3)
+        r = jf.fly(
+            jf.FlightPlan(air, nav=WindshearParams(states=n, aircraft=ac, gate=1e6, channel_gate=1e6), duration_s=30.0),
+            3,
+        )
         wrong[n] = float(np.sqrt(np.mean((r.x[500:, k.WH] - r.truth[500:, k.WH]) ** 2)))
         if n == 15:
             assert r.x[-1, k.KL :] == pytest.approx([1.0, 1.0], abs=0.01)
@@ -233,7 +236,7 @@ def test_turbulence_intensity_follows_the_air() -> None:
     assert levels[0] < 0.15 < levels[1] < 0.8 < levels[2]
     fixed = jf.FlightPlan(
         TwinJetAir(sigma_u_mps=1.0, sigma_w_mps=1.0),
-        nav=WindshearParams(adaptive=False, turbulence=0.0, gate=1e6),
+        nav=WindshearParams(adaptive=False, turbulence=0.0, gate=1e6, channel_gate=1e6),
         duration_s=25.0,
     )
     assert np.nanmean(jf.fly(fixed, 11).nis[250:]) > 2.0
@@ -259,11 +262,28 @@ def test_kinematic_monitor_follows_exact_kinematics() -> None:
     assert X[0, kk.K_H] - before[0, kk.K_H] == pytest.approx(before[0, kk.K_VH] * 0.5 - 0.2 * 0.125)
 
 
+def test_monitor_has_no_opinion_without_its_inputs() -> None:
+    """A lost accelerometer or attitude is not held against the aerodynamic model."""
+    for lost in (1 << k.Y_XDD | 1 << k.Y_HDD | 1 << k.Y_Q, 1 << k.Y_TH | 1 << k.Y_XDD | 1 << k.Y_HDD, 1 << k.Y_VA):
+        jet = TwinJet(TwinJetParams(), TwinJetAir(MICROBURSTS["seed"]), 4, 30.0, DT)
+        m = WindshearMonitor()
+        for i in range(600):
+            ok = ALL & ~lost if 200 <= i < 400 else ALL
+            good = m.step(jet.reading, ok, DT)
+            assert good is not (205 <= i < 400), i
+            jet.step(jet.controls)
+        assert abs(m.x[kk.K_WX] - jet.truth[7]) < 1.0
+    m = WindshearMonitor()
+    for i in range(300):
+        good = m.step(jet.reading, ALL & ~1 if i else ALL, DT)
+    assert good  # height is not needed for the wind
+
+
 def test_monitor_accuses_a_wrong_aerodynamic_model_only() -> None:
     air = TwinJetAir(MICROBURSTS["seed"])
     for scale, states, accused in ((1.0, 13, False), (1.1, 13, True), (1.1, 15, False)):
         ac = TwinJetModel(lift_scale=scale, drag_scale=scale)
-        p = WindshearParams(states=states, aircraft=ac, gate=1e6, adaptive=False, turbulence=0.0)
+        p = WindshearParams(states=states, aircraft=ac, gate=1e6, channel_gate=1e6, adaptive=False, turbulence=0.0)
         r = jf.fly(jf.FlightPlan(air, nav=p, monitor=True, duration_s=40.0), 5)
         assert r.monitor_apart is accused, (scale, states)
 
