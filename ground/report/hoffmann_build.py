@@ -10,11 +10,12 @@ from ground.report import hoffmann_figures as f
 from ground.report import page as p
 from ground.report.build import Pictures, load_all, provenance, warnings, write_page
 from ground.report.hoffmann import label
+from ground.report.hoffmann_loops import adaptation, alleviation, estimators, labels, robustness
 from ground.report.load import Campaign, Stat
 
 PAGE = "hoffmann.html"
 Found = Mapping[str, Campaign]
-UNITS = (("alpha_w", "alpha_W [deg]", "rms_deg"), ("v_w", "V_W [m/s]", "rms_mps"), ("bias", "bias [deg]", "rms_deg"))
+UNITS = (("alpha_w", "alpha_W [deg]", "deg"), ("v_w", "V_W [m/s]", "mps"), ("bias", "bias [deg]", "deg"))
 
 
 def hoffmann_report(folders: Sequence[Path], out: Path) -> Path:
@@ -34,8 +35,9 @@ def _text(found: Found, pictures: Pictures) -> str:
         ("spectra", "Spectra", _spectra(found.get("hoffmann_spectra"), pictures)),
         ("consistency", "Consistency", _consistency(found)),
         ("observability", "What can be observed", _observability(found.get("hoffmann_observability"))),
-        ("alleviation", "Gust load alleviation", _alleviation(found.get("hoffmann_alleviation"), pictures)),
-        ("adaptation", "Turbulence that comes and goes", _adaptation(found.get("hoffmann_adaptation"), pictures)),
+        ("alleviation", "Gust load alleviation", alleviation(found.get("hoffmann_alleviation"), pictures)),
+        ("robustness", "On another aircraft than believed", robustness(found.get("hoffmann_robustness"))),
+        ("adaptation", "Turbulence that comes and goes", adaptation(found.get("hoffmann_adaptation"), pictures)),
     ]
     chapters = [c for c in chapters if c[2]]
     chapters.append(
@@ -48,11 +50,19 @@ def _text(found: Found, pictures: Pictures) -> str:
     return p.document(hoffmann.TITLE, hoffmann.PURPOSE, [(a, t) for a, t, _ in chapters], body)
 
 
+def figure(c: Campaign, case: str, value: str) -> Stat:
+    """Statistic of a value: that of all runs pooled where the study has one, else the statistic over runs."""
+    key = f"{case}.{value}.pooled"
+    if key not in c.summary:
+        return c.stat(case, value)
+    return Stat(key, c.summary[key], n=c.runs(case) - c.failed(case))
+
+
 def judge(found: Found, t: hoffmann.Goal) -> tuple[Stat | None, bool]:
     """The value of a goal furthest from being met, and whether that meets it; None where no campaign has it."""
     c = found.get(t.study)
     worst: Stat | None = None
-    for s in [c.stat(t.case, v) for v in t.values] if c is not None else []:
+    for s in [figure(c, t.case, v) for v in t.values] if c is not None else []:
         if s.value is not None and (worst is None or worst.value is None or t.worse(s.value, worst.value)):
             worst = s
     return worst, worst is not None and worst.value is not None and t.met(worst.value)
@@ -117,39 +127,55 @@ def _gains(c: Campaign | None, pictures: Pictures) -> str:
     return out + p.table([("", ""), *((x.replace("_", " "), "num") for x in c.cases)], rows)
 
 
-def _estimators(c: Campaign, case: str, metric: str) -> list[str]:
-    order = list(hoffmann.LABELS)
-    return sorted(c.actors(metric, [case]), key=lambda a: order.index(a) if a in order else 99)
-
-
-def _labels(names: Sequence[str]) -> dict[str, str]:
-    return {n: label(n) for n in names}
-
-
 def _cases(c: Campaign | None, pictures: Pictures) -> str:
     if c is None:
         return ""
     out = p.paragraph(str(c.meta.get("purpose", "")))
     for case in c.cases:
         held = hoffmann.HELD_OUT.get(case, {})
+        head, keys = [("estimator", "")], []
+        for i, (what, name, unit) in enumerate(UNITS):
+            for kind in ("rms", "mean", "std"):
+                known = {a: r[i] for a, r in held.get(kind, {}).items() if r[i] is not None}
+                keys.append((f"{what}.{kind}_{unit}", known))
+                head += [(f"{name} {kind}", "num")] + [("reference", "num")] * bool(known)
         rows = []
-        for a in _estimators(c, case, "alpha_w.rms_deg"):
+        for a in estimators(c, case, "alpha_w.rms_deg"):
             row = p.text(label(a), "name")
-            for i, (key, _, kind) in enumerate(UNITS):
-                ref = held.get(a, (None, None, None))[i]
-                row += p.cell(c.stat(case, f"{a}.{key}.{kind}")) + (p.plain(ref) if ref is not None else p.blank())
-            row += p.cell(c.stat(case, f"{a}.nees_over_n")) + p.cell(c.stat(case, f"{a}.nis_over_m"))
+            for key, known in keys:
+                row += p.cell(figure(c, case, f"{a}.{key}"))
+                if known:
+                    row += p.plain(known[a]) if a in known else p.blank()
+            if case == "nonlinear":
+                row += p.cell(c.stat(case, f"{a}.nees_over_n")) + p.cell(c.stat(case, f"{a}.nis_over_m"))
             rows.append(row)
-        head = [("estimator", "")] + [(h, "num") for _, u, _ in UNITS for h in (u, "reference")]
-        head += [("NEES/9", "num"), ("NIS/m", "num")]
-        out += f"<h3>{hoffmann.CASES.get(case, case)}</h3>" + p.table(head, rows)
+        if case == "nonlinear":
+            head += [("NEES/9", "num"), ("NIS/m", "num")]
+        out += f"<h3>{hoffmann.CASES.get(case, case)}</h3>" + p.table(head, rows, hoffmann.NOTES.get(case, ""))
+        if case == "case2":
+            out += _coherence(c, case)
         tr = c.traces(case)
         shown = [a for a in ("printed", "discrete", "ekf") if f"{a}.x" in tr][-3:]
         if shown and "truth" in tr:
             out += pictures.add(
-                f"flight_{case}", f.flight(tr, shown, _labels(shown)), f"{hoffmann.CASES.get(case, case)}, first run."
+                f"flight_{case}", f.flight(tr, shown, labels(shown)), f"{hoffmann.CASES.get(case, case)}, first run."
             )
     return out
+
+
+def _coherence(c: Campaign, case: str) -> str:
+    """Coherence of estimate and truth where nearly all of the record has no turbulence to estimate."""
+    records = (("alpha_w", "alpha_W"), ("alpha_w_ramp", "alpha_W, ramp included"), ("v_w", "V_W"))
+    head = [("estimator", "")]
+    head += [(f"{name} {hz.replace('p', '.')} Hz", "num") for _, name in records for hz in hoffmann.RATIO_HZ]
+    rows = [
+        p.text(label(a), "name")
+        + "".join(
+            p.cell(figure(c, case, f"{a}.{what}.coherence_{hz}hz")) for what, _ in records for hz in hoffmann.RATIO_HZ
+        )
+        for a in estimators(c, case, "alpha_w.rms_deg")
+    ]
+    return p.table(head, rows, hoffmann.NO_COHERENCE)
 
 
 def _spectra(c: Campaign | None, pictures: Pictures) -> str:
@@ -167,15 +193,13 @@ def _spectra(c: Campaign | None, pictures: Pictures) -> str:
         rows = []
         points: dict[str, list[figures.Point]] = {}
         for case in c.cases:
-            for a in _estimators(c, case, f"{what}.ratio_1hz"):
+            for a in estimators(c, case, "alpha_w.rms_deg"):
                 row = p.text(f"{case.replace('_', ' ').replace('p', '.')}, {label(a)}", "name")
                 for key in ("ratio_{}hz", "phase_{}hz_deg", "coherence_{}hz"):
-                    row += "".join(
-                        p.cell(c.stat(case, f"{a}.{what}.{key.format(hz)}"), interval=False) for hz in hoffmann.RATIO_HZ
-                    )
+                    row += "".join(p.cell(figure(c, case, f"{a}.{what}.{key.format(hz)}")) for hz in hoffmann.RATIO_HZ)
                 rows.append(row)
                 for hz in hoffmann.RATIO_HZ:
-                    s = c.stat(case, f"{a}.{what}.ratio_{hz}hz")
+                    s = figure(c, case, f"{a}.{what}.ratio_{hz}hz")
                     if s.value is not None:
                         x = float(hz.replace("p", "."))
                         points.setdefault(f"{a} {case}", []).append(figures.Point(x, s.value, s.lo, s.hi))
@@ -224,84 +248,17 @@ def _observability(c: Campaign | None) -> str:
     return p.paragraph(str(c.meta.get("purpose", ""))) + p.table(head, rows, note)
 
 
-def _alleviation(c: Campaign | None, pictures: Pictures) -> str:
-    if c is None:
-        return ""
-    out = p.paragraph(str(c.meta.get("purpose", "")))
-    head = [("loop, estimate", "")]
-    head += [
-        (h, "num")
-        for h in (
-            "a_z total reduced [%]",
-            "reference",
-            "below 2 Hz reduced [%]",
-            "reference",
-            "height [m]",
-            "flap [deg]",
-        )
-    ]
-    rows = []
-    for case in c.cases:
-        rows.append(p.group(case.replace("_", " "), len(head)))
-        held = hoffmann.ALLEVIATION.get(case, {})
-        for a in _estimators(c, case, "reduction_low_pct"):
-            row = p.text(label(a), "name")
-            for i, key in enumerate(("reduction_total_pct", "reduction_low_pct")):
-                row += p.cell(c.stat(case, f"{a}.{key}")) + (p.plain(held[a][i]) if a in held else p.blank())
-            rows.append(row + p.cell(c.stat(case, f"{a}.height_rms_m")) + p.cell(c.stat(case, f"{a}.flap_rms_deg")))
-    out += p.table(head, rows, "Against a pitch and height hold in the same gusts; RMS of a_z, positive is less.")
-    for case in c.cases:
-        tr = c.traces(case)
-        shown = [a for a in ("hold", "printed", "default", "vertical", "bank_all") if f"{a}.a_z" in tr]
-        if len(shown) > 1 and case in ("linear", "nonlinear"):
-            names = _labels(shown) | {"hold": "hold"}
-            out += pictures.add(
-                f"loads_{case}", f.loads(tr, shown, names), f"Loop {case.replace('_', ' ')}, first run."
-            )
-    return out
-
-
-def _adaptation(c: Campaign | None, pictures: Pictures) -> str:
-    if c is None:
-        return ""
-    out = p.paragraph(str(c.meta.get("purpose", "")))
-    actors = [
-        a
-        for a in ("medium", "light", "bank", "bank_apart", "bank_ground")
-        if any(v.startswith(f"{a}.") for v in c.columns)
-    ]
-    rows = []
-    for case in c.cases:
-        parts = sorted({v.split(".")[1] for v in c.columns if v.split(".")[1].startswith("part_")})
-        for part in ["", *parts]:
-            dot = f"{part}." if part else ""
-            keys = [f"{a}.{dot}{k}" for a in actors for k in ("alpha_w.rms_deg", "v_w.rms_mps")]
-            if c.stat(case, keys[0]).value is None:
-                continue
-            name = case.replace("_", " ") + (f", {part.replace('_', ' ')}" if part else "")
-            rows.append(p.text(name, "name") + "".join(p.cell(c.stat(case, k)) for k in keys))
-    head = [("air", ""), *((f"{label(a)}: {u}", "num") for a in actors for u in ("alpha_W [deg]", "V_W [m/s]"))]
-    out += p.table(head, rows, "RMS errors from 5 s after each change on.")
-    tr = c.traces("changing") if "changing" in c.cases else {}
-    shown = [a for a in ("medium", "light", "bank") if f"{a}.x" in tr]
-    if shown:
-        png = f.adaptation(tr, shown, _labels(shown))
-        out += pictures.add(
-            "adaptation", png, "Calm, 0.3 of medium turbulence from 30 s to 60 s, calm again; first run."
-        )
-    return out
-
-
 READING = """
-Every number is that of the campaign's summary.json under the key shown in the cell: for RMS values the RMS over runs, else the
-mean; the small line below is the 95 % confidence interval over runs. Run i has the same seed in every case of a study.
+Every number is that of the campaign's summary.json under the key shown in the cell: for RMS values the RMS over runs, for
+standard deviations, ratio, phase and coherence that of all runs pooled, else the mean; the small line below is the 95 %
+confidence interval over runs. Run i has the same seed in every case of a study.
 
 alpha_W is the incidence taken away by sinking air, V_W the tail wind, both as the aircraft feels them; truth is the plant's wind
 along the flight. The first two seconds of a flight are left out, the bias counts from 25 s on.
 
 Reference columns are figures computed once, before this program was written, with another implementation of the same equations
-(hoffmann.md); the source itself prints a gain, a covariance and no accuracy.
+(hoffmann.md), each beside the same statistic of this program; the source itself prints a gain, a covariance and no accuracy.
 
-Plant and onboard model are separate code. They hold the same published numbers unless a case says so: figures of alleviation with
-a lift of 90 or 110 % show what that flatters. The flap and the servos are assumptions; the source has none.
+Plant and onboard model are separate code. They hold the same published numbers unless a case says so: what that flatters is in
+the chapter on another aircraft than believed. The flap and the servos are assumptions; the source has none.
 """

@@ -162,7 +162,10 @@ def hz_key(hz: float) -> str:
 
 def transfer(tt: float, ee: float, te_re: float, te_im: float) -> tuple[float, float, float]:
     """Amplitude ratio [-] (root of the ratio of the powers), phase [deg] and coherence [-] of estimate against truth from spectra
-    averaged over flights. The coherence of one flight alone is about one over its windows where there is none."""
+    averaged over flights; NaN without power. The coherence of one flight alone is about one over its windows where there is none.
+    """
+    if not tt * ee > 0.0:
+        return math.nan, math.nan, math.nan
     cross = te_re * te_re + te_im * te_im
     return math.sqrt(ee / tt), math.degrees(math.atan2(te_im, te_re)), cross / (tt * ee)
 

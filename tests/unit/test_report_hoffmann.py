@@ -20,7 +20,7 @@ from ground.report.load import load
 from ground.report.page import number
 from hil_scripts.campaign.engine import run_campaign
 from hil_scripts.campaign.study import Case, Study
-from hil_scripts.studies import hoffmann, hoffmann_loop
+from hil_scripts.studies import hoffmann, hoffmann_loop, hoffmann_robust
 
 pytestmark = pytest.mark.xdist_group("report")  # one worker draws the report once
 LEE = runpy.run_path(str(Path(__file__).with_name("test_report_lee.py")))
@@ -43,9 +43,10 @@ STUDIES = (
     _small(hoffmann.SPECTRA, "sigma_1"),
     _small(hoffmann.CONSISTENCY, "sigma_0p3"),
     _small(hoffmann_loop.ALLEVIATION, "linear", "nonlinear"),
+    _small(hoffmann_robust.STUDY, "as_believed", "servo_80"),
     _small(hoffmann_loop.ADAPTATION, "calm", "changing"),
 )
-ALL = (*hoffmann.STUDIES, *hoffmann_loop.STUDIES)
+ALL = (*hoffmann.STUDIES, *hoffmann_loop.STUDIES, hoffmann_robust.STUDY)
 
 
 @pytest.fixture(scope="module")
@@ -67,8 +68,8 @@ def test_page_loads_nothing_and_has_every_chapter(page: Path, campaigns: list[Pa
     assert not c.tags & {"script", "link", "iframe", "object", "embed"}
     assert c.loads and all(v.startswith(("#", "data:image/png;base64,")) for v in c.loads)
     text = page.read_text()
-    for anchor in ("acceptance", "gains", "cases", "spectra", "consistency", "observability", "alleviation", "adaptation",
-                   "provenance"):  # fmt: skip
+    for anchor in ("acceptance", "gains", "cases", "spectra", "consistency", "observability", "alleviation", "robustness",
+                   "adaptation", "provenance"):  # fmt: skip
         assert f'href="#{anchor}"' in text and f'id="{anchor}"' in text
 
 
@@ -80,6 +81,23 @@ def test_numbers_are_those_of_the_summaries(page: Path, campaigns: list[Path]) -
     for key, value, shown in cells:
         assert any(s.get(key) == value for s in summaries), key
         assert shown == number(value)
+
+
+def test_each_reference_stands_beside_the_statistic_it_is_of(page: Path) -> None:
+    text = page.read_text()
+    rows = [r for r in re.findall(r"<tr>(.*?)</tr>", text) if 'data-key="case2.printed.alpha_w.rms_deg.rms"' in r]
+    cells = re.findall(r"<td[^>]*?(?:data-key=\"([^\"]*)\"[^>]*)?>([^<]*)", rows[0])
+    at = [key for key, _ in cells].index
+    assert cells[at("case2.printed.alpha_w.mean_deg.mean") + 1] == ("", "0.280")
+    assert cells[at("case2.printed.alpha_w.std_deg.pooled") + 1] == ("", "0.590")
+    assert cells[at("case2.printed.v_w.mean_mps.mean") + 1] == ("", "0.400")
+
+
+def test_the_page_says_what_the_printed_gain_achieves_when_joined(page: Path) -> None:
+    words = re.sub(r"<[^>]+>", " ", page.read_text())
+    assert re.search(
+        r"printed gain, readings joined -?\d+ / -?\d+, estimate, told medium turbulence -?\d+ / -?\d+", words
+    )
 
 
 def test_all_45_gains_stand_beside_the_print(page: Path) -> None:
@@ -103,6 +121,9 @@ def test_goals_and_references_name_what_the_studies_have() -> None:
     cases = {s.name: {c.name for c in s.cases} for s in ALL}
     assert {g.study for g in data.GOALS} <= cases.keys() and set(data.ORDER) == cases.keys()
     assert all(g.case in cases[g.study] for g in data.GOALS)
+    loops = {a for _, *pair in [(s[2], s[0], s[1]) for s in data.STEPS] for a in pair}
+    assert loops | {a for held in data.ALLEVIATION.values() for a in held} <= data.LABELS.keys()
+    assert data.AIRCRAFT.keys() == cases["hoffmann_robustness"]
     assert data.HELD_OUT.keys() <= cases["hoffmann"] and data.ALLEVIATION.keys() <= cases["hoffmann_alleviation"]
 
 
