@@ -1,7 +1,7 @@
 """The gust mission's flights as arrays: estimate and truth at equal times, for figures and pictures.
 
 Truth of alpha_W is the down wind over the trim speed, truth of the vane bias what the scenario's events added, a_z the mean
-upward acceleration from one row of the truth to the next.
+upward acceleration from one row of the truth to the next. Truth that the run folder does not hold is NaN.
 """
 
 from __future__ import annotations
@@ -16,13 +16,18 @@ from numpy.typing import NDArray
 from scipy import signal
 
 from flightsw.icd import mav
-from ground.columns import Columns, Table, match
+from ground.columns import Columns, Table, load, match
 
 Array = NDArray[np.float64]
-V0 = 20.0  # [m/s] trim speed of the small UAV
 BAND_HZ = 2.0
 AW, VW, AB = 1, 2, 8  # of GUST_STATE.est
 HOLD = 0  # WKF_GUST_LAW
+PASSING = (
+    "off",
+    "dropout",
+    "intermittent",
+    "spike",
+)  # faults that take readings away or spoil one, and leave the others true
 SHOWN = {"alpha_w": AW, "v_w": VW, "bias": AB}
 
 
@@ -90,16 +95,41 @@ class GustFlight:
         return np.asarray(signal.sosfiltfilt(sos, self.a_z))
 
 
-def vane_bias(sc: dict[str, Any], name: str, t: Array) -> Array:
-    """Bias [rad] at times t [s] that the scenario's events put on the vane of an aircraft."""
-    out = np.zeros(len(t))
+def trim_speed(sc: dict[str, Any], name: str) -> float:
+    """Airspeed [m/s] of an aircraft's start, which is its model's trim; NaN where the scenario does not say."""
+    start: dict[str, Any] = next((a.get("start", {}) for a in sc.get("aircraft", []) if a.get("name") == name), {})
+    return float(start.get("V_mps", np.nan))
+
+
+def vane_bias(sc: dict[str, Any], name: str, t: Array, injected_s: float = np.inf) -> Array:
+    """Bias [rad] at times t [s] that the scenario's events put on the vane of an aircraft (its first probe).
+
+    NaN where no record says what it was: all the time if the sensors draw one of their own, while a fault other than a bias or a
+    drift falsifies the vane (PASSING ones do not), and from injected_s [s], the first failure injected.
+    """
+    noise, suite = sc.get("noise", {}), sc.get("sensors", {}).get(name, {})
+    drawn = suite.get("air", {}).get("alpha_bias_std", 1.0) * noise.get("bias_scale", 1.0)
+    out = np.full(len(t), np.nan if drawn else 0.0)
     for e in sc.get("event", []):
-        if (e.get("kind"), e.get("target"), e.get("sensor"), e.get("channel")) != ("bias", name, "air", "alpha"):
+        if (e.get("target"), e.get("sensor")) != (name, "air") or e.get("kind") in PASSING:
+            continue
+        if e.get("channel", "") not in ("", "alpha") or e.get("index", -1) > 0:
             continue
         length = float(e.get("for_s", 0.0)) or np.inf
         on = (t >= e["t_s"] - 1e-9) & (t < e["t_s"] + length)
-        out[on] += float(e["value"][0])
+        value = e.get("value", [])
+        size = float(value[min(1, len(value) - 1)]) if value else np.nan  # alone, or V, alpha, beta
+        out[on] += {"bias": size, "drift": size * (t[on] - e["t_s"])}.get(e.get("kind"), np.nan)
+    out[t >= injected_s] = np.nan
     return out
+
+
+def injected_s(run: Path, sysid: int) -> float:
+    """Time [s] of the first failure the plant was made to give an aircraft in flight, from plant.tlog; inf without any."""
+    path = run / "plant.tlog"
+    acks = load(path).get(sysid, "COMMAND_ACK") if path.exists() else None
+    done = acks.t_us[acks["result"] == 0] if acks is not None else []
+    return float(min(done)) * 1e-6 if len(done) else np.inf
 
 
 def flights(run: Path, truth: Columns, tlm: Columns) -> list[GustFlight]:
@@ -119,7 +149,8 @@ def flights(run: Path, truth: Columns, tlm: Columns) -> list[GustFlight]:
         t = true.t_us.astype(np.float64) * 1e-6
         forward = true["vel_n"][:, :2] / np.maximum(np.linalg.norm(true["vel_n"][:, :2], axis=1, keepdims=True), 1e-9)
         tail = (forward * true["wind_n"][:, :2]).sum(axis=1)
-        known = np.stack([true["wind_n"][:, 2] / V0, tail, vane_bias(sc, name, t)], axis=1)
+        bias = vane_bias(sc, name, t, injected_s(run, sysid))
+        known = np.stack([true["wind_n"][:, 2] / trim_speed(sc, name), tail, bias], axis=1)
         columns = [AW, VW, AB]
         est, sigma = (state[k][:, columns].astype(np.float64) for k in ("est", "sigma"))
         out.append(GustFlight(name, true.t_us, state, true, est, sigma, known, state["valid"] != 0, up))

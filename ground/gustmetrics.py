@@ -1,7 +1,8 @@
 """Figures of the gust mission: error of the wind and bias estimates, their consistency, and a_z with and without alleviation.
 
-The first `SETTLE_S` are left out. The reduction compares an aircraft that alleviates with one that holds, at the same times in
-the same air; where one aircraft flew both laws one after the other, a_z is given per law.
+The first `SETTLE_S` are left out; an error whose truth the run does not hold throughout is None. The reduction compares an
+aircraft that alleviates with one that holds, at the same times in the same air; where one aircraft flew both laws one after the
+other, a_z is given per law.
 """
 
 from __future__ import annotations
@@ -46,6 +47,8 @@ def _estimate(f: GustFlight) -> Flat:
         unit, factor = UNITS[name]
         mask = late if name == "bias" else use
         e, s = (f.est[mask, i] - f.truth[mask, i]) * factor, f.sigma[mask, i] * factor
+        if not np.isfinite(f.truth[mask, i]).all():  # part of the time will not do: the numbers would be of that part
+            e, s = e[:0], s[:0]
         out[f"{name}.rms_{unit}"] = _rms(e)
         out[f"{name}.mean_{unit}"] = float(e.mean()) if len(e) else None
         known = np.isfinite(s)

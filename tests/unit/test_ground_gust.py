@@ -20,19 +20,25 @@ from flightsw.telemetry import Telemetry
 from flightsw.types import ActuatorCmd, GuidanceCmd, GustState, Health, NavState, SensorFrame, Snapshot, Timing
 from ground.__main__ import app
 from ground.columns import load
-from ground.gust import V0, flights, has_gust, names, vane_bias
+from ground.gust import flights, has_gust, names, trim_speed, vane_bias
 from ground.metrics import compute
 from ground.receiver import Recorder
 
 DEG = math.pi / 180.0
 HZ = 50
+V0 = 20.0
 SCENARIO = """
 [[aircraft]]
 name = "one"
 sysid = 3
+start = { V_mps = 20.0 }
 [[aircraft]]
 name = "other"
 sysid = 4
+start = { V_mps = 20.0 }
+[sensors]
+one.air.alpha_bias_std = 0.0
+other.air.alpha_bias_std = 0.0
 [[event]]
 t_s = 5.0
 kind = "bias"
@@ -118,21 +124,66 @@ def test_a_run_without_a_holding_aircraft_has_no_reduction(tmp_path: Path) -> No
     assert s["gust.one.samples"] > 0
 
 
+STEP: dict[str, Any] = {
+    "t_s": 2.0, "for_s": 3.0, "kind": "bias", "target": "a", "sensor": "air", "channel": "alpha", "value": [0.1],
+}  # fmt: skip
+T = np.arange(0.0, 10.0, 0.5)
+
+
+def bias(*events: dict[str, Any], name: str = "a", std: float = 0.0) -> np.ndarray:
+    sensors = {n: {"air": {"alpha_bias_std": std}} for n in "ab"}
+    return vane_bias({"event": list(events), "sensors": sensors}, name, T)
+
+
 def test_vane_bias_follows_the_events_of_its_own_aircraft() -> None:
-    t = np.arange(0.0, 10.0, 0.5)
-    e: dict[str, Any] = {
-        "t_s": 2.0,
-        "for_s": 3.0,
-        "kind": "bias",
-        "target": "a",
-        "sensor": "air",
-        "channel": "alpha",
-        "value": [0.1],
-    }
-    other = e | {"channel": "V"}
-    b = vane_bias({"event": [e, other, e | {"t_s": 4.0, "for_s": 0.0}]}, "a", t)
-    assert b[t < 2.0].max() == 0.0 and np.all(b[(t >= 4.0) & (t < 5.0)] == 0.2) and b[-1] == pytest.approx(0.1)
-    assert not vane_bias({"event": [e]}, "b", t).any()
+    b = bias(STEP, STEP | {"channel": "V"}, STEP | {"index": 1}, STEP | {"t_s": 4.0, "for_s": 0.0})
+    assert b[T < 2.0].max() == 0.0 and np.all(b[(T >= 4.0) & (T < 5.0)] == 0.2) and b[-1] == pytest.approx(0.1)
+    assert not bias(STEP, name="b").any()
+    whole = bias(STEP | {"channel": "", "value": [3.0, 0.2, 0.0]})  # V, alpha, beta
+    assert whole.max() == 0.2
+    drift = bias(STEP | {"kind": "drift", "value": [0.01]})
+    assert drift[T == 4.0] == pytest.approx(0.02) and drift[-1] == 0.0
+
+
+def test_a_vane_bias_no_record_tells_is_not_a_number() -> None:
+    assert np.isnan(bias(STEP, std=0.001)).all()  # drawn by the plant
+    assert np.isnan(vane_bias({}, "a", T)).all()
+    for kind in ("scale", "garbage", "stuck", "delayed"):
+        b = bias(STEP | {"kind": kind})
+        on = (T >= 2.0) & (T < 5.0)
+        assert np.isnan(b[on]).all() and not b[~on].any(), kind
+    for kind in ("off", "intermittent", "spike"):
+        assert not bias(STEP | {"kind": kind}).any()
+    late = vane_bias({"sensors": {"a": {"air": {"alpha_bias_std": 0.0}}}}, "a", T, injected_s=6.0)
+    assert np.isnan(late[T >= 6.0]).all() and not late[T < 6.0].any()
+    assert math.isnan(trim_speed({}, "a"))
+
+
+def test_figures_without_truth_are_none(tmp_path: Path) -> None:
+    run = make_run(tmp_path / "run", 10.0)
+    drawn = SCENARIO.replace("one.air.alpha_bias_std = 0.0", "one.air.alpha_bias_std = 0.001")
+    (run / "scenario.toml").write_text(drawn.replace("V_mps = 20.0", "V_mps = 10.0", 1))
+    s = compute(run)
+    assert s["gust.one.bias.rms_deg"] is None and s["gust.one.bias.inside_2sigma_pct"] is None
+    assert s["gust.other.bias.rms_deg"] is not None
+    assert s["gust.one.alpha_w.rms_deg"] > 3.0  # truth is over the speed the aircraft started with
+    (run / "scenario.toml").write_text("")
+    s = compute(run)
+    assert s["gust.uav3.alpha_w.rms_deg"] is None and s["gust.uav3.v_w.rms_mps"] == pytest.approx(0.0, abs=1e-6)
+
+
+def test_injected_failures_end_the_known_bias(tmp_path: Path) -> None:
+    from flightsw.icd.wire import Sender
+
+    run = make_run(tmp_path / "run", 10.0)
+    log = TlogWriter(run / "plant.tlog")
+    log.write(
+        6_000_000, Sender(3, 26).named("COMMAND_ACK", command=420, result=0, target_system=255, target_component=190)
+    )
+    log.close()
+    f, other = flights(run, load(run / "truth.tlog"), load(run / "tlm.tlog"))
+    assert np.isnan(f.truth[f.t >= 6.0, 2]).all() and np.isfinite(f.truth[f.t < 6.0]).all()
+    assert np.isfinite(other.truth).all()
 
 
 def test_conversion_and_tabs(run: Path, tmp_path: Path) -> None:
