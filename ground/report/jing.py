@@ -63,12 +63,14 @@ LAWS = {
     "pitch_12": "pitch 12°",
     "pitch_15": "pitch 15° (usual)",
     "climb_5": "climb rate 5 m/s (the source's)",
+    "continue": "approach continued (a landing counts as contact)",
     "climb_0": "level",
     "open_loop": "full thrust, elevator held",
 }
 CLASSES = (("", "all"), ("low.", "peak F below 0.3"), ("middle.", "0.3 to 0.45"), ("high.", "above 0.45"))
 # survived of 200 with perfect state, per class: jing.md 6.4
 SURVIVED: dict[str, tuple[float, float, float, float]] = {
+    "continue": (0.35, 0.41, 0.47, 0.02),
     "open_loop": (0.18, 0.47, 0.07, 0.0),
     "pitch_15": (0.63, 0.98, 0.62, 0.11),
     "pitch_12": (0.72, 1.0, 0.77, 0.21),
@@ -82,30 +84,32 @@ SURVIVAL_CASES = {
 }
 
 
-def _filter_goals(study: str, where: str) -> tuple[Goal, ...]:
+def _filter_goals(study: str, where: str, case: str = "ekf15") -> tuple[Goal, ...]:
     return (
-        Goal(f"{where}: w_x RMS [m/s]", "ekf15", ("w_x.rms_mps",), "<=", 0.11, study=study),
-        Goal(f"{where}: w_h RMS [m/s]", "ekf15", ("w_h.rms_mps",), "<=", 0.06, study=study),
+        Goal(f"{where}: w_x RMS [m/s]", case, ("w_x.rms_mps",), "<=", 0.11, study=study),
+        Goal(f"{where}: w_h RMS [m/s]", case, ("w_h.rms_mps",), "<=", 0.06, study=study),
         Goal(
             f"{where}: inside 2 sigma",
-            "ekf15",
+            case,
             ("w_x.inside_2sigma", "w_h.inside_2sigma"),
             "within",
             0.945,
             0.0451,
             study,
         ),
-        Goal(f"{where}: F RMS", "ekf15", ("F.rms",), "<=", 0.012, study=study),
+        Goal(f"{where}: F RMS", case, ("F.rms",), "<=", 0.012, study=study),
     )
 
 
 GOALS: tuple[Goal, ...] = (
     *_filter_goals(NOMINAL, "exact model"),
     *_filter_goals(ERROR, "10 % wrong"),
-    Goal("10 % wrong: height from that of perfect feedback, largest [m]", "ekf15", ("height_apart.max_m",), "<=", 5.0,
-         study=ERROR),
-    Goal("managed law: survived of the drawn microbursts", "light", ("managed.survived",), ">=", 0.82, study=SURVIVAL),
-    Goal("more than pitch 15° on the same", "light", ("managed_less_pitch_15",), ">=", 0.0, study=SURVIVAL),
+    Goal("10 % wrong: height from that of perfect feedback, mean over runs of the largest [m]", "ekf15",
+         ("height_apart.max_m",), "<=", 5.0, study=ERROR),
+    Goal("the same with the managed law [m]", "managed_ekf15", ("height_apart.max_m",), "<=", 5.0, study=ERROR),
+    *_filter_goals(NOMINAL, "default alerting and law", "default_ekf15"),
+    Goal("managed law: survived of the drawn microbursts", "light", ("managed.survived",), ">=", 0.85, study=SURVIVAL),
+    Goal("more than pitch 15° on the same", "light", ("managed_less_pitch_15",), ">=", 0.2, study=SURVIVAL),
     Goal("severe microburst from 300 m in turbulence: lost", "severe_300_pair_light", ("managed.ekf15.lost",), "<=", 0.0,
          study=ESCAPE),
     Goal("and from 350 m", "severe_350_pair_light", ("managed.ekf15.lost",), "<=", 0.0, study=ESCAPE),

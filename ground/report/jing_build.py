@@ -130,11 +130,13 @@ def _survival(c: Campaign | None, pictures: Pictures) -> str:
             for i, (of, _) in enumerate(jing.CLASSES):
                 row += p.cell(c.stat(case, f"{law}.{of}survived"))
                 row += p.plain(jing.SURVIVED[law][i]) if law in jing.SURVIVED else p.blank()
-            rows.append(row)
+            close = c.stat(case, f"{law}.close")
+            rows.append(row + (p.cell(close) if close.value is not None else p.blank()))
         counts = [c.stat(case, f"{laws[0]}.{of}survived").n for of, _ in jing.CLASSES] if laws else []
         head = [("escape law", "")]
         for (_, text), n in zip(jing.CLASSES, counts, strict=False):
             head += [(f"{text} ({n})", "num"), ("reference", "num")]
+        head.append(("survived below 10 m", "num"))
         out += f"<h3>{jing.SURVIVAL_CASES.get(case, case)}</h3>" + p.table(head, rows, SHARES)
         series = {
             jing.LAWS[law]: [
@@ -158,15 +160,22 @@ def _alerts(c: Campaign | None) -> str:
             ("w_h RMS [m/s]", "w_h.rms_mps"))  # fmt: skip
     rows = []
     for case in c.cases:
-        air, sigma, *quick = case.replace("p", ".").split("_")
+        air, sigma, *tag = case.split("_", 2)
+        sigma = sigma.replace("p", ".")
         where = "no microburst" if air == "clear" else "the source's microburst"
-        row = p.text(f"{where}, {sigma} m/s", "name") + p.text("quick abort" if quick else "caution and abort pair")
+        row = p.text(f"{where}, {sigma} m/s", "name") + p.text(ALERTING["".join(tag)])
         row += p.plain(float(c.runs(case))) + "".join(p.cell(c.stat(case, k)) for _, k in keys if k)
         rows.append(row)
     head = [("air", ""), ("alerting", ""), *((t, "num") for t, _ in keys)]
     return p.paragraph(str(c.meta.get("purpose", ""))) + p.table(head, rows, SHARES)
 
 
+ALERTING = {
+    "": "caution and abort pair",
+    "quick": "quick abort, the source's filter",
+    "default_quick": "quick abort, default filter",
+    "source_pair": "pair, the source's filter",
+}
 SHARES = "Shares with 95 % Wilson intervals."
 READING = """
 Every number is that of the campaign's summary.json under the key shown in the cell: for RMS values the RMS over runs, else the
@@ -181,4 +190,6 @@ Reference lines are figures computed once, before this program was written, with
 stop believing the accelerometers' model; "ours" have no use for an exact aerodynamic model or learn its scales.
 
 Ground contact counts as loss. The managed laws go down to 35 or 45 m for speed: terrain clearance is left to the operator.
+"Largest" height apart is the mean over runs of each run's largest: with the source's climb law it is made by the moment of the
+abort, a tenth of a second either way.
 """

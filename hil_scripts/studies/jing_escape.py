@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from flightsw.guid.windshear import WindshearGuidanceParams
+from flightsw.guid.windshear import HazardParams, WindshearGuidanceParams
 from flightsw.kernels import windshear as k
 from flightsw.nav.windshear import WindshearParams
 from hil_scripts.campaign.study import Case, RunResult, Study
@@ -18,6 +19,14 @@ from sim_plant.twinjet import TwinJetAir, TwinJetParams
 
 NEAR_GROUND_M = 15.0  # F is classed above this: the slope of the wind at touchdown is not the encounter
 PAST_M = 3000.0
+CLOSE_M = 10.0  # a centre of gravity below this has survived on paper only
+# alerting of the flight: estimator, and guidance around the law (the two crossed ones tell what either of them does)
+ALERTING: dict[str, tuple[str, WindshearGuidanceParams]] = {
+    "as_specified": ("ekf13", AS_SPECIFIED),
+    "pair": ("ekf15", WindshearGuidanceParams()),
+    "default_quick": ("ekf15", WindshearGuidanceParams(hazard=HazardParams(abort_on="caution"))),
+    "source_pair": ("ekf13", replace(AS_SPECIFIED, hazard=replace(AS_SPECIFIED.hazard, abort_on="abort"))),
+}
 
 
 def run_escape(case: Case, seed: int) -> RunResult:
@@ -60,12 +69,15 @@ def run_survival(case: Case, seed: int) -> RunResult:
     trunk = jf.Loop(plan, seed % 2**31)
     trunk.run(to_abort=True)
     values: dict[str, float] = {"peak_F": peak, **{f"class.{c}": float(c == of) for c, _, _ in CLASSES}}
+    if nav is None:  # the reference row: a landing counts as contact
+        values["continue.survived"] = values[f"continue.{of}.survived"] = 1.0 - went_on.lost
     survived: dict[str, float] = {}
     for name in p["laws"]:
         r = trunk.branch(law(name, base)).run()
         got = jf.flown(r)
         survived[name] = 1.0 - got["lost"]
         values[f"{name}.survived"] = values[f"{name}.{of}.survived"] = survived[name]
+        values[f"{name}.close"] = float(not r.lost and got["height_min_m"] < CLOSE_M)
         values |= {f"{name}.{key}": got[key] for key in ("height_min_m", "speed_min_mps") if not r.lost}
         if name == p["laws"][0] and "abort_x_m" in got:
             values["abort_x_m"] = got["abort_x_m"]
@@ -77,12 +89,13 @@ def run_survival(case: Case, seed: int) -> RunResult:
 def run_alerts(case: Case, seed: int) -> RunResult:
     """An approach in turbulence without a microburst: cautions and false aborts; or with one: where they come.
 
-    The specification's alerting reads the source's filter (13 states, no turbulence), the pair reads the default one.
+    The specification's alerting reads the source's filter (13 states, no turbulence), the pair reads the default one; crossed,
+    the quick abort reads the default one and the pair the source's.
     """
     p = case.params
     sigma = float(p["sigma_mps"])
-    base = AS_SPECIFIED if p["alerting"] == "as_specified" else WindshearGuidanceParams()
-    nav = estimator("ekf13" if p["alerting"] == "as_specified" else "ekf15")
+    name, base = ALERTING[p["alerting"]]
+    nav = estimator(name)
     sky = air(MICROBURSTS[p["burst"]], (sigma, sigma))
     plan = jf.FlightPlan(sky, guidance=law("managed", base), nav=nav, duration_s=float(p["duration_s"]))
     r = jf.fly(plan, seed)
@@ -114,7 +127,7 @@ ESCAPE = Study(
     default_runs=4,
     binary=("lost", "aborted", "cautioned"),
 )
-FEW = ["managed", "managed_45", "pitch_15", "pitch_10"]
+FEW = ["managed", "managed_45", "pitch_15", "pitch_10", "climb_5"]
 MANY = [*FEW, "pitch_12", "climb_0", "open_loop"]
 SURVIVAL = Study(
     name="jing_survival",
@@ -133,7 +146,7 @@ SURVIVAL = Study(
     ),
     run=run_survival,
     default_runs=500,
-    binary=("survived", *(c for c, _, _ in CLASSES)),
+    binary=("survived", "close", *(c for c, _, _ in CLASSES)),
 )
 ALERTS = Study(
     name="jing_alerts",
@@ -146,7 +159,11 @@ ALERTS = Study(
         )
         for name, burst, T in (("clear", "none", 62.0), ("seed", "seed", 75.0))
         for sigma in ((0.5, 1.0, 1.5) if name == "clear" else (0.0, 1.0))
-        for tag, alerting in (("", "pair"), ("_quick", "as_specified"))
+        for tag, alerting in (
+            ("", "pair"),
+            ("_quick", "as_specified"),
+            *((("_default_quick", "default_quick"), ("_source_pair", "source_pair")) if sigma == 1.5 else ()),
+        )
     ),
     run=run_alerts,
     default_runs=50,

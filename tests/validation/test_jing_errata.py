@@ -34,7 +34,14 @@ def test_1_and_2_nine_readings_in_feet_and_degrees() -> None:
     assert WindshearSensors().sigmas() == pytest.approx(printed * unit)
     assert pytest.approx(0.01, rel=2e-3) == 0.322 * FOOT / 9.80665  # a hundredth of g
     assert pytest.approx(1852.0 / 3600.0, rel=0.01) == 1.7 * FOOT  # a knot
-    assert k.NY == 9 and len(printed) == 9
+    # the ninth output is the acceleration along the flight: of steady flight with T more thrust it is T / m, and none upwards
+    x, Y = np.array([0.0, 200.0, 76.0, 0.0, 0.0, 0.0, 30.0, *[0.0] * 6, 1.0, 1.0]), np.zeros((2, k.NY))
+    for row, thrust in zip(Y, (30.0, 40.0), strict=True):
+        x[k.T] = thrust
+        k.measure(x[None, :], np.arange(k.NY), k.NY, np.zeros(2), P, row[None, :])
+    moved = Y[1] - Y[0]
+    assert len(printed) == k.NY and np.flatnonzero(np.abs(moved) > 1e-12).tolist() == [k.Y_XDD]
+    assert moved[k.Y_XDD] == pytest.approx(1e4 / P[k.P_M])
 
 
 def test_3_printed_centre_weight_is_another_rule() -> None:
@@ -45,7 +52,17 @@ def test_3_printed_centre_weight_is_another_rule() -> None:
     assert f.g**2 == pytest.approx(c)  # type: ignore[attr-defined]
     assert f.w0c + 2 * n * f.wi == pytest.approx(1.0 + (1.0 - a * a + b))  # type: ignore[attr-defined]
     printed = (c - n) / (c + (1.0 - a * a + b))
-    assert printed + 2 * n / (2.0 * c) == pytest.approx(2.375) != pytest.approx(3.75)
+    # variance of y = x^2 of one unit state: the rule's own is (c - 1) + (1 - a^2 + b), which holds for the weight in the filter
+    y = np.array([c, c])
+    mean = f.wi * y.sum()  # type: ignore[attr-defined]
+
+    def variance(w0: float) -> float:
+        centre = w0 + 2 * (n - 1) * f.wi  # type: ignore[attr-defined]
+        return float(centre * mean**2 + f.wi * np.sum((y - mean) ** 2))  # type: ignore[attr-defined]
+
+    assert mean == pytest.approx(1.0)
+    assert variance(f.w0c) == pytest.approx((c - 1.0) + (1.0 - a * a + b))  # type: ignore[attr-defined]
+    assert variance(printed) == pytest.approx(3.625)
 
 
 def test_4_fictitious_noise_has_three_entries_for_what_lift_and_drag_move() -> None:
