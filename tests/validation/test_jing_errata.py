@@ -7,17 +7,21 @@ import math
 import numpy as np
 import pytest
 
+from flightsw.ctrl.windshear import WindshearControl
+from flightsw.guid.windshear import ApproachParams, EscapeParams
 from flightsw.kernels import windshear as k
 from flightsw.models.windshear import (
     DEG,
     FOOT,
+    MODES,
+    PathDemand,
     TwinJetModel,
     WindshearNoise,
     WindshearSensors,
     parameter_vector,
     process_covariance,
 )
-from flightsw.nav.windshear import WindshearNav, WindshearParams
+from flightsw.nav.windshear import ALL, WindshearNav, WindshearParams
 from hil_scripts.studies import jing_flight as jf
 from hil_scripts.studies.jing import AS_SPECIFIED, estimator, law
 from sim_plant.kernels import microburst as km
@@ -183,6 +187,45 @@ def test_trap_core_slopes_are_regular() -> None:
     km.wind(edge * (1 - 1e-9), 100.0, m, a)
     km.wind(edge * (1 + 1e-9), 100.0, m, b)
     assert a == pytest.approx(b, rel=1e-7)
+
+
+def test_7_the_control_law_has_no_use_for_second_rates_of_the_wind() -> None:
+    """Two time scales need the wind and its first rates only, in every mode."""
+    x = np.array([-800.0, 150.0, 76.0, -0.05, 0.07, 0.01, 40.0, -8.0, -2.0, 1.5, -0.7, 0.0, 0.0, 1.0, 1.0])
+    for mode in MODES:
+        d = PathDemand(mode, climb_mps=2.0, pitch_rad=0.2)
+        u = []
+        for second in (0.0, 3.0):
+            x[k.WXDD], x[k.WHDD] = second, -second
+            c = WindshearControl()
+            c.reset(40.0, -0.02)
+            u.append(c.step(x, d).copy())
+        assert (u[0] == u[1]).all(), mode
+
+
+def test_trap_identity_start_covariance_converges_in_the_sampled_form() -> None:
+    """P_0 = I in radians and kilonewtons is poor style, but does no harm here."""
+    sky = TwinJetAir(MICROBURSTS["seed"])
+    nav = estimator("ekf13")
+    assert nav is not None
+    jet, f = TwinJet(TwinJetParams(), sky, 7, 20.0, DT), WindshearNav(nav)
+    x0 = np.zeros(k.NX)
+    jf.true_state(jet.truth, x0)
+    x0[k.WXD : k.KL] = 0.0
+    f.start(x0, np.ones(k.NX))
+    e = []
+    for _ in range(900):
+        jet.step(jet.controls)
+        est = f.step(jet.reading, ALL, jet.controls * (1e-3, 1.0), DT)
+        e.append(est.x[[k.WX, k.WH]] - jet.truth[[7, 8]])
+    assert (np.sqrt(np.mean(np.square(e[500:]), axis=0)) < (0.2, 0.12)).all()
+
+
+def test_trap_commanded_incidence_stays_below_the_top_of_the_lift_curve() -> None:
+    top = TwinJetModel().stall_rad[1]
+    e, a = EscapeParams(), ApproachParams()
+    assert max(e.alpha_max_rad, e.managed_alpha_max_rad, a.alpha_max_rad) < top
+    assert k.lift_slope(e.managed_alpha_max_rad, P) > 0.0
 
 
 def test_trap_turbulence_aborts_the_source_s_set_up_and_not_the_pair() -> None:
