@@ -48,7 +48,7 @@ LABELS = {
     "elevator_total_printed": "elevator alone, for the total, printed gain",
     "hold": "hold",
     "accelerometer": "with accelerometer",
-    "no_accelerometer": "without",
+    "no_accelerometer": "without it",
     "medium": "tuned to medium turbulence",
     "light": "tuned to 0.3 of it",
     "matched": "tuned to 0.01 of it",
@@ -87,7 +87,9 @@ NOTES = {
     "case1": "rms: over all runs; std: of all runs pooled about their mean. hoffmann.md also has mean errors below 0.05 deg and "
     "0.1 m/s for the printed gain, below 0.02 deg and 0.01 m/s for the discrete filter; 0.37 deg of bias is that of the whole "
     "flight.",
-    "nonlinear": "hoffmann.md does not say which statistic its figures are of.",
+    "case2": "hoffmann.md gives its means without sign.",
+    "nonlinear": "hoffmann.md does not say which statistic its figures are of, nor whether the elevator moves, on which those of "
+    "the linear filters depend most.",
 }
 NO_COHERENCE = (
     "From spectra pooled over runs. hoffmann.md: alpha_W has no coherence above 0.2 Hz with any filter. So it is once the first "
@@ -111,8 +113,10 @@ AGAINST_HOLD = (
     "the low-pass alone: total 2 to 170 % worse."
 )
 PLAINLY = (
-    "Held readings never use the newest one, as the source flies its filter; joined by straight lines they do, and are as causal "
-    "as those of the sampled filters. Reduction below 2 Hz / in total [%]: "
+    "The source holds each reading until the next, so that its filter never uses the newest one; joined by straight lines they "
+    "are as causal as those of the sampled filters. Joined, the printed gain takes as much off a_z below 2 Hz as the estimate "
+    "that knows the intensity, and raises the total, which that one lowers; the consistent filter told the print's intensity "
+    "does best below 2 Hz and raises the total most. So on the linear plant at 50 Hz; less a_z by"
 )
 # two loops that differ in one thing, and in which
 STEPS = (

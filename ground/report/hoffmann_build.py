@@ -138,12 +138,12 @@ def _cases(c: Campaign | None, pictures: Pictures) -> str:
             for kind in ("rms", "mean", "std"):
                 known = {a: r[i] for a, r in held.get(kind, {}).items() if r[i] is not None}
                 keys.append((f"{what}.{kind}_{unit}", known))
-                head += [(f"{name} {kind}", "num")] + [("reference", "num")] * bool(known)
+                head += [(f"{name}: rms" if kind == "rms" else kind, "num")] + [("reference", "num")] * bool(known)
         rows = []
         for a in estimators(c, case, "alpha_w.rms_deg"):
             row = p.text(label(a), "name")
             for key, known in keys:
-                row += p.cell(figure(c, case, f"{a}.{key}"))
+                row += p.cell(figure(c, case, f"{a}.{key}"), interval="rms" in key)
                 if known:
                     row += p.plain(known[a]) if a in known else p.blank()
             if case == "nonlinear":
@@ -167,7 +167,9 @@ def _coherence(c: Campaign, case: str) -> str:
     """Coherence of estimate and truth where nearly all of the record has no turbulence to estimate."""
     records = (("alpha_w", "alpha_W"), ("alpha_w_ramp", "alpha_W, ramp included"), ("v_w", "V_W"))
     head = [("estimator", "")]
-    head += [(f"{name} {hz.replace('p', '.')} Hz", "num") for _, name in records for hz in hoffmann.RATIO_HZ]
+    for _, name in records:
+        hz = [f"{x.replace('p', '.')} Hz" for x in hoffmann.RATIO_HZ]
+        head += [(f"{name}: {hz[0]}", "num"), *((x, "num") for x in hz[1:])]
     rows = [
         p.text(label(a), "name")
         + "".join(

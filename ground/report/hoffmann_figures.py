@@ -11,7 +11,7 @@ from ground.report.figures import SPARE, TRUTH, Array, new_figure, png_bytes
 
 COLORS = {"printed": "#d1581b", "discrete": "#1f5fa8", "ekf": "#5b8c2a", "ekf_bank": "#7b4bb0", "hold": "#8b949e"}
 COLORS |= {"default": "#1f5fa8", "vertical": "#5b8c2a", "true": "#20262e", "bank_all": "#7b4bb0", "bank": "#1a9a95"}
-COLORS |= {"medium": "#d1581b", "light": "#1f5fa8"}
+COLORS |= {"printed_joined": "#d1581b", "medium": "#d1581b", "light": "#1f5fa8"}
 STATES = ((1, "alpha_W [deg]", 180.0 / np.pi), (2, "V_W [m/s]", 1.0), (8, "vane bias [deg]", 180.0 / np.pi))
 TICK_S = 0.005  # of a_z in the campaigns
 

@@ -65,17 +65,13 @@ def _sign(c: Campaign, case: str, value: str) -> str:
 
 
 def _in_words(c: Campaign) -> str:
-    """What the printed gain achieves, held and joined, beside the sampled filters."""
-    told = []
-    for case in c.cases:
-        said = []
-        for a in ("printed", "printed_joined", "tuned_1", "default"):
-            total, low = (c.stat(case, f"{a}.{key}").value for key in REDUCED)
-            if total is not None and low is not None:
-                said.append(f"{label(a)} {low:.0f} / {total:.0f}")
-        if said:
-            told.append(f"{case.replace('_', ' ')}: " + ", ".join(said))
-    return p.paragraph(hoffmann.PLAINLY + " ".join(f"{t}." for t in told)) if told else ""
+    """What the printed gain achieves, held and joined, beside the sampled filters, in the first case."""
+    said = []
+    for a in ("printed", "printed_joined", "tuned_1", "default"):
+        total, low = (c.stat(c.cases[0], f"{a}.{key}").value for key in REDUCED)
+        if total is not None and low is not None:
+            said.append(f"{label(a)}: {low:.0f} % below 2 Hz, {total:.0f} % in total")
+    return p.paragraph(f"{hoffmann.PLAINLY} {'; '.join(said)}.") if said else ""
 
 
 def _steps(c: Campaign) -> str:
@@ -87,7 +83,8 @@ def _steps(c: Campaign) -> str:
         for case in cases:
             for key in REDUCED[::-1]:
                 x, y = (c.stat(case, f"{a}.{key}").value for a in (before, after))
-                row += p.blank() if x is None or y is None else p.plain(y - x, "bad" if y < x else "")
+                gain = None if x is None or y is None else round(y - x, 1)
+                row += p.blank() if gain is None else p.plain(gain, "bad" if gain < 0.0 else "")
         rows.append(row)
     head = [("step", "")]
     head += [(f"{x.replace('_', ' ')}, {k}", "num") for x in cases for k in ("below 2 Hz", "total")]
