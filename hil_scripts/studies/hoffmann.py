@@ -123,10 +123,10 @@ def _plan(p: dict[str, Any]) -> hf.FlightPlan:
 
 def _estimators(p: dict[str, Any]) -> dict[str, tuple[GustNav | ConstantGainGust, int]]:
     kind, scale = p["kind"], float(p.get("scale", 1.0))
-    out: dict[str, tuple[GustNav | ConstantGainGust, int]] = {
-        "printed": (hf.continuous("printed"), hf.SENSORS["basic"])
-    }
     basic = hf.SENSORS["basic"]
+    out: dict[str, tuple[GustNav | ConstantGainGust, int]] = {
+        name: (hf.continuous(name), basic) for name in ("printed", "printed_joined")
+    }
     if kind == "nonlinear":
         out["discrete"] = hf.discrete(scale), basic
         for name in ("ekf", "ukf", "srckf"):
@@ -140,7 +140,7 @@ def _estimators(p: dict[str, Any]) -> dict[str, tuple[GustNav | ConstantGainGust
         return out
     out["discrete"] = hf.discrete(scale), basic
     if kind == "case1" and not p.get("spectra"):
-        for name in ("printed_joined", "xi_printed", "xi_printed_e", "bucy_unscaled", "bucy"):
+        for name in ("xi_printed", "xi_printed_e", "bucy_unscaled", "bucy"):
             out[name] = hf.continuous(name), basic
     return out
 
