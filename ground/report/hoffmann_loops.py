@@ -83,7 +83,7 @@ def _steps(c: Campaign) -> str:
         for case in cases:
             for key in REDUCED[::-1]:
                 x, y = (c.stat(case, f"{a}.{key}").value for a in (before, after))
-                gain = None if x is None or y is None else round(y - x, 1)
+                gain = None if x is None or y is None else round(y - x, 1) + 0.0  # no "-0"
                 row += p.blank() if gain is None else p.plain(gain, "bad" if gain < 0.0 else "")
         rows.append(row)
     head = [("step", "")]
