@@ -63,6 +63,10 @@ class FlightApp:
                 f"{where}: app.mission_rate_hz = {mission_rate_hz}: must divide base_rate_hz = {base_rate_hz}"
             )
         cls: Any = MISSIONS[mission]
+        if cls.one_rate and base_rate_hz != mission_rate_hz:
+            raise ConfigError(
+                f"{where}: app.mission_rate_hz = {mission_rate_hz}: allowed for mission {mission}: base_rate_hz = {base_rate_hz}"
+            )
         own = dict(tables)
         health = convert(own.pop("health", {}), HealthParams, f"{where}: health")
         self._again = partial(

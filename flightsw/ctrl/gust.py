@@ -220,11 +220,15 @@ class GustHold:
         self.command = np.zeros(3)
 
     def step(self, q: float, Theta: float, dH: float, dV: float = 0.0) -> Array:
-        """Command [3] for pitch rate [rad/s], pitch [rad], height [m] and airspeed [m/s], deviations from trim (array reused)."""
+        """Command [3] for pitch rate [rad/s], pitch [rad], height [m] and airspeed [m/s], deviations from trim (array reused).
+
+        A deviation that is not finite is taken for none: without height it holds the pitch.
+        """
+        q, Theta, dH, dV = (v if math.isfinite(v) else 0.0 for v in (q, Theta, dH, dV))
         p, e = self.p, self.ac.elevator_limit_rad
         ask = min(max(-p.H * dH, -p.limit_rad), p.limit_rad)
         u = p.q * q + p.Theta * (Theta - ask)
-        self.command[k.ELEVATOR] = min(max(u, -e), e) if math.isfinite(u) else 0.0
+        self.command[k.ELEVATOR] = min(max(u, -e), e)
         t, top = -p.speed * dV, p.throttle_limit
-        self.command[k.THROTTLE] = min(max(t, -top), top) if math.isfinite(t) else 0.0
+        self.command[k.THROTTLE] = min(max(t, -top), top)
         return self.command

@@ -16,7 +16,7 @@ DECAY = 0.05  # [-] of a refusal forgotten per agreeing sample
 def judge(
     codes: np.ndarray, nu: np.ndarray, Sy: np.ndarray, m: int, limit: float, most: int, score: np.ndarray, keep: np.ndarray
 ) -> int:  # fmt: skip
-    """keep [>=m] <- positions below m that may correct; returns how many, -1: more than `most` disagree, none may.
+    """keep [>=m] <- positions below m that may correct; returns how many, -1: more than `most` disagree or are benched, none may.
 
     codes [>=m] channel of each reading, nu [>=m] innovation, Sy [>=m,>=m] lower factor of its covariance, limit [sigma],
     score [channels] refusals remembered, negative for a channel that is benched.
@@ -27,7 +27,7 @@ def judge(
         for b in range(i + 1):
             var += Sy[i, b] * Sy[i, b]
         keep[i] = 1 if nu[i] * nu[i] <= limit * limit * var else 0  # 0 also for NaN
-        out += 1 - keep[i]
+        out += 1 if keep[i] == 0 or score[codes[i]] < 0.0 else 0
     if out > most:
         return -1
     count = 0
@@ -48,7 +48,7 @@ class ChannelGate:
     """Judges the readings of one sample by the innovations of the prediction; their order plays no part.
 
     A channel that is refused again and again stays out, also while it agrees by chance (garbage does now and then), until it
-    has agreed long enough to be forgiven. When more than `most` channels disagree at once it is the filter that is in doubt and
+    has agreed long enough to be forgiven. When more than `most` channels are out at once it is the filter that is in doubt and
     not the sensors: all are refused, and the owner counts.
     """
 

@@ -738,8 +738,10 @@ WKF_GUST_ESTIMATOR_UKF = 3
 enums["WKF_GUST_ESTIMATOR"][3] = EnumEntry("WKF_GUST_ESTIMATOR_UKF", """Unscented Kalman filter.""")
 WKF_GUST_ESTIMATOR_BANK = 4
 enums["WKF_GUST_ESTIMATOR"][4] = EnumEntry("WKF_GUST_ESTIMATOR_BANK", """Bank of extended filters over turbulence intensity.""")
-WKF_GUST_ESTIMATOR_ENUM_END = 5
-enums["WKF_GUST_ESTIMATOR"][5] = EnumEntry("WKF_GUST_ESTIMATOR_ENUM_END", """""")
+WKF_GUST_ESTIMATOR_PRINTED_JOINED = 5
+enums["WKF_GUST_ESTIMATOR"][5] = EnumEntry("WKF_GUST_ESTIMATOR_PRINTED_JOINED", """Constant gain as printed, readings joined by straight lines.""")
+WKF_GUST_ESTIMATOR_ENUM_END = 6
+enums["WKF_GUST_ESTIMATOR"][6] = EnumEntry("WKF_GUST_ESTIMATOR_ENUM_END", """""")
 
 # WKF_GUST_LAW
 enums["WKF_GUST_LAW"] = Enum()

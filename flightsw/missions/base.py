@@ -13,6 +13,7 @@ class Mission:
     """Base of all missions. A mission has besides: params_type, watch, step, first_command, command, texts."""
 
     controls = 4  # length of a command: three surfaces [rad], thrust [N] (and a flap [rad])
+    one_rate = False  # whether the mission runs at every base tick, and at no other rate
     air_used = 0  # AIR_* bits of health for the air-data readings it takes one by one; 0: whole probes
     cruise = (195.0, 7010.0)  # [m/s], [m] of the level flight the warm-up feeds it
     ctrl: Any

@@ -15,11 +15,13 @@ import numpy as np
 
 from flightsw.aircraft import Airframe, load_airframe
 from flightsw.ctrl.gust_select import LAWS, GustCtrlTable, GustLaws
+from flightsw.health import AIR_ALPHA, AIR_V
 from flightsw.kernels import gust as k
 from flightsw.missions.base import Mission
 from flightsw.models.gust import GustAircraft
 from flightsw.models.gust_servo import GustServos
 from flightsw.nav.gust_select import ESTIMATORS, GustNavTable, make_gust_nav
+from flightsw.nav.gust_trust import Trust
 from flightsw.strict import Range
 from flightsw.types import (
     HF_AIR,
@@ -63,8 +65,8 @@ class GustMissionParams:
 class GustActuators:
     """The servos as the application steps them: command [5] = (-, elevator [rad], -, throttle setting, flap [rad])."""
 
-    def __init__(self, delay_ticks: int) -> None:
-        self.servos = GustServos(late_steps=delay_ticks)
+    def __init__(self, ac: GustAircraft, delay_ticks: int) -> None:
+        self.servos = GustServos(ac, late_steps=delay_ticks)
         self._c = np.zeros(3)
 
     def reset(self, surfaces: np.ndarray, thrust: float) -> None:
@@ -84,11 +86,15 @@ class GustMission(Mission):
     params_type = GustMissionParams
     watch = HF_IMU | HF_AIR | HF_ATT
     controls = 5
+    air_used = AIR_V | AIR_ALPHA
+    one_rate = True  # servos and law are stepped together: their mean and delay are per sample
     cruise = (20.0, 100.0)
     ctrl: GustLaws
 
     def __init__(self, ac: Airframe, p: GustMissionParams, period_s: float) -> None:
-        self.ac = GustAircraft()
+        """Raises ValueError for an aircraft file the model cannot hold, DesignError for weights that give no law."""
+        self.ac = GustAircraft.of(ac.controls)
+        self.trust = Trust(p.nav.trust)
         self.nav = make_gust_nav(p.nav, self.ac)
         self.channels = p.nav.channels
         self.p, self._period_s = p, period_s
@@ -100,6 +106,7 @@ class GustMission(Mission):
         self._y = np.zeros(k.NY)
         self._y[[k.Y_VA, k.Y_H, k.Y_GROUND]] = self.ac.V0_mps, self.ac.H0_m, self.ac.V0_mps
         self._u = np.zeros(self.controls)
+        self._psi, self._pos_n = 0.0, (0.0, 0.0)
         self._phase_us = -1
         self._texts: list[Text] = []
 
@@ -111,7 +118,7 @@ class GustMission(Mission):
     @staticmethod
     def actuators(ac: Any, delay_ticks: int) -> GustActuators:
         """Elevator and flap servos."""
-        return GustActuators(delay_ticks)
+        return GustActuators(GustAircraft.of(ac.controls), delay_ticks)
 
     @property
     def saturated(self) -> bool:
@@ -129,17 +136,22 @@ class GustMission(Mission):
             self.ctrl.law = law
         ok = self._read(f, updated)
         est = self.nav.step(y, ok & self.channels, s.mean, dt, s.now)
-        c = self.ctrl.step(est.x if est.valid else None, y, s)
+        trusted = self.trust.ok
+        if self.trust.step(est, dt) is not trusted and est.valid:
+            self._texts.append(
+                Text(6, "estimate trusted again") if self.trust.ok else Text(4, f"hold: {self.trust.reason}")
+            )
+        c = self.ctrl.step(est.x if est.valid and self.trust.ok else None, y, s)
         u = self._u
         u[1], u[3], u[4] = c[k.ELEVATOR], c[k.THROTTLE], c[k.FLAP]
-        g = self._guide(f.t_us, est.valid, est.reason)
+        g = self._guide(f.t_us, est.valid, est.reason or self.trust.reason)
         state = GustState(
             f.t_us, est.valid, est.reason, tuple(est.x.tolist()), tuple(est.sigma.tolist()),
             est.nis if math.isfinite(est.nis) else 0.0, est.channels, est.scale, est.probabilities,
             float(y[k.Y_AZ]), self.ctrl.a_z, float(u[1]), float(u[4]), self._estimator, self.ctrl.flying,
         )  # fmt: skip
         throttle = min(max(0.5 + float(u[3]) / self.span, 0.0), 1.0)
-        return self._publish(f, state), g, u, throttle
+        return self._publish(state), g, u, throttle
 
     def _laws(self) -> GustLaws:
         return GustLaws(self.p.ctrl, self.ac, self.p.nav.turbulence, self._period_s, self._late)
@@ -159,12 +171,14 @@ class GustMission(Mission):
                 ok |= 1 << k.Y_VA
         if updated & UPD_ATT:
             w, x, yy, z = f.att_q_nb
+            self._psi = math.atan2(2.0 * (w * z + x * yy), 1.0 - 2.0 * (yy * yy + z * z))
             y[k.Y_TH] = math.asin(min(max(2.0 * (w * yy - z * x), -1.0), 1.0))
             ok |= 1 << k.Y_TH
-        if updated & UPD_BARO:
+        if updated & UPD_BARO and math.isfinite(f.baro_alt_m):
             y[k.Y_H] = f.baro_alt_m
             ok |= 1 << k.Y_H
         if updated & UPD_GNSS:
+            self._pos_n = f.gnss_pos_n[0], f.gnss_pos_n[1]
             y[k.Y_GROUND] = math.hypot(f.gnss_vel_n[0], f.gnss_vel_n[1])
             ok |= 1 << k.Y_GROUND
         return ok
@@ -175,13 +189,12 @@ class GustMission(Mission):
         if phase != g.phase or self._phase_us < 0:
             self._phase_us = t_us
         g.phase, g.phase_t_s = phase, (t_us - self._phase_us) * 1e-6
-        g.reason = reason if not valid else f"law {LAWS[self.ctrl.flying]}"
+        g.reason = reason or f"law {LAWS[self.ctrl.flying]}"
         return g
 
-    def _publish(self, f: SensorFrame, s: GustState) -> NavState:
+    def _publish(self, s: GustState) -> NavState:
         """The estimate as the state every aircraft publishes. Wind along the heading and down; across it none is known."""
-        w, x, yy, z = f.att_q_nb
-        psi = math.atan2(2.0 * (w * z + x * yy), 1.0 - 2.0 * (yy * yy + z * z))
+        psi = self._psi
         c, n = math.cos(psi), math.sin(psi)
         V0 = self.ac.V0_mps
         V_K, theta = V0 + s.x[k.VK], s.x[k.TH]
@@ -194,7 +207,7 @@ class GustMission(Mission):
         return NavState(
             t_us=s.t_us, valid=s.valid, reason=s.reason, V=math.hypot(forward, up), beta=0.0,
             alpha=theta - math.atan2(up, forward), w_b=(0.0, s.x[k.Q], 0.0), euler=(psi, theta, 0.0),
-            q_nb=(cp * ct, -sp * st, cp * st, sp * ct), pos_n=(f.gnss_pos_n[0], f.gnss_pos_n[1], -self.ac.H0_m - s.x[k.H]),
+            q_nb=(cp * ct, -sp * st, cp * st, sp * ct), pos_n=(*self._pos_n, -self.ac.H0_m - s.x[k.H]),
             vel_n=(c * vx, n * vx, -vup), wind_n=(c * s.x[k.VW], n * s.x[k.VW], V0 * s.x[k.AW]), wind_sigma=sw,
             pos_sigma=(0.0, 0.0, s.sigma[k.H]), att_sigma=(0.0, s.sigma[k.TH], 0.0), nis=s.nis, nis_dof=s.channels, gust=s,
         )  # fmt: skip
@@ -207,7 +220,7 @@ class GustMission(Mission):
         """MAV_RESULT and reason for a ground command."""
         if c.command != MAV_CMD_USER_1:
             return 3, "command not supported by this mission"
-        law = int(c.params[0]) if math.isfinite(c.params[0]) else -1
+        law = int(c.params[0]) if math.isfinite(c.params[0]) and c.params[0] == int(c.params[0]) else -1
         try:
             self.ctrl.select(law)
         except ValueError as e:

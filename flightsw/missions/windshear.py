@@ -17,6 +17,7 @@ import numpy as np
 from flightsw.aircraft import Airframe, load_airframe
 from flightsw.ctrl.windshear import NidParams, WindshearControl
 from flightsw.guid.windshear import LAWS, PHASES, WindshearGuidance, WindshearGuidanceParams, with_law
+from flightsw.health import AIR_ALPHA, AIR_V
 from flightsw.kernels import windshear as k
 from flightsw.kernels import windshear_kinematic as kk
 from flightsw.missions.base import Mission
@@ -97,7 +98,8 @@ class WindshearMission(Mission):
 
     params_type = WindshearMissionParams
     watch = HF_IMU | HF_AIR | HF_ATT | HF_GNSS
-    air_used = 0b101  # airspeed and incidence
+    air_used = AIR_V | AIR_ALPHA
+    one_rate = True  # readings and commands are per sample
     cruise = (75.0, 350.0)
     ctrl: WindshearControl
 
@@ -290,7 +292,7 @@ class WindshearMission(Mission):
             return 0, ""
         if c.command != MAV_CMD_USER_1:
             return 3, "command not supported by this mission"
-        law = int(c.params[0]) if math.isfinite(c.params[0]) else -1
+        law = int(c.params[0]) if math.isfinite(c.params[0]) and c.params[0] == int(c.params[0]) else -1
         if not 0 <= law < len(LAWS):
             return 2, f"law {law}: allowed 0 to {len(LAWS) - 1}"
         if LAWS[law] == "continue" and self.guidance.phase in ("escape", "clear"):

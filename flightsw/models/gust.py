@@ -13,6 +13,7 @@ from typing import Annotated
 
 import numpy as np
 
+from flightsw.aircraft import Controls
 from flightsw.kernels import gust as k
 from flightsw.models.gust_print import E_VK_ALPHAW_PRINTED, SEED_SIGMA_U, SEED_SIGMA_W
 from flightsw.strict import Range
@@ -51,6 +52,23 @@ class GustAircraft:
     servo_wn_radps: Annotated[float, Range(1.0, 500.0)] = 40.0
     servo_zeta: Annotated[float, Range(0.1, 2.0)] = 0.7
     servo_rate_radps: Annotated[float, Range(0.01, 100.0)] = math.radians(300.0)
+
+    @staticmethod
+    def of(c: Controls) -> GustAircraft:
+        """The model with travel and servos of an aircraft file. Raises ValueError for what the model cannot hold."""
+        return GustAircraft(
+            elevator_limit_rad=math.radians(_travel("elevator_deg", c.elevator_deg)),
+            flap_limit_rad=math.radians(_travel("flap_deg", c.flap_deg)),
+            servo_wn_radps=c.servo_wn_radps,
+            servo_zeta=c.servo_zeta,
+            servo_rate_radps=math.radians(c.elevator_rate_degps),
+        )
+
+
+def _travel(name: str, pair: tuple[float, float]) -> float:
+    if pair[0] != -pair[1]:
+        raise ValueError(f"controls.{name} = {list(pair)}; allowed: the same travel up and down")
+    return pair[1]
 
 
 @dataclass(frozen=True)

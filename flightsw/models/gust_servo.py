@@ -51,8 +51,9 @@ class GustServos:
         """Advance to the next sample, dt [s] later; `mean` is the mean deflection on the way."""
         c = self._fifo[0]
         self.mean[:] = 0.0
+        self.now[1] = c[1]
         for _ in range(PARTS):
             self.mean += self.now * (0.5 / PARTS)
             servo_step(self.now, self.rate, c, self._lim, self.ac.servo_wn_radps, self.ac.servo_zeta, dt / PARTS)
-            self.now[1] = c[1]
+            self.now[1] = c[1]  # the throttle has no servo: at once
             self.mean += self.now * (0.5 / PARTS)

@@ -16,6 +16,7 @@ from flightsw.filters.bank import FilterBank, markov
 from flightsw.filters.base import CovarianceFilter, PointFilter
 from flightsw.filters.covariance import chol_psd
 from flightsw.filters.factory import KINDS, make_filter
+from flightsw.filters.gate import ChannelGate
 from flightsw.kernels import gust as k
 from flightsw.models.gust import (
     GustAircraft,
@@ -32,6 +33,8 @@ Array = np.ndarray
 BASIC = 0b0011111  # q, alpha, V_A, Theta, H
 GROUND = 1 << k.Y_GROUND
 VERTICAL = 1 << k.Y_AZ
+SCALES_MOST = 4
+ANGLE_MAX = 0.7  # [rad] of an incidence: far beyond what the model describes
 
 
 @dataclass(frozen=True)
@@ -47,6 +50,11 @@ class GustParams:
     scales: tuple[float, ...] = (0.3,)
     dwell_s: Annotated[float, Range(0.1, 1e4)] = 20.0  # [s] mean stay in one intensity
     mix: bool = True  # interacting bank; False: every filter keeps to itself and the weights forget
+    # a surface is where it is believed to within its rate times this [s]
+    servo_slack_s: Annotated[float, Range(0.0, 0.1)] = 0.03
+    channel_gate: Annotated[float, Range(1.0)] = 6.0  # sigma of its innovation above which one reading is refused
+    channels_most: Annotated[int, Range(1, k.NY)] = 2  # out at once; beyond, the filter is in doubt
+    refused_max: Annotated[int, Range(1, 10000)] = 25  # samples refused whole in a row before a restart
     start_q_radps: Annotated[float, Range(1e-6, 10.0)] = 0.02  # 1-sigma at the first sample, about the first readings
     start_alpha_rad: Annotated[float, Range(1e-6, 1.0)] = 0.02
     start_V_mps: Annotated[float, Range(1e-6, 50.0)] = 1.0
@@ -55,6 +63,8 @@ class GustParams:
     def __post_init__(self) -> None:
         if not self.scales or not all(math.isfinite(s) and s > 0.0 for s in self.scales):
             raise ValueError(f"scales = {self.scales}; allowed: one or more numbers > 0")
+        if len(self.scales) > SCALES_MOST:
+            raise ValueError(f"{len(self.scales)} scales; allowed: up to {SCALES_MOST} (what GUST_STATE carries)")
         if list(self.scales) != sorted(self.scales):
             raise ValueError(f"scales = {self.scales}; allowed: ascending (neighbours are neighbours in the bank)")
 
@@ -62,7 +72,8 @@ class GustParams:
 @dataclass(frozen=True)
 class GustEstimate:
     """x [9] and its 1-sigma [9] (flightsw.kernels.gust), NIS of the step over `channels` readings, intensity relative to the
-    expected turbulence and the bank's probabilities. Not valid: x is trim and `reason` says why."""
+    expected turbulence and the bank's probabilities; `used`: bits of the readings that corrected, `refused`: how many the gate
+    left out. Not valid: x is trim and `reason` says why."""
 
     valid: bool
     reason: str
@@ -72,6 +83,8 @@ class GustEstimate:
     channels: int
     scale: float
     probabilities: tuple[float, ...]
+    used: int = 0
+    refused: int = 0
 
     @property
     def alpha_W(self) -> float:
@@ -101,6 +114,9 @@ class GustNav:
         self._F, self._G = np.zeros((k.NX, k.NX)), np.zeros((k.NX, k.NU))
         self._SQ = np.zeros((len(p.scales), k.NX, k.NX))
         self._dt = 0.0
+        self._was = np.zeros(k.NU)
+        self.gate = ChannelGate(k.NY, p.channel_gate, p.channels_most)
+        self._left_out, self._whole = 0, 0  # readings of this sample; samples in a row
         self.started = False
         self.restarts = 0
         self._nis = np.zeros(len(p.scales))
@@ -120,6 +136,8 @@ class GustNav:
         S = np.zeros((k.NX, k.NX))
         chol_psd(np.ascontiguousarray(P, dtype=float), k.NX, S)
         self.bank.start(np.asarray(x, dtype=float), S)
+        self.gate.reset()
+        self._whole = 0
         self.started = True
 
     def get_state(self) -> dict[str, Array]:
@@ -127,7 +145,8 @@ class GustNav:
         spread = [f.P if isinstance(f, CovarianceFilter) else f.S for f in self.filters]
         return {
             "x": np.array([f.x for f in self.filters]), "spread": np.array(spread), "combined": self.bank.x.copy(),
-            "mu": self.bank.mu.copy(), "nis": self._nis.copy(), "head": np.array([self.started, self.restarts], float),
+            "mu": self.bank.mu.copy(), "nis": self._nis.copy(), "score": self.gate.score.copy(), "was": self._was.copy(),
+            "head": np.array([self.started, self.restarts, self._whole], float),
         }  # fmt: skip
 
     def set_state(self, s: dict[str, Array]) -> None:
@@ -136,7 +155,8 @@ class GustNav:
             f.x[:] = s["x"][i]
             (f.P if isinstance(f, CovarianceFilter) else f.S)[:] = s["spread"][i]
         self.bank.x[:], self.bank.mu[:], self._nis[:] = s["combined"], s["mu"], s["nis"]
-        self.started, self.restarts = bool(s["head"][0]), int(s["head"][1])
+        self.gate.score[:], self._was[:] = s["score"], s["was"]
+        self.started, self.restarts, self._whole = bool(s["head"][0]), int(s["head"][1]), int(s["head"][2])
 
     def stationary(self, scale: float) -> Array:
         """Covariance [3,3] of the wind states in stationary turbulence of relative intensity `scale`."""
@@ -161,6 +181,7 @@ class GustNav:
         u = np.ascontiguousarray(u, dtype=float)
         now = u if u_now is None or not np.isfinite(u_now).all() else np.ascontiguousarray(u_now, dtype=float)
         self._model(dt)
+        self._loosen(m, now, dt)
         if len(self.filters) > 1:
             self.bank.mix()
         for i, f in enumerate(self.filters):
@@ -171,18 +192,44 @@ class GustNav:
                 k.propagate(f.X, u, self._par, dt, self._W)
             f.SQ[:] = self._SQ[i]
             f.recombine()
-            if m > 0:
-                f.draw()
-                if self.p.model == "linear":
-                    k.measure_linear(f.X, self.linear.C, self.linear.D, now, self._codes, m, f.Y)
-                else:
-                    k.measure(f.X, self._codes, m, now, self._par, self._a, f.Y)
-                self._nis[i] = f.correct(self._y, self._r, m)
+        m = self._gated(m, now)
+        if self._whole >= self.p.refused_max:
+            return self._restart("readings disagree with the prediction for too long: restarts")
+        if m > 0:
+            for i, f in enumerate(self.filters):
+                self._nis[i] = self._correct(f, m, now)
         if len(self.filters) > 1:
             self.bank.weigh(m)
         else:
             self.bank.x[:] = self.filters[0].x
         return self._estimate(m)
+
+    def _correct(self, f: PointFilter, m: int, now: Array) -> float:
+        f.draw()
+        if self.p.model == "linear":
+            k.measure_linear(f.X, self.linear.C, self.linear.D, now, self._codes, m, f.Y)
+        else:
+            k.measure(f.X, self._codes, m, now, self._par, self._a, f.Y)
+        return f.correct(self._y, self._r, m)
+
+    def _gated(self, m: int, now: Array) -> int:
+        """Leave out readings that even the filter of the strongest turbulence does not expect; returns how many stay."""
+        self._left_out = 0
+        if m == 0:
+            return 0
+        f = self.filters[-1]
+        spread = f.P if isinstance(f, CovarianceFilter) else f.S
+        x0, was = f.x.copy(), spread.copy()
+        self._correct(f, m, now)
+        keep = self.gate.kept(self._codes, f.nu, f.Sy, m)
+        f.x[:], spread[:] = x0, was
+        n = 0 if keep is None else len(keep)
+        self._left_out = m - n
+        self._whole = self._whole + 1 if n == 0 else 0
+        if keep is not None and n < m:
+            for a in (self._codes, self._y, self._r):
+                a[:n] = a[keep]
+        return n
 
     def _read(self, y: Array, ok: int) -> int:
         """Usable channels into codes, deviations and sigmas; returns how many."""
@@ -194,6 +241,16 @@ class GustNav:
                 self._codes[m], self._y[m], self._r[m] = c, y[c] - trim, self._r7[c]
                 m += 1
         return m
+
+    def _loosen(self, m: int, now: Array, dt: float) -> None:
+        """Vertical acceleration of surfaces that are not quite where they are believed: 1 cm/s^2 of a_z is 0.003 deg of alpha_W,
+        and the law would feed a faster or slower servo's own motion back through it."""
+        rate = (now - self._was) / dt
+        self._was[:] = now
+        for i in range(m):
+            if self._codes[i] == k.Y_AZ:
+                d = self.linear.D[k.Y_AZ] * rate * self.p.servo_slack_s
+                self._r[i] = math.sqrt(self._r[i] ** 2 + float(d @ d))
 
     def _model(self, dt: float) -> None:
         """Transition and noise factors for steps of dt [s]."""
@@ -227,8 +284,9 @@ class GustNav:
         P[:3, :3] = self.stationary(max(p.scales))
         spread = [p.start_q_radps, p.start_alpha_rad, p.start_V_mps, p.sensors.Theta, p.sensors.H, p.start_bias_rad]
         P[range(3, k.NX), range(3, k.NX)] = np.square(spread)
-        # alpha_K was read through the vane: its error holds the wind's
-        P[k.AK, k.AK] += P[k.AW, k.AW]
+        # alpha_K was read through the vane: its error holds the wind's and the vane's bias
+        P[k.AK, k.AK] += P[k.AW, k.AW] + P[k.AB, k.AB]
+        P[k.AK, k.AB] = P[k.AB, k.AK] = -P[k.AB, k.AB]
         P[k.AK, k.AW] = P[k.AW, k.AK] = P[k.AW, k.AW]
         P[k.AK, k.X1] = P[k.X1, k.AK] = P[k.AW, k.X1]
         self.start(x, P)
@@ -236,16 +294,20 @@ class GustNav:
 
     def _estimate(self, m: int) -> GustEstimate:
         x = self.bank.x
-        if not np.isfinite(x).all():
-            self.started = False
-            self.restarts += 1
-            return self._refused("estimate not finite: restarts with the next sample")
+        if not max(abs(x[k.AW]), abs(x[k.AK])) < ANGLE_MAX or not np.isfinite(x).all():
+            return self._restart("estimate beyond the model: restarts with the next sample")
         P = self.P
         sigma = np.sqrt(np.maximum(np.diag(P), 0.0))
         mu = self.bank.mu
         nis = float(mu @ self._nis) if m > 0 else math.nan
         scale = math.exp(float(np.sum(mu * np.log(self.bank.q_values))))
-        return GustEstimate(True, "", x.copy(), sigma, nis, m, scale, tuple(mu.tolist()))
+        used = sum(1 << int(c) for c in self._codes[:m])
+        return GustEstimate(True, "", x.copy(), sigma, nis, m, scale, tuple(mu.tolist()), used, self._left_out)
+
+    def _restart(self, reason: str) -> GustEstimate:
+        self.started = False
+        self.restarts += 1
+        return self._refused(reason)
 
     def _refused(self, reason: str) -> GustEstimate:
         z = np.zeros(k.NX)

@@ -12,16 +12,17 @@ from flightsw.kernels import gust as k
 from flightsw.models.gust import GustAircraft, ProcessNoise, SensorNoise, Turbulence
 from flightsw.nav.gust import BASIC, GROUND, VERTICAL, GustEstimate, GustNav, GustParams
 from flightsw.nav.gust_constant import ConstantGainGust
+from flightsw.nav.gust_trust import TrustParams
 from flightsw.strict import OneOf, Range
 
 Array = np.ndarray
-ESTIMATORS = ("printed", "linear", "ekf", "ukf", "bank")  # index goes down in GUST_STATE
+ESTIMATORS = ("printed", "linear", "ekf", "ukf", "bank", "printed_joined")  # index goes down in GUST_STATE
 
 
 @dataclass(frozen=True)
 class GustNavTable:
     """[nav] of a gust flight file. `scales` are the bank's turbulence intensities relative to [nav.turbulence], `scale` that of
-    a single filter."""
+    a single filter; `trust` says when the hold flies instead."""
 
     estimator: Annotated[str, OneOf(ESTIMATORS)] = "bank"
     scales: tuple[float, ...] = (0.01, 0.1, 0.3, 1.0)
@@ -32,6 +33,8 @@ class GustNavTable:
     turbulence: Turbulence = field(default_factory=Turbulence)
     process: ProcessNoise = field(default_factory=ProcessNoise)
     sensors: SensorNoise = field(default_factory=SensorNoise)
+    trust: TrustParams = field(default_factory=TrustParams)
+    servo_slack_s: Annotated[float, Range(0.0, 0.1)] = 0.03  # [s] see GustParams
 
     @property
     def channels(self) -> int:
@@ -55,8 +58,10 @@ class Estimator(Protocol):
 class PrintedGain:
     """The source's constant gain with the answers of GustNav: no covariance, so sigmas are NaN and NIS is 0 of 0 readings."""
 
-    def __init__(self, ac: GustAircraft) -> None:
-        self.core = ConstantGainGust(V0_mps=ac.V0_mps, H0_m=ac.H0_m)
+    def __init__(self, ac: GustAircraft, join: bool = False) -> None:
+        """join: readings are joined by straight lines instead of held."""
+        self.core = ConstantGainGust(V0_mps=ac.V0_mps, H0_m=ac.H0_m, join=join)
+        self._H0 = ac.H0_m
         self._sigma = np.full(k.NX, math.nan)
 
     def get_state(self) -> dict[str, Array]:
@@ -73,19 +78,24 @@ class PrintedGain:
             return GustEstimate(
                 False, "waits for the first readings", np.zeros(k.NX), self._sigma, math.nan, 0, 1.0, ()
             )
+        if not self.core.started:  # aircraft as read, wind and bias none
+            x0 = np.zeros(k.NX)
+            x0[[k.Q, k.AK, k.TH, k.H]] = y[k.Y_Q], y[k.Y_ALPHA], y[k.Y_TH], y[k.Y_H] - self._H0
+            self.core.start(x0)
         x = self.core.step(y, ok, u, dt)
         if not np.isfinite(x).all():
             self.core.started = False
             self.core.x[:] = 0.0
             return GustEstimate(False, "estimate not finite", np.zeros(k.NX), self._sigma, math.nan, 0, 1.0, ())
-        return GustEstimate(True, "", x.copy(), self._sigma, math.nan, 0, 1.0, ())
+        used = sum(1 << c for c in range(5) if ok >> c & 1 and math.isfinite(y[c]))
+        return GustEstimate(True, "", x.copy(), self._sigma, math.nan, 0, 1.0, (), used)
 
 
 def make_gust_nav(p: GustNavTable, ac: GustAircraft | None = None) -> Estimator:
     """Estimator of a table. Raises ValueError for scales that make no bank."""
     ac = ac or GustAircraft()
-    if p.estimator == "printed":
-        return PrintedGain(ac)
+    if p.estimator.startswith("printed"):
+        return PrintedGain(ac, join=p.estimator == "printed_joined")
     kind: dict[str, Any] = {"filter": p.estimator, "model": "nonlinear", "scales": (p.scale,)}
     if p.estimator == "linear":
         kind |= {"filter": "kalman", "model": "linear"}
@@ -93,6 +103,12 @@ def make_gust_nav(p: GustNavTable, ac: GustAircraft | None = None) -> Estimator:
         kind |= {"filter": "ekf", "scales": p.scales}
     return GustNav(
         GustParams(
-            aircraft=ac, turbulence=p.turbulence, process=p.process, sensors=p.sensors, dwell_s=p.dwell_s, **kind
+            aircraft=ac,
+            turbulence=p.turbulence,
+            process=p.process,
+            sensors=p.sensors,
+            dwell_s=p.dwell_s,
+            servo_slack_s=p.servo_slack_s,
+            **kind,
         )
     )

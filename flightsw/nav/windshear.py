@@ -57,9 +57,7 @@ class WindshearParams:
     gate: Annotated[float, Range(1.0)] = 25.0  # NIS per reading above which a sample is refused
     refused_max: Annotated[int, Range(1, 10000)] = 25  # samples refused in a row before a cold start
     channel_gate: Annotated[float, Range(1.0)] = 6.0  # sigma of its innovation above which one reading is refused
-    channels_most: Annotated[int, Range(1, k.NY)] = (
-        3  # refused at once; beyond, the filter is in doubt and not the sensors
-    )
+    channels_most: Annotated[int, Range(1, k.NY)] = 3  # out at once; beyond, the filter is in doubt
     start_scale_sigma: Annotated[float, Range(0.0, 1.0)] = 0.1
 
     def __post_init__(self) -> None:

@@ -108,7 +108,7 @@ def test_sinking_air_lowers_the_flap(designed: FlightApp) -> None:
     s = sink(copy.deepcopy(designed), 1.5, 5.5)
     assert s.nav.gust is not None
     assert math.degrees(s.nav.gust.x[k.AW]) == pytest.approx(math.degrees(1.5 / 20.0), abs=1.2)
-    assert s.cmd.flap > math.radians(3.0)
+    assert s.cmd.flap > math.radians(2.5)
     assert abs(s.nav.gust.x[k.H]) < 1.0
     assert s.nav.wind_n[2] == pytest.approx(20.0 * s.nav.gust.x[k.AW])
 
@@ -173,7 +173,7 @@ def test_every_estimator_finds_sinking_air(estimator: str) -> None:
     g = s.nav.gust
     assert g is not None and ESTIMATORS[g.estimator] == estimator
     assert math.degrees(g.x[k.AW]) == pytest.approx(math.degrees(1.5 / 20.0), abs=2.2)
-    assert math.isnan(g.sigma[k.AW]) == (estimator == "printed")
+    assert math.isnan(g.sigma[k.AW]) == estimator.startswith("printed")
 
 
 def test_a_saved_state_gives_the_same_bits_again() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -27,7 +28,7 @@ def readings(n: int, seed: int = 1) -> np.ndarray:
 
 
 def test_linear_filter_equals_the_textbook_recursion() -> None:
-    nav = GustNav(LINEAR)
+    nav = GustNav(replace(LINEAR, servo_slack_s=0.0, channel_gate=1e9))
     P = np.diag([1e-4, 1e-3, 1.0, 1e-4, 1e-4, 1.0, 1e-4, 1.0, 1e-4])
     x = np.linspace(-0.05, 0.05, 9)
     nav.start(x, P)
@@ -239,3 +240,21 @@ def test_parameters_survive_the_strict_loader() -> None:
         convert({"filter": "kf"}, GustParams, "gust.toml")
     with pytest.raises(ConfigError, match="scales"):
         convert({"scales": [1.0, 0.5]}, GustParams, "gust.toml")
+
+
+def test_start_knows_that_path_and_bias_share_the_vane() -> None:
+    """Covariance at the start against many starts: alpha_K is read through a vane that has a bias and sees the wind."""
+    rng, p, n = np.random.default_rng(7), GustParams(), 4000
+    aw = rng.normal(size=n) * math.sqrt(GustNav(p).stationary(p.scales[-1])[1, 1])
+    bias = rng.normal(size=n) * p.start_bias_rad
+    read = -aw + bias + rng.normal(size=n) * p.start_alpha_rad  # of alpha_K = 0
+    e = np.stack([-read, bias, aw], axis=1)
+    nav = GustNav(p)
+    nav.step(TRIM, BASIC, np.zeros(3), DT)
+    got = nav.P[np.ix_([k.AK, k.AB, k.AW], [k.AK, k.AB, k.AW])]
+    assert pytest.approx(np.cov(e.T), rel=0.08, abs=2e-5) == got
+
+
+def test_more_scales_than_telemetry_carries_are_refused() -> None:
+    with pytest.raises(ValueError, match="5 scales; allowed: up to 4"):
+        GustParams(scales=(0.1, 0.2, 0.3, 0.4, 0.5))
