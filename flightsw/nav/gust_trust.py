@@ -10,11 +10,11 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from flightsw.kernels import gust as k
-from flightsw.nav.gust import BASIC, GustEstimate
+from flightsw.nav.gust import GustEstimate
 from flightsw.strict import Range
 
 DISAGREE = "readings disagree with the model"
-NAMES = ("q", "alpha", "V_A", "Theta", "H")
+NAMES = ("q", "alpha", "V_A", "Theta", "H")  # bits 0 to 4 of GustEstimate.used
 
 
 @dataclass(frozen=True)
@@ -41,15 +41,6 @@ class Trust:
         self._age = [0.0] * len(NAMES)
         self._nis, self._refused, self._well_s, self._begun = 1.0, 0.0, math.inf, False
 
-    def get_state(self) -> tuple[object, ...]:
-        """Copy of everything that changes."""
-        return self.ok, self.reason, tuple(self._age), self._nis, self._refused, self._well_s, self._begun
-
-    def set_state(self, s: tuple[object, ...]) -> None:
-        """Restore a copy made by `get_state`."""
-        self.ok, self.reason, age, self._nis, self._refused, self._well_s, self._begun = s  # type: ignore[assignment]
-        self._age = list(age)  # type: ignore[call-overload]
-
     def step(self, e: GustEstimate, dt: float) -> bool:
         """Judge the estimate of this sample, dt [s] after the last one. Without covariance (NaN) only the ages count."""
         p = self.p
@@ -64,9 +55,8 @@ class Trust:
             return self.ok
         self._begun = True
         why = self._doubt(e) if e.valid else e.reason
-        grave = (
-            why == DISAGREE or not e.valid
-        )  # a jam makes the filter start anew and look well for a while, again and again
+        # a jam makes the filter start anew and look well for a while, again and again
+        grave = why == DISAGREE or not e.valid
         self._well_s = (-p.grave_s if grave else min(self._well_s, 0.0)) if why else self._well_s + dt
         self.ok = self._well_s >= p.back_s if not self.ok else not why
         self.reason = why or ("" if self.ok else "settles")
@@ -74,9 +64,7 @@ class Trust:
 
     def _doubt(self, e: GustEstimate) -> str:
         p = self.p
-        old = [
-            n for n, age, c in zip(NAMES, self._age, range(len(NAMES)), strict=True) if BASIC >> c & 1 and age > p.age_s
-        ]
+        old = [n for n, age in zip(NAMES, self._age, strict=True) if age > p.age_s]
         if old:
             return "no good " + ", ".join(old)
         if e.sigma[k.AW] > p.alpha_W_sigma_rad or e.sigma[k.H] > p.H_sigma_m:  # never of NaN: no covariance
