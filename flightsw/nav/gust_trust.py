@@ -24,7 +24,7 @@ class TrustParams:
     age_s: Annotated[float, Range(0.02, 60.0)] = 1.0  # of the oldest of the five basic readings that corrected
     alpha_W_sigma_rad: Annotated[float, Range(1e-4, 1.0)] = 0.035
     H_sigma_m: Annotated[float, Range(0.01, 1000.0)] = 5.0
-    nis: Annotated[float, Range(1.0, 100.0)] = 1.5  # NIS per reading, low-passed
+    nis: Annotated[float, Range(1.0, 100.0)] = 1.25  # NIS per reading, low-passed
     nis_s: Annotated[float, Range(0.02, 60.0)] = 3.0
     refused: Annotated[float, Range(0.0, 1.0)] = 0.1  # share of readings refused by the gate, low-passed likewise
     back_s: Annotated[float, Range(0.0, 60.0)] = 1.0  # all well for this long before it is trusted (again)

@@ -9,6 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from flightsw.ctrl import gust as law
+from flightsw.ctrl.lqr import DesignError
 from flightsw.kernels import gust as k
 from flightsw.models.gust import GustAircraft, linear_model
 from flightsw.models.gust_servo import GustServos
@@ -171,6 +172,15 @@ def test_hold_returns_to_pitch_and_height() -> None:
 
 
 def test_gain_repeats_and_an_impossible_design_is_named() -> None:
+    with pytest.raises(DesignError, match="gust alleviation"):
+        law.GustAlleviation(law.AlleviationParams(a_z=math.nan))
     assert law.GustAlleviation().K.tobytes() == law.GustAlleviation().K.tobytes()
     g = law.GustAlleviation(law.AlleviationParams(use_flap=False))
     assert not g.step(np.full(9, 0.02), GustServos(AC))[k.FLAP]
+
+
+def test_throttle_held_has_its_own_mean_at_once() -> None:
+    servos = GustServos(AC, late_steps=0)
+    servos.send(np.array([0.0, 100.0, 0.0]))
+    servos.step(0.02)
+    assert servos.mean[k.THROTTLE] == pytest.approx(100.0) and servos.now[k.THROTTLE] == 100.0
