@@ -34,7 +34,7 @@ BASIC = 0b0011111  # q, alpha, V_A, Theta, H
 GROUND = 1 << k.Y_GROUND
 VERTICAL = 1 << k.Y_AZ
 SCALES_MOST = 4
-ANGLE_MAX = 0.7  # [rad] of an incidence: far beyond what the model describes
+ANGLE_MAX = 1.2  # [rad] of an incidence; the linear study goes to 0.7 in turbulence of the full intensity
 
 
 @dataclass(frozen=True)
