@@ -37,6 +37,7 @@ def _add(name: str, module: str, campaigns: str, about: str) -> None:
             f"report-{name}"
         ),
     ) -> None:
+        """Build the page and print its path."""
         from ground.report.load import ReportError
 
         build = getattr(import_module(f"ground.report.{module}"), f"{name}_report")
