@@ -35,9 +35,7 @@ class MonitorParams:
     gravity_mps2: Annotated[float, Range(9.7, 9.9)] = 9.81
     disagree_sigma: Annotated[float, Range(1.0)] = 4.0  # of the two wind estimates' summed variance
     disagree_s: Annotated[float, Range(0.0)] = 2.0  # how long before it counts
-    held_s: Annotated[float, Range(0.0, 10.0)] = (
-        0.1  # how long a missing input or reading may be; then it has no opinion
-    )
+    held_s: Annotated[float, Range(0.0, 10.0)] = 0.1  # [s] an input or reading may be missing; then no opinion
 
 
 class WindshearMonitor:
