@@ -12,13 +12,14 @@ from collections.abc import Sequence
 
 from flightsw.icd.codec_telemetry import ENCODERS, OPTIONAL, TIMED, Context
 from flightsw.icd.geo import Origin, WireMap
-from flightsw.icd.rates import rates_for, schedule
+from flightsw.icd.rates import names_due, rates_for
 from flightsw.icd.scaling import COMP_AUTOPILOT
+from flightsw.icd.stamps import boot_ms
+from flightsw.icd.texts import answer, text
 from flightsw.icd.wire import BY_NAME, Counters, Sender
 from flightsw.types import Ack, Snapshot, Text, Timing
 
 MAX_DATAGRAM = 1400  # [byte]
-_STATUSTEXT = BY_NAME["STATUSTEXT"]
 _SYSTEM_TIME = BY_NAME["SYSTEM_TIME"]
 
 
@@ -40,19 +41,23 @@ class Telemetry:
         )
         self.defaults = rates_for(mission, overrides)
         self.rates = dict(self.defaults)
-        self._schedule = schedule(self.rates, base_hz)
-        self._cycle = len(self._schedule)
+        self._cycle = 10 * base_hz  # [tick] after which the table repeats
+        self._schedule: list[tuple[str, ...] | None] = [None] * self._cycle  # worked out when a tick first comes
         self.failed = 0
-        self.once: list[str] = []  # messages asked for by command
+        self.once: dict[str, None] = {}  # messages asked for by command, each once
 
     def set_rate(self, name: str, rate_hz: float | None) -> None:
         """Change the rate [Hz] of one message; 0 = off, None = default."""
         self.rates[name] = self.defaults[name] if rate_hz is None else rate_hz
-        self._schedule = schedule(self.rates, self.base_hz)
+        self._schedule = [None] * self._cycle
 
-    def is_due(self, tick: int) -> bool:
-        """True if `tick` carries scheduled telemetry."""
-        return bool(self._schedule[tick % self._cycle])
+    def names(self, tick: int) -> tuple[str, ...]:
+        """Scheduled messages of `tick`."""
+        k = tick % self._cycle
+        names = self._schedule[k]
+        if names is None:
+            names = self._schedule[k] = names_due(self.rates, k, self.base_hz)
+        return names
 
     def datagrams(
         self,
@@ -63,7 +68,7 @@ class Telemetry:
         answers: Sequence[bytes] = (),
     ) -> list[bytes]:
         """Datagrams of this tick, possibly none: scheduled messages, then texts, acks and ready packets."""
-        names = self._schedule[tick % self._cycle]
+        names = self.names(tick)
         if names and not OPTIONAL.keys().isdisjoint(names):
             names = tuple(n for n in names if n not in OPTIONAL or OPTIONAL[n](snap))
         once = self.once
@@ -81,10 +86,8 @@ class Telemetry:
                 self._encode(name, snap, packets)
             once.clear()
         send = self.ctx.send
-        for t in texts:
-            packets.append(send.pack(_STATUSTEXT, t.severity & 7, t.text.encode("ascii", "replace")[:50], 0, 0))
-        for a in acks:
-            packets.append(self.ack(a))
+        packets += [text(send, t.severity, t.text) for t in texts]
+        packets += [answer(send, a) for a in acks]
         packets.extend(answers)
         if sum(map(len, packets)) <= MAX_DATAGRAM:
             return [b"".join(packets)]
@@ -92,17 +95,7 @@ class Telemetry:
 
     def time(self, t_us: int) -> bytes:
         """SYSTEM_TIME packet of sample time `t_us` [us]."""
-        return self.ctx.send.pack(_SYSTEM_TIME, 0, t_us // 1000)
-
-    def ack(self, a: Ack) -> bytes:
-        """COMMAND_ACK packet."""
-        return self.ctx.send.named(
-            "COMMAND_ACK",
-            command=a.command,
-            result=a.result,
-            target_system=a.target_system,
-            target_component=a.target_component,
-        )
+        return self.ctx.send.pack(_SYSTEM_TIME, 0, boot_ms(t_us))
 
     def _encode(self, name: str, snap: Snapshot, out: list[bytes]) -> None:
         if name in OPTIONAL and not OPTIONAL[name](snap):  # asked for by command

@@ -26,6 +26,8 @@ from flightsw.types import (
 class FakeApp:
     """Commands what the gyro says; accepts every command it is given; remembers the time steps and stamps it saw."""
 
+    commands = frozenset({31010})
+
     def __init__(self) -> None:
         self.n = 0
         self.steps: list[float] = []

@@ -124,7 +124,7 @@ def test_lockstep_run_to_the_end_and_replay(flight: Flight, tmp_path: Path) -> N
     acked = False
     for _ in range(50):
         flight.fly(10)
-        acked = acked or any("COMMAND_ACK" in names(d) for d, _ in gcs.drain())
+        acked = acked or any("COMMAND_ACK" in names(d) for d, _ in gcs.take())
         if acked:
             break
     gcs.close()

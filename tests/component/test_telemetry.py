@@ -12,7 +12,7 @@ import pytest
 from flightsw.config import TelemetryConfig
 from flightsw.icd import wire
 from flightsw.icd.codec_telemetry import ENCODERS, OPTIONAL, TIMED
-from flightsw.icd.rates import DEFAULT_RATES, MISSION_RATES, OFFSETS, due, schedule
+from flightsw.icd.rates import DEFAULT_RATES, MISSION_RATES, OFFSETS, due, names_due
 from flightsw.node import Node
 from flightsw.types import HF_GNSS, FdiStatus, Text, WakeFix
 
@@ -39,7 +39,7 @@ def test_rate_above_base_is_every_tick_and_zero_never() -> None:
 
 
 def test_status_messages_are_spread_over_the_second() -> None:
-    table = schedule(dict(DEFAULT_RATES), 100)
+    table = [names_due(dict(DEFAULT_RATES), tick, 100) for tick in range(1000)]
     slow = [n for n, r in DEFAULT_RATES.items() if r == 1.0]
     at = {n: next(t for t in range(100) if n in table[t]) for n in slow}
     assert len(set(at.values())) == len(slow)
@@ -109,7 +109,7 @@ def test_without_them_not_a_byte_changes_and_asking_gives_nothing() -> None:
     assert everything == plain
     node, plant = Node(config(), FakeApp()), FakePlant()
     node.handle([plant.at(0)])
-    node.telemetry.once += list(OPTIONAL)
+    node.telemetry.once |= dict.fromkeys(OPTIONAL)
     assert not set(OPTIONAL) & {n for d in node.handle([plant.at(1)]).telemetry for n in names(d)}
     assert node.telemetry.failed == 0
 

@@ -218,7 +218,7 @@ def test_reply_with_data_link_and_ack() -> None:
     plant = PlantCodec(TANKER, 1)
     flight = FlightCodec(TANKER, 1)
     link = flight.peer(NavState(t_us=40_000, valid=True))
-    reply = plant.decode_reply(flight.actuators(ActuatorCmd(50_000)) + link + flight.ack(178, 0, 255, 190))
+    reply = plant.decode_reply(flight.actuators(ActuatorCmd(50_000)) + link + flight.answer(Ack(178, 0, 255, 190)))
     assert b"".join(reply.link) == link and packets(link) == ["FOLLOW_TARGET", "WIND_COV"]
     assert reply.acks == [Ack(178, 0, 255, 190)]
 

@@ -93,7 +93,7 @@ def test_busy_port_is_named() -> None:
         UdpLink(70000, "high")
 
 
-def test_send_receive_drain() -> None:
+def test_send_and_receive() -> None:
     a, b = UdpLink(0, "a"), UdpLink(0, "b")
     to = ("127.0.0.1", b.port)
     assert b.recv(0.0) is None and b.recv(0.01) is None
@@ -101,7 +101,7 @@ def test_send_receive_drain() -> None:
         assert a.send(bytes([k]), to)
     got = b.recv(1.0)
     assert got == (b"\x00", ("127.0.0.1", a.port))
-    assert [d for d, _ in b.drain()] == [b"\x01", b"\x02"]
+    assert [d for d, _ in b.take()] == [b"\x01", b"\x02"]
     assert b.sock.getsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF) > 100_000
     assert not a.send(b"x" * 70_000, to) and a.dropped == 1
     a.close()
