@@ -118,7 +118,9 @@ class Services:
         self._list: deque[int] = deque()
         self._ready: deque[Callable[[], bytes]] = deque()
         self.acks: list[Ack] = []
-        self._asked: dict[tuple[int, int], tuple[str, Ack | None]] = {}  # last command of each sender, and its answer
+        self._asked: dict[
+            tuple[int, int], tuple[str, Ack | None]
+        ] = {}  # last to the mission, by sender, and its answer
 
     # --- receive ---------------------------------------------------------------------------------------------------
 
@@ -144,9 +146,14 @@ class Services:
     def takes(self, c: Command) -> bool:
         """True if the mission must answer `c` (its answer is to come to `note`); otherwise it was answered here (`acks`).
 
-        A repeat (confirmation above 0, the rest as before) is answered as before and carried out once.
+        A repeat to the mission (confirmation above 0, the rest as before) is answered as before and carried out once.
         """
-        sender, key = (c.src_system, c.src_component), f"{c.command} {c.params}"  # as text: NaN is unequal to itself
+        sender = (c.src_system, c.src_component)
+        if c.command not in self.commands:
+            result, why = self._execute(c)
+            self.acks.append(Ack(c.command, result, *sender, why))
+            return False
+        key = f"{c.command} {c.params}"  # as text: NaN is unequal to itself
         before = self._asked.get(sender)
         if c.confirmation and before is not None and before[0] == key:
             if before[1] is not None:
@@ -154,14 +161,8 @@ class Services:
             return False
         if sender not in self._asked and len(self._asked) >= SENDERS_MAX:
             del self._asked[next(iter(self._asked))]
-        if c.command in self.commands:
-            self._asked[sender] = (key, None)
-            return True
-        result, why = self._execute(c)
-        ack = Ack(c.command, result, *sender, why)
-        self._asked[sender] = (key, ack)
-        self.acks.append(ack)
-        return False
+        self._asked[sender] = (key, None)
+        return True
 
     def note(self, acks: list[Ack]) -> None:
         """What the mission answered, for repeats of the command."""

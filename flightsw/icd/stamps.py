@@ -34,7 +34,7 @@ class Samples:
 
     def __init__(self, count: Counters) -> None:
         self.count = count
-        self._last: dict[int, tuple[int, int]] = {}  # kind -> newest stamp, and the time up to which all are old
+        self._old: dict[int, int] = {}  # kind -> time up to which stamps are old
 
     def take(self, kind: int, t_us: int, now_us: int) -> bool:
         """Whether a sample of `kind` stamped `t_us` is to be used in the tick at `now_us` [us]."""
@@ -44,12 +44,11 @@ class Samples:
         if t_us < now_us - STALE_US:
             self.count.stale += 1
             return False
-        stamp, old = self._last.get(kind, (-1, -1))
-        if t_us <= old or t_us == stamp:
+        if t_us <= self._old.get(kind, -1):
             self.count.out_of_order += 1
             return False
         # a stamp ahead of the tick may be wrong: what comes in time afterwards is still new
-        self._last[kind] = (t_us, min(t_us, now_us))
+        self._old[kind] = min(t_us, now_us)
         return True
 
 

@@ -93,7 +93,7 @@ def test_after_the_hand_over_it_watches_the_tanker_and_a_command_ends_the_sequen
     assert mission.watch & HF_REL and mission.watch & HF_PEER
     mission.refuel.guid.phase = 1
     assert mission.sequence.on
-    assert mission.command(Command(31010, (3.0,), 255, 190))[0] == 2  # contact from observation: refused, rule goes on
+    assert mission.command(Command(31010, (3.0,), 255, 190))[0] == 1  # contact from observation: refused, rule goes on
     assert mission.sequence.on
     assert mission.command(Command(31010, (1.0,), 255, 190))[0] == 0
     assert not mission.sequence.on
