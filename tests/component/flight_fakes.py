@@ -13,6 +13,7 @@ from flightsw.types import (
     UPD_IMU,
     Ack,
     ActuatorCmd,
+    Command,
     GuidanceCmd,
     Health,
     NavState,
@@ -34,6 +35,7 @@ class FakeApp:
         self.stamps: list[int] = []
         self.updated: list[int] = []
         self.texts: list[Text] = []
+        self.commands_seen: list[Command] = []
         self.health = Health()
         self.nav = NavState(valid=True, V=195.0, reason="")
         self.gain = 1.0
@@ -45,6 +47,7 @@ class FakeApp:
         self.nav.t_us = frame.t_us
         self.nav.w_b = frame.gyro_b
         cmd = ActuatorCmd(frame.t_us, elevator=self.gain * frame.gyro_b[1], throttle=0.5)
+        self.commands_seen += frame.commands
         acks = [Ack(c.command, 0, c.src_system, c.src_component) for c in frame.commands]
         texts, self.texts = self.texts, []
         snap = Snapshot(
