@@ -17,7 +17,7 @@ from flightsw.icd import mav
 from flightsw.icd.codec_receive import command_of
 from flightsw.icd.scaling import COMP_AUTOPILOT
 from flightsw.icd.wire import SPECS, Counters, Sender, split, table
-from flightsw.telemetry import Telemetry
+from flightsw.telemetry import Maker, Telemetry
 from flightsw.types import ACCEPTED, DENIED, UNSUPPORTED, Ack, Command
 
 ACCEPT = table(
@@ -116,7 +116,7 @@ class Services:
         self.names = short_names(self.keys)
         self._index = {n: i for i, n in enumerate(self.names)}
         self._list: deque[int] = deque()
-        self._ready: deque[Callable[[], bytes]] = deque()
+        self._ready: deque[Maker] = deque()
         self.acks: list[Ack] = []
         self._asked: dict[
             tuple[int, int], tuple[str, Ack | None]
@@ -225,11 +225,11 @@ class Services:
 
     # --- send ------------------------------------------------------------------------------------------------------
 
-    def ready(self, slot: bool) -> list[bytes]:
-        """Packets to send now. `slot`: this tick carries scheduled telemetry, the parameter list may go on."""
-        out = [self._ready.popleft()() for _ in range(min(ANSWERS_MAX, len(self._ready)))]
+    def ready(self, slot: bool) -> list[Maker]:
+        """What makes the packets to send now. `slot`: this tick carries scheduled telemetry, the parameter list may go on."""
+        out = [self._ready.popleft() for _ in range(min(ANSWERS_MAX, len(self._ready)))]
         if slot and self._list:
-            out += [self._value(self._list.popleft()) for _ in range(min(PARAMS_PER_SLOT, len(self._list)))]
+            out += [partial(self._value, self._list.popleft()) for _ in range(min(PARAMS_PER_SLOT, len(self._list)))]
         return out
 
     @property
@@ -237,7 +237,7 @@ class Services:
         """True if an answer waits."""
         return bool(self._ready or self._list or self.acks)
 
-    def _queue(self, make: Callable[[], bytes]) -> None:
+    def _queue(self, make: Maker) -> None:
         if len(self._ready) >= QUEUE_MAX:
             self.count.excess += 1
             return

@@ -8,7 +8,8 @@ can stamp it.
 from __future__ import annotations
 
 import struct
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 
 from flightsw.icd.codec_telemetry import ENCODERS, OPTIONAL, TIMED, Context
 from flightsw.icd.geo import Origin, WireMap
@@ -20,6 +21,8 @@ from flightsw.icd.wire import BY_NAME, Counters, Sender
 from flightsw.types import Ack, Snapshot, Text, Timing
 
 MAX_DATAGRAM = 1400  # [byte]
+TIME_SIZE = 24  # [byte] of a SYSTEM_TIME packet, at most
+Maker = Callable[[], bytes]  # packs a packet when its turn comes
 _SYSTEM_TIME = BY_NAME["SYSTEM_TIME"]
 
 
@@ -65,57 +68,60 @@ class Telemetry:
         tick: int,
         texts: Sequence[Text] = (),
         acks: Sequence[Ack] = (),
-        answers: Sequence[bytes] = (),
+        answers: Sequence[Maker] = (),
     ) -> list[bytes]:
-        """Datagrams of this tick, possibly none: scheduled messages, then texts, acks and ready packets."""
+        """Datagrams of this tick, possibly none: scheduled messages, then texts, acks and answers, in order of their sequence
+        numbers.
+        """
         names = self.names(tick)
         if names and not OPTIONAL.keys().isdisjoint(names):
             names = tuple(n for n in names if n not in OPTIONAL or OPTIONAL[n](snap))
-        once = self.once
-        if not (names or texts or acks or answers or once):
+        if not (names or texts or acks or answers or self.once):
             return []
-        packets: list[bytes] = []
-        if not names or names[0] not in TIMED:
-            packets.append(self.time(snap.t_us))
-        for name in names:
-            self._encode(name, snap, packets)
-            if not packets:  # the leading message could not be encoded
-                packets.append(self.time(snap.t_us))
-        if once:
-            for name in once:
-                self._encode(name, snap, packets)
-            once.clear()
         send = self.ctx.send
-        packets += [text(send, t.severity, t.text) for t in texts]
-        packets += [answer(send, a) for a in acks]
-        packets.extend(answers)
-        if sum(map(len, packets)) <= MAX_DATAGRAM:
-            return [b"".join(packets)]
-        return self._cut(packets, snap.t_us)
+        makers: list[Maker] = [partial(self._encode, n, snap) for n in (*names, *self.once)]
+        self.once.clear()
+        makers += [partial(text, send, t.severity, t.text) for t in texts]
+        makers += [partial(answer, send, a) for a in acks]
+        makers += answers
+        timed = not names or names[0] not in TIMED
+        before = (send.seq, send.ident, self.failed)
+        whole = self._pack(makers, snap.t_us, timed)
+        if len(whole) <= MAX_DATAGRAM:
+            return [whole]
+        send.seq, send.ident, self.failed = before
+        sizes = [len(make()) for make in makers]
+        send.seq, send.ident, self.failed = before
+        out, at = [], 0
+        while at < len(makers):  # the same again in parts, each with a time in front
+            end, size = at + 1, TIME_SIZE + sizes[at]
+            while end < len(makers) and size + sizes[end] <= MAX_DATAGRAM:
+                size += sizes[end]
+                end += 1
+            out.append(self._pack(makers[at:end], snap.t_us, timed or at > 0))
+            at = end
+        return out
+
+    def _pack(self, makers: Sequence[Maker], t_us: int, timed: bool) -> bytes:
+        """One datagram; `timed`: a time goes first, as also where what should lead could not be encoded."""
+        packets = [self.time(t_us)] if timed else []
+        for make in makers:
+            packet = make()
+            if not packet and not packets:
+                packet = self.time(t_us)
+            packets.append(packet)
+        return b"".join(packets)
 
     def time(self, t_us: int) -> bytes:
         """SYSTEM_TIME packet of sample time `t_us` [us]."""
         return self.ctx.send.pack(_SYSTEM_TIME, 0, boot_ms(t_us))
 
-    def _encode(self, name: str, snap: Snapshot, out: list[bytes]) -> None:
+    def _encode(self, name: str, snap: Snapshot) -> bytes:
+        """A message, empty if there is none or it cannot be encoded."""
         if name in OPTIONAL and not OPTIONAL[name](snap):  # asked for by command
-            return
+            return b""
         try:
-            out.append(ENCODERS[name](snap, self.ctx))
+            return ENCODERS[name](snap, self.ctx)
         except (ValueError, OverflowError, TypeError, struct.error):  # a non-finite value where the wire has an integer
             self.failed += 1
-
-    def _cut(self, packets: list[bytes], t_us: int) -> list[bytes]:
-        """Several datagrams of at most MAX_DATAGRAM bytes, each led by a time."""
-        out: list[bytes] = []
-        part: list[bytes] = []
-        size = 0
-        for p in packets:
-            if part and size + len(p) > MAX_DATAGRAM:
-                out.append(b"".join(part))
-                part = [self.time(t_us)]
-                size = len(part[0])
-            part.append(p)
-            size += len(p)
-        out.append(b"".join(part))
-        return out
+            return b""

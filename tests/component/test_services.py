@@ -20,6 +20,7 @@ from flightsw.icd.codec_receive import COMMANDS_MAX
 from flightsw.missions import MISSIONS
 from flightsw.node import Node
 from flightsw.services import ANSWERS_MAX, PACKETS_MAX, flatten, short_names
+from ground.merge import SequenceGaps
 
 from .flight_fakes import FakeApp, FakePlant, config, fields, names
 
@@ -208,6 +209,28 @@ def test_a_storm_of_requests_costs_a_bounded_tick_and_is_told() -> None:
             assert len(fields(rest, answered)) == PACKETS_MAX - ANSWERS_MAX
         assert [t["text"] for t in fields(rest, "STATUSTEXT")] == [f"{dropped} packets dropped unread"]
         assert fields(rest, "SYS_STATUS")[-1]["errors_count4"] == dropped
+
+
+def test_sequence_numbers_leave_no_gap_however_much_is_answered() -> None:
+    """What counts as lost on the ground: cut datagrams, parameter lists, reasons in chunks, a storm."""
+    b = Bench()
+    foreign = GCS.named("COMMAND_LONG", target_system=2, command=31012)
+    asked = {
+        3: [GCS.named("PARAM_REQUEST_LIST", target_system=2)],
+        20: [foreign * 40] * 5,
+        21: [GCS.named("PARAM_REQUEST_READ", target_system=2, param_index=1) * 30, foreign],
+    }
+    gaps, many = SequenceGaps(), 0
+    for k in range(60):
+        reply = b.node.handle([b.plant.at(k)], None, asked.get(k, ()))
+        many = max(many, len(reply.telemetry))
+        for d in reply.telemetry:
+            assert len(d) <= 1400
+            packets = wire.split(d, wire.SPECS, wire.Counters())
+            assert {"time_usec", "time_boot_ms"} & set(packets[0][0].slots)  # each begins with a time
+            for _, _, sysid, compid, at, _ in packets:
+                gaps.see(sysid, compid, d[at + 4])
+    assert many > 3 and gaps.dropped == {2: 0} and b.node.telemetry.ctx.send.seq == gaps._last[2 << 8 | 1] + 1 & 255
 
 
 def test_a_storm_on_the_plant_link_is_bounded_too() -> None:
