@@ -20,7 +20,6 @@ EXIT_OK, EXIT_SILENT = 0, 3
 POLL_MS = 100  # [ms] longest wait before signals and time-outs are looked at
 LISTEN_TICKS = 1000  # telemetry also goes to whoever sent something within so many ticks
 MAX_LISTENERS = 4
-ASKED = 64  # [datagram] of the ground that wait for a tick
 MAGIC = b"\xfd"
 
 
@@ -42,26 +41,24 @@ class Stop:
 
 
 class Ground:
-    """Telemetry socket: targets of the configuration, and whoever asked lately. `asked` waits for the next tick."""
+    """Telemetry socket: targets of the configuration, and whoever asked lately."""
 
     def __init__(self, link: UdpLink, node: Node, targets: list[Address]) -> None:
         self.link, self.node, self.targets = link, node, targets
-        self.asked: list[bytes] = []
         self._listeners: dict[Address, int] = {}
 
-    def take(self) -> None:
-        """Datagrams that arrived, up to ASKED of them; their senders become listeners."""
+    def take(self) -> list[bytes]:
+        """Datagrams that arrived; their senders become listeners."""
+        out = []
         for data, sender in self.link.take():
-            if len(self.asked) >= ASKED:
-                self.link.unread += 1
-                continue
-            self.asked.append(data)
+            out.append(data)
             if sender not in self.targets and data[:1] == MAGIC:
                 if sender not in self._listeners and len(self._listeners) >= MAX_LISTENERS:
                     del self._listeners[min(self._listeners, key=self._listeners.__getitem__)]
                 self._listeners[sender] = self.node.tick
         self.node.unread_ground += self.link.unread
         self.link.unread = 0
+        return out
 
     def send(self, datagrams: list[bytes]) -> None:
         """Send telemetry; drops are counted in the node's telemetry."""
@@ -114,7 +111,7 @@ class Process:
         while not self.stop.signum:
             for fd, _ in self._poll.poll(POLL_MS):
                 if fd == self._telemetry_fd:
-                    ground.take()
+                    node.step((), None, ground.take())  # it waits for the next tick
             before = node.tick
             for datagram, sender in self._take():
                 self._answer_one(datagram, sender)
@@ -130,8 +127,7 @@ class Process:
         """Lockstep: one datagram, its reply, its telemetry, its log."""
         node, ground, log = self.node, self.ground, self.log
         before, t_us = node.tick, node.t_us
-        reply = node.step((datagram,), None, ground.asked)
-        ground.asked = []
+        reply = node.step((datagram,))
         if reply:
             self.plant.send(reply, sender)
             self._from = sender
@@ -169,10 +165,8 @@ class Process:
             k = clock.wait_tick()
             begin_us = monotonic_us()
             got = self._take()
-            ground.take()
             before = node.tick
-            reply = node.step([d for d, _ in got], k * period_us / 1e6, ground.asked)
-            ground.asked = []
+            reply = node.step([d for d, _ in got], k * period_us / 1e6, ground.take())
             if node.answers >= 0:
                 heard_us = begin_us
                 self._from = got[node.answers][1]

@@ -27,6 +27,7 @@ from flightsw.strict import to_dict
 from flightsw.telemetry import Telemetry
 from flightsw.types import Ack, ActuatorCmd, Command, SensorFrame, Snapshot, Text
 
+GROUND_MAX = 32  # [datagram] of the ground that wait for a tick
 MAX_HEARD = 1000  # [datagram] kept for the log between two ticks
 MAX_ALONE_US = 600_000  # [us] onboard time goes on without frames: long enough for every input to be called lost
 WARNING = 4  # MAV_SEVERITY
@@ -124,7 +125,8 @@ class Node:
         )
         self.last_text = ""
         self._told = [0, 0]  # refused for their time, dropped unread: as last told
-        self._waiting: list[Command] = []  # asked without a tick: for the next one
+        self._waiting: list[Command] = []  # to the mission, asked without a tick: for the next one
+        self._ground: list[bytes] = []  # of the ground, for the next tick
         self._last_datagram = b""
         self._last_reply = b""
         self.answers = -1
@@ -172,10 +174,14 @@ class Node:
                 new, self.answers = True, k
         if f.commands:
             self._own_commands()
-        for d in ground:
-            self._from_ground(d)
+        room = GROUND_MAX - len(self._ground)
+        self._ground += ground[:room]
+        self.unread_ground += max(len(ground) - room, 0)
         if not new and not (self.realtime and self.frames.raw >= 0):
             return self._last_reply if again else b""
+        for d in self._ground:
+            self._from_ground(d)
+        self._ground.clear()
         f.commands[:], self._waiting = self._waiting, []
         self._run(new, dt_s)
         return self._last_reply
@@ -265,7 +271,8 @@ class Node:
         torn = count.bad_crc + count.bad_length
         for c in services.receive(datagram, max(self.t_us, 0)):
             self._offer(c)
-        self._hear(GROUND_IN, torn == count.bad_crc + count.bad_length, datagram)
+        self.unread_ground += services.used < len(datagram)
+        self._hear(GROUND_IN, torn == count.bad_crc + count.bad_length, datagram[: services.used])
 
     def _run(self, new: bool, dt_s: float | None) -> None:
         """The tick itself."""
@@ -279,7 +286,7 @@ class Node:
         self.dt_s = self.clock.advance(f.t_us) if dt_s is None else dt_s
         self.t_us = f.t_us
         self.exec.run(self.tick)
-        self.services.left = PACKETS_MAX
+        self.services.left, self.codec.commands_left = PACKETS_MAX, COMMANDS_MAX
         self._ticked = True
 
     def _run_app(self) -> None:

@@ -38,7 +38,7 @@ CMD_SET_INTERVAL = 511
 CMD_REQUEST_MESSAGE = 512
 CMD_CAPABILITIES = 520
 PARAMS_PER_SLOT = 20  # answers to PARAM_REQUEST_LIST go down at this pace per telemetry tick
-PACKETS_MAX = 64  # of the ground, dealt with in one tick; beyond this they are dropped and counted
+PACKETS_MAX = 32  # of the ground, dealt with in one tick; beyond this they are dropped and counted
 ANSWERS_MAX = 20  # queued packets that leave in one tick
 QUEUE_MAX = 200  # [packet] beyond this, answers are dropped and counted
 SENDERS_MAX = 16  # whose last command is remembered
@@ -110,6 +110,7 @@ class Services:
         self.settable = settable or {}
         self.commands = commands
         self.left = PACKETS_MAX
+        self.used = 0
         pairs = list(flatten(tree))
         self.keys = [k for k, _ in pairs]
         self.values = [v for _, v in pairs]
@@ -125,10 +126,14 @@ class Services:
     # --- receive ---------------------------------------------------------------------------------------------------
 
     def receive(self, datagram: bytes, t_us: int) -> list[Command]:
-        """Handle one datagram from the ground at sample time `t_us` [us]; returns its commands, in order."""
+        """Handle one datagram from the ground at sample time `t_us` [us]; returns its commands, in order.
+
+        `used` is how many of its bytes this tick had time for.
+        """
         out: list[Command] = []
         packets = split(datagram, ACCEPT, self.count, self.left)
-        self.left -= len(packets)
+        self.used = len(datagram) if len(packets) < self.left else packets[-1][5]
+        self.left -= max(len(packets), 1)  # rubbish counts as one
         for p in packets:
             name, v = p[0].name, p[1]
             if name.startswith("COMMAND_"):

@@ -63,7 +63,7 @@ _ATT = BY_NAME["ATTITUDE_QUATERNION"].pick("time_boot_ms", "q1", "q2", "q3", "q4
 _FUEL = BY_NAME["FUEL_STATUS"].pick("remaining_fuel", "flow_rate")
 _PEER = _FOLLOW.pick("timestamp", "lat", "lon", "alt", "vel", "acc", "attitude_q", "rates", "est_capabilities")
 _PEER_WIND = _WIND.pick("time_usec", "wind_x", "wind_y", "wind_z")
-COMMANDS_MAX = 64  # taken in one tick
+COMMANDS_MAX = 32  # taken in one tick
 _COMMAND_INT = BY_NAME["COMMAND_INT"]
 _TARGET = ("target_system", "target_component", "command")
 _LONG = BY_NAME["COMMAND_LONG"].pick(*_TARGET, "confirmation", *(f"param{i}" for i in range(1, 8)))
@@ -102,6 +102,7 @@ class FlightReceiver:
         self.count = Counters()
         self.map = WireMap(origin)
         self.offset_us = 0
+        self.commands_left = COMMANDS_MAX  # of this tick; whoever runs the ticks sets it
         self._samples = Samples(self.count)
         self._now_us = 0
         self._handlers = {
@@ -146,6 +147,7 @@ class FlightReceiver:
         """`parse` and `apply` of one datagram; `updated` and `commands` start empty."""
         frame.updated = 0
         frame.commands.clear()
+        self.commands_left = COMMANDS_MAX
         packets = self.parse(datagram)
         t = self.sensor_time(packets)
         self.apply(packets, frame, t + self.offset_us if t >= 0 else frame.t_us)
@@ -333,10 +335,8 @@ class FlightReceiver:
         f.peer.wind_valid = True
 
     def _command(self, p: Packet, f: SensorFrame) -> None:
-        c = command_of(p, self.sysid)
-        if c is None:
-            return
-        if len(f.commands) >= COMMANDS_MAX:
+        if not self.commands_left:
             self.count.excess += 1
-            return
-        f.commands.append(c)
+        elif (c := command_of(p, self.sysid)) is not None:
+            self.commands_left -= 1
+            f.commands.append(c)

@@ -12,7 +12,7 @@ CHUNK = 50  # [byte]
 LONGEST = 10 * CHUNK  # [byte] longer texts are cut
 OPEN_MAX = 16  # texts under way a Joiner keeps
 WARNING = 4  # MAV_SEVERITY
-_TEXT = BY_NAME["STATUSTEXT"]
+_TEXT, _ACK = BY_NAME["STATUSTEXT"], BY_NAME["COMMAND_ACK"]
 
 
 def text(send: Sender, severity: int, words: str) -> bytes:
@@ -35,14 +35,7 @@ def answer(send: Sender, a: Ack) -> bytes:
     if a.reason:
         ident = send.new_ident()
         out = _chunks(send, WARNING, a.reason.encode("ascii", "replace"), ident)
-    return out + send.named(
-        "COMMAND_ACK",
-        command=a.command,
-        result=a.result,
-        result_param2=ident,
-        target_system=a.target_system,
-        target_component=a.target_component,
-    )
+    return out + send.pack(_ACK, a.command, a.result, 0, ident, a.target_system, a.target_component)
 
 
 class Joiner:

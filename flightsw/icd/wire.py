@@ -18,7 +18,7 @@ from fastcrc import crc16
 from flightsw.icd import mav
 
 MAGIC = 0xFD
-TRIES = 100  # magic bytes looked at within the damage of one datagram
+TRIES = 32  # magic bytes looked at within the damage of one datagram
 HEADER = 10  # [byte]
 OVERHEAD = 12  # [byte] header and CRC
 SIGNATURE = 13  # [byte] follows the CRC when the incompatibility flag says so
@@ -181,7 +181,7 @@ class Counters:
 
 
 def split(data: bytes, accept: dict[int, Spec], count: Counters, limit: int = 1 << 30) -> list[Packet]:
-    """Sound packets of a datagram, in order, `limit` at most. Never raises: the rest is counted and skipped.
+    """Sound packets of a datagram, in order, `limit` at most. Never raises: what is not sound is counted and skipped.
 
     After damage the search goes on at the next magic byte; everything up to the next sound packet is one count. It ends
     after TRIES magic bytes that began nothing: what a datagram costs is bounded, whatever is in it.
@@ -192,7 +192,6 @@ def split(data: bytes, accept: dict[int, Spec], count: Counters, limit: int = 1 
     tries = 0
     while at < end:
         if len(out) >= limit:
-            count.excess += 1
             break
         tries += lost
         if tries > TRIES:
