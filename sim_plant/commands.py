@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from flightsw.icd.scaling import COMP_AUTOPILOT, COMP_PLANT
-from flightsw.icd.texts import answer, text
+from flightsw.icd.texts import CHUNK, answer, text
 from flightsw.icd.tlog import TlogWriter
 from flightsw.icd.wire import BY_NAME, Counters, Sender, split, table
 from flightsw.types import ACCEPTED, UNSUPPORTED, Ack, Command
@@ -60,6 +60,7 @@ class CommandDesk:
             return out
         packets = split(datagram, _ACCEPT, self.count, self._left)
         self._left -= len(packets)
+        self.unread += not self._left and packets[-1][5] < len(datagram)
         for spec, values, sysid, compid, _, _ in packets:
             integers = spec is _COMMAND_INT
             target, component, command, confirmation, *params = (*_INT(values), 0) if integers else _LONG(values)
@@ -128,8 +129,8 @@ class CommandDesk:
         )
         plant = self._logged[sysid]
         self._log.write(t_us, answer(plant, Ack(c.command, r.verdict.result, *key)))
-        words = r.verdict.text if accepted else f"refused: {r.verdict.text}"
-        self._log.write_datagram(t_us, text(plant, SEVERITY_WARNING if accepted else SEVERITY_NOTICE, words))
+        words = (r.verdict.text if accepted else f"refused: {r.verdict.text}")[:CHUNK]
+        self._log.write(t_us, text(plant, SEVERITY_WARNING if accepted else SEVERITY_NOTICE, words))
 
     def close(self) -> None:
         """Write down what is left and close the record. Raises TlogError if the disk refuses."""
