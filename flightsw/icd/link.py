@@ -98,15 +98,20 @@ class UdpLink:
     def take(self, friend: Address | None = None) -> list[tuple[bytes, Address]]:
         """What waits in the socket, oldest first, as much of it as one tick can deal with: of each sender EACH datagrams, of
         all of them TOTAL, none above SIZE bytes; the rest is dropped and counted in `unread`. `friend` is the peer this socket
-        is for: first, and without a limit but that of the whole call.
+        is for: first, and without a limit but that of the whole call. A datagram right after its equal (a tick repeated until
+        it is answered) is left out.
         """
         ours: list[tuple[bytes, Address]] = []
         others: list[tuple[bytes, Address]] = []
         count: dict[Address, int] = {}
+        before = None
         for _ in range(DRAIN):
             got = self.recv(0.0, SIZE + 1)
             if got is None:
                 break
+            if got == before:
+                continue
+            before = got
             data, sender = got
             if len(data) > SIZE:
                 self.unread += 1
