@@ -182,6 +182,15 @@ def test_wind_is_nan_until_navigation_is_valid_and_health_is_shown() -> None:
     assert all(v == 0 for k, v in timing.items() if k not in ("time_usec", "ticks"))
 
 
+def test_the_head_up_display_has_calibrated_and_the_house_message_true_airspeed() -> None:
+    app = FakeApp()
+    app.nav.V, app.nav.V_cal = 195.0, 139.0
+    _, out = run(1, app)
+    data = b"".join(out)
+    assert {f["airspeed"] for f in fields(data, "VFR_HUD")} == {139.0}
+    assert {f["V"] for f in fields(data, "NAV_STATE")} == {195.0}
+
+
 def test_stock_decoder_sees_vehicle_attitude_position_and_wind() -> None:
     from pymavlink.dialects.v20 import common
 
