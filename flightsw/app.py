@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from flightsw.health import HealthMonitor, HealthParams
+from flightsw.kernels.atmosphere import calibrated_airspeed
 from flightsw.missions import MISSIONS
 from flightsw.strict import ConfigError, convert
 from flightsw.types import (
@@ -42,6 +43,8 @@ from flightsw.types import (
 
 WARMUP_TICKS = 150  # past the settling time of navigation: the closed loop runs too
 FLAP = 4  # of a command that has one
+BARO_AGE_US = 1_000_000  # [us] after which the static pressure is no longer believed
+V_TOP, H_TOP = 600.0, 20e3  # [m/s], [m] beyond which there is no calibrated airspeed
 MAX_STEP_S = 0.25  # [s] longest control step integrated at once, however late the tick
 
 
@@ -76,7 +79,11 @@ class FlightApp:
         self.period_us = 1_000_000 // base_rate_hz
         self.slow_us = 1_000_000 // mission_rate_hz
         self.ac = cls.load(aircraft)
-        self.mission = cls(self.ac, convert(own, cls.params_type, where), 1.0 / mission_rate_hz)
+        params = convert(own, cls.params_type, where)
+        try:
+            self.mission = cls(self.ac, params, 1.0 / mission_rate_hz)
+        except ConfigError as e:
+            raise ConfigError(f"{where}: {e}") from None
         self.health = HealthMonitor(health, self.mission.watch, self.mission.air_used)
         self.act = cls.actuators(self.ac, link_delay_ticks)
         self.u = np.zeros(cls.controls)
@@ -86,6 +93,7 @@ class FlightApp:
         self.nav, self.guid, self.timing = NavState(), GuidanceCmd(), Timing()
         self.tick_no = 0
         self._updated = 0
+        self._baro_us = -BARO_AGE_US
         self._imu: list[tuple[int, Vec3, Vec3]] = []
         self._slow_index = -1
         self._slow_t_us = -1
@@ -94,7 +102,7 @@ class FlightApp:
     def tick(self, f: SensorFrame, dt_s: float) -> tuple[ActuatorCmd, Snapshot]:
         """One base tick: f the frame now, dt_s [s] since the previous tick. Returns the command and what telemetry may send."""
         texts: list[Text] = []
-        acks = [self._answer(c, texts) for c in f.commands] if f.commands else []
+        acks = [self._answer(c) for c in f.commands] if f.commands else []
         h = self.health.step(f)
         self._updated |= f.updated
         if f.updated & UPD_IMU:
@@ -156,6 +164,7 @@ class FlightApp:
             self._started = True
         self._average_imu(f)
         self.nav, self.guid, u, throttle = self.mission.step(f, self.act, self._updated, self.health.out, dt)
+        self.nav.V_cal = self._calibrated(f)
         self._updated = 0
         self.health.watch = self.mission.watch
         self.u[:] = u
@@ -172,6 +181,16 @@ class FlightApp:
         if self.health.texts:
             texts += self.health.texts
             self.health.texts = []
+
+    def _calibrated(self, f: SensorFrame) -> float:
+        """Calibrated airspeed [m/s] of the estimate, by the static pressure; without it, by the altitude."""
+        if self._updated & UPD_BARO:
+            self._baro_us = f.t_us
+        high = f.baro_alt_m if f.t_us - self._baro_us < BARO_AGE_US else -self.nav.pos_n[2]
+        V = self.nav.V
+        if not 0.0 < V < V_TOP or not abs(high) < H_TOP:
+            return 0.0
+        return float(calibrated_airspeed(V, high))
 
     def _average_imu(self, f: SensorFrame) -> None:
         """Mean rate and specific force since the last mission step: five samples of noise are worth more than the last one."""
@@ -201,11 +220,14 @@ class FlightApp:
         c.aileron, c.elevator, c.rudder, c.throttle, c.flap = self._good
         self.u[:] = self._good_u
 
-    def _answer(self, c: Command, texts: list[Text]) -> Ack:
+    @property
+    def commands(self) -> frozenset[int]:
+        """MAV_CMD the mission takes."""
+        return self.mission.commands
+
+    def _answer(self, c: Command) -> Ack:
         result, why = self.mission.command(c)
-        if why:
-            texts.append(Text(4, why[:50]))
-        return Ack(c.command, result, c.src_system, c.src_component)
+        return Ack(c.command, result, c.src_system, c.src_component, why)
 
 
 def _mean(v: list[Vec3]) -> Vec3:

@@ -20,6 +20,7 @@ EXIT_OK, EXIT_SILENT = 0, 3
 POLL_MS = 100  # [ms] longest wait before signals and time-outs are looked at
 LISTEN_TICKS = 1000  # telemetry also goes to whoever sent something within so many ticks
 MAX_LISTENERS = 4
+MAGIC = b"\xfd"
 
 
 class Stop:
@@ -49,12 +50,14 @@ class Ground:
     def take(self) -> list[bytes]:
         """Datagrams that arrived; their senders become listeners."""
         out = []
-        for data, sender in self.link.drain(100):
+        for data, sender in self.link.take():
             out.append(data)
-            if sender not in self.targets:
+            if sender not in self.targets and data[:1] == MAGIC:
                 if sender not in self._listeners and len(self._listeners) >= MAX_LISTENERS:
                     del self._listeners[min(self._listeners, key=self._listeners.__getitem__)]
                 self._listeners[sender] = self.node.tick
+        self.node.unread_ground += self.link.unread
+        self.link.unread = 0
         return out
 
     def send(self, datagrams: list[bytes]) -> None:
@@ -91,6 +94,7 @@ class Process:
         self._poll.register(plant.sock, select.POLLIN)
         self._telemetry_fd = telemetry.sock.fileno()
         self._poll.register(self._telemetry_fd, select.POLLIN)
+        self._from: Address | None = None  # where the plant was heard last
 
     def freeze(self) -> None:
         """After warm-up: what exists now is never collected, and nothing is collected behind our back."""
@@ -102,41 +106,52 @@ class Process:
         """Answer every sensor datagram until the plant ends the run, falls silent or a signal comes. Returns the exit
         code.
         """
-        node, plant, ground, log = self.node, self.plant, self.ground, self.log
+        node, ground = self.node, self.ground
         heard_us = monotonic_us()
-        asked: list[bytes] = []
         while not self.stop.signum:
-            events = self._poll.poll(POLL_MS)
-            if not events:
-                if self._is_silent(heard_us):
-                    return EXIT_SILENT
-                continue
-            for fd, _ in events:
+            for fd, _ in self._poll.poll(POLL_MS):
                 if fd == self._telemetry_fd:
-                    asked += ground.take()
-            got = plant.recv(0.0)
-            if got is None:
-                continue
-            datagram, sender = got
+                    node.step((), None, ground.take())  # it waits for the next tick
             before = node.tick
-            reply = node.step((datagram,), None, asked)
-            if reply:
-                plant.send(reply, sender)
-            asked = []
-            telemetry = node.after()
-            heard_us = monotonic_us()
+            for datagram, sender in self._take():
+                self._answer_one(datagram, sender)
+                if node.done:
+                    return EXIT_OK
             if node.tick != before:
-                if telemetry:
-                    ground.send(telemetry)
-                log.inbound(node.t_us, node.take_heard())
-                log.outbound(node.t_us, reply, telemetry)
-            if node.done:
-                return EXIT_OK
+                heard_us = monotonic_us()
+            elif self._is_silent(heard_us):
+                return EXIT_SILENT
         return self.stop.exit_code
+
+    def _answer_one(self, datagram: bytes, sender: Address) -> None:
+        """Lockstep: one datagram, its reply, its telemetry, its log."""
+        node, ground, log = self.node, self.ground, self.log
+        before, t_us = node.tick, node.t_us
+        reply = node.step((datagram,))
+        if reply:
+            self.plant.send(reply, sender)
+            self._from = sender
+        telemetry = node.after()
+        if node.tick == before:
+            return
+        if telemetry:
+            ground.send(telemetry)
+        if node.t_us == t_us:  # two ticks under one stamp: the log keeps them apart
+            log.tick(node.t_us, 0, 0)
+        log.unread(node.t_us, node.unread_plant, node.unread_ground)
+        log.inbound(node.t_us, node.take_heard())
+        log.outbound(node.t_us, reply, telemetry)
+
+    def _take(self) -> list[tuple[bytes, Address]]:
+        """Datagrams of the plant link, the plant's own first."""
+        got = self.plant.take(self._from)
+        self.node.unread_plant += self.plant.unread
+        self.plant.unread = 0
+        return got
 
     def realtime(self, clock: RealtimeClock) -> int:
         """Run at the base rate whatever comes, newest frame wins. Returns the exit code as `lockstep` does."""
-        node, plant, ground, log = self.node, self.plant, self.ground, self.log
+        node, ground, log = self.node, self.ground, self.log
         period_us = self.cfg.period_us
         heard_us = monotonic_us()
         while not self._poll_plant():
@@ -146,25 +161,25 @@ class Process:
                 return EXIT_SILENT
         clock.start()
         heard_us = monotonic_us()
-        sender: Address | None = None
         while not self.stop.signum:
             k = clock.wait_tick()
             begin_us = monotonic_us()
-            got = plant.drain()
-            if got:
-                heard_us = begin_us
-                sender = got[-1][1]
-            elif self._is_silent(heard_us):
-                return EXIT_SILENT
+            got = self._take()
             before = node.tick
             reply = node.step([d for d, _ in got], k * period_us / 1e6, ground.take())
-            if reply and sender is not None:
-                plant.send(reply, sender)
+            if node.answers >= 0:
+                heard_us = begin_us
+                self._from = got[node.answers][1]
+            elif self._is_silent(heard_us):
+                return EXIT_SILENT
+            if reply and self._from is not None:
+                self.plant.send(reply, self._from)
             telemetry = node.after()
             if telemetry:
                 ground.send(telemetry)
             if node.tick != before:
                 log.tick(node.t_us, k * period_us, node.exec.slips)
+                log.unread(node.t_us, node.unread_plant, node.unread_ground)
                 log.inbound(node.t_us, node.take_heard())
                 log.outbound(node.t_us, reply, telemetry)
                 node.exec.account(monotonic_us() - begin_us, clock.late_us, k - 1)

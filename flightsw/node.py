@@ -17,20 +17,29 @@ from flightsw.clock import LockstepClock
 from flightsw.config import FlightConfig
 from flightsw.executive import Executive, no_time
 from flightsw.icd.codec import FlightCodec
+from flightsw.icd.codec_receive import COMMANDS_MAX
+from flightsw.icd.stamps import Frames
 from flightsw.icd.tlog import GROUND_IN, LINK_IN
 from flightsw.icd.wire import Counters
 from flightsw.recorder import Heard
-from flightsw.services import CMD_SHUTDOWN, MISSION_COMMANDS, Services
+from flightsw.services import CMD_SHUTDOWN, PACKETS_MAX, Services
 from flightsw.strict import to_dict
 from flightsw.telemetry import Telemetry
 from flightsw.types import Ack, ActuatorCmd, Command, SensorFrame, Snapshot, Text
 
+GROUND_MAX = 32  # [datagram] of the ground that wait for a tick
 MAX_HEARD = 1000  # [datagram] kept for the log between two ticks
+MAX_ALONE_US = 600_000  # [us] onboard time goes on without frames: long enough for every input to be called lost
 WARNING = 4  # MAV_SEVERITY
+NO_TICK, AGAIN, TICK = range(3)  # what a datagram of the plant is
 
 
 class App(Protocol):
     """What the node asks of the application."""
+
+    @property
+    def commands(self) -> frozenset[int]:
+        """MAV_CMD the mission takes; any other is answered by the services."""
 
     def tick(self, frame: SensorFrame, dt_s: float) -> tuple[ActuatorCmd, Snapshot]:
         """One base tick."""
@@ -91,12 +100,14 @@ class Node:
         shown = {k: v for k, v in to_dict(cfg).items() if k not in ("link", "telemetry")}
         self.services = Services(
             cfg.app.sysid,
+            cfg.app.mission,
             shown,
             self.telemetry,
+            self.app.commands,
             getattr(self.app, "settable", None),
-            getattr(self.app, "commands", MISSION_COMMANDS),
         )
         self.frame = SensorFrame()
+        self.frames = Frames(self.codec.count)
         self.clock = LockstepClock(cfg.period_us)
         self.exec = Executive(now_us)
         self.exec.add("app", 1, 0, self._run_app)
@@ -109,10 +120,16 @@ class Node:
         self.duplicates = 0
         self.heard: list[Heard] = []
         self.heard_lost = 0
+        self.unread_plant = self.unread_ground = (
+            0  # [datagram] the sockets dropped unread; whoever has the sockets says
+        )
         self.last_text = ""
-        self._sensor_t_us = -1
+        self._told = [0, 0]  # refused for their time, dropped unread: as last told
+        self._waiting: list[Command] = []  # to the mission, asked without a tick: for the next one
+        self._ground: list[bytes] = []  # of the ground, for the next tick
         self._last_datagram = b""
         self._last_reply = b""
+        self.answers = -1
         self._ticked = False
         self._snap: Snapshot | None = None
         self._link_asked: set[tuple[int, int, int]] = set()
@@ -132,34 +149,40 @@ class Node:
         return NodeOutput(reply, self.after(), self.done)
 
     def step(self, datagrams: Sequence[bytes], dt_s: float | None = None, ground: Sequence[bytes] = ()) -> bytes:
-        """First half: take the datagrams in, run the application if there is a tick, return the reply (b"" = none)."""
+        """First half: take the datagrams in, run the application if there is a tick, return the reply (b"" = none).
+
+        `answers` is the place of the datagram the reply answers, -1 if none of them opened a tick.
+        """
         f = self.frame
         if self._ticked:  # the frame of the last tick has been read by everyone
             self._ticked = False
             f.updated = 0
             f.commands.clear()
         new = again = False
-        for d in datagrams:
+        self.answers = -1
+        for k, d in enumerate(datagrams):
             if d == self._last_datagram and d:
                 self.duplicates += 1
-                again = True
+                again, self.answers = True, k
                 continue
-            t = self._take(d)
-            if t == self._sensor_t_us >= 0:
+            what = self._take(d)
+            if what == AGAIN:
                 self.duplicates += 1
-                again = True
-            elif t > self._sensor_t_us:
-                self._sensor_t_us = t
+                again, self.answers = True, k
+            elif what == TICK:
                 self._last_datagram = d
-                new = True
-        asked = self._own_commands() if f.commands else []
-        for d in ground:
-            asked += self._from_ground(d)
-        if not new and not (self.realtime and self._sensor_t_us >= 0):
-            if asked:
-                f.commands.extend(asked)  # they wait for the next tick
+                new, self.answers = True, k
+        if f.commands:
+            self._own_commands()
+        room = GROUND_MAX - len(self._ground)
+        self._ground += ground[:room]
+        self.unread_ground += max(len(ground) - room, 0)
+        if not new and not (self.realtime and self.frames.raw >= 0):
             return self._last_reply if again else b""
-        f.commands[:] = asked
+        for d in self._ground:
+            self._from_ground(d)
+        self._ground.clear()
+        f.commands[:], self._waiting = self._waiting, []
         self._run(new, dt_s)
         return self._last_reply
 
@@ -172,19 +195,21 @@ class Node:
         tick = self.tick
         self.tick += 1
         tel, services = self.telemetry, self.services
-        due = tel.is_due(tick)
+        due = bool(tel.names(tick))
+        services.note(snap.acks)
         if not (due or snap.texts or snap.acks or services.busy or tel.once):
             return []
         if due:
             ctx = tel.ctx
             self.exec.fill(ctx.timing)
             ctx.late_p999_us = self.exec.late_p999_us if self.realtime else 0.0
-            if tick % self.cfg.app.base_rate_hz == 0 and (n := self.exec.new_slips()):
-                snap.texts.append(Text(WARNING, f"loop slipped {n} periods"))
+            ctx.excess = self._excess
+            if tick % self.cfg.app.base_rate_hz == 0:
+                self._tell(snap.texts)
         acks = snap.acks + services.acks
         services.acks = []
-        for t in snap.texts:
-            self.last_text = t.text
+        for t in (*(t.text for t in snap.texts), *(a.reason for a in acks)):
+            self.last_text = t or self.last_text
         return tel.datagrams(snap, tick, snap.texts, acks, services.ready(due))
 
     def take_heard(self) -> list[Heard]:
@@ -195,21 +220,23 @@ class Node:
     # --- inside ----------------------------------------------------------------------------------------------------
 
     def _take(self, datagram: bytes) -> int:
-        """Decode one plant datagram into the frame. Its sample time; -1 = no sensor packet, -2 = refused."""
-        count = self.codec.count
+        """Decode one plant datagram into the frame: TICK (its HIL_SENSOR opens one), AGAIN (the tick answered last, in other
+        bytes: not taken) or NO_TICK.
+        """
+        count, frames = self.codec.count, self.frames
         torn = count.bad_crc + count.bad_length
         packets = self.codec.parse(datagram)
         sound = torn == count.bad_crc + count.bad_length
         t = self.codec.sensor_time(packets)
-        if 0 <= t < self._sensor_t_us:  # time runs backwards
-            count.out_of_order += 1
-            self._hear(LINK_IN, sound, datagram)
-            return -2
-        if t == self._sensor_t_us and t >= 0:  # this tick again, in other bytes: answered, not taken
-            return t
+        if t == frames.raw and t >= 0:
+            return AGAIN
         self._hear(LINK_IN, sound, datagram)
-        self.codec.apply(packets, self.frame)
-        return t
+        if t >= 0 and not frames.take(t, self.t_us):
+            return NO_TICK
+        self.codec.offset_us = frames.offset
+        now = max(t + frames.offset, self.t_us) if t >= 0 else max(self.t_us, 0)
+        self.codec.apply(packets, self.frame, now)
+        return TICK if t >= 0 else NO_TICK
 
     def _hear(self, link: int, sound: bool, datagram: bytes) -> None:
         if len(self.heard) < MAX_HEARD:
@@ -217,51 +244,75 @@ class Node:
         else:
             self.heard_lost += 1
 
-    def _own_commands(self) -> list[Command]:
+    def _own_commands(self) -> None:
         """Commands of the plant link: the end of the run, services, and those left for the mission."""
-        out = []
         for c in self.frame.commands:
             key = (c.command, c.src_system, c.src_component)
             if c.command == CMD_SHUTDOWN and c.params[0] == 2.0:
                 self.done = True
                 continue
             self._link_asked.add(key)
-            if self.services.takes(c):
-                out.append(c)
+            self._offer(c)
         self.frame.commands.clear()
-        return out
 
-    def _from_ground(self, datagram: bytes) -> list[Command]:
-        count = self.services.count
+    def _offer(self, c: Command) -> None:
+        """Let the services answer a command, or the mission with the next tick."""
+        if len(self._waiting) >= COMMANDS_MAX:
+            self.services.count.excess += 1
+        elif self.services.takes(c):
+            self._waiting.append(c)
+
+    def _from_ground(self, datagram: bytes) -> None:
+        services = self.services
+        if not services.left:  # enough for one tick: not even looked at
+            self.unread_ground += 1
+            return
+        count = services.count
         torn = count.bad_crc + count.bad_length
-        out = self.services.receive(datagram, max(self.t_us, 0))
-        self._hear(GROUND_IN, torn == count.bad_crc + count.bad_length, datagram)
-        return out
+        for c in services.receive(datagram, max(self.t_us, 0)):
+            self._offer(c)
+        self.unread_ground += services.used < len(datagram)
+        self._hear(GROUND_IN, torn == count.bad_crc + count.bad_length, datagram[: services.used])
 
     def _run(self, new: bool, dt_s: float | None) -> None:
         """The tick itself."""
         f = self.frame
         before = self.t_us
-        if dt_s is None:
-            dt_s = self.clock.advance(self._sensor_t_us)
-        # without a new frame (real time only) time goes on by the step, and never backwards
-        f.t_us = max(self._sensor_t_us, before) if new else before + round(dt_s * 1e6)
+        at = self.frames.raw + self.frames.offset
+        if new:  # time never runs back: after frames that were too early it holds
+            f.t_us = max(at, before)
+        else:  # real time only: it goes on by the step, for a while
+            f.t_us = max(min(before + round((dt_s or 0.0) * 1e6), at + MAX_ALONE_US), before)
+        self.dt_s = self.clock.advance(f.t_us) if dt_s is None else dt_s
         self.t_us = f.t_us
-        self.dt_s = dt_s
         self.exec.run(self.tick)
+        self.services.left, self.codec.commands_left = PACKETS_MAX, COMMANDS_MAX
         self._ticked = True
 
     def _run_app(self) -> None:
         cmd, snap = self.app.tick(self.frame, self.dt_s)
-        cmd.t_us = self._sensor_t_us if self.realtime else self.t_us
+        cmd.t_us = self.frames.raw
         self._snap = snap
         self._last_reply = self.codec.actuators(cmd)
         if self._link_asked:
             acks = [a for a in snap.acks + self.services.acks if self._asked_here(a)]
             self._link_asked.clear()
-            self._last_reply += b"".join(
-                self.codec.ack(a.command, a.result, a.target_system, a.target_component) for a in acks
-            )
+            self._last_reply += b"".join(map(self.codec.answer, acks))
+
+    @property
+    def _excess(self) -> int:
+        """Datagrams and packets dropped unread so far, both links."""
+        return self.unread_plant + self.unread_ground + self.count.excess + self.services.count.excess
+
+    def _tell(self, texts: list[Text]) -> None:
+        """Once a second: what was dropped or slipped since, so that a warning cannot flood."""
+        if n := self.exec.new_slips():
+            texts.append(Text(WARNING, f"loop slipped {n} periods"))
+        now = [self.count.ahead + self.count.stale, self._excess]
+        for what, n, before in zip(("refused for their time stamp", "dropped unread"), now, self._told, strict=True):
+            if n != before:
+                texts.append(Text(WARNING, f"{n - before} packets {what}"))
+        self._told = now
 
     def _asked_here(self, a: Ack) -> bool:
         return (a.command, a.target_system, a.target_component) in self._link_asked

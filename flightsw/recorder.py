@@ -2,7 +2,7 @@
 
 Sound packets are stored as they are. What is no sound packet (rubbish, a packet cut short) goes in wrapped as
 RAW_BYTES, so the file stays a `.tlog` and replay still meets it. In real time a TICK record opens each tick and carries
-its time step.
+its time step. What was dropped unread is only counted (UNREAD).
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from flightsw.icd.tlog import GROUND_OUT, LINK_IN, LINK_OUT, TlogWriter
 from flightsw.icd.wire import BY_NAME, Sender
 
 CHUNK = 240  # [byte] of RAW_BYTES.data
+U32 = 0xFFFFFFFF
 Heard = tuple[int, bool, bytes]  # link number, sound, datagram
 
 
@@ -24,10 +25,17 @@ class LinkRecorder:
         self.log = TlogWriter(path)
         # a writer of its own: record-only packets must not take sequence numbers of the link
         self._send = Sender(sysid, 0)
+        self._unread = (0, 0)
 
     def tick(self, t_us: int, dt_us: int, slips: int) -> None:
         """Open a real-time tick."""
         self.log.write(t_us, self._send.pack(BY_NAME["TICK"], t_us, dt_us, slips), LINK_IN)
+
+    def unread(self, t_us: int, plant: int, ground: int) -> None:
+        """Note how many datagrams of each link were dropped unread so far, if a number has changed."""
+        if (plant, ground) != self._unread:
+            self._unread = plant, ground
+            self.log.write(t_us, self._send.pack(BY_NAME["UNREAD"], t_us, plant & U32, ground & U32), LINK_IN)
 
     def inbound(self, t_us: int, heard: Iterable[Heard]) -> None:
         """Store what was received for tick `t_us` [us], in order."""

@@ -15,7 +15,7 @@ from flightsw.icd.tlog import GROUND_IN, GROUND_OUT, LINK_IN, LINK_OUT, read
 from flightsw.icd.wire import BY_NAME, SPECS, Counters, Packet, split
 from flightsw.node import Node
 
-_SENSOR, _TICK, _RAW = BY_NAME["HIL_SENSOR"], BY_NAME["TICK"], BY_NAME["RAW_BYTES"]
+_SENSOR, _TICK, _RAW, _UNREAD = (BY_NAME[n] for n in ("HIL_SENSOR", "TICK", "RAW_BYTES", "UNREAD"))
 _RAW_FIELDS = _RAW.pick("count", "more", "data")
 # wall-clock figures of a real-time run cannot repeat
 WALL_CLOCK = {
@@ -33,6 +33,7 @@ class Tick:
     t_us: int
     dt_s: float | None = None
     slips: int = 0
+    unread: tuple[int, int] = (0, 0)
     plant: list[bytes] = field(default_factory=list)
     ground: list[bytes] = field(default_factory=list)
     reply: bytes = b""
@@ -104,16 +105,20 @@ def read_ticks(path: str | Path) -> Iterator[Tick]:
     """Ticks of a link log, in order. Raises TlogError."""
     tick: Tick | None = None
     plant, ground = _Inbox(), _Inbox()
+    unread = (0, 0)
     for t_us, link, packet in read(path):
-        is_tick = link == LINK_IN and packet[7:10] == bytes(_TICK.id_bytes) and packet[6] == 0
+        note = link == LINK_IN and packet[6] == 0  # of the recorder's own
+        is_tick = note and packet[7:10] == bytes(_TICK.id_bytes)
         if tick is None or t_us != tick.t_us or is_tick:
             if tick is not None:
                 plant.flush(tick.plant)
                 yield tick
-            tick = Tick(t_us)
+            tick = Tick(t_us, unread=unread)
         if is_tick:
             _, dt_us, tick.slips = split(packet, {_TICK.id: _TICK}, Counters())[0][1]
             tick.dt_s = dt_us / 1e6
+        elif note and packet[7:10] == bytes(_UNREAD.id_bytes):
+            tick.unread = unread = split(packet, {_UNREAD.id: _UNREAD}, Counters())[0][1][1:]
         elif link == LINK_IN:
             plant.add(packet, tick.plant, until_sensor=True)
         elif link == GROUND_IN:
@@ -149,6 +154,7 @@ def replay(path: str | Path, node: Node, limit: int | None = None) -> Report:
 def _one(tick: Tick, node: Node, report: Report, last: bool) -> None:
     if tick.dt_s is not None:
         node.exec.slips = tick.slips
+    node.unread_plant, node.unread_ground = tick.unread
     before = node.tick
     out = node.handle(tick.plant, tick.dt_s, tick.ground)
     if node.tick == before:

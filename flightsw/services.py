@@ -1,7 +1,8 @@
 """MAVLink manners: parameters, commands and their answers, message intervals, time synchronisation.
 
-Commands of the mission pass through to the application, which answers them; the rest is answered here, an unknown one
-with UNSUPPORTED. Nothing a ground station sends can raise. Packets are not signed: the links are local.
+Commands of the mission pass through to the application, which answers them; the rest is answered here, those of another
+mission and unknown ones with UNSUPPORTED, and every refusal says why. Nothing a ground station sends can raise, and what it
+sends costs no tick more than a bounded time. Packets are not signed: the links are local.
 """
 
 from __future__ import annotations
@@ -12,9 +13,12 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any
 
-from flightsw.icd.wire import BY_NAME, SPECS, Counters, Packet, Sender, split, table
-from flightsw.telemetry import Telemetry
-from flightsw.types import Ack, Command
+from flightsw.icd import mav
+from flightsw.icd.codec_receive import command_of
+from flightsw.icd.scaling import COMP_AUTOPILOT
+from flightsw.icd.wire import SPECS, Counters, Sender, split, table
+from flightsw.telemetry import Maker, Telemetry
+from flightsw.types import ACCEPTED, DENIED, UNSUPPORTED, Ack, Command
 
 ACCEPT = table(
     (
@@ -24,6 +28,7 @@ ACCEPT = table(
         "PARAM_REQUEST_LIST",
         "PARAM_SET",
         "COMMAND_LONG",
+        "COMMAND_INT",
         "TIMESYNC",
         "REQUEST_DATA_STREAM",
     )
@@ -32,15 +37,15 @@ CMD_SHUTDOWN = 246
 CMD_SET_INTERVAL = 511
 CMD_REQUEST_MESSAGE = 512
 CMD_CAPABILITIES = 520
-MISSION_COMMANDS = frozenset({178, 191, 31010})  # passed to the application: speed, go around, user 1
-ACCEPTED, DENIED, UNSUPPORTED = 0, 2, 3
 PARAMS_PER_SLOT = 20  # answers to PARAM_REQUEST_LIST go down at this pace per telemetry tick
-QUEUE_MAX = 2000  # [packet] beyond this, answers are dropped and counted
+PACKETS_MAX = 32  # of the ground, dealt with in one tick; beyond this they are dropped and counted
+ANSWERS_MAX = 20  # queued packets that leave in one tick
+QUEUE_MAX = 200  # [packet] beyond this, answers are dropped and counted
+SENDERS_MAX = 16  # whose last command is remembered
 VERSION = (0, 1, 0, 0)
-_CMD = BY_NAME["COMMAND_LONG"].pick(
-    "target_system", "command", "confirmation", "param1", "param2", "param3", "param4", "param5", "param6", "param7"
-)
 _REAL32 = 9
+COMMANDS = {v: e.description.rstrip(".") for v, e in mav.enums["MAV_CMD"].items()}
+MISSION_NUMBER = {e.name: v for v, e in mav.enums["WKF_MISSION"].items()}
 
 Setter = Callable[[float], bool]
 
@@ -83,44 +88,57 @@ def short_names(keys: list[str]) -> list[str]:
 class Services:
     """Ground-side services of one aircraft.
 
-    `tree`: configuration shown as parameters; `settable`: dotted key -> setter that returns whether it took the value.
-    `count` holds what was dropped of the ground's packets.
+    `tree`: configuration shown as parameters; `commands`: MAV_CMD the mission answers itself; `settable`: dotted key ->
+    setter that returns whether it took the value. `count` holds what was dropped of the ground's packets; `left`: how many
+    more are dealt with in this tick.
     """
 
     def __init__(
         self,
         sysid: int,
+        mission: str,
         tree: dict[str, Any],
         telemetry: Telemetry,
+        commands: frozenset[int],
         settable: dict[str, Setter] | None = None,
-        commands: frozenset[int] = MISSION_COMMANDS,
     ) -> None:
         self.sysid = sysid
+        self.mission = mission
         self.telemetry = telemetry
         self.send: Sender = telemetry.ctx.send
         self.count = Counters()
         self.settable = settable or {}
         self.commands = commands
+        self.left = PACKETS_MAX
+        self.used = 0
         pairs = list(flatten(tree))
         self.keys = [k for k, _ in pairs]
         self.values = [v for _, v in pairs]
         self.names = short_names(self.keys)
         self._index = {n: i for i, n in enumerate(self.names)}
         self._list: deque[int] = deque()
-        self._ready: deque[Callable[[], bytes]] = deque()
-        self.overflow = 0
+        self._ready: deque[Maker] = deque()
         self.acks: list[Ack] = []
+        self._asked: dict[
+            tuple[int, int], tuple[str, Ack | None]
+        ] = {}  # last to the mission, by sender, and its answer
 
     # --- receive ---------------------------------------------------------------------------------------------------
 
     def receive(self, datagram: bytes, t_us: int) -> list[Command]:
-        """Handle one datagram from the ground at sample time `t_us` [us]; returns the mission's commands."""
+        """Handle one datagram from the ground at sample time `t_us` [us]; returns its commands, in order.
+
+        `used` is how many of its bytes this tick had time for.
+        """
         out: list[Command] = []
-        for p in split(datagram, ACCEPT, self.count):
+        packets = split(datagram, ACCEPT, self.count, self.left)
+        self.used = len(datagram) if len(packets) < self.left else packets[-1][5]
+        self.left -= max(len(packets), 1)  # rubbish counts as one
+        for p in packets:
             name, v = p[0].name, p[1]
-            if name == "COMMAND_LONG":
-                c = self.command_of(p)
-                if c is not None and self.takes(c):
+            if name.startswith("COMMAND_"):
+                c = command_of(p, self.sysid)
+                if c is not None:
                     out.append(c)
             elif name == "TIMESYNC":
                 tc1, ts1 = v
@@ -130,60 +148,70 @@ class Services:
                 self._param(p[0].name, p[0].to_dict(v))
         return out
 
-    def command_of(self, p: Packet) -> Command | None:
-        """Command of a COMMAND_LONG packet, or None if it is for another aircraft."""
-        target, command, confirmation, *params = _CMD(p[1])
-        if target not in (0, self.sysid):
-            return None
-        return Command(command, tuple(params), p[2], p[3], confirmation)
-
     def takes(self, c: Command) -> bool:
-        """True if the mission must answer `c`; otherwise it was answered here (see `acks`)."""
-        if c.command in self.commands:
-            return True
-        self.acks.append(Ack(c.command, self._execute(c), c.src_system, c.src_component))
-        return False
+        """True if the mission must answer `c` (its answer is to come to `note`); otherwise it was answered here (`acks`).
 
-    def _execute(self, c: Command) -> int:
-        """MAV_RESULT of a command of these services."""
+        A repeat to the mission (confirmation above 0, the rest as before) is answered as before and carried out once.
+        """
+        sender = (c.src_system, c.src_component)
+        if c.command not in self.commands:
+            result, why = self._execute(c)
+            self.acks.append(Ack(c.command, result, *sender, why))
+            return False
+        key = f"{c.command} {c.params}"  # as text: NaN is unequal to itself
+        before = self._asked.get(sender)
+        if c.confirmation and before is not None and before[0] == key:
+            if before[1] is not None:
+                self.acks.append(before[1])
+            return False
+        if sender not in self._asked and len(self._asked) >= SENDERS_MAX:
+            del self._asked[next(iter(self._asked))]
+        self._asked[sender] = (key, None)
+        return True
+
+    def note(self, acks: list[Ack]) -> None:
+        """What the mission answered, for repeats of the command."""
+        for a in acks:
+            sender = (a.target_system, a.target_component)
+            key = self._asked.get(sender, ("", None))[0]
+            if key.startswith(f"{a.command} "):
+                self._asked[sender] = (key, a)
+
+    def _execute(self, c: Command) -> tuple[int, str]:
+        """MAV_RESULT of a command of these services, and why it is refused."""
         if c.command == CMD_CAPABILITIES:
             self._queue(self._version)
-            return ACCEPTED
-        if c.command == CMD_SHUTDOWN:  # the plant ends a run, nobody else
-            return DENIED
+            return ACCEPTED, ""
+        if c.command == CMD_SHUTDOWN:
+            return DENIED, "the plant ends a run, nobody else"
         if c.command not in (CMD_REQUEST_MESSAGE, CMD_SET_INTERVAL):
-            return UNSUPPORTED
+            known = COMMANDS.get(c.command)
+            what = f"command {c.command}" + (f" ({known})" if known else "")
+            return UNSUPPORTED, f"{what}: not one of mission {self.mission}"
         wanted = c.params[0]
-        if not math.isfinite(wanted):
-            return DENIED
+        if not (math.isfinite(wanted) and wanted == math.floor(wanted)):
+            return DENIED, f"message id {wanted:g}: a whole number is needed"
         spec = SPECS.get(int(wanted))
         name = spec.name if spec else ""
-        if c.command == CMD_REQUEST_MESSAGE:
-            if name == "AUTOPILOT_VERSION":
-                self._queue(self._version)
-                return ACCEPTED
-            if name not in self.telemetry.defaults:
-                return UNSUPPORTED
-            self.telemetry.once.append(name)
-            return ACCEPTED
+        if c.command == CMD_REQUEST_MESSAGE and name == "AUTOPILOT_VERSION":
+            self._queue(self._version)
+            return ACCEPTED, ""
         if name not in self.telemetry.defaults:
-            return UNSUPPORTED
-        interval = c.params[1]
-        if not math.isfinite(interval) or (interval < 0 and interval != -1):
-            return DENIED
-        if interval == 0:
-            self.telemetry.set_rate(name, None)
-        elif interval == -1:
-            self.telemetry.set_rate(name, 0.0)
+            return UNSUPPORTED, f"message id {wanted:.0f} is not sent here"
+        if c.command == CMD_REQUEST_MESSAGE:
+            self.telemetry.once[name] = None
+            return ACCEPTED, ""
+        interval, base_hz = c.params[1], self.telemetry.base_hz
+        if interval in (0.0, -1.0):
+            self.telemetry.set_rate(name, None if interval == 0.0 else 0.0)
+        elif math.isfinite(interval) and interval * base_hz * 1.001 >= 1e6:
+            self.telemetry.set_rate(name, 1e6 / interval)
         else:
-            rate = 1e6 / interval
-            if rate > self.telemetry.base_hz * 1.001:
-                return DENIED
-            self.telemetry.set_rate(name, rate)
-        return ACCEPTED
+            return DENIED, f"interval {interval:g} us: allowed {1e6 / base_hz:g} or more, 0 default, -1 off"
+        return ACCEPTED, ""
 
     def _param(self, kind: str, f: dict[str, Any]) -> None:
-        if f["target_system"] not in (0, self.sysid):
+        if f["target_system"] not in (0, self.sysid) or f["target_component"] not in (0, COMP_AUTOPILOT):
             return
         if kind == "PARAM_REQUEST_LIST":
             self._list = deque(range(len(self.names)))
@@ -202,12 +230,11 @@ class Services:
 
     # --- send ------------------------------------------------------------------------------------------------------
 
-    def ready(self, slot: bool) -> list[bytes]:
-        """Packets to send now. `slot`: this tick carries scheduled telemetry, the parameter list may go on."""
-        out = [make() for make in self._ready]
-        self._ready.clear()
+    def ready(self, slot: bool) -> list[Maker]:
+        """What makes the packets to send now. `slot`: this tick carries scheduled telemetry, the parameter list may go on."""
+        out = [self._ready.popleft() for _ in range(min(ANSWERS_MAX, len(self._ready)))]
         if slot and self._list:
-            out += [self._value(self._list.popleft()) for _ in range(min(PARAMS_PER_SLOT, len(self._list)))]
+            out += [partial(self._value, self._list.popleft()) for _ in range(min(PARAMS_PER_SLOT, len(self._list)))]
         return out
 
     @property
@@ -215,9 +242,9 @@ class Services:
         """True if an answer waits."""
         return bool(self._ready or self._list or self.acks)
 
-    def _queue(self, make: Callable[[], bytes]) -> None:
+    def _queue(self, make: Maker) -> None:
         if len(self._ready) >= QUEUE_MAX:
-            self.overflow += 1
+            self.count.excess += 1
             return
         self._ready.append(make)
 
@@ -236,5 +263,9 @@ class Services:
     def _version(self) -> bytes:
         a, b, c, d = VERSION
         return self.send.named(
-            "AUTOPILOT_VERSION", capabilities=2 | 8192, flight_sw_version=a << 24 | b << 16 | c << 8 | d, uid=self.sysid
+            "AUTOPILOT_VERSION",
+            capabilities=2 | 8192,
+            flight_sw_version=a << 24 | b << 16 | c << 8 | d,
+            product_id=MISSION_NUMBER.get(f"WKF_MISSION_{self.mission.upper()}", 0),
+            uid=self.sysid,
         )

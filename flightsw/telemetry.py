@@ -8,17 +8,21 @@ can stamp it.
 from __future__ import annotations
 
 import struct
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 
 from flightsw.icd.codec_telemetry import ENCODERS, OPTIONAL, TIMED, Context
 from flightsw.icd.geo import Origin, WireMap
-from flightsw.icd.rates import rates_for, schedule
+from flightsw.icd.rates import names_due, rates_for
 from flightsw.icd.scaling import COMP_AUTOPILOT
+from flightsw.icd.stamps import boot_ms
+from flightsw.icd.texts import answer, text
 from flightsw.icd.wire import BY_NAME, Counters, Sender
 from flightsw.types import Ack, Snapshot, Text, Timing
 
 MAX_DATAGRAM = 1400  # [byte]
-_STATUSTEXT = BY_NAME["STATUSTEXT"]
+TIME_SIZE = 24  # [byte] of a SYSTEM_TIME packet, at most
+Maker = Callable[[], bytes]  # packs a packet when its turn comes
 _SYSTEM_TIME = BY_NAME["SYSTEM_TIME"]
 
 
@@ -40,19 +44,23 @@ class Telemetry:
         )
         self.defaults = rates_for(mission, overrides)
         self.rates = dict(self.defaults)
-        self._schedule = schedule(self.rates, base_hz)
-        self._cycle = len(self._schedule)
+        self._cycle = 10 * base_hz  # [tick] after which the table repeats
+        self._schedule: list[tuple[str, ...] | None] = [None] * self._cycle  # worked out when a tick first comes
         self.failed = 0
-        self.once: list[str] = []  # messages asked for by command
+        self.once: dict[str, None] = {}  # messages asked for by command, each once
 
     def set_rate(self, name: str, rate_hz: float | None) -> None:
         """Change the rate [Hz] of one message; 0 = off, None = default."""
         self.rates[name] = self.defaults[name] if rate_hz is None else rate_hz
-        self._schedule = schedule(self.rates, self.base_hz)
+        self._schedule = [None] * self._cycle
 
-    def is_due(self, tick: int) -> bool:
-        """True if `tick` carries scheduled telemetry."""
-        return bool(self._schedule[tick % self._cycle])
+    def names(self, tick: int) -> tuple[str, ...]:
+        """Scheduled messages of `tick`."""
+        k = tick % self._cycle
+        names = self._schedule[k]
+        if names is None:
+            names = self._schedule[k] = names_due(self.rates, k, self.base_hz)
+        return names
 
     def datagrams(
         self,
@@ -60,69 +68,60 @@ class Telemetry:
         tick: int,
         texts: Sequence[Text] = (),
         acks: Sequence[Ack] = (),
-        answers: Sequence[bytes] = (),
+        answers: Sequence[Maker] = (),
     ) -> list[bytes]:
-        """Datagrams of this tick, possibly none: scheduled messages, then texts, acks and ready packets."""
-        names = self._schedule[tick % self._cycle]
+        """Datagrams of this tick, possibly none: scheduled messages, then texts, acks and answers, in order of their sequence
+        numbers.
+        """
+        names = self.names(tick)
         if names and not OPTIONAL.keys().isdisjoint(names):
             names = tuple(n for n in names if n not in OPTIONAL or OPTIONAL[n](snap))
-        once = self.once
-        if not (names or texts or acks or answers or once):
+        if not (names or texts or acks or answers or self.once):
             return []
-        packets: list[bytes] = []
-        if not names or names[0] not in TIMED:
-            packets.append(self.time(snap.t_us))
-        for name in names:
-            self._encode(name, snap, packets)
-            if not packets:  # the leading message could not be encoded
-                packets.append(self.time(snap.t_us))
-        if once:
-            for name in once:
-                self._encode(name, snap, packets)
-            once.clear()
         send = self.ctx.send
-        for t in texts:
-            packets.append(send.pack(_STATUSTEXT, t.severity & 7, t.text.encode("ascii", "replace")[:50], 0, 0))
-        for a in acks:
-            packets.append(self.ack(a))
-        packets.extend(answers)
-        if sum(map(len, packets)) <= MAX_DATAGRAM:
-            return [b"".join(packets)]
-        return self._cut(packets, snap.t_us)
+        makers: list[Maker] = [partial(self._encode, n, snap) for n in (*names, *self.once)]
+        self.once.clear()
+        makers += [partial(text, send, t.severity, t.text) for t in texts]
+        makers += [partial(answer, send, a) for a in acks]
+        makers += answers
+        timed = not names or names[0] not in TIMED
+        before = (send.seq, send.ident, self.failed)
+        whole = self._pack(makers, snap.t_us, timed)
+        if len(whole) <= MAX_DATAGRAM:
+            return [whole]
+        send.seq, send.ident, self.failed = before
+        sizes = [len(make()) for make in makers]
+        send.seq, send.ident, self.failed = before
+        out, at = [], 0
+        while at < len(makers):  # the same again in parts, each with a time in front
+            end, size = at + 1, TIME_SIZE + sizes[at]
+            while end < len(makers) and size + sizes[end] <= MAX_DATAGRAM:
+                size += sizes[end]
+                end += 1
+            out.append(self._pack(makers[at:end], snap.t_us, timed or at > 0))
+            at = end
+        return out
+
+    def _pack(self, makers: Sequence[Maker], t_us: int, timed: bool) -> bytes:
+        """One datagram; `timed`: a time goes first, as also where what should lead could not be encoded."""
+        packets = [self.time(t_us)] if timed else []
+        for make in makers:
+            packet = make()
+            if not packet and not packets:
+                packet = self.time(t_us)
+            packets.append(packet)
+        return b"".join(packets)
 
     def time(self, t_us: int) -> bytes:
         """SYSTEM_TIME packet of sample time `t_us` [us]."""
-        return self.ctx.send.pack(_SYSTEM_TIME, 0, t_us // 1000)
+        return self.ctx.send.pack(_SYSTEM_TIME, 0, boot_ms(t_us))
 
-    def ack(self, a: Ack) -> bytes:
-        """COMMAND_ACK packet."""
-        return self.ctx.send.named(
-            "COMMAND_ACK",
-            command=a.command,
-            result=a.result,
-            target_system=a.target_system,
-            target_component=a.target_component,
-        )
-
-    def _encode(self, name: str, snap: Snapshot, out: list[bytes]) -> None:
+    def _encode(self, name: str, snap: Snapshot) -> bytes:
+        """A message, empty if there is none or it cannot be encoded."""
         if name in OPTIONAL and not OPTIONAL[name](snap):  # asked for by command
-            return
+            return b""
         try:
-            out.append(ENCODERS[name](snap, self.ctx))
+            return ENCODERS[name](snap, self.ctx)
         except (ValueError, OverflowError, TypeError, struct.error):  # a non-finite value where the wire has an integer
             self.failed += 1
-
-    def _cut(self, packets: list[bytes], t_us: int) -> list[bytes]:
-        """Several datagrams of at most MAX_DATAGRAM bytes, each led by a time."""
-        out: list[bytes] = []
-        part: list[bytes] = []
-        size = 0
-        for p in packets:
-            if part and size + len(p) > MAX_DATAGRAM:
-                out.append(b"".join(part))
-                part = [self.time(t_us)]
-                size = len(part[0])
-            part.append(p)
-            size += len(p)
-        out.append(b"".join(part))
-        return out
+            return b""

@@ -8,6 +8,7 @@ their own arrays. NaN never stands for "invalid" here: validity is a mask, a fla
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 Vec3 = tuple[float, float, float]
@@ -45,6 +46,10 @@ class PeerState:
     wind_valid: bool = False
 
 
+# MAV_RESULT
+ACCEPTED, TEMPORARILY_REJECTED, DENIED, UNSUPPORTED = 0, 1, 2, 3
+
+
 @dataclass(slots=True)
 class Command:
     """A MAVLink command as received, before it is accepted or refused."""
@@ -54,6 +59,14 @@ class Command:
     src_system: int
     src_component: int
     confirmation: int = 0
+
+    def choice(self, names: Mapping[int, str], what: str) -> tuple[int, str]:
+        """param1 as one of the whole numbers `names`, and ""; any other value (3.7, NaN): -1 and why it is refused."""
+        p = self.params[0]
+        if p in names:  # false for NaN; 3.0 is 3
+            return int(p), ""
+        allowed = ", ".join(f"{k} {n}" for k, n in names.items())
+        return -1, f"{what} {p:g}: allowed {allowed}"
 
 
 @dataclass(slots=True)
@@ -283,6 +296,7 @@ class NavState:
     valid: bool = False
     reason: str = "not initialised"
     V: float = 0.0  # [m/s] airspeed
+    V_cal: float = 0.0  # [m/s] calibrated airspeed (filled by the application)
     beta: float = 0.0  # [rad]
     alpha: float = 0.0  # [rad]
     w_b: Vec3 = ZERO3  # [rad/s]
@@ -374,17 +388,18 @@ class Text:
     """One STATUSTEXT."""
 
     severity: int  # MAV_SEVERITY
-    text: str  # at most 50 characters go down
+    text: str  # what is longer than 50 characters goes down in chunks
 
 
 @dataclass(slots=True)
 class Ack:
-    """Answer to a Command."""
+    """Answer to a Command. A refusal says why: the reason goes down as the STATUSTEXT the COMMAND_ACK names."""
 
     command: int
     result: int  # MAV_RESULT
     target_system: int
     target_component: int
+    reason: str = ""
 
 
 @dataclass(slots=True)

@@ -53,13 +53,24 @@ def alarm_words(fdi: Mapping[str, Any]) -> str:
     return f"{names} ({blamed})" if blamed else f"{names} (not isolated)"
 
 
-def fdi_words(fdi: Mapping[str, Any]) -> str:
-    """One line on a FDI_STATUS: alarm, what is kept out of navigation, how many exclusions so far."""
+def unchecked_words(fdi: Mapping[str, Any], wake: Mapping[str, Any] | None) -> str:
+    """Why a FDI_STATUS without alarm says nothing, "" if it does: readings are judged against a wake estimate (None: the
+    aircraft sends none)."""
+    if not fdi["valid"]:
+        return "not checked"
+    if wake is not None and not wake["valid"]:
+        return f"not checked: wake position not valid: {wake['reason'] or 'no reason given'}"
+    return ""
+
+
+def fdi_words(fdi: Mapping[str, Any], wake: Mapping[str, Any] | None = None) -> str:
+    """One line on a FDI_STATUS and the WAKE_POSITION of its time: alarm, what is kept out of navigation, how many exclusions
+    so far."""
     parts = []
     if words := alarm_words(fdi):
         parts.append(f"ALARM {words}")
-    elif not fdi["valid"]:
-        parts.append("not checked")
+    elif words := unchecked_words(fdi, wake):
+        parts.append(words)
     if fdi["excluded"]:
         parts.append(f"EXCLUDED {channel_words(fdi['excluded'])}")
     if fdi["exclusions"]:

@@ -20,12 +20,17 @@ from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
+from flightsw.icd.texts import Joiner
 from ground.airdata import alarm_words, fdi_words, wake_words
 from ground.merge import SequenceGaps
 from ground.packets import AIRCRAFT, NAMES, decode, health_words, packet_id, packet_time_us, phase_name, split
 
 STALE_S = 2.0  # [s] wall time without data after which the stream counts as stopped
+OLD_S = 3.0  # [s] the aircraft's time: a message whose own sample is older than that no longer says how things are
 REFRESH_S = 0.25  # [s]
+# messages stamped with their own sample, which may be long past; all others with the tick they were sent in
+OWN_TIME = {"FDI_STATUS", "WAKE_POSITION", "RENDEZVOUS_STATE", "RENDEZVOUS_CLOUD", "GUST_STATE", "WINDSHEAR_STATE"}
+NOT_VALID, NOT_CURRENT, NOT_CHECKED = "not valid", "no report", "not checked"
 
 
 class Vehicle:
@@ -39,6 +44,7 @@ class Vehicle:
         self.t_us = 0
         self.heard = now
         self.text = ""
+        self._joiner = Joiner()
         self.alarm = ""  # the last air-data alarm and its time, kept on the screen after it is over
         self.alarm_us = 0
         self._mark = (now, 0)
@@ -50,10 +56,11 @@ class Vehicle:
         self.count += 1
         self.heard = now
         t_us = packet_time_us(packet)
-        if t_us is not None:
+        if t_us is not None and (t_us > self.t_us or name not in OWN_TIME):
             self.t_us = t_us
         if name == "STATUSTEXT":
-            self.text = decode(packet)["text"]
+            f = decode(packet)
+            self.text = self._joiner.take(packet[5], packet[6], f["text"], f["id"], f["chunk_seq"]) or self.text
         elif name == "FDI_STATUS":  # now, not when the screen is drawn: an alarm may last one sample
             words = alarm_words(decode(packet))
             if words:
@@ -71,6 +78,12 @@ class Vehicle:
         packet = self.packets.get(name)
         return decode(packet) if packet else None
 
+    def age_s(self, name: str) -> float:
+        """How far the newest sample of a message lies behind the newest of all [s]; infinite if there was none."""
+        packet = self.packets.get(name)
+        t_us = None if packet is None else packet_time_us(packet)
+        return math.inf if t_us is None else (self.t_us - t_us) * 1e-6
+
 
 def wind_words(wind: list[float], sigma: list[float]) -> str:
     """Wind as speed, direction it blows from, vertical part and uncertainty."""
@@ -80,41 +93,54 @@ def wind_words(wind: list[float], sigma: list[float]) -> str:
 
 
 def describe(v: Vehicle, now: float) -> dict[str, str]:
-    """What the screen says about one aircraft: label -> text, in order."""
+    """What the screen says about one aircraft: label -> text, in order. Nothing is said that is not valid or no longer so."""
     out: dict[str, str] = {}
     silent = now - v.heard
-    mission, nav, rel = v.get("MISSION_STATUS"), v.get("NAV_STATE"), v.get("RELATIVE_STATE")
-    place, health = v.get("LOCAL_POSITION_NED"), v.get("HEALTH_STATUS")
     if silent > STALE_S:
         out["data"] = f"no data for {silent:.0f} s"
-    if mission:
-        out["phase"] = f"{phase_name(mission['phase'])} for {mission['phase_time']:.0f} s  {mission['reason']}"
+
+    def put(label: str, source: str, words: str) -> None:
+        age = v.age_s(source)
+        out[label] = words if age <= OLD_S else f"{NOT_CURRENT} for {age:.0f} s"
+
+    if mission := v.get("MISSION_STATUS"):
+        words = f"{phase_name(mission['phase'])} for {mission['phase_time']:.0f} s  {mission['reason']}"
+        put("phase", "MISSION_STATUS", words)
     out["time"] = f"{v.t_us * 1e-6:.1f} s"
+    nav = v.get("NAV_STATE")
+    good = nav is not None and nav["valid"]
     if nav:
-        out["speed"] = f"{nav['V']:.1f} m/s" if nav["valid"] else "navigation not valid"
-        out["bank"] = f"{math.degrees(nav['phi']):+.1f} deg"
-        out["wind"] = wind_words(nav["wind"], nav["wind_sigma"])
-    if place:
-        out["altitude"] = f"{-place['z']:.0f} m"
-    if rel:
+        put("speed", "NAV_STATE", f"{nav['V']:.1f} m/s" if good else "navigation not valid")
+        put("bank", "NAV_STATE", f"{math.degrees(nav['phi']):+.1f} deg" if good else NOT_VALID)
+        put("wind", "NAV_STATE", wind_words(nav["wind"], nav["wind_sigma"]) if good else NOT_VALID)
+    if place := v.get("LOCAL_POSITION_NED"):
+        put("altitude", "LOCAL_POSITION_NED", f"{-place['z']:.0f} m" if good or nav is None else NOT_VALID)
+    if rel := v.get("RELATIVE_STATE"):
         error = [p - c for p, c in zip(rel["pos"], rel["cmd_pos"], strict=True)]
-        out["position"] = " ".join(f"{p:+.2f}" for p in rel["pos"]) + " m (tanker axes)"
-        out["error"] = " ".join(f"{e:+.2f}" for e in error) + " m (estimated)"
-        if not rel["valid"]:
-            out["error"] += "  not valid"
-    fdi, wake = v.get("FDI_STATUS"), v.get("WAKE_POSITION")
-    if fdi:
-        out["air data"] = fdi_words(fdi)
-        if v.alarm and not fdi["alarm"]:
-            out["air data"] += f"; last alarm {(v.t_us - v.alarm_us) * 1e-6:.0f} s ago: {v.alarm}"
-    if wake:
-        out["in wake"] = wake_words(wake)
-    if health:
-        out["health"] = health_words(health["failed"])
+        place_words = " ".join(f"{p:+.2f}" for p in rel["pos"]) + " m (tanker axes)"
+        error_words = " ".join(f"{e:+.2f}" for e in error) + " m (estimated)"
+        put("position", "RELATIVE_STATE", place_words if rel["valid"] else NOT_VALID)
+        put("error", "RELATIVE_STATE", error_words if rel["valid"] else NOT_VALID)
+    _air_data(v, put)
+    if health := v.get("HEALTH_STATUS"):
+        put("health", "HEALTH_STATUS", health_words(health["failed"]))
     out["messages"] = f"{v.rate:.0f} /s"
     if v.text:
         out["text"] = v.text
     return out
+
+
+def _air_data(v: Vehicle, put: Callable[[str, str, str], None]) -> None:
+    """Fault detection and the wake position it rests on."""
+    fdi, wake = v.get("FDI_STATUS"), v.get("WAKE_POSITION")
+    if fdi:
+        late = wake is not None and v.age_s("WAKE_POSITION") > OLD_S
+        words = fdi_words(fdi, {"valid": 0, "reason": NOT_CURRENT} if late else wake)
+        if v.alarm and not fdi["alarm"]:
+            words += f"; last alarm {(v.t_us - v.alarm_us) * 1e-6:.0f} s ago: {v.alarm}"
+        put("air data", "FDI_STATUS", words)
+    if wake:
+        put("in wake", "WAKE_POSITION", wake_words(wake))
 
 
 class Monitor:
@@ -160,7 +186,8 @@ class Monitor:
             grid.add_column(style="dim", min_width=9)
             grid.add_column()
             for key, text in describe(v, now).items():
-                bad = key == "data" or (key == "health" and text != "ok") or "not valid" in text
+                bad = key == "data" or (key == "health" and text != "ok")
+                bad = bad or any(words in text for words in (NOT_VALID, NOT_CURRENT, NOT_CHECKED))
                 bad = bad or (key == "air data" and ("ALARM" in text or "EXCLUDED" in text))
                 grid.add_row(key, Text(text, style="bold red" if bad else ""))
             panels.append(Panel(grid, title=f"{AIRCRAFT.get(sysid, 'aircraft')} (sysid {sysid})", title_align="left"))

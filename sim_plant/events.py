@@ -5,11 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
+from flightsw.icd import mav
 from flightsw.strict import ConfigError, OneOf, Range
 from sim_plant.sensors.config import NonNeg
 
 SENSORS = ("imu", "baro", "mag", "gnss", "air", "att", "rel", "fuel", "boom", "tacan")
-ACTIONS = {"hold": 1, "precontact": 2, "contact": 3, "disconnect": 4, "breakaway": 5, "observation": 6}
+_ACTION, _END = "WKF_ACTION_", "WKF_ACTION_ENUM_END"
+ACTIONS: dict[str, int] = {
+    e.name.removeprefix(_ACTION).lower(): v for v, e in mav.enums["WKF_ACTION"].items() if e.name != _END
+}
+CMD_REFUEL: int = mav.MAV_CMD_USER_1  # what an action is sent as
 SENSOR_KINDS = (
     "dropout", "off", "bias", "drift", "garbage", "scale", "stuck", "delayed", "intermittent", "spike",
 )  # fmt: skip
@@ -24,13 +29,13 @@ PLANT = "plant"  # target of a command to the plant: "plant" (every aircraft) or
 class Event:
     """One scripted event; for_s = 0 lasts to the end of the run.
 
-    command: action, or command + params; to an aircraft, or to the plant (target "plant.<aircraft>", command 420, params as
-    in `inject`). Faults of a sensor, value in the unit of the reading (SI, radians), one for all columns concerned or one each:
-    off, dropout (no more samples); bias (value is added); drift (value per second is added); garbage (uniform within
-    +-value is added, fresh each sample); scale (reading times value); stuck (last value, fresh stamps); delayed (`samples`
-    samples late, fresh stamps); intermittent (value = share of the samples lost, mean outage [s]; default 0.5, outages
-    independent); spike (value is added once). Air data: index = one probe, channel = V, alpha or beta only. link_loss: the
-    radio is dead. jam: surface frozen.
+    command: action (of the refuelling), or command + params; to an aircraft, or to the plant (target "plant.<aircraft>",
+    command 420, params as in `inject`). Faults of a sensor, value in the unit of the reading (SI, radians), one for all columns
+    concerned or one each: off, dropout (no more samples); bias (value is added); drift (value per second is added); garbage
+    (uniform within +-value is added, fresh each sample); scale (reading times value); stuck (last value, fresh stamps);
+    delayed (`samples` samples late, fresh stamps); intermittent (value = share of the samples lost, mean outage [s]; default
+    0.5, outages independent); spike (value is added once). Air data: index = one probe, channel = V, alpha or beta only.
+    link_loss: the radio is dead. jam: surface frozen.
     """
 
     t_s: NonNeg

@@ -11,10 +11,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from flightsw.types import ACCEPTED, DENIED, UNSUPPORTED
 from sim_plant.events import CHANNELS, CMD_INJECT_FAILURE, Event
 from sim_plant.faults import CLEAR
 
-ACCEPTED, DENIED, UNSUPPORTED = 0, 2, 3  # MAV_RESULT
 UNIT_AIRSPEED = 8  # FAILURE_UNIT_SENSOR_AIRSPEED
 OK, OFF, STUCK, GARBAGE, WRONG, SLOW, DELAYED, INTERMITTENT = range(8)  # FAILURE_TYPE
 KIND = {

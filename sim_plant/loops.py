@@ -11,8 +11,10 @@ from collections.abc import Callable
 from flightsw.icd.link import MAX_DATAGRAM, Address, UdpLink, plant_command_port, plant_port
 from sim_plant.server import PlantServer
 
-REPEAT_S = 0.2  # [s, wall] tick 0 is repeated this often until answered
+REPEAT_S = 0.2  # [s, wall] a tick is repeated this often until answered: a datagram may get lost in a flood
 STATUS_S = 0.5  # [s, wall] between status reports
+NOTES_MAX = 20  # lines for the operator in one report
+BURST = 1000  # datagrams taken in one tick of real time
 NOTHING, RUBBISH, ANSWER = 0, 1, 2
 Status = Callable[[int, int], None]  # simulated time [us], tick
 
@@ -62,9 +64,11 @@ class UdpPlant:
 
     def _take_orders(self) -> None:
         """Commands of the ground to the plant: each is answered at once and takes effect at the next tick."""
-        for data, addr in self._orders.drain(16):
+        for data, addr in self._orders.take():
             for ack in self.server.desk.take(data):
                 self._orders.send(ack, addr)
+        self.server.desk.unread += self._orders.unread
+        self._orders.unread = 0
 
     def _send(self, datagrams: list[bytes], only_open: bool = False) -> None:
         for i, (d, a) in enumerate(zip(datagrams, self._peers, strict=True)):
@@ -78,9 +82,15 @@ class UdpPlant:
         if now >= self._next_status:
             self._next_status = now + STATUS_S
             self._status(self.server.t_us, self.server.tick)
-            for line in self.server.notes:
+            notes = self.server.notes
+            for line in notes[:NOTES_MAX]:
                 self._note(line)
-            self.server.notes.clear()
+            if len(notes) > NOTES_MAX:
+                self._note(f"{len(notes) - NOTES_MAX} more lines of this kind")
+            notes.clear()
+            if unread := self.server.desk.unread:
+                self._note(f"{unread} commands to the plant dropped unread")
+                self.server.desk.unread = 0
 
     def _lost(self, waited: float, starting: bool) -> PeerLostError:
         s = self.server
@@ -121,16 +131,20 @@ class UdpPlant:
         limit = s.scenario.clock.peer_timeout_s
         while not s.done:
             self._take_orders()
-            self._send(s.begin_tick())
-            waiting, began = n, 0.0
+            out = s.begin_tick()
+            self._send(out)
+            waiting, began, sent = n, 0.0, 0.0
             while waiting:
                 if self._receive(True) == ANSWER:
                     waiting -= 1
                     continue
                 now = time.monotonic()  # the clock is asked only when something is odd
-                began = began or now
+                began, sent = began or now, sent or now
                 if now - began > limit:
                     raise self._lost(now - began, False)
+                if now - sent >= REPEAT_S:
+                    self._send(out, only_open=True)
+                    sent = now
                 self._report(now)
             s.end_tick()
             if s.tick & 31 == 0:
@@ -154,8 +168,9 @@ class UdpPlant:
             deadline += period
             while (left := deadline - time.monotonic()) > 2e-4:
                 time.sleep(left - 1e-4)
-            while self._receive(False, socket.MSG_DONTWAIT) != NOTHING:
-                pass
+            for _ in range(BURST):
+                if self._receive(False, socket.MSG_DONTWAIT) == NOTHING:
+                    break
             now = time.monotonic()
             for i in range(n):
                 if s.answered(i):

@@ -10,14 +10,16 @@ from flightsw.icd.codec import PlantCodec, Reply
 from flightsw.icd.geo import Origin
 from flightsw.icd.tlog import TlogWriter
 from flightsw.strict import ConfigError
-from flightsw.types import ActuatorCmd
+from flightsw.types import ACCEPTED, ActuatorCmd
 from sim_plant.commands import CommandDesk
 from sim_plant.radio import Radio
 from sim_plant.scenario import Scenario, dump, load_scenario
 from sim_plant.truth import Truth
 from sim_plant.world import World
 
-ACCEPTED = 0  # MAV_RESULT_ACCEPTED
+REPLY_AGE_US = (
+    1_000_000  # [us] a reply may be behind in real time: a flightsw that answers the same old tick is not heard
+)
 
 
 class PlantServer:
@@ -126,13 +128,14 @@ class PlantServer:
         )
 
     def accept(self, i: int, datagram: bytes, exact: bool = True) -> bool:
-        """Take a datagram of aircraft i. True if it answers the current tick (`exact`) or an earlier one (real time).
+        """Take a datagram of aircraft i. True if it answers the current tick (`exact`) or a recent one (real time).
 
         Anything else (duplicate, late, corrupt, without actuator command) is counted in `rejected` and changes nothing.
         """
         reply = self.codecs[i].decode_reply(datagram)
         cmd = reply.cmd
-        if cmd is None or cmd.t_us > self.t_us or (exact and (cmd.t_us != self.t_us or self._replies[i] is not None)):
+        late = 0 if cmd is None else self.t_us - cmd.t_us
+        if cmd is None or not 0 <= late <= REPLY_AGE_US or (exact and (late or self._replies[i] is not None)):
             self.rejected[i] += 1
             return False
         before = self._replies[i]
@@ -143,7 +146,8 @@ class PlantServer:
         for ack in reply.acks:
             if ack.result != ACCEPTED:
                 at = f"t = {self.t_us / 1e6:.2f} s"
-                self.notes.append(f"{self.names[i]}: command {ack.command} refused, result {ack.result}, at {at}")
+                why = f": {ack.reason}" if ack.reason else ""
+                self.notes.append(f"{self.names[i]}: command {ack.command} refused, result {ack.result}, at {at}{why}")
         self._replies[i] = reply
         return True
 

@@ -13,14 +13,14 @@ import numpy as np
 
 from flightsw.aircraft import Aircraft
 from flightsw.strict import ConfigError
-from flightsw.types import ActuatorCmd, Command, SensorFrame
+from flightsw.types import ACCEPTED, DENIED, ActuatorCmd, Command, SensorFrame
 from sim_plant.actuators import CommandPath
 from sim_plant.boom import BoomCoupling
 from sim_plant.craft import Craft
 from sim_plant.crafts import make_craft
-from sim_plant.events import ACTIONS, Event, plant_targets
+from sim_plant.events import ACTIONS, CMD_REFUEL, Event, plant_targets
 from sim_plant.faults import CLEAR, FaultPlan
-from sim_plant.inject import ACCEPTED, DENIED, Verdict, judge
+from sim_plant.inject import Verdict, judge
 from sim_plant.kernels import layout as n
 from sim_plant.kernels.eom import step as integrate
 from sim_plant.kernels.geometry import relative
@@ -34,7 +34,6 @@ from sim_plant.vehicle import Vehicle
 from sim_plant.wind.field import AirMass
 
 MAG_N = np.array([0.215, 0.010, 0.440])  # [gauss] earth's field at the origin, NED (mid-latitude dipole)
-MAV_CMD_USER_1 = 31010
 GROUND_SYSID, GROUND_COMPID = 255, 190
 
 
@@ -103,7 +102,7 @@ class World:
         tick = round(e.t_s * self.rate_hz)
         params = (float(ACTIONS[e.action]), *e.params[1:]) if e.action else e.params
         params = (*params, *([0.0] * (7 - len(params))))
-        cmd = Command(MAV_CMD_USER_1 if e.action else e.command, params, GROUND_SYSID, GROUND_COMPID)
+        cmd = Command(CMD_REFUEL if e.action else e.command, params, GROUND_SYSID, GROUND_COMPID)
         named = plant_targets(e.target, [v.cfg.name for v in self.members])
         if named:  # as precise as on the wire, so that the same command from the ground does the same
             with np.errstate(over="ignore"):

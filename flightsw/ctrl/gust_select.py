@@ -14,7 +14,7 @@ from flightsw.models.gust_servo import GustServos
 from flightsw.strict import OneOf
 
 Array = np.ndarray
-LAWS = ("hold", "alleviation", "elevator")  # index: WKF_GUST_LAW, and param1 of MAV_CMD_USER_1
+LAWS = ("hold", "alleviation", "elevator")  # index: WKF_GUST_LAW, and param1 of MAV_CMD_USER_2
 LIMIT_EDGE = 0.999  # share of the travel from which a command counts as limited
 
 

@@ -1,8 +1,9 @@
 """Receiver phase machine for aerial refuelling: observation, pre-contact, contact, disconnect, return, breakaway, hold.
 
 Commanded from the ground; leaves contact by its own rule when the relative solution, the data link or the station error is
-not good enough. All positions are xi, the receiver's centre of gravity in tanker body axes [m]. Approach is down, across well
-below the trailing vortices, then forward and up between them: never through a tip vortex.
+not good enough, or the boom has let go. An order whose way cannot be flown is refused and nothing changes. All positions are
+xi, the receiver's centre of gravity in tanker body axes [m]. Approach is down, across well below the trailing vortices, then
+forward and up between them: never through a tip vortex.
 """
 
 from __future__ import annotations
@@ -11,8 +12,9 @@ import math
 from dataclasses import dataclass
 from typing import Annotated
 
+from flightsw.guid.boom import Surroundings
 from flightsw.guid.path import Quintic, duration
-from flightsw.strict import Range
+from flightsw.strict import ConfigError, Range
 from flightsw.types import ZERO3, GuidanceCmd, NavState, SensorFrame, Text, Vec3
 
 INIT, OBSERVATION, TO_PRECONTACT, PRECONTACT, TO_CONTACT, CONTACT, DISCONNECT, RETURN, BREAKAWAY, HOLD = range(10)
@@ -22,6 +24,10 @@ NAMES = (
 
 ACTIONS = {1: "hold", 2: "precontact", 3: "contact", 4: "disconnect", 5: "breakaway", 6: "observation"}
 
+CRITICAL, WARNING, INFO = 2, 4, 6  # MAV_SEVERITY
+WAYPOINTS = ("observation_m", "low_m", "behind_m", "precontact_m", "contact_m", "breakaway_m")
+
+Leg = tuple[Vec3, float]  # way-point [m], largest speed [m/s]
 Pos = Annotated[float, Range(1e-6)]
 
 
@@ -46,17 +52,30 @@ class RefuelParams:
     contact_error_max_m: Pos = 3.0  # breakaway beyond this while closing or in contact
     rel_age_max_s: Pos = 2.0
     peer_age_max_s: Pos = 1.0
+    boom_open_s: Pos = 0.5  # the boom says so long that it has let go: contact is lost
+    boom_make_s: Pos = 30.0  # in the contact position without contact
 
 
 class RefuelGuidance:
     """Reference of the station-keeping law and the phase it belongs to."""
 
-    def __init__(self, p: RefuelParams) -> None:
-        self.p = p
+    def __init__(self, p: RefuelParams, around: Surroundings | None = None) -> None:
+        """`around`: where the tanker is and its boom reaches (None: not known, nothing is checked against it).
+
+        Raises ConfigError for a way-point inside the tanker and a contact point out of the boom's reach.
+        """
+        self.p, self.around = p, around
+        for key in WAYPOINTS if around is not None else ():
+            point: Vec3 = getattr(p, key)
+            why = around.blocked([point]) if around is not None else ""
+            if not why and key == "contact_m" and around is not None and around.boom is not None:
+                why = around.out_of_reach(point)
+            if why:
+                raise ConfigError(f"guid.{key} = {list(point)}: {why}")
         self.phase = INIT
         self.t_phase_us = 0
         self.t_us = 0
-        self.queue: list[tuple[Vec3, float]] = []
+        self.queue: list[Leg] = []
         self.seg: Quintic | None = None
         self.seg_t = 0.0
         self.pos: Vec3 = p.observation_m
@@ -64,13 +83,17 @@ class RefuelGuidance:
         self.reason = "waiting for navigation"
         self.texts: list[Text] = []
         self.out = GuidanceCmd()
+        self.blind = self.reason  # why there is nothing to fly on, "" if there is
+        self.error_m = math.inf  # from the reference
         self._bad_s = 0.0
+        self._coupled = False  # the boom has been in since closing began
+        self._open_s = 0.0
 
     # --- commands -------------------------------------------------------------------------------------------------
     def command(self, action: int) -> tuple[bool, str]:
         """Ground action 1..6 (hold, precontact, contact, disconnect, breakaway, observation): accepted?, reason if not."""
         name = ACTIONS.get(action)
-        ph = self.phase
+        ph, p = self.phase, self.p
         if name is None:
             return False, f"action {action} unknown, allowed 1 to 6"
         if ph == INIT:
@@ -82,35 +105,48 @@ class RefuelGuidance:
         elif name == "precontact":
             if ph not in (OBSERVATION, HOLD, RETURN):
                 return False, f"pre-contact is not allowed from {NAMES[ph]}"
-            self._enter(TO_PRECONTACT, "commanded")
-            self._plan_to_precontact()
+            return self._order(TO_PRECONTACT, self._to_precontact(), p.track_error_m)
         elif name == "contact":
             if ph != PRECONTACT:
                 return False, f"contact is only allowed from pre-contact, not from {NAMES[ph]}"
-            self._enter(TO_CONTACT, "commanded")
-            self._fly([(self.p.contact_m, self.p.v_close_mps)])
+            if self.around is not None and (why := self.around.out_of_reach(p.contact_m)):
+                return False, f"contact: {why}"
+            return self._order(TO_CONTACT, [(p.contact_m, p.v_close_mps)], p.contact_error_max_m)
         elif name == "disconnect":
             if ph not in (CONTACT, TO_CONTACT):
                 return False, f"nothing to disconnect in {NAMES[ph]}"
-            self._enter(DISCONNECT, "commanded")
-            self._fly([(self.p.precontact_m, self.p.v_close_mps)])
+            self._back_off("commanded")
         else:
             if ph not in (PRECONTACT, TO_PRECONTACT, BREAKAWAY, HOLD):
                 return False, f"return to observation is not allowed from {NAMES[ph]}"
-            self._enter(RETURN, "commanded")
-            p = self.p
-            self._fly([(p.behind_m, p.v_climb_mps), (p.low_m, p.v_transfer_mps), (p.observation_m, p.v_transfer_mps)])
+            legs = [(p.behind_m, p.v_climb_mps), (p.low_m, p.v_transfer_mps), (p.observation_m, p.v_transfer_mps)]
+            return self._order(RETURN, legs, p.track_error_m)
+        return True, ""
+
+    def _order(self, phase: int, legs: list[Leg], error_max_m: float) -> tuple[bool, str]:
+        """Begin a phase that leads somewhere, if its way can be flown: accepted?, reason if not."""
+        what = NAMES[phase]
+        if self.blind:
+            return False, f"{what}: {self.blind}"
+        if not self.error_m <= error_max_m:
+            return False, f"{what}: station error {self.error_m:.1f} m, allowed {error_max_m:g}"
+        if self.around is not None and (why := self.around.blocked([self.pos, *(p for p, _ in legs)])):
+            return False, f"{what}: the way from here is {why}"
+        self._enter(phase, "commanded")
+        self._fly(legs)
         return True, ""
 
     # --- one step -------------------------------------------------------------------------------------------------
     def step(self, f: SensorFrame, nav: NavState, dt: float) -> GuidanceCmd:
         """Advance by dt [s] and return the reference."""
         self.t_us = f.t_us
-        err = math.dist(nav.rel_pos_t, self.pos)
+        err = self.error_m = math.dist(nav.rel_pos_t, self.pos)
+        self.blind = self._nothing_to_fly_on(nav)
         if self.phase == INIT:
             self._wait_for_navigation(nav)
         else:
-            self._watch(nav, err, dt)
+            self._watch(err, dt)
+            self._feel(f, dt)
             self._advance(nav, err, dt)
         o = self.out
         o.phase = self.phase
@@ -130,26 +166,41 @@ class RefuelGuidance:
         self._enter(OBSERVATION, "navigation valid")
         self._fly([(self.p.observation_m, self.p.v_join_mps)], t_min=8.0)
 
-    def _watch(self, nav: NavState, err: float, dt: float) -> None:
+    def _nothing_to_fly_on(self, nav: NavState) -> str:
+        if not nav.valid:
+            return f"navigation invalid: {nav.reason}"
+        if nav.peer_age_s > self.p.peer_age_max_s and not nav.rel_held:
+            return f"tanker data link silent for {nav.peer_age_s:.1f} s"
+        if nav.rel_age_s > self.p.rel_age_max_s and not nav.rel_held:
+            return f"relative sensor silent for {nav.rel_age_s:.1f} s"
+        return ""
+
+    def _watch(self, err: float, dt: float) -> None:
         """Leave the boom by rule: relative solution, data link or station error not good enough."""
         near = self.phase not in (OBSERVATION, BREAKAWAY)
         if not near:
             self._bad_s = 0.0
             return
-        why = ""
-        if not nav.valid:
-            why = f"navigation invalid: {nav.reason}"
-        elif nav.peer_age_s > self.p.peer_age_max_s and not nav.rel_held:
-            why = f"tanker data link silent for {nav.peer_age_s:.1f} s"
-        elif nav.rel_age_s > self.p.rel_age_max_s and not nav.rel_held:
-            why = f"relative sensor silent for {nav.rel_age_s:.1f} s"
-        if why:
-            self._breakaway(why)
+        if self.blind:
+            self._breakaway(self.blind)
             return
         tight = self.phase in (TO_CONTACT, CONTACT)
         self._bad_s = self._bad_s + dt if tight and err > self.p.contact_error_max_m else 0.0
         if self._bad_s > 0.5:
             self._breakaway(f"station error {err:.1f} m")
+
+    def _feel(self, f: SensorFrame, dt: float) -> None:
+        """Leave the boom by rule when its signal says that there is no contact: lost, or not made where it should be."""
+        if self.phase not in (TO_CONTACT, CONTACT):
+            self._coupled, self._open_s = False, 0.0
+            return
+        if f.boom_contact:
+            self._coupled, self._open_s = True, 0.0
+            return
+        # before the boom has been in, time counts in the contact position only; without a signal not at all
+        self._open_s += dt if self._coupled or (self.phase == CONTACT and f.boom_t_us > 0) else 0.0
+        if self._open_s >= (self.p.boom_open_s if self._coupled else self.p.boom_make_s):
+            self._back_off("boom has let go" if self._coupled else "no contact made", severity=WARNING)
 
     def _advance(self, nav: NavState, err: float, dt: float) -> None:
         if self.seg is not None:
@@ -184,14 +235,14 @@ class RefuelGuidance:
         self._breakaway("navigation restarted")
 
     # --- helpers --------------------------------------------------------------------------------------------------
-    def _enter(self, phase: int, why: str) -> None:
+    def _enter(self, phase: int, why: str, severity: int = INFO) -> None:
         self.phase = phase
         self.t_phase_us = self.t_us
         self.reason = why
         self._bad_s = 0.0
-        self.texts.append(Text(2 if phase == BREAKAWAY else 6, f"{NAMES[phase]}: {why}"[:50]))
+        self.texts.append(Text(severity, f"{NAMES[phase]}: {why}"))
 
-    def _fly(self, legs: list[tuple[Vec3, float]], t_min: float = 4.0) -> None:
+    def _fly(self, legs: list[Leg], t_min: float = 4.0) -> None:
         self.queue = list(legs)
         self._next(t_min)
 
@@ -200,7 +251,7 @@ class RefuelGuidance:
         self.seg = Quintic(self.pos, self.vel, target, duration(self.pos, target, v, t_min))
         self.seg_t = 0.0
 
-    def _plan_to_precontact(self) -> None:
+    def _to_precontact(self) -> list[Leg]:
         p = self.p
         legs = [(p.precontact_m, p.v_climb_mps)]
         if abs(self.pos[1]) > 5.0 or self.pos[2] < p.precontact_m[2] - 5.0:
@@ -209,7 +260,7 @@ class RefuelGuidance:
                 legs = [((p.low_m[0], self.pos[1], p.low_m[2]), p.v_transfer_mps), across, *legs]
             else:
                 legs = [across, *legs]
-        self._fly(legs)
+        return legs
 
     def _stop(self) -> None:
         T = 5.0
@@ -219,10 +270,14 @@ class RefuelGuidance:
         self.seg = Quintic(self.pos, self.vel, (target[0], target[1], target[2]), T)
         self.seg_t = 0.0
 
+    def _back_off(self, why: str, severity: int = INFO) -> None:
+        self._enter(DISCONNECT, why, severity)
+        self._fly([(self.p.precontact_m, self.p.v_close_mps)])
+
     def _breakaway(self, why: str) -> None:
         if self.phase == BREAKAWAY:
             return
-        self._enter(BREAKAWAY, why)
+        self._enter(BREAKAWAY, why, CRITICAL)
         # straight back and down from here: laterally fixed, so that it never crosses a vortex
         p, y = self.p, self.pos[1]
         self._fly([((p.breakaway_m[0], y if abs(y) > 5.0 else p.breakaway_m[1], p.breakaway_m[2]), p.v_breakaway_mps)])

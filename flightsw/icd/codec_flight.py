@@ -8,8 +8,9 @@ from flightsw.aircraft import Airframe
 from flightsw.icd.codec_receive import PEER_ALL, FlightReceiver
 from flightsw.icd.geo import DEFAULT_ORIGIN, Origin
 from flightsw.icd.scaling import COMP_AUTOPILOT, ControlScale
+from flightsw.icd.texts import answer
 from flightsw.icd.wire import BY_NAME, Sender
-from flightsw.types import ActuatorCmd, NavState
+from flightsw.types import Ack, ActuatorCmd, NavState
 
 _ACTUATORS = BY_NAME["HIL_ACTUATOR_CONTROLS"]
 _FOLLOW = BY_NAME["FOLLOW_TARGET"]
@@ -63,13 +64,16 @@ class FlightCodec(FlightReceiver):
         )
 
     def peer(self, nav: NavState) -> bytes:
-        """FOLLOW_TARGET and WIND_COV of a navigation state, for the other aircraft; an invalid one says so."""
+        """FOLLOW_TARGET and WIND_COV of a navigation state, in the plant's time, for the other aircraft; an invalid one says so.
+
+        Not the sender's own time: the aircraft share the plant's.
+        """
         lat, lon, alt = self.map.encode(nav.pos_n)
         v, a, s = nav.vel_n, nav.acc_n, nav.pos_sigma
-        pack = self.send.pack
+        pack, t_us = self.send.pack, max(nav.t_us - self.offset_us, 0)
         return pack(
             _FOLLOW,
-            nav.t_us // 1000,
+            t_us // 1000,
             0,  # custom_state
             lat,
             lon,
@@ -82,23 +86,17 @@ class FlightCodec(FlightReceiver):
             s[1] * s[1],
             s[2] * s[2],
             PEER_ALL if nav.valid else 0,
-        ) + pack(_WIND, *wind_fields(nav, alt))
+        ) + pack(_WIND, t_us, *wind_fields(nav, alt))
 
-    def ack(self, command: int, result: int, target_system: int, target_component: int) -> bytes:
-        """COMMAND_ACK on the plant link."""
-        return self.send.named(
-            "COMMAND_ACK",
-            command=command,
-            result=result,
-            target_system=target_system,
-            target_component=target_component,
-        )
+    def answer(self, a: Ack) -> bytes:
+        """COMMAND_ACK on the plant link, its reason before it."""
+        return answer(self.send, a)
 
 
 def wind_fields(nav: NavState, alt_m: float) -> tuple[float, ...]:
-    """Values of WIND_COV in wire order (time_usec, wind_x..z, var_horiz, var_vert, wind_alt, accuracies)."""
+    """Values of WIND_COV after its time, in wire order (wind_x..z, var_horiz, var_vert, wind_alt, accuracies)."""
     nan = math.nan
     if not nav.valid:
-        return (nav.t_us, nan, nan, nan, nan, nan, nan, 0.0, 0.0)
+        return (nan, nan, nan, nan, nan, nan, 0.0, 0.0)
     s = nav.wind_sigma
-    return (nav.t_us, *nav.wind_n, nan, nan, alt_m, max(s[0], s[1]), s[2])
+    return (*nav.wind_n, nan, nan, alt_m, max(s[0], s[1]), s[2])

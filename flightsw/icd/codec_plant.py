@@ -10,6 +10,8 @@ from flightsw.aircraft import Airframe
 from flightsw.icd.codec_receive import BARO_BITS, IMU_BITS, MAG_BITS, finite
 from flightsw.icd.geo import DEFAULT_ORIGIN, Origin, WireMap
 from flightsw.icd.scaling import COMP_AUTOPILOT, COMP_PLANT, FUEL_KG_PER_ML, GROUND_SYSID, PROBES, ControlScale
+from flightsw.icd.stamps import boot_ms
+from flightsw.icd.texts import Joiner
 from flightsw.icd.wire import BY_NAME, Counters, Sender, split, table
 from flightsw.types import (
     UPD_AIR,
@@ -28,10 +30,11 @@ from flightsw.types import (
     SensorFrame,
 )
 
-ACCEPT = table(("HIL_ACTUATOR_CONTROLS", "FOLLOW_TARGET", "WIND_COV", "COMMAND_ACK"))
+ACCEPT = table(("HIL_ACTUATOR_CONTROLS", "FOLLOW_TARGET", "WIND_COV", "COMMAND_ACK", "STATUSTEXT"))
 _ACTUATORS = BY_NAME["HIL_ACTUATOR_CONTROLS"]
 _ACK = BY_NAME["COMMAND_ACK"]
-_ACK_FIELDS = _ACK.pick("command", "result", "target_system", "target_component")
+_ACK_FIELDS = _ACK.pick("command", "result", "target_system", "target_component", "result_param2")
+_TEXT = BY_NAME["STATUSTEXT"]
 _SENSOR = BY_NAME["HIL_SENSOR"]
 _GPS = BY_NAME["HIL_GPS"]
 _ATT = BY_NAME["ATTITUDE_QUATERNION"]
@@ -81,7 +84,9 @@ class PlantCodec:
         up = frame.updated
         out = []
         if up & UPD_ATT:
-            out.append(self.send.pack(_ATT, frame.att_t_us // 1000, *frame.att_q_nb, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+            out.append(
+                self.send.pack(_ATT, boot_ms(frame.att_t_us), *frame.att_q_nb, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+            )
         if up & UPD_GNSS:
             out.append(self._gps(frame))
         if up & UPD_AIR:
@@ -176,10 +181,14 @@ class PlantCodec:
         )
 
     def decode_reply(self, datagram: bytes) -> Reply:
-        """Actuator command (SI), data-link packets (raw) and acks of one reply. Never raises; rubbish is counted."""
+        """Actuator command (SI), data-link packets (raw) and acks with their reasons of one reply. Never raises; rubbish is
+        counted.
+        """
         out = Reply()
         k = self._scale
-        for spec, v, _, _, start, stop in split(datagram, ACCEPT, self.count):
+        texts = Joiner()
+        reasons: dict[int, str] = {}
+        for spec, v, sysid, compid, start, stop in split(datagram, ACCEPT, self.count):
             if spec is _ACTUATORS:  # wire order: time, flags, 16 controls, mode
                 if not finite(v[2:18]):
                     self.count.non_finite += 1
@@ -189,7 +198,11 @@ class PlantCodec:
                     v[6] * k.flap,
                 )  # fmt: skip
             elif spec is _ACK:
-                out.acks.append(Ack(*_ACK_FIELDS(v)))
+                command, result, system, component, ident = _ACK_FIELDS(v)
+                out.acks.append(Ack(command, result, system, component, reasons.get(ident, "")))
+            elif spec is _TEXT:
+                f = spec.to_dict(v)
+                reasons[f["id"]] = texts.take(sysid, compid, f["text"], f["id"], f["chunk_seq"]) or ""
             else:
                 out.link.append(datagram[start:stop])
         return out

@@ -2,7 +2,7 @@
 
 Only the messages named in ACCEPT exist for this codec; whatever else arrives is counted and dropped, and nothing that
 arrives can raise. A group with a NaN or infinity in it is dropped whole. A group whose stamp is not newer than its last
-one is dropped as out of order.
+one, ahead of the tick or long past is dropped (stamps.py).
 """
 
 from __future__ import annotations
@@ -10,7 +10,8 @@ from __future__ import annotations
 import math
 
 from flightsw.icd.geo import Origin, WireMap
-from flightsw.icd.scaling import FUEL_KG_PER_ML, PROBES
+from flightsw.icd.scaling import COMP_AUTOPILOT, FUEL_KG_PER_ML, PROBES
+from flightsw.icd.stamps import Samples, from_boot_ms
 from flightsw.icd.wire import BY_NAME, Counters, Packet, split, table
 from flightsw.types import (
     UPD_AIR,
@@ -43,6 +44,7 @@ ACCEPT = table(
         "FOLLOW_TARGET",
         "WIND_COV",
         "COMMAND_LONG",
+        "COMMAND_INT",
     )
 )
 HIL_SENSOR = BY_NAME["HIL_SENSOR"]
@@ -61,9 +63,23 @@ _ATT = BY_NAME["ATTITUDE_QUATERNION"].pick("time_boot_ms", "q1", "q2", "q3", "q4
 _FUEL = BY_NAME["FUEL_STATUS"].pick("remaining_fuel", "flow_rate")
 _PEER = _FOLLOW.pick("timestamp", "lat", "lon", "alt", "vel", "acc", "attitude_q", "rates", "est_capabilities")
 _PEER_WIND = _WIND.pick("time_usec", "wind_x", "wind_y", "wind_z")
-_CMD = BY_NAME["COMMAND_LONG"].pick(
-    "target_system", "command", "confirmation", "param1", "param2", "param3", "param4", "param5", "param6", "param7"
-)
+COMMANDS_MAX = 32  # taken in one tick
+_COMMAND_INT = BY_NAME["COMMAND_INT"]
+_TARGET = ("target_system", "target_component", "command")
+_LONG = BY_NAME["COMMAND_LONG"].pick(*_TARGET, "confirmation", *(f"param{i}" for i in range(1, 8)))
+_INT = _COMMAND_INT.pick(*_TARGET, "param1", "param2", "param3", "param4", "x", "y", "z")
+
+
+def command_of(p: Packet, sysid: int) -> Command | None:
+    """Command of a COMMAND_LONG or COMMAND_INT packet; None if it is for another system or component."""
+    if p[0] is _COMMAND_INT:
+        target, component, command, *params = _INT(p[1])
+        confirmation = 0
+    else:
+        target, component, command, confirmation, *params = _LONG(p[1])
+    if target not in (0, sysid) or component not in (0, COMP_AUTOPILOT):
+        return None
+    return Command(command, tuple(map(float, params)), p[2], p[3], confirmation)
 
 
 def finite(values: tuple[float, ...]) -> bool:
@@ -76,7 +92,8 @@ class FlightReceiver:
     """Decoder of one aircraft's plant link.
 
     `sysid` is the own system id, `origin` fixes the local frame. `peer_sysid`: accept data-link messages of that
-    aircraft only (0 = of any other). `count` holds what was dropped.
+    aircraft only (0 = of any other). `count` holds what was dropped. `offset_us` [us] is added to every stamp: onboard time
+    less the plant's (stamps.Frames).
     """
 
     def __init__(self, sysid: int, origin: Origin, peer_sysid: int) -> None:
@@ -84,8 +101,10 @@ class FlightReceiver:
         self.peer_sysid = peer_sysid
         self.count = Counters()
         self.map = WireMap(origin)
-        self._last_gnss = self._last_air = self._last_att = self._last_rel = self._last_boom = self._last_peer = -1
-        self._last_tacan = self._last_radar = -1
+        self.offset_us = 0
+        self.commands_left = COMMANDS_MAX  # of this tick; whoever runs the ticks sets it
+        self._samples = Samples(self.count)
+        self._now_us = 0
         self._handlers = {
             HIL_SENSOR.id: self._sensor,
             BY_NAME["HIL_GPS"].id: self._gps,
@@ -99,6 +118,7 @@ class FlightReceiver:
             _FOLLOW.id: self._peer_state,
             _WIND.id: self._peer_wind,
             BY_NAME["COMMAND_LONG"].id: self._command,
+            _COMMAND_INT.id: self._command,
         }
 
     def parse(self, datagram: bytes) -> list[Packet]:
@@ -113,8 +133,12 @@ class FlightReceiver:
                 return int(p[1][0])
         return -1
 
-    def apply(self, packets: list[Packet], frame: SensorFrame) -> None:
-        """Put parsed packets into `frame`: sets the bits of `updated`, appends commands. Never raises."""
+    def apply(self, packets: list[Packet], frame: SensorFrame, now_us: int) -> None:
+        """Put parsed packets into `frame`: sets the bits of `updated`, appends commands. Never raises.
+
+        now_us [us]: onboard time of the tick they came with; samples far from it are refused.
+        """
+        self._now_us = now_us
         handlers = self._handlers
         for p in packets:
             handlers[p[0].id](p, frame)
@@ -123,10 +147,19 @@ class FlightReceiver:
         """`parse` and `apply` of one datagram; `updated` and `commands` start empty."""
         frame.updated = 0
         frame.commands.clear()
-        self.apply(self.parse(datagram), frame)
+        self.commands_left = COMMANDS_MAX
+        packets = self.parse(datagram)
+        t = self.sensor_time(packets)
+        self.apply(packets, frame, t + self.offset_us if t >= 0 else frame.t_us)
+
+    def _stamp(self, kind: int, t_us: int) -> int:
+        """Onboard time [us] of a sample of `kind` (message id) stamped `t_us`, -1 if it is refused and counted."""
+        t_us += self.offset_us
+        return t_us if self._samples.take(kind, t_us, self._now_us) else -1
 
     def _sensor(self, p: Packet, f: SensorFrame) -> None:
         t, ax, ay, az, gx, gy, gz, mx, my, mz, pressure, _, alt, _, fields, _ = p[1]
+        t += self.offset_us
         f.t_us = t
         if f.fuel_t_us < 0:
             f.fuel_t_us = t
@@ -156,11 +189,8 @@ class FlightReceiver:
 
     def _gps(self, p: Packet, f: SensorFrame) -> None:
         t, fix, lat, lon, alt, vn, ve, vd = _GPS(p[1])
-        if t <= self._last_gnss:
-            self.count.out_of_order += 1
-            return
-        self._last_gnss = t
-        if fix < _GPS_NO_FIX_BELOW:
+        t = self._stamp(p[0].id, t)
+        if t < 0 or fix < _GPS_NO_FIX_BELOW:
             return
         f.gnss_t_us = t
         f.gnss_pos_n = self.map.decode(lat, lon, alt * 1e-3)
@@ -173,12 +203,11 @@ class FlightReceiver:
         if norm2 - norm2 != 0.0 or not 0.25 < norm2 < 4.0:  # a rotation, give or take the wire's rounding
             self.count.non_finite += 1
             return
-        if ms <= self._last_att:
-            self.count.out_of_order += 1
+        t = self._stamp(p[0].id, from_boot_ms(ms, self._now_us - self.offset_us))
+        if t < 0:
             return
-        self._last_att = ms
         k = 1.0 / math.sqrt(norm2)
-        f.att_t_us = ms * 1000
+        f.att_t_us = t
         f.att_q_nb = (w * k, x * k, y * k, z * k)
         f.updated |= UPD_ATT
 
@@ -186,10 +215,9 @@ class FlightReceiver:
         v = p[1]
         t, n, mask = v[0], min(v[-2], PROBES), v[-1]
         data = v[_AIR_LEN]
-        if t <= self._last_air:
-            self.count.out_of_order += 1
+        t = self._stamp(p[0].id, t)
+        if t < 0:
             return
-        self._last_air = t
         speed, alpha, beta = data[:n], data[PROBES : PROBES + n], data[2 * PROBES : 2 * PROBES + n]
         mask &= (1 << n) - 1
         s = sum(data)
@@ -209,10 +237,9 @@ class FlightReceiver:
         if valid and s - s != 0.0:
             self.count.non_finite += 1
             return
-        if t <= self._last_rel:
-            self.count.out_of_order += 1
+        t = self._stamp(p[0].id, t)
+        if t < 0:
             return
-        self._last_rel = t
         f.rel_t_us = t
         f.rel_valid = bool(valid)
         if valid:
@@ -226,10 +253,10 @@ class FlightReceiver:
         if s - s != 0.0:
             self.count.non_finite += 1
             return
-        if t <= self._last_boom:
-            self.count.out_of_order += 1
+        t = self._stamp(p[0].id, t)
+        if t < 0:
             return
-        self._last_boom = f.boom_t_us = t
+        f.boom_t_us = t
         f.boom_elevation, f.boom_azimuth, f.boom_extension_m = elevation, azimuth, extension
         f.boom_contact, f.boom_inside = bool(contact), bool(inside)
         f.updated |= UPD_BOOM
@@ -252,10 +279,10 @@ class FlightReceiver:
         if s - s != 0.0 or distance < 0.0:
             self.count.non_finite += 1
             return
-        if t <= self._last_tacan:
-            self.count.out_of_order += 1
+        t = self._stamp(p[0].id, t)
+        if t < 0:
             return
-        self._last_tacan = f.tacan_t_us = t
+        f.tacan_t_us = t
         f.tacan_range_m = distance if flags & 1 else None
         f.tacan_bearing = bearing if flags & 2 else None
         f.updated |= UPD_TACAN
@@ -266,10 +293,10 @@ class FlightReceiver:
         if s - s != 0.0 or sigma <= 0.0:
             self.count.non_finite += 1
             return
-        if t <= self._last_radar:
-            self.count.out_of_order += 1
+        t = self._stamp(p[0].id, t)
+        if t < 0:
             return
-        self._last_radar = f.radar_t_us = t
+        f.radar_t_us = t
         f.radar_y_m, f.radar_sigma_m = lateral, sigma
         f.updated |= UPD_RADAR
 
@@ -286,12 +313,11 @@ class FlightReceiver:
         if not finite(v[3:-1]):
             self.count.non_finite += 1
             return
-        if v[0] <= self._last_peer:
-            self.count.out_of_order += 1
+        t = self._stamp(p[0].id, v[0] * 1000)
+        if t < 0:
             return
-        self._last_peer = v[0]
         peer = f.peer
-        peer.t_us = v[0] * 1000
+        peer.t_us = t
         peer.pos_n = self.map.decode(v[1], v[2], v[3])
         peer.vel_n, peer.acc_n, peer.q_nb, peer.w_b = v[4:7], v[7:10], v[10:14], v[14:17]
         peer.wind_valid = False  # until the WIND_COV that belongs to it
@@ -303,12 +329,14 @@ class FlightReceiver:
             return
         t, x, y, z = _PEER_WIND(p[1])
         s = x + y + z
-        if t != f.peer.t_us or s - s != 0.0:  # NaN = the sender has no estimate, not an error
+        if t + self.offset_us != f.peer.t_us or s - s != 0.0:  # NaN = the sender has no estimate, not an error
             return
         f.peer.wind_n = (x, y, z)
         f.peer.wind_valid = True
 
     def _command(self, p: Packet, f: SensorFrame) -> None:
-        target, command, confirmation, *params = _CMD(p[1])
-        if target in (0, self.sysid):
-            f.commands.append(Command(command, tuple(params), p[2], p[3], confirmation))
+        if not self.commands_left:
+            self.count.excess += 1
+        elif (c := command_of(p, self.sysid)) is not None:
+            self.commands_left -= 1
+            f.commands.append(c)

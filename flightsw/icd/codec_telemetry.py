@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from flightsw.icd.codec_flight import wind_fields
 from flightsw.icd.geo import WireMap
+from flightsw.icd.stamps import boot_ms
 from flightsw.icd.wire import BY_NAME, Counters, Sender
 from flightsw.types import HF_AIR, HF_ATT, HF_GNSS, HF_IMU, HF_NAV, HF_REL, Snapshot, Timing
 
@@ -26,6 +27,7 @@ class Context:
     late_p999_us: float = 0.0
     dropped: int = 0  # telemetry datagrams not sent
     sent: int = 0
+    excess: int = 0  # datagrams and packets of both links dropped unread
     period_us: int = 10_000
 
 
@@ -56,11 +58,11 @@ def _nav_state(s: Snapshot, c: Context) -> bytes:
 
 
 def _quaternion(s: Snapshot, c: Context) -> bytes:
-    return c.send.pack(_S["ATTITUDE_QUATERNION"], s.t_us // 1000, *s.nav.q_nb, *s.nav.w_b, 0.0, 0.0, 0.0, 0.0)
+    return c.send.pack(_S["ATTITUDE_QUATERNION"], boot_ms(s.t_us), *s.nav.q_nb, *s.nav.w_b, 0.0, 0.0, 0.0, 0.0)
 
 
 def _local(s: Snapshot, c: Context) -> bytes:
-    return c.send.pack(_S["LOCAL_POSITION_NED"], s.t_us // 1000, *s.nav.pos_n, *s.nav.vel_n)
+    return c.send.pack(_S["LOCAL_POSITION_NED"], boot_ms(s.t_us), *s.nav.pos_n, *s.nav.vel_n)
 
 
 def _relative(s: Snapshot, c: Context) -> bytes:
@@ -159,20 +161,19 @@ def _windshear(s: Snapshot, c: Context) -> bytes:
 
 
 def _wind(s: Snapshot, c: Context) -> bytes:
-    v = wind_fields(s.nav, -s.nav.pos_n[2])
-    return c.send.pack(_S["WIND_COV"], s.t_us, *v[1:])
+    return c.send.pack(_S["WIND_COV"], s.t_us, *wind_fields(s.nav, -s.nav.pos_n[2]))
 
 
 def _attitude(s: Snapshot, c: Context) -> bytes:
     psi, theta, phi = s.nav.euler
-    return c.send.pack(_S["ATTITUDE"], s.t_us // 1000, _wrap(phi), theta, _wrap(psi), *s.nav.w_b)
+    return c.send.pack(_S["ATTITUDE"], boot_ms(s.t_us), _wrap(phi), theta, _wrap(psi), *s.nav.w_b)
 
 
 def _global(s: Snapshot, c: Context) -> bytes:
     lat, lon, alt = c.geo.encode(s.nav.pos_n)
     vx, vy, vz = s.nav.vel_n
     return c.send.pack(
-        _S["GLOBAL_POSITION_INT"], s.t_us // 1000, lat, lon, round(alt * 1000.0), round(-s.nav.pos_n[2] * 1000.0),
+        _S["GLOBAL_POSITION_INT"], boot_ms(s.t_us), lat, lon, round(alt * 1000.0), round(-s.nav.pos_n[2] * 1000.0),
         _i16(vx * 100.0), _i16(vy * 100.0), _i16(vz * 100.0), round(math.degrees(s.nav.euler[0]) * 100.0) % 36000,
     )  # fmt: skip
 
@@ -181,7 +182,7 @@ def _hud(s: Snapshot, c: Context) -> bytes:
     n = s.nav
     return c.send.named(
         "VFR_HUD",
-        airspeed=n.V,
+        airspeed=n.V_cal,
         groundspeed=math.hypot(n.vel_n[0], n.vel_n[1]),
         heading=round(math.degrees(n.euler[0])) % 360,
         throttle=_clamp(s.cmd.throttle * 100.0, 0, 100),
@@ -221,8 +222,9 @@ def _sys_status(s: Snapshot, c: Context) -> bytes:
         drop_rate_comm=10000 * c.dropped // tried if tried else 0,
         errors_comm=min(c.dropped, 65535),
         errors_count1=min(c.count.bad, 65535),
-        errors_count2=min(s.health.rejected + c.count.out_of_order, 65535),
+        errors_count2=min(s.health.rejected + c.count.untimely, 65535),
         errors_count3=min(c.timing.slips, 65535),
+        errors_count4=min(c.excess, 65535),
     )
 
 
@@ -257,7 +259,7 @@ def _timing(s: Snapshot, c: Context) -> bytes:
 
 def _health(s: Snapshot, c: Context) -> bytes:
     h = s.health
-    return c.send.pack(_S["HEALTH_STATUS"], s.t_us, c.count.bad, h.rejected + c.count.out_of_order, h.failed)
+    return c.send.pack(_S["HEALTH_STATUS"], s.t_us, c.count.bad, h.rejected + c.count.untimely, h.failed)
 
 
 ENCODERS: dict[str, Encoder] = {

@@ -2,7 +2,7 @@
 
 WGS-84 radii of curvature at the origin (M meridian, N prime vertical), small-area map: dlat = n / M,
 dlon = e / (N cos lat0), altitude = -down. Plant, flight software and ground use the same map, so it adds nothing but
-the wire's rounding (1e-7 deg, about 1 cm).
+the wire's rounding (1e-7 deg, about 1 cm). Longitudes are given within [-180, 180), and read as the nearest to the origin.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from flightsw.types import Vec3
 
 WGS84_A = 6378137.0  # [m] NIMA TR8350.2
 WGS84_F = 1.0 / 298.257223563  # [-] NIMA TR8350.2
+TURN, HALF_TURN = 3_600_000_000, 1_800_000_000  # [1e-7 deg]
 
 
 @dataclass(frozen=True)
@@ -38,16 +39,21 @@ def scales(origin: Origin) -> tuple[float, float]:
     return math.radians(meridian), math.radians(prime * math.cos(lat))
 
 
+def _wrap(lon_deg: float) -> float:
+    """Longitude or difference of two [deg] to [-180, 180)."""
+    return lon_deg if -180.0 <= lon_deg < 180.0 else (lon_deg + 180.0) % 360.0 - 180.0
+
+
 def to_geodetic(pos_n: Vec3, origin: Origin = DEFAULT_ORIGIN) -> Vec3:
     """Latitude [deg], longitude [deg], altitude [m, + up] of a local position [m, NED]."""
     kn, ke = scales(origin)
-    return origin.lat_deg + pos_n[0] / kn, origin.lon_deg + pos_n[1] / ke, origin.alt_m - pos_n[2]
+    return origin.lat_deg + pos_n[0] / kn, _wrap(origin.lon_deg + pos_n[1] / ke), origin.alt_m - pos_n[2]
 
 
 def to_local(lat_deg: float, lon_deg: float, alt_m: float, origin: Origin = DEFAULT_ORIGIN) -> Vec3:
     """Local position [m, NED] of latitude [deg], longitude [deg], altitude [m, + up]; inverse of `to_geodetic`."""
     kn, ke = scales(origin)
-    return (lat_deg - origin.lat_deg) * kn, (lon_deg - origin.lon_deg) * ke, origin.alt_m - alt_m
+    return (lat_deg - origin.lat_deg) * kn, _wrap(lon_deg - origin.lon_deg) * ke, origin.alt_m - alt_m
 
 
 class WireMap:
@@ -63,8 +69,12 @@ class WireMap:
 
     def encode(self, pos_n: Vec3) -> tuple[int, int, float]:
         """Latitude, longitude [1e-7 deg] and altitude [m, + up] of a local position [m, NED]."""
-        return round(self.lat0 + pos_n[0] / self.kn), round(self.lon0 + pos_n[1] / self.ke), self.alt0 - pos_n[2]
+        lon = (round(self.lon0 + pos_n[1] / self.ke) + HALF_TURN) % TURN - HALF_TURN
+        return round(self.lat0 + pos_n[0] / self.kn), lon, self.alt0 - pos_n[2]
 
     def decode(self, lat: int, lon: int, alt_m: float) -> Vec3:
         """Local position [m, NED] of wire latitude, longitude [1e-7 deg] and altitude [m, + up]."""
-        return (lat - self.lat0) * self.kn, (lon - self.lon0) * self.ke, self.alt0 - alt_m
+        east = lon - self.lon0
+        if not -HALF_TURN <= east < HALF_TURN:
+            east = (east + HALF_TURN) % TURN - HALF_TURN
+        return (lat - self.lat0) * self.kn, east * self.ke, self.alt0 - alt_m

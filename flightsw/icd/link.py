@@ -8,6 +8,10 @@ import socket
 RCVBUF = 8 << 20  # [byte]
 MAX_DATAGRAM = 65535  # [byte]
 Address = tuple[str, int]
+# one tick's share of what may come in
+DRAIN = 400  # [datagram] read from the socket
+SIZE = 2048  # [byte] of a datagram; ours and the plant's are below 1500
+EACH, TOTAL = 8, 12  # [datagram] of one stranger, of all
 
 # port plan; every program adds the same --port-offset
 PLANT_PORT = 4560  # flightsw of sysid s listens for the plant on PLANT_PORT + s - 1
@@ -39,12 +43,13 @@ class LinkError(OSError):
 class UdpLink:
     """One UDP socket bound to `host:port` (port 0: any). `use` says what for, in error messages.
 
-    `dropped` counts datagrams the system would not take. Raises LinkError if the port is busy or not allowed.
+    `dropped` counts datagrams the system would not take, `unread` those that came in too large or too many for one `take`.
+    Raises LinkError if the port is busy or not allowed.
     """
 
     def __init__(self, port: int, use: str, host: str = "127.0.0.1", rcvbuf: int = RCVBUF) -> None:
         self.sock = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        self.dropped = 0
+        self.dropped = self.unread = 0
         self._set_buffer(rcvbuf)
         try:
             self.sock.bind((host, port))
@@ -75,27 +80,49 @@ class UdpLink:
             self.dropped += 1
             return False
 
-    def recv(self, timeout_s: float) -> tuple[bytes, Address] | None:
-        """Next datagram and its sender, or None after `timeout_s` (0: do not wait)."""
+    def recv(self, timeout_s: float, size: int = MAX_DATAGRAM) -> tuple[bytes, Address] | None:
+        """Next datagram (its first `size` bytes) and its sender, or None after `timeout_s` (0: do not wait)."""
         if timeout_s > 0:
             self.sock.settimeout(timeout_s)
             try:
-                return self.sock.recvfrom(MAX_DATAGRAM)
+                return self.sock.recvfrom(size)
             except (TimeoutError, ConnectionError):
                 return None
             finally:
                 self.sock.setblocking(False)
         try:
-            return self.sock.recvfrom(MAX_DATAGRAM)
+            return self.sock.recvfrom(size)
         except (BlockingIOError, ConnectionError):
             return None
 
-    def drain(self, limit: int = 1000) -> list[tuple[bytes, Address]]:
-        """Everything that waits in the socket, oldest first, at most `limit` datagrams."""
-        out: list[tuple[bytes, Address]] = []
-        while len(out) < limit and (got := self.recv(0.0)) is not None:
-            out.append(got)
-        return out
+    def take(self, friend: Address | None = None) -> list[tuple[bytes, Address]]:
+        """What waits in the socket, oldest first, as much of it as one tick can deal with: of each sender EACH datagrams, of
+        all of them TOTAL, none above SIZE bytes; the rest is dropped and counted in `unread`. `friend` is the peer this socket
+        is for: first, and without a limit but that of the whole call. A datagram right after its equal (a tick repeated until
+        it is answered) is left out.
+        """
+        ours: list[tuple[bytes, Address]] = []
+        others: list[tuple[bytes, Address]] = []
+        count: dict[Address, int] = {}
+        before = None
+        for _ in range(DRAIN):
+            got = self.recv(0.0, SIZE + 1)
+            if got is None:
+                break
+            if got == before:
+                continue
+            before = got
+            data, sender = got
+            if len(data) > SIZE:
+                self.unread += 1
+            elif sender == friend:
+                ours.append(got)
+            elif len(others) < TOTAL and count.get(sender, 0) < EACH:
+                count[sender] = count.get(sender, 0) + 1
+                others.append(got)
+            else:
+                self.unread += 1
+        return ours + others
 
     def close(self) -> None:
         """Close the socket."""

@@ -475,8 +475,10 @@ MAV_RESULT_FAILED = 4
 enums["MAV_RESULT"][4] = EnumEntry("MAV_RESULT_FAILED", """Tried and failed.""")
 MAV_RESULT_IN_PROGRESS = 5
 enums["MAV_RESULT"][5] = EnumEntry("MAV_RESULT_IN_PROGRESS", """Begun; a final answer follows.""")
-MAV_RESULT_ENUM_END = 6
-enums["MAV_RESULT"][6] = EnumEntry("MAV_RESULT_ENUM_END", """""")
+MAV_RESULT_COMMAND_LONG_ONLY = 7
+enums["MAV_RESULT"][7] = EnumEntry("MAV_RESULT_COMMAND_LONG_ONLY", """Known, but not as COMMAND_INT: send COMMAND_LONG.""")
+MAV_RESULT_ENUM_END = 8
+enums["MAV_RESULT"][8] = EnumEntry("MAV_RESULT_ENUM_END", """""")
 
 # MAV_SEVERITY
 enums["MAV_SEVERITY"] = Enum()
@@ -577,13 +579,22 @@ enums["MAV_CMD"] = Enum()
 enums["MAV_CMD"].bitmask = False
 MAV_CMD_DO_CHANGE_SPEED = 178
 enums["MAV_CMD"][178] = EnumEntry("MAV_CMD_DO_CHANGE_SPEED", """Tanker: fly another airspeed.""")
-enums["MAV_CMD"][178].param[1] = """speed type, 0 = airspeed"""
+enums["MAV_CMD"][178].param[1] = """speed type, 0 = airspeed; no other"""
 enums["MAV_CMD"][178].param[2] = """airspeed, m/s"""
-enums["MAV_CMD"][178].param[3] = """Reserved (default:0)"""
+enums["MAV_CMD"][178].param[3] = """throttle: -1 = no change; no other"""
 enums["MAV_CMD"][178].param[4] = """Reserved (default:0)"""
 enums["MAV_CMD"][178].param[5] = """Reserved (default:0)"""
 enums["MAV_CMD"][178].param[6] = """Reserved (default:0)"""
 enums["MAV_CMD"][178].param[7] = """Reserved (default:0)"""
+MAV_CMD_DO_GO_AROUND = 191
+enums["MAV_CMD"][191] = EnumEntry("MAV_CMD_DO_GO_AROUND", """Jet transport: give the approach up.""")
+enums["MAV_CMD"][191].param[1] = """Reserved (default:0)"""
+enums["MAV_CMD"][191].param[2] = """Reserved (default:0)"""
+enums["MAV_CMD"][191].param[3] = """Reserved (default:0)"""
+enums["MAV_CMD"][191].param[4] = """Reserved (default:0)"""
+enums["MAV_CMD"][191].param[5] = """Reserved (default:0)"""
+enums["MAV_CMD"][191].param[6] = """Reserved (default:0)"""
+enums["MAV_CMD"][191].param[7] = """Reserved (default:0)"""
 MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN = 246
 enums["MAV_CMD"][246] = EnumEntry("MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN", """From the plant: end of the run, flush logs and exit.""")
 enums["MAV_CMD"][246].param[1] = """2 = shut down"""
@@ -630,7 +641,7 @@ enums["MAV_CMD"][520].param[5] = """Reserved (default:0)"""
 enums["MAV_CMD"][520].param[6] = """Reserved (default:0)"""
 enums["MAV_CMD"][520].param[7] = """Reserved (default:0)"""
 MAV_CMD_USER_1 = 31010
-enums["MAV_CMD"][31010] = EnumEntry("MAV_CMD_USER_1", """Refuelling action.""")
+enums["MAV_CMD"][31010] = EnumEntry("MAV_CMD_USER_1", """Receiver: refuelling action.""")
 enums["MAV_CMD"][31010].param[1] = """WKF_ACTION"""
 enums["MAV_CMD"][31010].param[2] = """Reserved (default:0)"""
 enums["MAV_CMD"][31010].param[3] = """Reserved (default:0)"""
@@ -638,8 +649,44 @@ enums["MAV_CMD"][31010].param[4] = """Reserved (default:0)"""
 enums["MAV_CMD"][31010].param[5] = """Reserved (default:0)"""
 enums["MAV_CMD"][31010].param[6] = """Reserved (default:0)"""
 enums["MAV_CMD"][31010].param[7] = """Reserved (default:0)"""
-MAV_CMD_ENUM_END = 31011
-enums["MAV_CMD"][31011] = EnumEntry("MAV_CMD_ENUM_END", """""")
+MAV_CMD_USER_2 = 31011
+enums["MAV_CMD"][31011] = EnumEntry("MAV_CMD_USER_2", """Small UAV: choose the law.""")
+enums["MAV_CMD"][31011].param[1] = """WKF_GUST_LAW"""
+enums["MAV_CMD"][31011].param[2] = """Reserved (default:0)"""
+enums["MAV_CMD"][31011].param[3] = """Reserved (default:0)"""
+enums["MAV_CMD"][31011].param[4] = """Reserved (default:0)"""
+enums["MAV_CMD"][31011].param[5] = """Reserved (default:0)"""
+enums["MAV_CMD"][31011].param[6] = """Reserved (default:0)"""
+enums["MAV_CMD"][31011].param[7] = """Reserved (default:0)"""
+MAV_CMD_USER_3 = 31012
+enums["MAV_CMD"][31012] = EnumEntry("MAV_CMD_USER_3", """Jet transport: choose the escape law.""")
+enums["MAV_CMD"][31012].param[1] = """WKF_WS_LAW"""
+enums["MAV_CMD"][31012].param[2] = """Reserved (default:0)"""
+enums["MAV_CMD"][31012].param[3] = """Reserved (default:0)"""
+enums["MAV_CMD"][31012].param[4] = """Reserved (default:0)"""
+enums["MAV_CMD"][31012].param[5] = """Reserved (default:0)"""
+enums["MAV_CMD"][31012].param[6] = """Reserved (default:0)"""
+enums["MAV_CMD"][31012].param[7] = """Reserved (default:0)"""
+MAV_CMD_ENUM_END = 31013
+enums["MAV_CMD"][31013] = EnumEntry("MAV_CMD_ENUM_END", """""")
+
+# WKF_MISSION
+enums["WKF_MISSION"] = Enum()
+enums["WKF_MISSION"].bitmask = False
+WKF_MISSION_TANKER = 1
+enums["WKF_MISSION"][1] = EnumEntry("WKF_MISSION_TANKER", """Tanker on its racetrack: MAV_CMD_DO_CHANGE_SPEED.""")
+WKF_MISSION_RECEIVER = 2
+enums["WKF_MISSION"][2] = EnumEntry("WKF_MISSION_RECEIVER", """Receiver behind the tanker: MAV_CMD_USER_1.""")
+WKF_MISSION_RENDEZVOUS = 3
+enums["WKF_MISSION"][3] = EnumEntry("WKF_MISSION_RENDEZVOUS", """Tanker that meets its receiver: MAV_CMD_DO_CHANGE_SPEED.""")
+WKF_MISSION_RECEIVER_RENDEZVOUS = 4
+enums["WKF_MISSION"][4] = EnumEntry("WKF_MISSION_RECEIVER_RENDEZVOUS", """Receiver from en route on: MAV_CMD_USER_1.""")
+WKF_MISSION_GUST = 5
+enums["WKF_MISSION"][5] = EnumEntry("WKF_MISSION_GUST", """Small UAV in gusts: MAV_CMD_USER_2.""")
+WKF_MISSION_WINDSHEAR = 6
+enums["WKF_MISSION"][6] = EnumEntry("WKF_MISSION_WINDSHEAR", """Jet transport on approach: MAV_CMD_DO_GO_AROUND, MAV_CMD_USER_3.""")
+WKF_MISSION_ENUM_END = 7
+enums["WKF_MISSION"][7] = EnumEntry("WKF_MISSION_ENUM_END", """""")
 
 # WKF_PHASE
 enums["WKF_PHASE"] = Enum()
@@ -945,6 +992,7 @@ MAVLINK_MSG_ID_LOCAL_POSITION_NED = 32
 MAVLINK_MSG_ID_GLOBAL_POSITION_INT = 33
 MAVLINK_MSG_ID_REQUEST_DATA_STREAM = 66
 MAVLINK_MSG_ID_VFR_HUD = 74
+MAVLINK_MSG_ID_COMMAND_INT = 75
 MAVLINK_MSG_ID_COMMAND_LONG = 76
 MAVLINK_MSG_ID_COMMAND_ACK = 77
 MAVLINK_MSG_ID_HIL_ACTUATOR_CONTROLS = 93
@@ -969,6 +1017,7 @@ MAVLINK_MSG_ID_LOOP_TIMING = 53013
 MAVLINK_MSG_ID_HEALTH_STATUS = 53014
 MAVLINK_MSG_ID_TICK = 53015
 MAVLINK_MSG_ID_RAW_BYTES = 53016
+MAVLINK_MSG_ID_UNREAD = 53024
 MAVLINK_MSG_ID_FDI_STATUS = 53017
 MAVLINK_MSG_ID_WAKE_POSITION = 53018
 MAVLINK_MSG_ID_RENDEZVOUS_STATE = 53019
@@ -1550,6 +1599,58 @@ class MAVLink_vfr_hud_message(MAVLink_message):
 setattr(MAVLink_vfr_hud_message, "name", mavlink_msg_deprecated_name_property())
 
 
+class MAVLink_command_int_message(MAVLink_message):
+    """
+    A command whose place is given in integers; no command here has
+    one, so that it is taken as COMMAND_LONG with param5 to param7 =
+    x, y, z.
+    """
+
+    id = MAVLINK_MSG_ID_COMMAND_INT
+    msgname = "COMMAND_INT"
+    fieldnames = ["target_system", "target_component", "frame", "command", "current", "autocontinue", "param1", "param2", "param3", "param4", "x", "y", "z"]
+    ordered_fieldnames = ["param1", "param2", "param3", "param4", "x", "y", "z", "command", "target_system", "target_component", "frame", "current", "autocontinue"]
+    fieldtypes = ["uint8_t", "uint8_t", "uint8_t", "uint16_t", "uint8_t", "uint8_t", "float", "float", "float", "float", "int32_t", "int32_t", "float"]
+    fielddisplays_by_name: Dict[str, str] = {}
+    fieldenums_by_name: Dict[str, str] = {"command": "MAV_CMD"}
+    fieldunits_by_name: Dict[str, str] = {"z": "m"}
+    native_format = bytearray(b"<ffffiifHBBBBB")
+    orders = [8, 9, 10, 7, 11, 12, 0, 1, 2, 3, 4, 5, 6]
+    lengths = [1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1]
+    array_lengths = [0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]
+    crc_extra = 158
+    unpacker = struct.Struct("<ffffiifHBBBBB")
+    instance_field = None
+    instance_offset = -1
+
+    def __init__(self, target_system: int, target_component: int, frame: int, command: int, current: int, autocontinue: int, param1: float, param2: float, param3: float, param4: float, x: int, y: int, z: float):
+        MAVLink_message.__init__(self, MAVLink_command_int_message.id, MAVLink_command_int_message.msgname)
+        self._fieldnames = MAVLink_command_int_message.fieldnames
+        self._instance_field = MAVLink_command_int_message.instance_field
+        self._instance_offset = MAVLink_command_int_message.instance_offset
+        self.target_system = target_system
+        self.target_component = target_component
+        self.frame = frame
+        self.command = command
+        self.current = current
+        self.autocontinue = autocontinue
+        self.param1 = param1
+        self.param2 = param2
+        self.param3 = param3
+        self.param4 = param4
+        self.x = x
+        self.y = y
+        self.z = z
+
+    def pack(self, mav: "MAVLink", force_mavlink1: bool = False) -> bytes:
+        return self._pack(mav, self.crc_extra, self.unpacker.pack(self.param1, self.param2, self.param3, self.param4, self.x, self.y, self.z, self.command, self.target_system, self.target_component, self.frame, self.current, self.autocontinue), force_mavlink1=force_mavlink1)
+
+
+# Define name on the class for backwards compatibility (it is now msgname).
+# Done with setattr to hide the class variable from mypy.
+setattr(MAVLink_command_int_message, "name", mavlink_msg_deprecated_name_property())
+
+
 class MAVLink_command_long_message(MAVLink_message):
     """
     A command; always answered by COMMAND_ACK.
@@ -1888,7 +1989,7 @@ class MAVLink_autopilot_version_message(MAVLink_message):
     ordered_fieldnames = ["capabilities", "uid", "flight_sw_version", "middleware_sw_version", "os_sw_version", "board_version", "vendor_id", "product_id", "flight_custom_version", "middleware_custom_version", "os_custom_version", "uid2"]
     fieldtypes = ["uint64_t", "uint32_t", "uint32_t", "uint32_t", "uint32_t", "uint8_t", "uint8_t", "uint8_t", "uint16_t", "uint16_t", "uint64_t", "uint8_t"]
     fielddisplays_by_name: Dict[str, str] = {"capabilities": "bitmask"}
-    fieldenums_by_name: Dict[str, str] = {"capabilities": "MAV_PROTOCOL_CAPABILITY"}
+    fieldenums_by_name: Dict[str, str] = {"capabilities": "MAV_PROTOCOL_CAPABILITY", "product_id": "WKF_MISSION"}
     fieldunits_by_name: Dict[str, str] = {}
     native_format = bytearray(b"<QQIIIIHHBBBB")
     orders = [0, 2, 3, 4, 5, 8, 9, 10, 6, 7, 1, 11]
@@ -2022,7 +2123,8 @@ setattr(MAVLink_wind_cov_message, "name", mavlink_msg_deprecated_name_property()
 
 class MAVLink_statustext_message(MAVLink_message):
     """
-    One line for the operator.
+    One line for the operator. Chunks of one id, in order, make one
+    line; the last is shorter than 50.
     """
 
     id = MAVLINK_MSG_ID_STATUSTEXT
@@ -2649,6 +2751,47 @@ class MAVLink_raw_bytes_message(MAVLink_message):
 setattr(MAVLink_raw_bytes_message, "name", mavlink_msg_deprecated_name_property())
 
 
+class MAVLink_unread_message(MAVLink_message):
+    """
+    Link log only, never sent: datagrams dropped unread so far, so
+    that replay counts them too. Written when a number has changed.
+    """
+
+    id = MAVLINK_MSG_ID_UNREAD
+    msgname = "UNREAD"
+    fieldnames = ["time_usec", "plant", "ground"]
+    ordered_fieldnames = ["time_usec", "plant", "ground"]
+    fieldtypes = ["uint64_t", "uint32_t", "uint32_t"]
+    fielddisplays_by_name: Dict[str, str] = {}
+    fieldenums_by_name: Dict[str, str] = {}
+    fieldunits_by_name: Dict[str, str] = {"time_usec": "us"}
+    native_format = bytearray(b"<QII")
+    orders = [0, 1, 2]
+    lengths = [1, 1, 1]
+    array_lengths = [0, 0, 0]
+    crc_extra = 139
+    unpacker = struct.Struct("<QII")
+    instance_field = None
+    instance_offset = -1
+
+    def __init__(self, time_usec: int, plant: int, ground: int):
+        MAVLink_message.__init__(self, MAVLink_unread_message.id, MAVLink_unread_message.msgname)
+        self._fieldnames = MAVLink_unread_message.fieldnames
+        self._instance_field = MAVLink_unread_message.instance_field
+        self._instance_offset = MAVLink_unread_message.instance_offset
+        self.time_usec = time_usec
+        self.plant = plant
+        self.ground = ground
+
+    def pack(self, mav: "MAVLink", force_mavlink1: bool = False) -> bytes:
+        return self._pack(mav, self.crc_extra, self.unpacker.pack(self.time_usec, self.plant, self.ground), force_mavlink1=force_mavlink1)
+
+
+# Define name on the class for backwards compatibility (it is now msgname).
+# Done with setattr to hide the class variable from mypy.
+setattr(MAVLink_unread_message, "name", mavlink_msg_deprecated_name_property())
+
+
 class MAVLink_fdi_status_message(MAVLink_message):
     """
     Air-data fault detection, receiver to ground. 10 Hz, sent only
@@ -3058,6 +3201,7 @@ mavlink_map: Dict[int, Type[MAVLink_message]] = {
     MAVLINK_MSG_ID_GLOBAL_POSITION_INT: MAVLink_global_position_int_message,
     MAVLINK_MSG_ID_REQUEST_DATA_STREAM: MAVLink_request_data_stream_message,
     MAVLINK_MSG_ID_VFR_HUD: MAVLink_vfr_hud_message,
+    MAVLINK_MSG_ID_COMMAND_INT: MAVLink_command_int_message,
     MAVLINK_MSG_ID_COMMAND_LONG: MAVLink_command_long_message,
     MAVLINK_MSG_ID_COMMAND_ACK: MAVLink_command_ack_message,
     MAVLINK_MSG_ID_HIL_ACTUATOR_CONTROLS: MAVLink_hil_actuator_controls_message,
@@ -3082,6 +3226,7 @@ mavlink_map: Dict[int, Type[MAVLink_message]] = {
     MAVLINK_MSG_ID_HEALTH_STATUS: MAVLink_health_status_message,
     MAVLINK_MSG_ID_TICK: MAVLink_tick_message,
     MAVLINK_MSG_ID_RAW_BYTES: MAVLink_raw_bytes_message,
+    MAVLINK_MSG_ID_UNREAD: MAVLink_unread_message,
     MAVLINK_MSG_ID_FDI_STATUS: MAVLink_fdi_status_message,
     MAVLINK_MSG_ID_WAKE_POSITION: MAVLink_wake_position_message,
     MAVLINK_MSG_ID_RENDEZVOUS_STATE: MAVLink_rendezvous_state_message,
@@ -3529,7 +3674,7 @@ class MAVLink(object):
         errors_count1             : Bad packets received, count. (type:uint16_t)
         errors_count2             : Samples rejected, count. (type:uint16_t)
         errors_count3             : Loop slips, count. (type:uint16_t)
-        errors_count4             : Not used, 0. (type:uint16_t)
+        errors_count4             : Datagrams and packets of a flood dropped unread, count. (type:uint16_t)
         onboard_control_sensors_present_extended        : Not used, 0. (type:uint32_t)
         onboard_control_sensors_enabled_extended        : Not used, 0. (type:uint32_t)
         onboard_control_sensors_health_extended        : Not used, 0. (type:uint32_t)
@@ -3553,7 +3698,7 @@ class MAVLink(object):
         errors_count1             : Bad packets received, count. (type:uint16_t)
         errors_count2             : Samples rejected, count. (type:uint16_t)
         errors_count3             : Loop slips, count. (type:uint16_t)
-        errors_count4             : Not used, 0. (type:uint16_t)
+        errors_count4             : Datagrams and packets of a flood dropped unread, count. (type:uint16_t)
         onboard_control_sensors_present_extended        : Not used, 0. (type:uint32_t)
         onboard_control_sensors_enabled_extended        : Not used, 0. (type:uint32_t)
         onboard_control_sensors_health_extended        : Not used, 0. (type:uint32_t)
@@ -3845,7 +3990,7 @@ class MAVLink(object):
         """
         Head-up figures for stock ground stations. 2 Hz.
 
-        airspeed                  : Estimated true airspeed. [m/s] (type:float)
+        airspeed                  : Calibrated airspeed, with compressibility (true airspeed: NAV_STATE). [m/s] (type:float)
         groundspeed               : Horizontal inertial speed. [m/s] (type:float)
         heading                   : Heading, 0..359, clockwise from north. [deg] (type:int16_t)
         throttle                  : Throttle command. [%] (type:uint16_t)
@@ -3859,7 +4004,7 @@ class MAVLink(object):
         """
         Head-up figures for stock ground stations. 2 Hz.
 
-        airspeed                  : Estimated true airspeed. [m/s] (type:float)
+        airspeed                  : Calibrated airspeed, with compressibility (true airspeed: NAV_STATE). [m/s] (type:float)
         groundspeed               : Horizontal inertial speed. [m/s] (type:float)
         heading                   : Heading, 0..359, clockwise from north. [deg] (type:int16_t)
         throttle                  : Throttle command. [%] (type:uint16_t)
@@ -3868,6 +4013,52 @@ class MAVLink(object):
 
         """
         self.send(self.vfr_hud_encode(airspeed, groundspeed, heading, throttle, alt, climb), force_mavlink1=force_mavlink1)
+
+    def command_int_encode(self, target_system: int, target_component: int, frame: int, command: int, current: int, autocontinue: int, param1: float, param2: float, param3: float, param4: float, x: int, y: int, z: float) -> MAVLink_command_int_message:
+        """
+        A command whose place is given in integers; no command here has one,
+        so that it is taken as COMMAND_LONG with param5 to param7 = x,
+        y, z.
+
+        target_system             : System id; 0 = all. (type:uint8_t)
+        target_component          : Component id; 0 = all. (type:uint8_t)
+        frame                     : Frame of x, y, z: ignored. (type:uint8_t)
+        command                   : Command. (type:uint16_t, values:MAV_CMD)
+        current                   : Not used. (type:uint8_t)
+        autocontinue              : Not used. (type:uint8_t)
+        param1                    : Parameter 1. (type:float)
+        param2                    : Parameter 2. (type:float)
+        param3                    : Parameter 3. (type:float)
+        param4                    : Parameter 4. (type:float)
+        x                         : Parameter 5. (type:int32_t)
+        y                         : Parameter 6. (type:int32_t)
+        z                         : Parameter 7. [m] (type:float)
+
+        """
+        return MAVLink_command_int_message(target_system, target_component, frame, command, current, autocontinue, param1, param2, param3, param4, x, y, z)
+
+    def command_int_send(self, target_system: int, target_component: int, frame: int, command: int, current: int, autocontinue: int, param1: float, param2: float, param3: float, param4: float, x: int, y: int, z: float, force_mavlink1: bool = False) -> None:
+        """
+        A command whose place is given in integers; no command here has one,
+        so that it is taken as COMMAND_LONG with param5 to param7 = x,
+        y, z.
+
+        target_system             : System id; 0 = all. (type:uint8_t)
+        target_component          : Component id; 0 = all. (type:uint8_t)
+        frame                     : Frame of x, y, z: ignored. (type:uint8_t)
+        command                   : Command. (type:uint16_t, values:MAV_CMD)
+        current                   : Not used. (type:uint8_t)
+        autocontinue              : Not used. (type:uint8_t)
+        param1                    : Parameter 1. (type:float)
+        param2                    : Parameter 2. (type:float)
+        param3                    : Parameter 3. (type:float)
+        param4                    : Parameter 4. (type:float)
+        x                         : Parameter 5. (type:int32_t)
+        y                         : Parameter 6. (type:int32_t)
+        z                         : Parameter 7. [m] (type:float)
+
+        """
+        self.send(self.command_int_encode(target_system, target_component, frame, command, current, autocontinue, param1, param2, param3, param4, x, y, z), force_mavlink1=force_mavlink1)
 
     def command_long_encode(self, target_system: int, target_component: int, command: int, confirmation: int, param1: float, param2: float, param3: float, param4: float, param5: float, param6: float, param7: float) -> MAVLink_command_long_message:
         """
@@ -3914,7 +4105,7 @@ class MAVLink(object):
         command                   : Command answered. (type:uint16_t, values:MAV_CMD)
         result                    : Result. (type:uint8_t, values:MAV_RESULT)
         progress                  : Not used, 0. [%] (type:uint8_t)
-        result_param2             : Not used, 0. (type:int32_t)
+        result_param2             : Refused: id of the STATUSTEXT that says why; 0 = none. (type:int32_t)
         target_system             : System id of the asker. (type:uint8_t)
         target_component          : Component id of the asker. (type:uint8_t)
 
@@ -3928,7 +4119,7 @@ class MAVLink(object):
         command                   : Command answered. (type:uint16_t, values:MAV_CMD)
         result                    : Result. (type:uint8_t, values:MAV_RESULT)
         progress                  : Not used, 0. [%] (type:uint8_t)
-        result_param2             : Not used, 0. (type:int32_t)
+        result_param2             : Refused: id of the STATUSTEXT that says why; 0 = none. (type:int32_t)
         target_system             : System id of the asker. (type:uint8_t)
         target_component          : Component id of the asker. (type:uint8_t)
 
@@ -4130,7 +4321,7 @@ class MAVLink(object):
         middleware_custom_version        : Not used, 0. (type:uint8_t)
         os_custom_version         : Not used, 0. (type:uint8_t)
         vendor_id                 : Not used, 0. (type:uint16_t)
-        product_id                : Not used, 0. (type:uint16_t)
+        product_id                : Mission flown; 0 = none of the list. (type:uint16_t, values:WKF_MISSION)
         uid                       : System id. (type:uint64_t)
         uid2                      : Not used, 0. (type:uint8_t)
 
@@ -4150,7 +4341,7 @@ class MAVLink(object):
         middleware_custom_version        : Not used, 0. (type:uint8_t)
         os_custom_version         : Not used, 0. (type:uint8_t)
         vendor_id                 : Not used, 0. (type:uint16_t)
-        product_id                : Not used, 0. (type:uint16_t)
+        product_id                : Mission flown; 0 = none of the list. (type:uint16_t, values:WKF_MISSION)
         uid                       : System id. (type:uint64_t)
         uid2                      : Not used, 0. (type:uint8_t)
 
@@ -4231,24 +4422,26 @@ class MAVLink(object):
 
     def statustext_encode(self, severity: int, text: bytes, id: int = 0, chunk_seq: int = 0) -> MAVLink_statustext_message:
         """
-        One line for the operator.
+        One line for the operator. Chunks of one id, in order, make one line;
+        the last is shorter than 50.
 
         severity                  : Severity. (type:uint8_t, values:MAV_SEVERITY)
         text                      : Text, zero-terminated if shorter than 50. (type:char)
-        id                        : 0: every text fits one message. (type:uint16_t)
-        chunk_seq                 : 0. (type:uint8_t)
+        id                        : 0: complete in one message; else one number per line (a refusal's is COMMAND_ACK.result_param2). (type:uint16_t)
+        chunk_seq                 : Place among the chunks of this id, from 0. (type:uint8_t)
 
         """
         return MAVLink_statustext_message(severity, text, id, chunk_seq)
 
     def statustext_send(self, severity: int, text: bytes, id: int = 0, chunk_seq: int = 0, force_mavlink1: bool = False) -> None:
         """
-        One line for the operator.
+        One line for the operator. Chunks of one id, in order, make one line;
+        the last is shorter than 50.
 
         severity                  : Severity. (type:uint8_t, values:MAV_SEVERITY)
         text                      : Text, zero-terminated if shorter than 50. (type:char)
-        id                        : 0: every text fits one message. (type:uint16_t)
-        chunk_seq                 : 0. (type:uint8_t)
+        id                        : 0: complete in one message; else one number per line (a refusal's is COMMAND_ACK.result_param2). (type:uint16_t)
+        chunk_seq                 : Place among the chunks of this id, from 0. (type:uint8_t)
 
         """
         self.send(self.statustext_encode(severity, text, id, chunk_seq), force_mavlink1=force_mavlink1)
@@ -4603,7 +4796,7 @@ class MAVLink(object):
 
         time_usec                 : Sample time. [us] (type:uint64_t)
         bad_packets               : Packets dropped: CRC, length, unknown id, non-finite. (type:uint32_t)
-        rejected                  : Samples rejected: range, age or order. (type:uint32_t)
+        rejected                  : Samples rejected: range, age, order, or a time stamp ahead of the tick or long past. (type:uint32_t)
         failed                    : Inputs failed. (type:uint16_t, values:WKF_HEALTH)
 
         """
@@ -4615,7 +4808,7 @@ class MAVLink(object):
 
         time_usec                 : Sample time. [us] (type:uint64_t)
         bad_packets               : Packets dropped: CRC, length, unknown id, non-finite. (type:uint32_t)
-        rejected                  : Samples rejected: range, age or order. (type:uint32_t)
+        rejected                  : Samples rejected: range, age, order, or a time stamp ahead of the tick or long past. (type:uint32_t)
         failed                    : Inputs failed. (type:uint16_t, values:WKF_HEALTH)
 
         """
@@ -4668,6 +4861,30 @@ class MAVLink(object):
 
         """
         self.send(self.raw_bytes_encode(count, more, data), force_mavlink1=force_mavlink1)
+
+    def unread_encode(self, time_usec: int, plant: int, ground: int) -> MAVLink_unread_message:
+        """
+        Link log only, never sent: datagrams dropped unread so far, so that
+        replay counts them too. Written when a number has changed.
+
+        time_usec                 : Sample time of the tick. [us] (type:uint64_t)
+        plant                     : Datagrams dropped on the plant link. (type:uint32_t)
+        ground                    : Datagrams dropped on the ground link. (type:uint32_t)
+
+        """
+        return MAVLink_unread_message(time_usec, plant, ground)
+
+    def unread_send(self, time_usec: int, plant: int, ground: int, force_mavlink1: bool = False) -> None:
+        """
+        Link log only, never sent: datagrams dropped unread so far, so that
+        replay counts them too. Written when a number has changed.
+
+        time_usec                 : Sample time of the tick. [us] (type:uint64_t)
+        plant                     : Datagrams dropped on the plant link. (type:uint32_t)
+        ground                    : Datagrams dropped on the ground link. (type:uint32_t)
+
+        """
+        self.send(self.unread_encode(time_usec, plant, ground), force_mavlink1=force_mavlink1)
 
     def fdi_status_encode(self, time_usec: int, gamma: Sequence[float], threshold: float, residual: Sequence[float], exclusions: int, isolated: int, negative: int, excluded: int, alarm: int, valid: int) -> MAVLink_fdi_status_message:
         """

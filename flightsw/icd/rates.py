@@ -71,12 +71,6 @@ def due(tick: int, rate_hz: float, offset: int, base_hz: int) -> bool:
     return slot * rate // whole != (slot - 1) * rate // whole
 
 
-def schedule(rates: dict[str, float], base_hz: int) -> list[tuple[str, ...]]:
-    """Names due on each tick of a cycle of ten seconds: element `tick % (10 * base_hz)`."""
-    cycle = 10 * base_hz
-    out: list[tuple[str, ...]] = [()] * cycle
-    live = [(n, r) for n, r in rates.items() if r > 0.0]
-    step = 1 if any(r > GRID_HZ for _, r in live) else base_hz // GRID_HZ
-    for tick in range(0, cycle, step):
-        out[tick] = tuple(n for n, r in live if due(tick, r, OFFSETS.get(n, 0), base_hz))
-    return out
+def names_due(rates: dict[str, float], tick: int, base_hz: int) -> tuple[str, ...]:
+    """Messages due on base tick `tick`, in order; repeats every ten seconds."""
+    return tuple(n for n, r in rates.items() if due(tick, r, OFFSETS.get(n, 0), base_hz))

@@ -18,6 +18,7 @@ from fastcrc import crc16
 from flightsw.icd import mav
 
 MAGIC = 0xFD
+TRIES = 32  # magic bytes looked at within the damage of one datagram
 HEADER = 10  # [byte]
 OVERHEAD = 12  # [byte] header and CRC
 SIGNATURE = 13  # [byte] follows the CRC when the incompatibility flag says so
@@ -123,10 +124,15 @@ def table(names: Iterable[str]) -> dict[int, Spec]:
 class Sender:
     """Packs messages of one link: fixed system and component id, own running sequence number."""
 
-    __slots__ = ("compid", "seq", "sysid")
+    __slots__ = ("compid", "ident", "seq", "sysid")
 
     def __init__(self, sysid: int, compid: int) -> None:
-        self.sysid, self.compid, self.seq = sysid, compid, 0
+        self.sysid, self.compid, self.seq, self.ident = sysid, compid, 0, 0
+
+    def new_ident(self) -> int:
+        """A number for a STATUSTEXT in chunks: 1 to 65535, round and round."""
+        self.ident = self.ident % 0xFFFF + 1
+        return self.ident
 
     def pack(self, spec: Spec, *values: Any) -> bytes:
         """One MAVLink 2 packet; `values` flat in wire order. Trailing zero bytes of the payload are left off.
@@ -159,22 +165,37 @@ class Counters:
     unknown: int = 0  # message id not accepted on this link
     non_finite: int = 0  # a field is NaN or infinite where a number is required
     out_of_order: int = 0  # time stamp not newer than the last one of its kind
+    ahead: int = 0  # time stamp later than it can be
+    stale: int = 0  # time stamp too long past
+    excess: int = 0  # more in one tick than is dealt with
 
     @property
     def bad(self) -> int:
         """Packets dropped for their bytes or values (not for their time)."""
         return self.bad_crc + self.bad_length + self.unknown + self.non_finite
 
+    @property
+    def untimely(self) -> int:
+        """Packets dropped for their time stamp."""
+        return self.out_of_order + self.ahead + self.stale
 
-def split(data: bytes, accept: dict[int, Spec], count: Counters) -> list[Packet]:
-    """All sound packets of a datagram, in order. Never raises: the rest is counted and skipped.
 
-    After damage the search goes on at the next magic byte; everything up to the next sound packet is one count.
+def split(data: bytes, accept: dict[int, Spec], count: Counters, limit: int = 1 << 30) -> list[Packet]:
+    """Sound packets of a datagram, in order, `limit` at most. Never raises: what is not sound is counted and skipped.
+
+    After damage the search goes on at the next magic byte; everything up to the next sound packet is one count. It ends
+    after TRIES magic bytes that began nothing: what a datagram costs is bounded, whatever is in it.
     """
     out: list[Packet] = []
     at, end = 0, len(data)
     lost = False  # in a run of rubbish already counted
+    tries = 0
     while at < end:
+        if len(out) >= limit:
+            break
+        tries += lost
+        if tries > TRIES:
+            break
         if data[at] != MAGIC:
             if not lost:
                 count.bad_length += 1

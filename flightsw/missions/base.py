@@ -7,11 +7,13 @@ from typing import Any
 
 from flightsw.aircraft import Airframe, load_aircraft
 from flightsw.models.actuators import ActuatorModel
+from flightsw.types import UNSUPPORTED, Command
 
 
 class Mission:
-    """Base of all missions. A mission has besides: params_type, watch, step, first_command, command, texts."""
+    """Base of all missions. A mission has besides: params_type, watch, step, first_command, texts."""
 
+    commands: frozenset[int] = frozenset()  # MAV_CMD it takes
     controls = 4  # length of a command: three surfaces [rad], thrust [N] (and a flap [rad])
     one_rate = False  # whether the mission runs at every base tick, and at no other rate
     air_used = 0  # AIR_* bits of health for the air-data readings it takes one by one; 0: whole probes
@@ -30,6 +32,16 @@ class Mission:
         Has reset(surfaces, thrust) and step(command, dt); what else is between it and the mission's step.
         """
         return ActuatorModel(ac, delay_ticks)
+
+    def command(self, c: Command) -> tuple[int, str]:
+        """MAV_RESULT of a ground command, and why it is refused."""
+        if c.command not in self.commands:
+            return UNSUPPORTED, f"command {c.command} is not one of this mission"
+        return self.obey(c)
+
+    def obey(self, c: Command) -> tuple[int, str]:
+        """The same for one of `commands`."""
+        raise NotImplementedError
 
     @property
     def saturated(self) -> bool:

@@ -2,7 +2,7 @@
 estimator of the wind -> gust load alleviation with flap and elevator, or a pitch and height hold.
 
 50 Hz, every base tick: estimator, law, servos, in this order. The aircraft flies by its own model (models/gust.py) and brings
-its own actuators. MAV_CMD_USER_1, param1 chooses the law: 0 hold, 1 alleviation, 2 elevator alone.
+its own actuators. MAV_CMD_USER_2, param1 chooses the law: 0 hold, 1 alleviation, 2 elevator alone.
 """
 
 from __future__ import annotations
@@ -24,6 +24,8 @@ from flightsw.nav.gust_select import ESTIMATORS, GustNavTable, make_gust_nav
 from flightsw.nav.gust_trust import Trust
 from flightsw.strict import Range
 from flightsw.types import (
+    ACCEPTED,
+    DENIED,
     HF_AIR,
     HF_ATT,
     HF_IMU,
@@ -41,7 +43,7 @@ from flightsw.types import (
     Text,
 )
 
-MAV_CMD_USER_1 = 31010
+MAV_CMD_USER_2 = 31011
 HOLD, ALLEVIATION = 16, 17  # WKF_PHASE
 AIRSPEED_BAD, VANE_BAD = 1, 1 << 6  # bits of SensorFrame.air_bad: probe 0, V and alpha
 
@@ -84,6 +86,7 @@ class GustMission(Mission):
     """Components of the gust mission and their order."""
 
     params_type = GustMissionParams
+    commands = frozenset({MAV_CMD_USER_2})
     watch = HF_IMU | HF_AIR | HF_ATT
     controls = 5
     air_used = AIR_V | AIR_ALPHA
@@ -216,17 +219,14 @@ class GustMission(Mission):
         """Trim command [5] sent until navigation is valid."""
         return np.zeros(self.controls)
 
-    def command(self, c: Command) -> tuple[int, str]:
-        """MAV_RESULT and reason for a ground command."""
-        if c.command != MAV_CMD_USER_1:
-            return 3, "command not supported by this mission"
-        law = int(c.params[0]) if math.isfinite(c.params[0]) and c.params[0] == int(c.params[0]) else -1
-        try:
-            self.ctrl.select(law)
-        except ValueError as e:
-            return 2, str(e)
+    def obey(self, c: Command) -> tuple[int, str]:
+        """MAV_RESULT and reason for one of the mission's commands."""
+        law, why = c.choice(dict(enumerate(LAWS)), "law")
+        if why:
+            return DENIED, why
+        self.ctrl.select(law)
         self._texts.append(Text(6, f"law {LAWS[law]}"))
-        return 0, ""
+        return ACCEPTED, ""
 
     def texts(self) -> list[Text]:
         """Messages since the last call."""

@@ -27,12 +27,14 @@ from flightsw.nav.peer import PeerTracker
 from flightsw.nav.variants import make_airframe_nav
 from flightsw.strict import Range
 from flightsw.types import (
+    ACCEPTED,
     HF_AIR,
     HF_ATT,
     HF_GNSS,
     HF_IMU,
     HF_PEER,
     HF_REL,
+    TEMPORARILY_REJECTED,
     UPD_REL,
     Command,
     GuidanceCmd,
@@ -76,6 +78,7 @@ class JoinMission(Mission):
     """Components of the receiver on its way to the tanker, and the refuelling mission it becomes."""
 
     params_type = JoinParams
+    commands = ReceiverMission.commands
 
     def __init__(self, ac: Aircraft, p: JoinParams, period_s: float) -> None:
         j = p.join
@@ -88,6 +91,7 @@ class JoinMission(Mission):
         self.ctrl: TankerControl | ReceiverControl = self.free
         self.cruise = (j.guid.V_mps, j.guid.alt_m)
         self.joined = False
+        self._refused = (0, 0)  # phase and action of the sequence's order that was refused
         self.peer = PeerTracker()
         self.sight = Sight()
         self._settled_s = 0.0
@@ -107,7 +111,7 @@ class JoinMission(Mission):
             guid = self.refuel.guid
             action = self.sequence.step(f, guid.phase, guid.at_rest, dt)
             if action:
-                guid.command(action)
+                self._by_rule(action)
             return self.refuel.step(f, act, updated, health, dt)
         mean = act.take_mean()
         nav = self.nav.step(f, mean, health, updated)
@@ -122,6 +126,16 @@ class JoinMission(Mission):
             self._join()
             self._texts.append(Text(6, f"station keeping from {math.hypot(*self.sight.pos):.0f} m"))
         return nav, g, u, throttle
+
+    def _by_rule(self, action: int) -> None:
+        """An order of the sequence. One that is refused comes again with the next step, and is told once."""
+        before = self.refuel.guid.phase
+        ok, why = self.refuel.guid.command(action)
+        if ok:
+            self._refused = (0, 0)
+        elif self._refused != (before, action):
+            self._refused = before, action
+            self._texts.append(Text(4, f"sequence waits: {why}"))
 
     def rehearse(self) -> None:
         """Go on as if joined up: the application's warm-up runs the second half of the mission too."""
@@ -173,12 +187,12 @@ class JoinMission(Mission):
         nav = self.refuel.navigate(f, mean, updated, health)
         self._settled_s = self._settled_s + dt if nav.valid and nav.rel_valid else 0.0
 
-    def command(self, c: Command) -> tuple[int, str]:
-        """MAV_RESULT and reason for a ground command."""
+    def obey(self, c: Command) -> tuple[int, str]:
+        """MAV_RESULT and reason for one of the mission's commands."""
         if not self.joined:
-            return 1, "not joined up yet"
-        result, why = self.refuel.command(c)
-        if result == 0:
+            return TEMPORARILY_REJECTED, "not joined up yet"
+        result, why = self.refuel.obey(c)
+        if result == ACCEPTED:
             self.sequence.on = False
         return result, why
 

@@ -13,19 +13,23 @@ import numpy as np
 from flightsw.aircraft import Aircraft, load_aircraft
 from flightsw.ctrl.common import ScheduleParams
 from flightsw.ctrl.receiver import ReceiverControl, ReceiverCtrlParams
-from flightsw.guid.refuel import RefuelGuidance, RefuelParams
+from flightsw.guid.boom import Surroundings
+from flightsw.guid.refuel import ACTIONS, RefuelGuidance, RefuelParams
 from flightsw.missions.base import Mission
 from flightsw.models.actuators import ActuatorModel
 from flightsw.nav.airdata import AirData, AirDataParams
 from flightsw.nav.common import NavParams
 from flightsw.nav.relative_variants import make_relative_nav
 from flightsw.types import (
+    ACCEPTED,
+    DENIED,
     HF_AIR,
     HF_ATT,
     HF_GNSS,
     HF_IMU,
     HF_PEER,
     HF_REL,
+    TEMPORARILY_REJECTED,
     Command,
     GuidanceCmd,
     Health,
@@ -52,16 +56,19 @@ class ReceiverMission(Mission):
     """Components of the receiver and their order."""
 
     params_type = ReceiverParams
+    commands = frozenset({MAV_CMD_USER_1})
     watch = HF_IMU | HF_AIR | HF_ATT | HF_GNSS | HF_REL | HF_PEER
 
     def __init__(self, ac: Aircraft, p: ReceiverParams, period_s: float) -> None:
+        """Raises ConfigError for way-points that cannot be flown."""
         self.nav = make_relative_nav(ac, p.nav)
         self.air: AirData | None = None
         if p.airdata.on:
             self.air = AirData(ac, p.airdata)
             self.nav.use_aid(p.airdata.aid)
-        self.guid = RefuelGuidance(p.guid)
-        self.ctrl = ReceiverControl(ac, load_aircraft(p.tanker), p.ctrl, period_s)
+        tanker = load_aircraft(p.tanker)
+        self.guid = RefuelGuidance(p.guid, Surroundings(tanker, ac))
+        self.ctrl = ReceiverControl(ac, tanker, p.ctrl, period_s)
         self.V0 = float(np.mean(p.ctrl.schedule.V_mps))
         self.h0 = p.ctrl.schedule.h_m
         self._tk = np.zeros(18)
@@ -103,12 +110,13 @@ class ReceiverMission(Mission):
         v = [tk[15 + i] - nav.wind_n[i] for i in range(3)]
         return psi_dot, math.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
 
-    def command(self, c: Command) -> tuple[int, str]:
-        """MAV_RESULT and reason for a ground command."""
-        if c.command != MAV_CMD_USER_1:
-            return 3, "command not supported by this mission"
-        ok, why = self.guid.command(int(c.params[0]) if math.isfinite(c.params[0]) else -1)
-        return (0 if ok else 2), why
+    def obey(self, c: Command) -> tuple[int, str]:
+        """MAV_RESULT and reason for one of the mission's commands."""
+        action, why = c.choice(ACTIONS, "action")
+        if why:
+            return DENIED, why
+        ok, why = self.guid.command(action)
+        return (ACCEPTED if ok else TEMPORARILY_REJECTED), why
 
     def texts(self) -> list[Text]:
         """Messages since the last call."""

@@ -19,6 +19,7 @@ from flightsw.guid.racetrack import RacetrackGuidance, RacetrackParams
 from flightsw.guid.rendezvous_pilot import PilotParams, RendezvousPilot
 from flightsw.kernels.rotations import wrap_pi
 from flightsw.missions.base import Mission
+from flightsw.missions.tanker import MAV_CMD_DO_CHANGE_SPEED, speed_command
 from flightsw.models.actuators import ActuatorModel
 from flightsw.nav.common import NavParams
 from flightsw.nav.receiver_track import ReceiverTrack, TrackParams
@@ -29,6 +30,7 @@ from flightsw.types import (
     HF_ATT,
     HF_GNSS,
     HF_IMU,
+    TEMPORARILY_REJECTED,
     Command,
     GuidanceCmd,
     Health,
@@ -37,7 +39,6 @@ from flightsw.types import (
     Text,
 )
 
-MAV_CMD_DO_CHANGE_SPEED = 178
 INIT, RDV_APPROACH, RDV_TURN, RDV_ROLLOUT = 0, 13, 14, 15  # WKF_PHASE
 PHASE = {"approach": RDV_APPROACH, "turn": RDV_TURN, "rollout": RDV_ROLLOUT, "done": RDV_ROLLOUT}
 
@@ -65,6 +66,7 @@ class RendezvousMission(Mission):
     """Components of the rendezvous tanker and their order."""
 
     params_type = RendezvousMissionParams
+    commands = frozenset({MAV_CMD_DO_CHANGE_SPEED})
     watch = HF_IMU | HF_AIR | HF_ATT | HF_GNSS
 
     def __init__(self, ac: Aircraft, p: RendezvousMissionParams, period_s: float) -> None:
@@ -138,14 +140,11 @@ class RendezvousMission(Mission):
         """Trim command [4] sent until navigation is valid."""
         return self.ctrl.trim_command(self.V0, self.alt_m)[0]
 
-    def command(self, c: Command) -> tuple[int, str]:
-        """MAV_RESULT and reason for a ground command."""
-        if c.command == MAV_CMD_DO_CHANGE_SPEED:
-            if not self.joined:
-                return 1, "speed is the rendezvous's until roll-out"
-            ok, why = self.guid.set_speed(c.params[1], self.limits.V_min_mps, self.limits.V_max_mps)
-            return (0 if ok else 2), why
-        return 3, "command not supported by this mission"
+    def obey(self, c: Command) -> tuple[int, str]:
+        """MAV_RESULT and reason for one of the mission's commands."""
+        if not self.joined:
+            return TEMPORARILY_REJECTED, "speed is the rendezvous's until roll-out"
+        return speed_command(c, self.guid, self.limits)
 
     def texts(self) -> list[Text]:
         """Messages since the last call."""

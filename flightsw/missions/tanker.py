@@ -5,11 +5,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from flightsw.aircraft import Aircraft
+from flightsw.aircraft import Aircraft, Limits
 from flightsw.ctrl.common import ScheduleParams
 from flightsw.ctrl.tanker import TankerControl, TankerCtrlParams
 from flightsw.guid.racetrack import RacetrackGuidance, RacetrackParams
@@ -17,7 +18,20 @@ from flightsw.missions.base import Mission
 from flightsw.models.actuators import ActuatorModel
 from flightsw.nav.common import NavParams
 from flightsw.nav.variants import make_airframe_nav
-from flightsw.types import HF_AIR, HF_ATT, HF_GNSS, HF_IMU, Command, GuidanceCmd, Health, NavState, SensorFrame, Text
+from flightsw.types import (
+    ACCEPTED,
+    DENIED,
+    HF_AIR,
+    HF_ATT,
+    HF_GNSS,
+    HF_IMU,
+    Command,
+    GuidanceCmd,
+    Health,
+    NavState,
+    SensorFrame,
+    Text,
+)
 
 MAV_CMD_DO_CHANGE_SPEED = 178
 
@@ -35,6 +49,7 @@ class TankerMission(Mission):
     """Components of the tanker and their order."""
 
     params_type = TankerParams
+    commands = frozenset({MAV_CMD_DO_CHANGE_SPEED})
     watch = HF_IMU | HF_AIR | HF_ATT | HF_GNSS
 
     def __init__(self, ac: Aircraft, p: TankerParams, period_s: float) -> None:
@@ -60,14 +75,22 @@ class TankerMission(Mission):
         """Trim command [4] sent until navigation is valid."""
         return self.ctrl.trim_command(self.guid.V, self.alt_m)[0]
 
-    def command(self, c: Command) -> tuple[int, str]:
-        """MAV_RESULT and reason for a ground command."""
-        if c.command == MAV_CMD_DO_CHANGE_SPEED:
-            ok, why = self.guid.set_speed(c.params[1], self.limits.V_min_mps, self.limits.V_max_mps)
-            return (0 if ok else 2), why
-        return 3, "command not supported by this mission"
+    def obey(self, c: Command) -> tuple[int, str]:
+        """MAV_RESULT and reason for one of the mission's commands."""
+        return speed_command(c, self.guid, self.limits)
 
     def texts(self) -> list[Text]:
         """Messages since the last call."""
         out, self.guid.texts = self.guid.texts, []
         return out
+
+
+def speed_command(c: Command, guid: RacetrackGuidance, limits: Limits) -> tuple[int, str]:
+    """MAV_RESULT and reason for MAV_CMD_DO_CHANGE_SPEED on the racetrack: airspeed only, the throttle left alone."""
+    kind, speed, throttle = c.params[:3]
+    if kind != 0.0:
+        return DENIED, f"speed type {kind:g}: allowed 0 airspeed"
+    if throttle not in (-1.0, 0.0) and not math.isnan(throttle):
+        return DENIED, f"throttle {throttle:g}: allowed -1 no change"
+    ok, why = guid.set_speed(speed, limits.V_min_mps, limits.V_max_mps)
+    return (ACCEPTED if ok else DENIED), why

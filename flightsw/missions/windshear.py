@@ -2,7 +2,7 @@
 pitch rate, accelerations -> wind, its rates, scales of lift and drag -> hazard index, approach or escape -> thrust and elevator.
 
 50 Hz, every base tick: estimator, monitor, guidance, control, in this order. The aircraft flies by its own model
-(models/windshear.py). MAV_CMD_DO_GO_AROUND gives the approach up; MAV_CMD_USER_1, param1 chooses the escape law.
+(models/windshear.py). MAV_CMD_DO_GO_AROUND gives the approach up; MAV_CMD_USER_3, param1 chooses the escape law.
 """
 
 from __future__ import annotations
@@ -25,6 +25,8 @@ from flightsw.models.windshear import MODES, PathDemand, approach_trim
 from flightsw.nav.windshear import WindshearEstimate, WindshearNav, WindshearParams
 from flightsw.nav.windshear_monitor import MonitorParams, WindshearMonitor
 from flightsw.types import (
+    ACCEPTED,
+    DENIED,
     HF_AIR,
     HF_ATT,
     HF_GNSS,
@@ -43,7 +45,7 @@ from flightsw.types import (
     WindshearState,
 )
 
-MAV_CMD_DO_GO_AROUND, MAV_CMD_USER_1 = 191, 31010
+MAV_CMD_DO_GO_AROUND, MAV_CMD_USER_3 = 191, 31012
 FIRST_PHASE = 22  # WKF_PHASE of PHASES[0]
 ESTIMATORS = ("ekf", "ukf", "srckf", "srukf")  # index goes down in WINDSHEAR_STATE
 AIRSPEED_BAD, VANE_BAD = 1, 1 << 6  # bits of SensorFrame.air_bad: probe 0, V and alpha
@@ -97,6 +99,7 @@ class WindshearMission(Mission):
     """Components of the windshear mission and their order."""
 
     params_type = WindshearMissionParams
+    commands = frozenset({MAV_CMD_DO_GO_AROUND, MAV_CMD_USER_3})
     watch = HF_IMU | HF_AIR | HF_ATT | HF_GNSS
     air_used = AIR_V | AIR_ALPHA
     one_rate = True  # readings and commands are per sample
@@ -282,24 +285,22 @@ class WindshearMission(Mission):
         thrust_kN, elevator = self._trim
         return np.array([0.0, elevator, 0.0, thrust_kN * 1e3])
 
-    def command(self, c: Command) -> tuple[int, str]:
-        """MAV_RESULT and reason for a ground command."""
+    def obey(self, c: Command) -> tuple[int, str]:
+        """MAV_RESULT and reason for one of the mission's commands."""
         if c.command == MAV_CMD_DO_GO_AROUND:
             if self.guidance.p.escape.law == "continue":
-                return 2, "law continue does not escape; choose another"
+                return DENIED, "law continue does not escape; choose another"
             self.guidance.abort()
             self._texts.append(Text(4, "go around, by command"))
-            return 0, ""
-        if c.command != MAV_CMD_USER_1:
-            return 3, "command not supported by this mission"
-        law = int(c.params[0]) if math.isfinite(c.params[0]) and c.params[0] == int(c.params[0]) else -1
-        if not 0 <= law < len(LAWS):
-            return 2, f"law {law}: allowed 0 to {len(LAWS) - 1}"
+            return ACCEPTED, ""
+        law, why = c.choice(dict(enumerate(LAWS)), "law")
+        if why:
+            return DENIED, why
         if LAWS[law] == "continue" and self.guidance.phase in ("escape", "clear"):
-            return 2, "law continue: the approach has been given up"
+            return DENIED, "law continue: the approach has been given up"
         self.guidance.p = with_law(self.guidance.p, LAWS[law])
         self._texts.append(Text(6, f"escape law {LAWS[law]}"))
-        return 0, ""
+        return ACCEPTED, ""
 
     def texts(self) -> list[Text]:
         """Messages since the last call."""

@@ -33,6 +33,7 @@ from flightsw.types import UPD_AIR, UPD_GNSS, UPD_IMU, UPD_REL, Health, NavState
 Pos = Annotated[float, Range(1e-9)]
 ALL = 0x1FF
 STRAYED = 40  # samples in a row
+SILENT_US = 500_000  # [us] without air data
 LEARNT = slice(X_KW, X_H + 1)  # circulations and height
 
 
@@ -90,6 +91,8 @@ class AirData:
         nav = rel.out
         rel.fix = rel.rate_fix = None
         if not updated & ~failed_bits(health) & UPD_AIR or rel.started_us < 0 or len(f.air_V) != 3:
+            if f.t_us - self._air_us > SILENT_US:
+                self._forget(nav)
             return
         dt = (f.air_t_us - self._air_us) * 1e-6 if self._air_us else 0.0
         if not 0.0 <= dt < 1.0:
@@ -139,6 +142,14 @@ class AirData:
             rel.fix, rel.x_f = fix, float(fr.x[0])
             rel.R_ft[:] = fr.R_tf
         self._report(st.excluded, fix.valid, fix.reason)
+
+    def _forget(self, nav: NavState) -> None:
+        """Without air data nothing is being checked and no position found, whatever the last readings said."""
+        if nav.fdi is not None and (nav.fdi.valid or nav.fdi.alarm):
+            nav.fdi = replace(nav.fdi, valid=False, alarm=0, isolated=0, negative=0)
+        if nav.wake is not None and nav.wake.valid:
+            nav.wake = replace(nav.wake, valid=False, reason="no air data")
+            self._report(self._excluded, False, nav.wake.reason)
 
     def _predict(self, nav: NavState, dt: float) -> None:
         """Carry both filters to the readings; one that has no position starts at the relative estimate."""

@@ -41,6 +41,8 @@ CONTACT_M = (0.0, 8.5)  # [m] the close map is centred here if there is no truth
 CLOSE_M = 2.0  # [m] half height of the close map
 BOX_M = 1.0  # [m] half side of the box about the commanded position
 PERIOD_US = 100_000  # [us]
+RECENT_US = 500_000  # [us] a sample is current for
+SILENT_US = 1_000_000  # [us] without a message: nothing is known
 QUIET: Color = (120, 170, 130)
 ALARM: Color = (240, 70, 60)
 FAINT: Color = (90, 96, 106)
@@ -55,10 +57,10 @@ def airdata(sink: Sink, run: Path, truth: Columns, tlm: Columns) -> None:
         return
     fdi, wake = tlm.get(RECEIVER, "FDI_STATUS"), tlm.get(RECEIVER, "WAKE_POSITION")
     if fdi is not None:
-        _fdi(sink, fdi)
+        _fdi(sink, fdi, wake, tlm.end_us)
     if wake is not None:
         true = true_position(truth)
-        _series(sink, wake, true)
+        _series(sink, wake, true, tlm.end_us)
         _maps(sink, run, wake, true, tlm.get(RECEIVER, "RELATIVE_STATE"))
 
 
@@ -68,11 +70,29 @@ def _lane(sink: Sink, path: str, t_us: NDArray[np.int64], names: list[str]) -> N
     sink.states(path, t_us, names, look)
 
 
-def _fdi(sink: Sink, fdi: Table) -> None:
-    """Portraits, statistic over threshold, lanes of alarms and exclusions."""
+def current(t_us: NDArray[np.int64], table: Table) -> NDArray[np.bool_]:
+    """Whether at times t_us the newest row of a table of samples with a validity is valid and its own sample recent."""
+    at = np.searchsorted(table.t_us, t_us, side="right") - 1
+    sample = table["time_usec"].astype(np.int64)[at]
+    return (at >= 0) & (table["valid"][at] != 0) & (t_us - sample <= RECENT_US)
+
+
+def _ends(t_us: NDArray[np.int64], names: list[str], end_us: int) -> tuple[NDArray[np.int64], list[str]]:
+    """The rows of a lane, "no report" put in where none came for long, up to the end of the log."""
+    gap = np.flatnonzero(np.diff(t_us, append=end_us) > SILENT_US)
+    return np.insert(t_us, gap + 1, t_us[gap] + SILENT_US), np.insert(
+        np.array(names, dtype=object), gap + 1, "no report"
+    ).tolist()
+
+
+def _fdi(sink: Sink, fdi: Table, wake: Table | None, end_us: int) -> None:
+    """Portraits, statistic over threshold, lanes of alarms and exclusions. Quiet is only what was checked: by a current test
+    against a current wake position."""
     t = fdi.t_us
     h = np.maximum(fdi["threshold"].astype(np.float64), 1e-9)
-    valid = fdi["valid"] != 0
+    fresh = t - fdi["time_usec"].astype(np.int64) <= RECENT_US
+    valid = (fdi["valid"] != 0) & fresh
+    checked = valid if wake is None else valid & current(t, wake)
     for i, (variable, color) in enumerate(zip(VARIABLES, AXIS, strict=True)):
         on = fdi["alarm"] >> i & 1 > 0
         ratio = fdi["gamma"][:, i] / h
@@ -80,16 +100,17 @@ def _fdi(sink: Sink, fdi: Table) -> None:
         mask = 7 << 3 * i
         names = [
             (alarm_words({"alarm": 1 << i, "isolated": int(a) & mask, "negative": int(b)}) if k else "quiet")
-            if v or k
+            if c or (k and f)
             else "not checked"
-            for k, v, a, b in zip(on, valid, fdi["isolated"], fdi["negative"], strict=True)
+            for k, c, f, a, b in zip(on, checked, fresh, fdi["isolated"], fdi["negative"], strict=True)
         ]
-        _lane(sink, f"{FDI}/alarm/{variable}", t, names)
+        _lane(sink, f"{FDI}/alarm/{variable}", *_ends(t, names, end_us))
         _portrait(
             sink, f"{FDI}/portrait/{variable}", t[valid], fdi["residual"][valid, 2 * i : 2 * i + 2], h[valid], on[valid]
         )
     sink.level(f"{FDI}/limit", (1.0, 1.0), "threshold", BOX)
-    _lane(sink, f"{FDI}/excluded", t, [channel_words(int(m)) or "none" for m in fdi["excluded"]])
+    names = [channel_words(int(m)) or "none" for m in fdi["excluded"]]
+    _lane(sink, f"{FDI}/excluded", *_ends(t, names, end_us))
 
 
 def _portrait(sink: Sink, path: str, t_us: NDArray[np.int64], residual: Array, h: Array, alarm: NDArray) -> None:
@@ -124,7 +145,7 @@ def _packed(c: Color) -> int:
     return c[0] << 24 | c[1] << 16 | c[2] << 8 | 255
 
 
-def _series(sink: Sink, wake: Table, true: TruePosition) -> None:
+def _series(sink: Sink, wake: Table, true: TruePosition, end_us: int) -> None:
     """Error with 2 sigma, wake strength, vortex height, common wind, NIS, validity."""
     at = wake["time_usec"].astype(np.int64)
     known, place = true.at(at)
@@ -149,8 +170,11 @@ def _series(sink: Sink, wake: Table, true: TruePosition) -> None:
     seen = wake.pick(wake["nis_dof"] > 0)
     sink.series(f"{WAKE}/nis", seen.t_us, seen["nis"] / seen["nis_dof"], "NIS / dof", NAV, 1.0)
     reasons = [b.decode("utf-8", "replace") or "not valid" for b in wake["reason"]]
-    names = ["valid" if v else r for v, r in zip(wake["valid"], reasons, strict=True)]
-    _lane(sink, f"{WAKE}/state", wake.t_us, names)
+    good = current(wake.t_us, wake)
+    names = [
+        ("valid" if g else "no new sample") if v else r for v, g, r in zip(wake["valid"], good, reasons, strict=True)
+    ]
+    _lane(sink, f"{WAKE}/state", *_ends(wake.t_us, names, end_us))
 
 
 def _maps(sink: Sink, run: Path, wake: Table, true: TruePosition, rel: Table | None) -> None:

@@ -13,6 +13,7 @@ from flightsw.types import (
     UPD_IMU,
     Ack,
     ActuatorCmd,
+    Command,
     GuidanceCmd,
     Health,
     NavState,
@@ -26,12 +27,15 @@ from flightsw.types import (
 class FakeApp:
     """Commands what the gyro says; accepts every command it is given; remembers the time steps and stamps it saw."""
 
+    commands = frozenset({31010})
+
     def __init__(self) -> None:
         self.n = 0
         self.steps: list[float] = []
         self.stamps: list[int] = []
         self.updated: list[int] = []
         self.texts: list[Text] = []
+        self.commands_seen: list[Command] = []
         self.health = Health()
         self.nav = NavState(valid=True, V=195.0, reason="")
         self.gain = 1.0
@@ -43,6 +47,7 @@ class FakeApp:
         self.nav.t_us = frame.t_us
         self.nav.w_b = frame.gyro_b
         cmd = ActuatorCmd(frame.t_us, elevator=self.gain * frame.gyro_b[1], throttle=0.5)
+        self.commands_seen += frame.commands
         acks = [Ack(c.command, 0, c.src_system, c.src_component) for c in frame.commands]
         texts, self.texts = self.texts, []
         snap = Snapshot(

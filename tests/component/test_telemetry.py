@@ -12,7 +12,7 @@ import pytest
 from flightsw.config import TelemetryConfig
 from flightsw.icd import wire
 from flightsw.icd.codec_telemetry import ENCODERS, OPTIONAL, TIMED
-from flightsw.icd.rates import DEFAULT_RATES, MISSION_RATES, OFFSETS, due, schedule
+from flightsw.icd.rates import DEFAULT_RATES, MISSION_RATES, OFFSETS, due, names_due
 from flightsw.node import Node
 from flightsw.types import HF_GNSS, FdiStatus, Text, WakeFix
 
@@ -39,7 +39,7 @@ def test_rate_above_base_is_every_tick_and_zero_never() -> None:
 
 
 def test_status_messages_are_spread_over_the_second() -> None:
-    table = schedule(dict(DEFAULT_RATES), 100)
+    table = [names_due(dict(DEFAULT_RATES), tick, 100) for tick in range(1000)]
     slow = [n for n, r in DEFAULT_RATES.items() if r == 1.0]
     at = {n: next(t for t in range(100) if n in table[t]) for n in slow}
     assert len(set(at.values())) == len(slow)
@@ -109,7 +109,7 @@ def test_without_them_not_a_byte_changes_and_asking_gives_nothing() -> None:
     assert everything == plain
     node, plant = Node(config(), FakeApp()), FakePlant()
     node.handle([plant.at(0)])
-    node.telemetry.once += list(OPTIONAL)
+    node.telemetry.once |= dict.fromkeys(OPTIONAL)
     assert not set(OPTIONAL) & {n for d in node.handle([plant.at(1)]).telemetry for n in names(d)}
     assert node.telemetry.failed == 0
 
@@ -180,6 +180,15 @@ def test_wind_is_nan_until_navigation_is_valid_and_health_is_shown() -> None:
     assert fields(out, "ESTIMATOR_STATUS")[0]["flags"] == 0x400
     timing = fields(out, "LOOP_TIMING")[0]
     assert all(v == 0 for k, v in timing.items() if k not in ("time_usec", "ticks"))
+
+
+def test_the_head_up_display_has_calibrated_and_the_house_message_true_airspeed() -> None:
+    app = FakeApp()
+    app.nav.V, app.nav.V_cal = 195.0, 139.0
+    _, out = run(1, app)
+    data = b"".join(out)
+    assert {f["airspeed"] for f in fields(data, "VFR_HUD")} == {139.0}
+    assert {f["V"] for f in fields(data, "NAV_STATE")} == {195.0}
 
 
 def test_stock_decoder_sees_vehicle_attitude_position_and_wind() -> None:

@@ -20,7 +20,7 @@ from flightsw.missions.windshear import (
     ESTIMATORS,
     FIRST_PHASE,
     MAV_CMD_DO_GO_AROUND,
-    MAV_CMD_USER_1,
+    MAV_CMD_USER_3,
     WindshearActuators,
 )
 from flightsw.models.windshear import TwinJetModel, approach_trim
@@ -198,7 +198,7 @@ def test_the_ground_gives_the_approach_up() -> None:
     s = flight.order(MAV_CMD_DO_GO_AROUND)
     assert s.acks[0].result == 0 and flight.phases[-1] in ("escape", "clear")
     assert "climbing away" in [t.text for _, r in flight.rows for t in r.texts]
-    s = flight.order(MAV_CMD_USER_1, float(LAWS.index("continue")))
+    s = flight.order(MAV_CMD_USER_3, float(LAWS.index("continue")))
     assert s.acks[0].result == 2 and flight.app.mission.guidance.p.escape.law == "managed"
     s = flight.fly(20.0)
     assert s.nav.windshear is not None and not s.nav.windshear.abort  # no hazard said so
@@ -209,13 +209,15 @@ def test_the_ground_chooses_the_law_and_a_wrong_number_is_refused() -> None:
     flight = Flight(make())
     flight.fly(1.0)
     for law in (1, 4, 0):
-        s = flight.order(MAV_CMD_USER_1, float(law))
+        s = flight.order(MAV_CMD_USER_3, float(law))
         assert s.acks[0].result == 0 and s.nav.windshear is not None and s.nav.windshear.law == law
         if LAWS[law] == "continue":
             assert flight.order(MAV_CMD_DO_GO_AROUND).acks[0].result == 2
-    for bad in (5.0, -1.0, math.nan):
-        assert flight.order(MAV_CMD_USER_1, bad).acks[0].result == 2
-    assert flight.order(178).acks[0].result == 3
+    for bad in (5.0, -1.0, 1.2, math.nan):
+        assert flight.order(MAV_CMD_USER_3, bad).acks[0].result == 2
+    for foreign in (178, 31010, 31011):  # hold (1) to the receiver is the pitch law here, if it were taken
+        assert flight.order(foreign, 1.0).acks[0].result == 3
+    assert flight.app.mission.guidance.p.escape.law == "managed"
     assert flight.phases[-1] == "approach"
 
 

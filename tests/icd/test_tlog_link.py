@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import socket
+from collections import Counter
 from pathlib import Path
 
 import pytest
 
 from flightsw.icd import tlog, wire
-from flightsw.icd.link import LinkError, UdpLink, plant_port, telemetry_port
+from flightsw.icd.link import DRAIN, EACH, SIZE, TOTAL, LinkError, UdpLink, plant_port, telemetry_port
 
 SEND = wire.Sender(1, 1)
 HEARTBEAT = SEND.named("HEARTBEAT", type=1)
@@ -93,7 +94,7 @@ def test_busy_port_is_named() -> None:
         UdpLink(70000, "high")
 
 
-def test_send_receive_drain() -> None:
+def test_send_and_receive() -> None:
     a, b = UdpLink(0, "a"), UdpLink(0, "b")
     to = ("127.0.0.1", b.port)
     assert b.recv(0.0) is None and b.recv(0.01) is None
@@ -101,11 +102,42 @@ def test_send_receive_drain() -> None:
         assert a.send(bytes([k]), to)
     got = b.recv(1.0)
     assert got == (b"\x00", ("127.0.0.1", a.port))
-    assert [d for d, _ in b.drain()] == [b"\x01", b"\x02"]
+    assert [d for d, _ in b.take()] == [b"\x01", b"\x02"]
     assert b.sock.getsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF) > 100_000
     assert not a.send(b"x" * 70_000, to) and a.dropped == 1
     a.close()
     b.close()
+
+
+def test_what_one_call_takes_is_bounded_and_fair() -> None:
+    """Strangers share what there is; the peer is first and gets all its own; too large is dropped; repeats are one."""
+    a, b, c, to_all = UdpLink(0, "a"), UdpLink(0, "b"), UdpLink(0, "c"), UdpLink(0, "all")
+    to = ("127.0.0.1", to_all.port)
+    for k in range(20):
+        a.send(b"a%d" % k, to)
+        b.send(b"b%d" % k, to)
+    a.send(b"x" * (SIZE + 1), to)
+    b.send(b"y" * 60_000, to)
+    for _ in range(5):
+        c.send(b"c", to)
+    c.send(b"z" * SIZE, to)
+    friend = ("127.0.0.1", b.port)
+    got = [d for d, _ in to_all.take(friend)]
+    assert got[:20] == [b"b%d" % k for k in range(20)]  # first and whole
+    assert got[20:] == [*(b"a%d" % k for k in range(EACH)), b"c", b"z" * SIZE]
+    assert to_all.unread == 20 - EACH + 2 and to_all.take() == []
+    for k in range(30):
+        for s in (a, b, c):
+            s.send(b"%d" % k, to)
+    got_by = Counter(sender[1] for _, sender in to_all.take())
+    assert sum(got_by.values()) == TOTAL and max(got_by.values()) <= EACH and len(got_by) == 3
+    for _ in range(DRAIN // 10 + 2):
+        for k in range(20):
+            a.send(b"%d" % k, to)
+    to_all.take()
+    assert to_all.recv(0.0) is not None  # the call ended before the queue did
+    for s in (a, b, c, to_all):
+        s.close()
 
 
 def test_port_plan() -> None:

@@ -5,9 +5,11 @@ from __future__ import annotations
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.integrate import quad
+from scipy.optimize import brentq
 
 from flightsw.aircraft import load_aircraft
-from flightsw.kernels.atmosphere import density, sound_speed, temperature
+from flightsw.kernels.atmosphere import GAMMA, P0, calibrated_airspeed, density, pressure, sound_speed, temperature
 from flightsw.models.actuators import thrust_available
 from sim_plant.kernels.atmosphere import isa
 from sim_plant.kernels.propulsion import thrust_available as plant_thrust
@@ -49,6 +51,45 @@ def test_the_plant_has_the_same_atmosphere(h: float) -> None:
 def test_density_falls_with_height_without_a_step(h: float, dh: float) -> None:
     assert density(h + dh) < density(h)
     assert density(h + dh) / density(h) - 1 > -2e-4 * dh
+
+
+KT = 1852.0 / 3600.0  # [m/s]
+
+
+@pytest.mark.parametrize(
+    ("h_ft", "mach", "tas_kt", "cas_kt"),
+    [
+        (0.0, 1.0, 661.47, 661.47),  # the speed of sound at sea level, by which CAS is defined
+        (10_000.0, None, 250.0, 216.1),  # computers of the E6B kind
+        (35_000.0, 0.80, 461.1, 271.9),  # cruise tables of jet transports: M 0.80 at FL350 is 272 KCAS
+    ],
+)
+def test_calibrated_airspeed_is_the_published_one(
+    h_ft: float, mach: float | None, tas_kt: float, cas_kt: float
+) -> None:
+    h = 0.3048 * h_ft
+    V = tas_kt * KT if mach is None else mach * sound_speed(h)
+    assert pytest.approx(tas_kt, abs=0.06) == V / KT
+    assert calibrated_airspeed(V, h) / KT == pytest.approx(cas_kt, abs=0.06)
+
+
+@settings(repeatable, max_examples=25)
+@given(st.floats(15.0, 290.0), st.floats(0.0, 15000.0))
+def test_calibrated_airspeed_is_what_a_pitot_tube_at_sea_level_would_make_of_the_same_pressure(
+    V: float, h: float
+) -> None:
+    """Bernoulli's integral of dp / rho from static to impact pressure, taken numerically, both ways: no closed form."""
+
+    def speed(q: float, p: float, rho: float) -> float:
+        work, _ = quad(lambda x: 1.0 / (rho * (x / p) ** (1.0 / GAMMA)), p, p + q, epsrel=1e-11)
+        return (2.0 * work) ** 0.5
+
+    p, rho = pressure(h), density(h)
+    impact = brentq(lambda q: speed(q, p, rho) - V, 1e-3, 4.0 * p, xtol=1e-9)
+    assert calibrated_airspeed(V, h) == pytest.approx(speed(impact, P0, density(0.0)), rel=1e-7)
+    assert calibrated_airspeed(V, 0.0) == pytest.approx(V, rel=1e-12)
+    equivalent = V * (rho / density(0.0)) ** 0.5
+    assert equivalent * (1.0 - 1e-9) <= calibrated_airspeed(V, h) <= V * (1.0 + 1e-9)
 
 
 @repeatable

@@ -131,6 +131,8 @@ CASES: dict[str, Callable[[Rng], Args]] = {
     **WINDSHEAR,
     "kernels.atmosphere.temperature": lambda r: [r.uniform(0, 2e4)],
     "kernels.atmosphere.density": lambda r: [r.uniform(0, 2e4)],
+    "kernels.atmosphere.pressure": lambda r: [r.uniform(0, 2e4)],
+    "kernels.atmosphere.calibrated_airspeed": lambda r: [r.uniform(1, 290), r.uniform(-500, 2e4)],
     "kernels.atmosphere.sound_speed": lambda r: [r.uniform(0, 2e4)],
     "kernels.gust.air": lambda r: [gust_state(r)[0], GUST, z(4)],
     "kernels.gust.lift_drag": lambda r: [r.uniform(15, 25), *r.normal(size=2) * 0.1, gust_controls(r), GUST],

@@ -71,7 +71,7 @@ def test_every_estimator_flies_the_loop(tmp_path: Path, estimator: str) -> None:
 
 
 def test_the_law_is_switched_by_command(tmp_path: Path) -> None:
-    event = '[{t_s=4.0, kind="command", target="alexis", command=31010, params=[0.0]}]'
+    event = '[{t_s=4.0, kind="command", target="alexis", command=31011, params=[0.0]}]'
     ended = sil(
         "run",
         "gust",

@@ -203,10 +203,10 @@ def test_metrics_command_prints_them(run: Path) -> None:
 
 
 def test_law_by_command() -> None:
-    from ground.command import CommandError, order
+    from ground.command import CommandError, fit, order
 
-    o = order("law", 2.0, 3)
-    assert (o.target, o.command, o.params[0], o.text) == (3, 31010, 2.0, "law elevator")
+    o, why = fit(order("law", 2.0, 3), "gust")
+    assert (o.target, o.command, o.params[0], o.text, why) == (3, 31011, 2.0, "law elevator", "")
     for value, to in ((None, 3), (5.0, 3), (1.0, None)):
         with pytest.raises(CommandError, match="0 hold, 1 alleviation, 2 elevator"):
             order("law", value, to)

@@ -11,22 +11,28 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+from flightsw.icd.texts import answer, text
 from flightsw.icd.wire import SPECS, Counters, Sender, split
+from flightsw.missions import MISSIONS
+from flightsw.types import Ack
 from ground.__main__ import app
-from ground.command import ACTIONS, COMP_PLANT, Answer, CommandError, Order, order, send
+from ground.command import ACTIONS, COMP_PLANT, OWNERS, Answer, CommandError, Order, order, send
+from ground.command import MISSIONS as GROUND_MISSIONS
 from ground.inject import CHANNELS, PROBES, TYPES, UNITS, inject
 from ground.live import STALE_S, Monitor, wind_words
 from ground.packets import health_words
 
 Synth = runpy.run_path(str(Path(__file__).with_name("ground_synth.py")))["Synth"]
 Reply = Callable[[dict[str, float]], list[bytes]]
+TANKER_MISSION, RECEIVER_MISSION, GUST_MISSION, JET_MISSION = 1, 2, 5, 6  # WKF_MISSION
 
 
 class Aircraft:
-    """Answers COMMAND_LONG on an ephemeral port with what `reply` says; keeps what it heard."""
+    """Answers COMMAND_LONG on an ephemeral port with what `reply` says; keeps what it heard. Asked for AUTOPILOT_VERSION it
+    says its mission (0: refuses to)."""
 
-    def __init__(self, reply: Reply) -> None:
-        self.reply = reply
+    def __init__(self, reply: Reply, mission: int = RECEIVER_MISSION, sysid: int = 2) -> None:
+        self.reply, self.mission, self.sysid = reply, mission, sysid
         self.heard: list[dict[str, float]] = []
         self.sock = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.sock.bind(("127.0.0.1", 0))
@@ -40,9 +46,20 @@ class Aircraft:
             if not data:
                 return
             for spec, values, *_ in split(data, SPECS, Counters()):
-                self.heard.append(spec.to_dict(values))
-                for packet in self.reply(self.heard[-1]):
+                c = spec.to_dict(values)
+                if c["command"] == 512:
+                    packets = self._version()
+                else:
+                    self.heard.append(c)
+                    packets = self.reply(c)
+                for packet in packets:
                     self.sock.sendto(packet, who)
+
+    def _version(self) -> list[bytes]:
+        send = Sender(self.sysid, 1)
+        if not self.mission:
+            return [ack(3, command=512, sysid=self.sysid)]
+        return [ack(0, command=512, sysid=self.sysid), send.named("AUTOPILOT_VERSION", product_id=self.mission)]
 
     def close(self) -> None:
         """End the thread by an empty datagram."""
@@ -57,9 +74,11 @@ def ack(result: int, command: int = 31010, sysid: int = 2, to: int = 255) -> byt
     return Sender(sysid, 1).named("COMMAND_ACK", command=command, result=result, target_system=to)
 
 
-def ask(reply: Reply, what: Order, attempts: int = 4, retry_s: float = 2.0) -> tuple[int, str, list[dict[str, float]]]:
+def ask(
+    reply: Reply, what: Order, attempts: int = 4, retry_s: float = 2.0, mission: int = RECEIVER_MISSION, sysid: int = 2
+) -> tuple[int, str, list[dict[str, float]]]:
     """Exit code, text and what the aircraft heard."""
-    aircraft = Aircraft(reply)
+    aircraft = Aircraft(reply, mission, sysid)
     try:
         answer = send(what, port=aircraft.port, attempts=attempts, retry_s=retry_s)
     finally:
@@ -84,6 +103,63 @@ def test_refused_says_why() -> None:
     assert "TEMPORARILY_REJECTED" in text
 
 
+@pytest.mark.parametrize("length", [0, 12, 49, 50, 51, 100, 170])
+def test_the_reason_of_a_refusal_is_printed_whole(length: int) -> None:
+    """The text the ACK names, in chunks, among texts of other things."""
+    why = ("pre-contact: station error 125.0 m, allowed 4; " * 4)[:length]
+    send_ = Sender(2, 1)
+
+    def reply(_: dict[str, float]) -> list[bytes]:
+        other = text(send_, 6, "something else")
+        return [other, b"".join([answer(send_, Ack(31010, 1, 255, 190, why)), other])]
+
+    code, words, _ = ask(reply, order("precontact", None, None))
+    assert code == 1 and words.endswith(f"TEMPORARILY_REJECTED: {why}" if why else "TEMPORARILY_REJECTED")
+
+
+def test_a_foreign_autopilots_reason_is_the_text_beside_its_answer() -> None:
+    said = Sender(2, 1).named("STATUSTEXT", severity=4, text="PreArm: no")
+    code, words, _ = ask(lambda _: [said + ack(2)], order("hold", None, None), mission=0)
+    assert code == 1 and words.endswith("DENIED: PreArm: no")
+
+
+@pytest.mark.parametrize(
+    ("action", "value", "mission", "words"),
+    [
+        ("hold", None, GUST_MISSION, "hold: of receiver, receiver_rendezvous; this aircraft flies gust: not sent"),
+        ("contact", None, JET_MISSION, "this aircraft flies windshear"),
+        ("go-around", None, RECEIVER_MISSION, "go-around: of windshear; this aircraft flies receiver"),
+        ("speed", 195.0, RECEIVER_MISSION, "speed 195 m/s: of tanker, rendezvous"),
+        ("law", 0.0, TANKER_MISSION, "law 0: of gust, windshear; this aircraft flies tanker"),
+        ("law", 4.0, GUST_MISSION, "law 4: gust has 0 hold, 1 alleviation, 2 elevator"),
+        ("law", 0.0, 0, "does not say what it flies"),
+    ],
+)
+def test_an_order_of_another_mission_is_refused_by_name_and_not_sent(
+    action: str, value: float | None, mission: int, words: str
+) -> None:
+    code, text_, heard = ask(lambda _: [ack(0)], order(action, value, 2), mission=mission)
+    assert code == 1 and words in text_ and heard == []
+
+
+@pytest.mark.parametrize(
+    ("mission", "command", "name"), [(GUST_MISSION, 31011, "hold"), (JET_MISSION, 31012, "managed")]
+)
+def test_the_law_is_the_one_of_the_mission_flown(mission: int, command: int, name: str) -> None:
+    code, words, heard = ask(lambda c: [ack(0, int(c["command"]), 3)], order("law", 0.0, 3), mission=mission, sysid=3)
+    assert code == 0 and f"law {name}: accepted" in words
+    assert [(c["command"], c["param1"]) for c in heard] == [(command, 0.0)]
+
+
+def test_owners_are_the_missions_own_commands() -> None:
+    taken = {name: cls.commands for name, cls in MISSIONS.items()}
+    assert {c: tuple(n for n, own in taken.items() if c in own) for c in OWNERS} == {
+        c: tuple(sorted(owners, key=list(taken).index)) for c, owners in OWNERS.items()
+    }
+    assert set().union(*taken.values()) == set(OWNERS)
+    assert sorted(GROUND_MISSIONS.values()) == sorted(taken)
+
+
 def test_lost_command_is_repeated_with_rising_confirmation() -> None:
     code, _, heard = ask(lambda c: [ack(0)] if c["confirmation"] == 2 else [], order("hold", None, None), retry_s=0.1)
     assert code == 0
@@ -101,8 +177,8 @@ def test_nobody_there_at_all() -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as s:
         s.bind(("127.0.0.1", 0))
         port = s.getsockname()[1]
-    answer = send(order("hold", None, None), port=port, attempts=2, retry_s=0.05)
-    assert answer.exit_code == 2
+    got = send(order("hold", None, None), port=port, attempts=2, retry_s=0.05)
+    assert got.exit_code == 2
 
 
 def test_answers_to_others_and_rubbish_do_not_count() -> None:
@@ -137,8 +213,8 @@ def test_bad_orders_are_named(action: str, value: float | None, words: str) -> N
 
 def test_failure_goes_to_the_plant_and_its_answer_counts() -> None:
     what = inject(-0.0175, "bias", probe="left", channel="beta", for_s=30.0)
-    answer = Sender(2, COMP_PLANT).named("COMMAND_ACK", command=420, result=0, target_system=255)
-    code, text, heard = ask(lambda _: [ack(1, command=420), answer], what)
+    done = Sender(2, COMP_PLANT).named("COMMAND_ACK", command=420, result=0, target_system=255)
+    code, text, heard = ask(lambda _: [ack(1, command=420), done], what)
     assert code == 0, text
     assert "the plant for receiver" in text and "wrong" in text
     assert (heard[0]["command"], heard[0]["target_system"], heard[0]["target_component"]) == (420, 2, 190)
@@ -146,9 +222,9 @@ def test_failure_goes_to_the_plant_and_its_answer_counts() -> None:
 
 
 def test_unanswered_failure_names_the_plants_port() -> None:
-    answer = send(inject(None, "off", probe="1"), port_offset=40_000, attempts=1, retry_s=0.05)
-    assert answer.exit_code == 2
-    assert "the plant for receiver" in answer.text and "54590" in answer.text
+    got = send(inject(None, "off", probe="1"), port_offset=40_000, attempts=1, retry_s=0.05)
+    assert got.exit_code == 2
+    assert "the plant for receiver" in got.text and "54590" in got.text
 
 
 def test_failure_words_and_numbers() -> None:

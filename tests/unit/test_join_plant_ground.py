@@ -93,7 +93,20 @@ def test_after_the_hand_over_it_watches_the_tanker_and_a_command_ends_the_sequen
     assert mission.watch & HF_REL and mission.watch & HF_PEER
     mission.refuel.guid.phase = 1
     assert mission.sequence.on
-    assert mission.command(Command(31010, (3.0,), 255, 190))[0] == 2  # contact from observation: refused, rule goes on
+    assert mission.command(Command(31010, (3.0,), 255, 190))[0] == 1  # contact from observation: refused, rule goes on
     assert mission.sequence.on
     assert mission.command(Command(31010, (1.0,), 255, 190))[0] == 0
     assert not mission.sequence.on
+
+
+def test_an_order_of_the_sequence_that_is_refused_is_told_once_and_comes_again(mission: JoinMission) -> None:
+    mission.rehearse()
+    guid = mission.refuel.guid
+    mission.texts()
+    guid.phase, guid.blind, guid.error_m = 1, "", 125.0
+    for _ in range(3):
+        mission._by_rule(2)
+    assert [t.text for t in mission.texts()] == ["sequence waits: to pre-contact: station error 125.0 m, allowed 4"]
+    guid.error_m = 0.5
+    mission._by_rule(2)
+    assert guid.phase == 2 and [t.text for t in mission.texts()] == ["to pre-contact: commanded"]

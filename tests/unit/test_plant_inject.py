@@ -108,6 +108,8 @@ def acks(packets: list[bytes]) -> list[tuple[int, int, int, int]]:
     """(aircraft, component, command, result) as the stock dialect reads them; addressed to the asker."""
     out = []
     for m in stock.MAVLink(None).parse_buffer(b"".join(packets)) or []:
+        if m.get_type() == "STATUSTEXT":  # the reason of a refusal
+            continue
         assert (m.target_system, m.target_component) == (255, 190)
         out.append((m.get_srcSystem(), m.get_srcComponent(), m.command, m.result))
     return out

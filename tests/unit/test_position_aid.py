@@ -12,7 +12,7 @@ from flightsw.nav.airdata import AirData, AirDataParams, rate_slopes
 from flightsw.nav.common import EstimatorCore, NavParams
 from flightsw.nav.position_aid import AidParams, PositionAid, VelocityAid
 from flightsw.nav.relative import RelativeNav
-from flightsw.types import SensorFrame, WakeFix
+from flightsw.types import FdiStatus, Health, SensorFrame, WakeFix
 
 LEARJET = load_aircraft("learjet24")
 LEVEL = np.eye(3).ravel()
@@ -111,6 +111,22 @@ def test_repair_takes_the_place_of_a_bad_reading_from_the_others() -> None:
     assert f.air_beta == pytest.approx(tuple(e[3:6] + 0.002)) and f.air_bad == 0 and f.air_mask == 7
     air._repair(f, 0x1FF & ~(7 << 3), e)  # no sideslip at all
     assert f.air_bad == 7 << 3
+
+
+def test_without_air_data_neither_monitor_nor_wake_position_is_published_as_valid() -> None:
+    air, rel = AirData(LEARJET, AirDataParams(on=True)), RelativeNav(LEARJET, NavParams())
+    rel.out.fdi, rel.out.wake = (
+        FdiStatus(t_us=10**7, valid=True, excluded=2),
+        WakeFix(t_us=10**7, valid=True, reason=""),
+    )
+    air._air_us, air._valid = 10**7, True
+    air.step(SensorFrame(t_us=10**7 + 400_000), rel, Health(), 0)  # a gap is none yet
+    assert rel.out.fdi.valid and rel.out.wake.valid
+    for _ in range(2):
+        air.step(SensorFrame(t_us=10**7 + 600_000), rel, Health(), 0)
+    assert not rel.out.fdi.valid and rel.out.fdi.excluded == 2
+    assert not rel.out.wake.valid and rel.out.wake.reason == "no air data"
+    assert [t.text for t in air.texts] == ["wake position lost: no air data"]
 
 
 def test_rate_slopes_agree_with_the_cross_product() -> None:
