@@ -97,7 +97,9 @@ def split(datagram: bytes) -> Iterator[tuple[bytes, str]]:
         if not what:
             yield as_v2(datagram[pos:stop]), ""
         else:
-            lost = what == "crc" and stop < end and check(datagram, stop)[0] not in ("", "unknown")  # its length is wrong too
+            lost = (
+                what == "crc" and stop < end and check(datagram, stop)[0] not in ("", "unknown")
+            )  # its length is wrong too
             if lost or what in ("magic", "truncated"):
                 stop = next_sound(datagram, pos + 1)
             yield datagram[pos:stop], what

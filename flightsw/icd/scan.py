@@ -146,14 +146,14 @@ def _sound(raw: bytes, c: dict[str, NDArray], sums: Ints) -> tuple[NDArray[np.bo
 def _starts_record(raw: bytes, pos: int) -> bool:
     """Whether the file ends at `pos` or the header of a whole packet follows the stamp there."""
     size = length(raw, pos + STAMP)
-    return pos == len(raw) or bool(size) and pos + STAMP + size <= len(raw)
+    return pos == len(raw) or (bool(size) and pos + STAMP + size <= len(raw))
 
 
 def _after_damage(raw: bytes, pos: int, stamps: list[int]) -> int:
     """Start of the next record after the damaged one at `pos`; `stamps` [us]: of the last good ones. len(raw): none."""
     size, end = length(raw, pos + STAMP), len(raw)
     stop = pos + STAMP + size
-    chained = size and (stop == end or stop + STAMP < end and not check(raw, stop + STAMP)[0])  # its length is right
+    chained = size and (stop == end or (stop + STAMP < end and not check(raw, stop + STAMP)[0]))  # its length is right
     if chained and stop < end:
         stamps = [*stamps, int.from_bytes(raw[stop : stop + STAMP], "big")]
     first = head = next_sound(raw, pos + STAMP + 1)
