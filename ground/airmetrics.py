@@ -84,10 +84,12 @@ def position_metrics(truth: Columns, tlm: Columns) -> Flat:
         return {}
     at = wake["time_usec"].astype(np.int64)
     known, true = true_position(truth).at(at)
+    left_out = int((~known).sum())
     wake, at, true = wake.pick(known), at[known], true[known]
     error = wake["pos"].astype(np.float64)[:, 1:] - true[:, 1:]
     valid, cov = wake["valid"] != 0, wake["cov"].astype(np.float64)
     out = {f"airdata.position.{k}": v for k, v in position_stats(error, cov, valid, wake["nis"]).items()}
+    out["airdata.position.left_out"] = left_out
     out["airdata.position.restarts"] = int(wake["restarts"].max()) if len(wake) else 0
     for name, use in _phases(tlm, at).items():
         stats = position_stats(error[use], cov[use], valid[use], wake["nis"][use])

@@ -62,10 +62,10 @@ class Columns:
     tables: dict[tuple[int, str], Table] = field(default_factory=dict)
     packets: int = 0
     junk_bytes: int = 0  # bytes that did not belong to a sound packet (damaged or cut file)
+    cut_bytes: int = 0  # of junk_bytes: an unfinished last record
     bad_stamps: int = 0  # packets left out because their time stamp is damaged
     unknown: int = 0  # packets whose id is not in the dialect
     dropped: dict[int, int] = field(default_factory=dict)  # sysid -> packets missing by sequence number
-    damage: str = ""  # what was left out, in words
 
     def get(self, sysid: int, message: str) -> Table | None:
         """Table of a message, None if the log has none of it."""
@@ -103,13 +103,12 @@ def sequence_gaps(sysid: NDArray, compid: NDArray, seq: NDArray) -> dict[int, in
 
 
 def load(path: Path | str) -> Columns:
-    """Columns of a `.tlog`. Damage is left out and counted (`damage` says it in words); a packet is used only if its CRC is
-    right. Raises LogError if the file is unreadable or mostly junk."""
+    """Columns of a `.tlog`. Damage is left out, counted and warned of; a packet is used only if its CRC is right. Raises LogError if the file is unreadable or mostly junk."""
     try:
         log = records(path)
     except TlogError as exc:
         raise LogError(str(exc)) from exc
-    out = Columns({}, len(log), log.junk_bytes, log.bad_stamps, int((~log.known).sum()), damage=log.damage)
+    out = Columns({}, len(log), log.junk_bytes, log.cut_bytes, log.bad_stamps, int((~log.known).sum()))
     if not len(log):
         return out
     window = sliding_window_view(np.frombuffer(log.raw + bytes(PAD), dtype=np.uint8), 256)

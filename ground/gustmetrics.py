@@ -42,7 +42,7 @@ def gust_metrics(run: Path, truth: Columns, tlm: Columns) -> Flat:
 def _estimate(f: GustFlight) -> Flat:
     use = f.valid & (f.t >= SETTLE_S)
     late = use & (f.t >= BIAS_S) if f.t[-1] > BIAS_S + 1.0 else use
-    out: Flat = {"samples": int(use.sum()), "valid_pct": float(100.0 * f.valid.mean())}
+    out: Flat = {"samples": int(use.sum()), "left_out": f.left_out, "valid_pct": float(100.0 * f.valid.mean())}
     for i, name in enumerate(SHOWN):
         unit, factor = UNITS[name]
         mask = late if name == "bias" else use

@@ -46,7 +46,7 @@ def windshear_metrics(run: Path, truth: Columns, tlm: Columns) -> Flat:
 
 def _estimate(f: WindshearFlight) -> Flat:
     use = f.valid & (f.t >= SETTLE_S)
-    out: Flat = {"samples": int(use.sum()), "valid_pct": float(100.0 * f.valid.mean())}
+    out: Flat = {"samples": int(use.sum()), "left_out": f.left_out, "valid_pct": float(100.0 * f.valid.mean())}
     for name, at in (("w_x", WX), ("w_h", WH)):
         e, s = f.x[use, at] - f.true[use, at], f.sigma[use, at]
         out[f"{name}.rms_mps"] = _rms(e)

@@ -189,13 +189,17 @@ def _bad_stamps(raw: bytes, c: dict[str, NDArray]) -> NDArray[np.bool_]:
 def _bad_of_sender(raw: bytes, c: dict[str, NDArray]) -> NDArray[np.bool_]:
     t, n = c["stamp"], len(c["stamp"])
     bad, judged = np.zeros(n, dtype=bool), np.zeros(n, dtype=bool)
-    for i in np.unique(c["msgid"]):
-        kind = np.flatnonzero(c["msgid"] == i)
-        if int(i) in TIME and len(kind) > 2:
-            lead = t[kind] - _own_time(raw, c["payload"][kind], c["length"][kind], *TIME[int(i)])
-            off = np.abs(lead - np.median(lead)) > STAMP_SLACK_US
+    usual: list[float] = []  # [us] a stamp's lead over its packet's own time, by kind
+    kinds = [(int(i), np.flatnonzero(c["msgid"] == i)) for i in np.unique(c["msgid"]) if int(i) in TIME]
+    for i, kind in sorted(kinds, key=lambda k: -len(k[1])):
+        lead = t[kind] - _own_time(raw, c["payload"][kind], c["length"][kind], *TIME[i])
+        if len(kind) > 2:
+            usual.append(float(np.median(lead)))
+            off = np.abs(lead - usual[-1]) > STAMP_SLACK_US
             few = _run_length(off) <= FEW
             bad[kind], judged[kind] = off & few, ~off | few
+        else:  # too few to have a rule of their own
+            judged[kind] = [any(abs(x - u) <= STAMP_SLACK_US for u in usual) for x in lead]
     good = judged & ~bad
     anchors = np.flatnonzero(good if good.sum() > 2 else ~bad)
     open_ = np.flatnonzero(~judged)

@@ -7,8 +7,11 @@ EPOCH_US, so identical runs give identical files. Every sample time must be a mu
 from __future__ import annotations
 
 import os
+import sys
+import warnings
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 from flightsw.icd.framing import as_v2
 from flightsw.icd.scan import Records, scan
@@ -26,6 +29,10 @@ _FLUSH_BYTES = 1 << 15
 
 class TlogError(OSError):
     """A log cannot be written or is not a log. The text names the file and the reason."""
+
+
+class LogDamageWarning(UserWarning):
+    """Part of a log was left out: damaged or cut. The text names the file and says how much."""
 
 
 class TlogWriter:
@@ -85,15 +92,31 @@ class TlogWriter:
 
 
 def records(path: str | Path) -> Records:
-    """Every sound record of a log, and what was left out. Raises TlogError naming the file if it cannot be read or is mostly
-    junk."""
+    """Every sound record of a log. What is left out is warned of (LogDamageWarning, naming the file). Raises TlogError naming
+    the file if it cannot be read or is mostly junk."""
     try:
         found = scan(Path(path).read_bytes())
     except OSError as e:
         raise TlogError(f"{path}: cannot be read: {e.strerror}") from None
     if found.mostly_junk:
         raise TlogError(f"{path}: is no log: {found.junk_bytes} of {len(found.raw)} bytes belong to no sound packet")
+    if found.damage:
+        warnings.warn(f"{path}: {found.damage}", LogDamageWarning, stacklevel=2)
     return found
+
+
+def say_damage(program: str) -> None:
+    """Have damage of logs said in one plain line on stderr, once, in the name of `program`."""
+    show = warnings.showwarning
+
+    def line(message: Warning | str, category: type[Warning], *rest: Any, **more: Any) -> None:
+        if issubclass(category, LogDamageWarning):
+            print(f"{program}: {message}", file=sys.stderr)
+        else:
+            show(message, category, *rest, **more)
+
+    warnings.showwarning = line
+    warnings.simplefilter("once", LogDamageWarning)
 
 
 def read(path: str | Path, epoch_us: int = EPOCH_US) -> Iterator[tuple[int, int, bytes]]:
