@@ -99,7 +99,7 @@ class TruePosition:
     beta: Array
 
     def at(self, t_us: NDArray[np.int64]) -> tuple[NDArray[np.bool_], Array]:
-        """(inside, pos (n,3)): positions at other times, linear between samples; `inside` False beyond the log and in its gaps."""
+        """(inside, pos (n,3)): positions at other times, linear between samples; `inside` False beyond the log and in gaps."""
         if not len(self.t_us):
             return np.zeros(len(t_us), dtype=bool), np.zeros((len(t_us), 3))
         k = np.searchsorted(self.t_us, t_us, side="right") - 1

@@ -103,7 +103,10 @@ def sequence_gaps(sysid: NDArray, compid: NDArray, seq: NDArray) -> dict[int, in
 
 
 def load(path: Path | str) -> Columns:
-    """Columns of a `.tlog`. Damage is left out, counted and warned of; a packet is used only if its CRC is right. Raises LogError if the file is unreadable or mostly junk."""
+    """Columns of a `.tlog`. A packet is used only if its CRC is right; damage is left out, counted and warned of.
+
+    Raises LogError if the file is unreadable or mostly junk.
+    """
     try:
         log = records(path)
     except TlogError as exc:

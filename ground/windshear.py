@@ -1,4 +1,4 @@
-"""The windshear mission's flights as arrays: estimate and truth at the estimate's times, the hazard index of both, and the downburst.
+"""The windshear mission's flights as arrays: estimate and truth at the estimate's times, the hazard index of both, the downburst.
 
 The true hazard index takes the wind's change from one row of the truth to the next; a low-pass of it with the alerting's time
 constant is what the index in the caution can be compared with, for in turbulence the raw one is all noise.
