@@ -80,25 +80,25 @@ class Watch:
 
 
 class Collision:
-    """Whether two vehicles touch: `b`, whose place in the body axes of `a` is in its view."""
+    """Whether a vehicle `v` touches the one it follows, `lead`, in whose body axes its view has its place."""
 
-    def __init__(self, a: Vehicle, b: Vehicle) -> None:
-        self.a, self.b = a, b
-        self._mine, self._other = bars_of(a.ac.structure.bars), bars_of(b.ac.structure.bars)
+    def __init__(self, lead: Vehicle, v: Vehicle) -> None:
+        self.lead, self.v = lead, v
+        self._mine, self._other = bars_of(lead.ac.structure.bars), bars_of(v.ac.structure.bars)
         self._reach = sum(_reach(x) for x in (self._mine, self._other))  # further apart the bars need no look
 
     def step(self) -> str:
-        """What has happened to `b`; "" while they are apart."""
-        xi = self.b.view.rel[n.R_XI : n.R_XI + 3]
+        """What has happened to `v`; "" while they are apart."""
+        xi = self.v.view.rel[n.R_XI : n.R_XI + 3]
         if not math.hypot(*xi) < self._reach:
             return ""
-        turn = _dcm(self.a).T @ _dcm(self.b)  # from the axes of b to those of a
+        turn = _dcm(self.lead).T @ _dcm(self.v)  # from the axes of v to the leader's
         place = np.array(xi)
         for start, stop, radius in self._other:
             here = place + turn @ start, place + turn @ stop
             for p, q, other in self._mine:
                 if distance(p, q, *here) < radius + other:
-                    return f"touched {self.a.cfg.name}"
+                    return f"touched {self.lead.cfg.name}"
         return ""
 
 
@@ -150,12 +150,11 @@ class Watches:
     """All aircraft of a world: each by itself, and each follower against the first."""
 
     def __init__(self, members: Sequence[Vehicle | Craft], vehicles: Sequence[Vehicle], dt_s: float) -> None:
-        self._alone = [Watch(v, dt_s) for v in members]
-        self._pairs = [Collision(vehicles[0], v) for v in vehicles[1:]]
+        self._all: list[Watch | Collision] = [Watch(v, dt_s) for v in members]
+        self._all += [Collision(vehicles[0], v) for v in vehicles[1:]]
 
     def step(self, t_us: int, tick: int) -> None:
         """Raises AircraftLostError for the first that is lost at this tick."""
-        for watch in (*self._alone, *self._pairs):
+        for watch in self._all:
             if what := watch.step():
-                name = watch.v.cfg.name if isinstance(watch, Watch) else watch.b.cfg.name
-                raise AircraftLostError(f"{name} {what} at t = {t_us / 1e6:.2f} s (tick {tick})")
+                raise AircraftLostError(f"{watch.v.cfg.name} {what} at t = {t_us / 1e6:.2f} s (tick {tick})")
