@@ -105,8 +105,8 @@ def _seconds(table: Table, on: Mask) -> float:
 
 
 def fdi_metrics(tlm: Columns) -> Flat:
-    """airdata.fdi.*: alarms (onsets), time in alarm, exclusions (onboard count), time each channel was kept out; {}
-    without the message."""
+    """airdata.fdi.*: alarms (onsets), time in alarm, exclusions (onboard count), time each channel was kept out; mean of
+    the test statistic, 2 without a fault, and the threshold it is held against; {} without the message."""
     fdi = tlm.get(RECEIVER, "FDI_STATUS")
     if fdi is None:
         return {}
@@ -115,7 +115,11 @@ def fdi_metrics(tlm: Columns) -> Flat:
         "airdata.fdi.samples": len(fdi),
         "airdata.fdi.valid_pct": float(100.0 * (fdi["valid"] != 0).mean()),
         "airdata.fdi.exclusions": int(fdi["exclusions"].max()),
+        "airdata.fdi.threshold": float(fdi["threshold"][-1]),
     }
+    checked = fdi["gamma"][fdi["valid"] != 0].astype(np.float64)
+    for i, variable in enumerate(VARIABLES):
+        out[f"airdata.fdi.gamma_mean.{variable}"] = float(checked[:, i].mean()) if len(checked) else None
     total = 0
     for i, variable in enumerate(VARIABLES):
         on = alarm >> i & 1 > 0

@@ -52,6 +52,7 @@ def _estimate(f: GustFlight) -> Flat:
         out[f"{name}.rms_{unit}"] = _rms(e)
         out[f"{name}.mean_{unit}"] = float(e.mean()) if len(e) else None
         known = np.isfinite(s)
+        out[f"{name}.nees"] = float(np.mean((e[known] / s[known]) ** 2)) if known.any() else None
         out[f"{name}.inside_2sigma_pct"] = (
             float(100.0 * np.mean(np.abs(e[known]) <= 2 * s[known])) if known.any() else None
         )

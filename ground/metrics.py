@@ -55,9 +55,10 @@ def error_stats(error: NDArray[np.float64]) -> Flat:
 
 
 def wind_stats(truth: NDArray[np.float64], hat: NDArray[np.float64], sigma: NDArray[np.float64]) -> Flat:
-    """Errors of wind estimates (n,3) NED [m/s] with their 1-sigma, against truth."""
-    keys = ["magnitude_rms_pct", "direction_rms_deg", "inside_3sigma_pct"]
-    keys += [f"{k}.{a}" for k in ("inside_3sigma_pct", "rms_mps") for a in NED]
+    """Errors of wind estimates (n,3) NED [m/s] with their 1-sigma, against truth. nees: mean square of error over its own sigma,
+    about 1 for an estimate that knows its error, below for one that is better than it says; nees_over_3 of the three axes."""
+    keys = ["magnitude_rms_pct", "direction_rms_deg", "inside_3sigma_pct", "nees_over_3"]
+    keys += [f"{k}.{a}" for k in ("inside_3sigma_pct", "rms_mps", "nees") for a in NED]
     out: Flat = {"samples": len(truth), **dict.fromkeys(keys)}
     if not len(truth):
         return out
@@ -69,8 +70,12 @@ def wind_stats(truth: NDArray[np.float64], hat: NDArray[np.float64], sigma: NDAr
     out["magnitude_rms_pct"] = float(100.0 * np.sqrt(np.mean(rel**2))) if len(rel) else None
     out["direction_rms_deg"] = float(np.degrees(np.sqrt(np.mean(angle**2))))
     out["inside_3sigma_pct"] = float(100.0 * inside.mean())
+    with np.errstate(divide="ignore", invalid="ignore"):
+        q = (error / sigma) ** 2
+    out["nees_over_3"] = float(q.mean())
     for i, axis in enumerate(NED):
         out[f"inside_3sigma_pct.{axis}"] = float(100.0 * inside[:, i].mean())
+        out[f"nees.{axis}"] = float(q[:, i].mean())
         out[f"rms_mps.{axis}"] = float(np.sqrt(np.mean(error[:, i] ** 2)))
     return out
 
