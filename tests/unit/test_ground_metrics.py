@@ -69,8 +69,8 @@ def test_magnitude_and_direction_on_paper() -> None:
 
 @pytest.mark.parametrize("factor", [0.25, 1.0, 4.0])
 def test_wind_nees_shows_too_much_and_too_little_confidence(factor: float) -> None:
-    """Gaussian errors of known sigma, and a filter that says `factor` times that: mean square 1 / factor^2; inside 3 sigma is 100 %
-    for a filter that says anything large enough."""
+    """Gaussian errors of known sigma, and a filter that says `factor` times that: mean square 1 / factor^2. (Inside 3 sigma it
+    is 100 % for a filter that says anything large enough.)"""
     rng = np.random.default_rng(1)
     sigma = np.array([0.3, 0.5, 0.2])
     error = rng.normal(0.0, sigma, (20_000, 3))
