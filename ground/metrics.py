@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from ground.airmetrics import airdata_metrics
 from ground.align import align, seconds
 from ground.columns import Columns, Table, hold, load
-from ground.folder import require
+from ground.folder import load_run
 from ground.geometry import wrap
 from ground.gust import has_gust
 from ground.gustmetrics import gust_metrics
@@ -203,9 +203,7 @@ def loop_metrics(tlm: Columns) -> Flat:
 def compute(run: Path, truth: Columns | None = None, tlm: Columns | None = None) -> Flat:
     """All metrics of a run folder. Raises LogError if it is none or a log is no log, ValueError if meta.json is broken."""
     if truth is None or tlm is None:
-        require(run)
-    truth = load(run / "truth.tlog") if truth is None else truth
-    tlm = load(run / "tlm.tlog") if tlm is None else tlm
+        truth, tlm = load_run(run)
     out = log_figures(run, truth, tlm)
     if has_gust(tlm):  # nobody refuels
         return out | gust_metrics(run, truth, tlm) | loop_metrics(tlm) | failure_metrics(run)

@@ -70,7 +70,7 @@ def log_figures(run: Path, truth: Columns, tlm: Columns) -> Flat:
     out.setdefault("run.sim_s", truth.end_us * 1e-6)
     both = {"truth": truth, "tlm": tlm}
     out |= {f"log.{name}.end_s": log.end_us * 1e-6 for name, log in both.items()}
-    for key in ("junk_bytes", "bad_stamps", "unknown"):
+    for key in ("packets", "junk_bytes", "bad_stamps", "unknown"):
         out[f"log.{key}"] = sum(getattr(log, key) for log in both.values())
     short = [f"{name}.tlog: its last record is cut off" for name, log in both.items() if log.cut_bytes]
     if end_s is not None:

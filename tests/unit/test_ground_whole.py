@@ -9,6 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from pymavlink.dialects.v10 import common as v1
 from typer.testing import CliRunner
 
 from flightsw.icd import mav
@@ -170,6 +171,22 @@ def test_damage_is_said_on_screen_and_in_the_figures(whole: Path, tmp_path: Path
     assert found["log.junk_bytes"] > 0 and found["run.outcome"] == "completed"
     for key in ("contact.error_rms_m.z", "wind.receiver.rms_mps.n"):
         assert found[key] == pytest.approx(before[key], rel=1e-3)
+
+
+@pytest.mark.parametrize("line", ["metrics", "convert", "screenshot --out x.png"])
+def test_a_log_of_another_vehicle_is_no_truth(tmp_path: Path, line: str) -> None:
+    """MAVLink 1 of an aircraft, put where the plant's log should be: one line and exit 2, no phantom systems."""
+    mav = v1.MAVLink(None, srcSystem=1, srcComponent=1)
+    raw = b"".join(
+        (1_600_000_000_000_000 + k * 100_000).to_bytes(8, "big")
+        + v1.MAVLink_heartbeat_message(1, 3, 81, 0, 4, 3).pack(mav)
+        for k in range(40)
+    )
+    for name in ("truth.tlog", "tlm.tlog"):
+        (tmp_path / name).write_bytes(raw)
+    r = CliRunner().invoke(app, [*line.split(), str(tmp_path)])
+    assert r.exit_code == 2 and len(r.stderr.splitlines()) == 1
+    assert "truth.tlog' is no plant's log: none of its 40 packets, of system 1, is a TRUTH" in r.stderr
 
 
 def test_what_is_in_one_log(whole: Path) -> None:
