@@ -11,9 +11,10 @@ from typing import Annotated, NoReturn
 
 import typer
 
+from flightsw.cli import Version, make
 from ground.report.cli import app as report_app
 
-app = typer.Typer(no_args_is_help=True, add_completion=False, help="Ground segment: record, convert, watch, command.")
+app = make("Ground segment: record, convert, watch, command.", no_args_is_help=True)
 app.add_typer(report_app, name="report")
 Run = Annotated[Path, typer.Argument(help="run folder")]
 PortOffset = Annotated[int, typer.Option("--port-offset", help="added to every port (parallel runs)")]
@@ -23,6 +24,14 @@ def _fail(message: object, code: int = 1) -> NoReturn:
     """One line on stderr, non-zero exit."""
     print(f"ground: {message}", file=sys.stderr)
     raise typer.Exit(code)
+
+
+@app.callback()
+def common(version: Version = False) -> None:
+    """What all commands have."""
+    from flightsw.icd.tlog import say_damage
+
+    say_damage("ground")
 
 
 @app.command()
@@ -45,16 +54,23 @@ def record(
 
 
 @app.command()
-def metrics(run: Run, write: Annotated[bool, typer.Option(help="also write RUN/summary.json")] = False) -> None:
+def metrics(
+    run: Annotated[Path, typer.Argument(help="run folder, or one .tlog: what is in it")],
+    write: Annotated[bool, typer.Option(help="also write RUN/summary.json")] = False,
+) -> None:
     """Figures of a run as flat JSON on stdout."""
-    from ground.columns import LogError
+    from ground.columns import LogError, load
+    from ground.folder import contents
     from ground.metrics import compute
 
     try:
-        text = json.dumps(compute(run), indent=1)
+        one = run.is_file() and not write
+        text = json.dumps(contents(load(run)) if one else compute(run), indent=1)
         if write:
             (run / "summary.json").write_text(text + "\n")
-    except (LogError, ValueError, OSError) as exc:
+    except (LogError, ValueError) as exc:
+        _fail(exc, 2)
+    except OSError as exc:
         _fail(exc)
     print(text)
 
@@ -68,7 +84,9 @@ def convert(run: Run) -> None:
         from ground.rrd import convert as to_rrd
 
         path = to_rrd(run)
-    except (LogError, OSError) as exc:
+    except LogError as exc:
+        _fail(exc, 2)
+    except OSError as exc:
         _fail(exc)
     print(path)
 
@@ -89,14 +107,18 @@ def screenshot(
 
     try:
         from ground.blueprint import NoTabError
+        from ground.folder import require
         from ground.rrd import contact_time, convert
         from ground.rrd.shot import ScreenshotError
         from ground.rrd.shot import screenshot as shoot
 
+        require(run)
         time_s = contact_time(load(run / "tlm.tlog")) if at is None else at
         with TemporaryDirectory() as folder:
             print(shoot(convert(run, Path(folder) / "run.rrd", near=not wide, tab=tab), out, size, time_s))
-    except (LogError, NoTabError, OSError, ScreenshotError) as exc:
+    except LogError as exc:
+        _fail(exc, 2)
+    except (NoTabError, OSError, ScreenshotError) as exc:
         _fail(exc)
 
 

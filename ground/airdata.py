@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flightsw.aircraft import load_aircraft
+from ground.align import GAP_US
 from ground.columns import Columns
 from ground.packets import RECEIVER, TANKER
 
@@ -109,10 +110,12 @@ class TruePosition:
     beta: Array
 
     def at(self, t_us: NDArray[np.int64]) -> tuple[NDArray[np.bool_], Array]:
-        """(inside, pos (n,3)): positions at other times, linear between samples; `inside` False beyond the log."""
+        """(inside, pos (n,3)): positions at other times, linear between samples; `inside` False beyond the log and in gaps."""
         if not len(self.t_us):
             return np.zeros(len(t_us), dtype=bool), np.zeros((len(t_us), 3))
-        inside = (t_us >= self.t_us[0]) & (t_us <= self.t_us[-1])
+        k = np.searchsorted(self.t_us, t_us, side="right") - 1
+        left, right = self.t_us[np.maximum(k, 0)], self.t_us[np.minimum(k + 1, len(self.t_us) - 1)]
+        inside = (k >= 0) & ((t_us == left) | ((t_us < right) & (right - left <= GAP_US)))
         return inside, np.stack([np.interp(t_us, self.t_us, self.pos[:, i]) for i in range(3)], axis=1)
 
     def turn(self, t_us: NDArray[np.int64], vector: Array) -> Array:

@@ -84,10 +84,12 @@ def position_metrics(truth: Columns, tlm: Columns) -> Flat:
         return {}
     at = wake["time_usec"].astype(np.int64)
     known, true = true_position(truth).at(at)
+    left_out = int((~known).sum())
     wake, at, true = wake.pick(known), at[known], true[known]
     error = wake["pos"].astype(np.float64)[:, 1:] - true[:, 1:]
     valid, cov = wake["valid"] != 0, wake["cov"].astype(np.float64)
     out = {f"airdata.position.{k}": v for k, v in position_stats(error, cov, valid, wake["nis"]).items()}
+    out["airdata.position.left_out"] = left_out
     out["airdata.position.restarts"] = int(wake["restarts"].max()) if len(wake) else 0
     for name, use in _phases(tlm, at).items():
         stats = position_stats(error[use], cov[use], valid[use], wake["nis"][use])
@@ -103,8 +105,8 @@ def _seconds(table: Table, on: Mask) -> float:
 
 
 def fdi_metrics(tlm: Columns) -> Flat:
-    """airdata.fdi.*: alarms (onsets), time in alarm, exclusions (onboard count), time each channel was kept out; {}
-    without the message."""
+    """airdata.fdi.*: alarms (onsets), time in alarm, exclusions (onboard count), time each channel was kept out; mean of
+    the test statistic, 2 without a fault, and the threshold it is held against; {} without the message."""
     fdi = tlm.get(RECEIVER, "FDI_STATUS")
     if fdi is None:
         return {}
@@ -113,7 +115,11 @@ def fdi_metrics(tlm: Columns) -> Flat:
         "airdata.fdi.samples": len(fdi),
         "airdata.fdi.valid_pct": float(100.0 * (fdi["valid"] != 0).mean()),
         "airdata.fdi.exclusions": int(fdi["exclusions"].max()),
+        "airdata.fdi.threshold": float(fdi["threshold"][-1]),
     }
+    checked = fdi["gamma"][fdi["valid"] != 0].astype(np.float64)
+    for i, variable in enumerate(VARIABLES):
+        out[f"airdata.fdi.gamma_mean.{variable}"] = float(checked[:, i].mean()) if len(checked) else None
     total = 0
     for i, variable in enumerate(VARIABLES):
         on = alarm >> i & 1 > 0

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from flightsw.icd.tlog import read
-from ground.columns import LogError
+from ground.folder import require
 from ground.packets import NAMES, decode, packet_id
 
 
@@ -63,7 +63,7 @@ def _fields(a: bytes, b: bytes) -> str:
 
 
 def first_difference(a: Path, b: Path) -> str:
-    """The first record in which two logs differ, decoded; "" if the records are equal (only a cut-off end differs)."""
+    """The first record in which two logs differ, decoded; "" if all sound records are equal (the damage differs)."""
     left, right = read(a), read(b)
     number = 0
     while True:
@@ -87,14 +87,11 @@ def _figures(run: Path) -> dict[str, Any]:
 
 
 def compare(a: Path, b: Path) -> Diff:
-    """Compare two run folders. Raises LogError if one is no run folder or a log is damaged."""
+    """Compare two run folders. Raises LogError if one is no run folder, TlogError if a log is none."""
     out = Diff()
     for run in (a, b):
-        if not run.is_dir():
-            raise LogError(f"{str(run)!r} is not a run folder")
+        require(run, ())
     names = sorted({p.name for run in (a, b) for p in run.glob("*.tlog")})
-    if not names:
-        raise LogError(f"neither {str(a)!r} nor {str(b)!r} has a .tlog")
     for name in names:
         x, y = a / name, b / name
         if not (x.exists() and y.exists()):
@@ -103,7 +100,11 @@ def compare(a: Path, b: Path) -> Diff:
             continue
         sha = (_sha(x), _sha(y))
         same = sha[0] == sha[1]
-        out.logs.append(LogDiff(name, same, sha, "" if same else first_difference(x, y) or "ends differ"))
+        out.logs.append(
+            LogDiff(
+                name, same, sha, "" if same else first_difference(x, y) or "only bytes that belong to no sound packet"
+            )
+        )
     left, right = _figures(a), _figures(b)
     for key in sorted(left.keys() | right.keys()):
         if key.startswith("run.sim_s_per_wall_s"):

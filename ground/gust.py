@@ -1,4 +1,4 @@
-"""The gust mission's flights as arrays: estimate and truth at equal times, for figures and pictures.
+"""The gust mission's flights as arrays: estimate and truth at the estimate's times, for figures and pictures.
 
 Truth of alpha_W is the down wind over the trim speed, truth of the vane bias what the scenario's events added, a_z the mean
 upward acceleration from one row of the truth to the next. Truth that the run folder does not hold is NaN.
@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from scipy import signal
 
 from flightsw.icd import mav
-from ground.columns import Columns, Table, load, match
+from ground.align import align
+from ground.columns import Columns, Table, load
 
 Array = NDArray[np.float64]
 BAND_HZ = 2.0
@@ -73,6 +74,7 @@ class GustFlight:
     truth: Array  # [N,3]
     valid: NDArray[np.bool_]
     a_z: Array  # [N] m/s^2
+    left_out: int = 0  # estimates without truth
 
     @property
     def t(self) -> Array:
@@ -139,13 +141,13 @@ def flights(run: Path, truth: Columns, tlm: Columns) -> list[GustFlight]:
         state, true = tlm.get(sysid, "GUST_STATE"), truth.get(sysid, "TRUTH")
         if state is None or true is None:
             continue
-        i, j = match(true.t_us, state.t_us)
-        if len(i) < 3:
+        a = align(true.t_us, state.t_us)
+        if len(a) < 3:
             continue
         climb = -true["vel_n"][:, 2]
         rise = np.diff(climb) / np.diff(true.t_us * 1e-6)
-        up = np.append(rise, rise[-1])[i]
-        true, state = true.pick(i), state.pick(j)
+        up = np.append(rise, rise[-1])[a.left]
+        true, state = a.table(true), state.pick(a.at)
         t = true.t_us.astype(np.float64) * 1e-6
         forward = true["vel_n"][:, :2] / np.maximum(np.linalg.norm(true["vel_n"][:, :2], axis=1, keepdims=True), 1e-9)
         tail = (forward * true["wind_n"][:, :2]).sum(axis=1)
@@ -153,5 +155,5 @@ def flights(run: Path, truth: Columns, tlm: Columns) -> list[GustFlight]:
         known = np.stack([true["wind_n"][:, 2] / trim_speed(sc, name), tail, bias], axis=1)
         columns = [AW, VW, AB]
         est, sigma = (state[k][:, columns].astype(np.float64) for k in ("est", "sigma"))
-        out.append(GustFlight(name, true.t_us, state, true, est, sigma, known, state["valid"] != 0, up))
+        out.append(GustFlight(name, true.t_us, state, true, est, sigma, known, state["valid"] != 0, up, a.left_out))
     return out

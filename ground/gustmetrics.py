@@ -42,7 +42,7 @@ def gust_metrics(run: Path, truth: Columns, tlm: Columns) -> Flat:
 def _estimate(f: GustFlight) -> Flat:
     use = f.valid & (f.t >= SETTLE_S)
     late = use & (f.t >= BIAS_S) if f.t[-1] > BIAS_S + 1.0 else use
-    out: Flat = {"samples": int(use.sum()), "valid_pct": float(100.0 * f.valid.mean())}
+    out: Flat = {"samples": int(use.sum()), "left_out": f.left_out, "valid_pct": float(100.0 * f.valid.mean())}
     for i, name in enumerate(SHOWN):
         unit, factor = UNITS[name]
         mask = late if name == "bias" else use
@@ -52,6 +52,7 @@ def _estimate(f: GustFlight) -> Flat:
         out[f"{name}.rms_{unit}"] = _rms(e)
         out[f"{name}.mean_{unit}"] = float(e.mean()) if len(e) else None
         known = np.isfinite(s)
+        out[f"{name}.nees"] = float(np.mean((e[known] / s[known]) ** 2)) if known.any() else None
         out[f"{name}.inside_2sigma_pct"] = (
             float(100.0 * np.mean(np.abs(e[known]) <= 2 * s[known])) if known.any() else None
         )

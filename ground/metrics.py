@@ -1,16 +1,16 @@
-"""Figures of a run for `summary.json`: truth against command and estimate, at equal sample times.
+"""Figures of a run for `summary.json`: truth against command and estimate, at the estimate's sample times.
 
 Station keeping: true xi of the receiver minus the commanded one (RELATIVE_STATE.cmd_pos) while the mission measures.
 Wind: NAV_STATE against the effective wind in TRUTH; receiver over the same time as station keeping, tanker from
 `SETTLE_S` on. Magnitude error relative to the true magnitude, direction error in the horizontal plane.
 Wake position and fault detection from air data, where the run has them: ground.airmetrics. A receiver that starts en route:
 ground.joinmetrics. A tanker that meets one by TACAN: ground.rendezvous.
-Keys are flat and dotted, SI unless the name ends in another unit; a figure without samples is None.
+Keys are flat and dotted, SI unless the name ends in another unit; a figure without samples is None. `left_out`: samples for
+which there is no truth near enough (ground.align).
 """
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -18,13 +18,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ground.airmetrics import airdata_metrics
-from ground.columns import Columns, Table, hold, load, match
+from ground.align import align, seconds
+from ground.columns import Columns, Table, hold, load
+from ground.folder import load_run
 from ground.geometry import wrap
 from ground.gust import has_gust
 from ground.gustmetrics import gust_metrics
 from ground.joinmetrics import join_metrics
 from ground.packets import AIRCRAFT, IDS, RECEIVER, TANKER
 from ground.rendezvous import rendezvous_metrics
+from ground.whole import log_figures
 from ground.windshear import has_windshear
 from ground.windshearmetrics import windshear_metrics
 
@@ -32,6 +35,7 @@ assert {"NAV_STATE", "RELATIVE_STATE", "MISSION_STATUS", "TRUTH"} <= set(IDS), "
 
 SETTLE_S = 60.0  # [s] the tanker's wind figures start here
 TURN_RATE = np.radians(0.2)  # [rad/s] commanded turn rate from which the tanker counts as turning
+TELEMETRY_GAP_US = 250_000  # [us] estimates of two aircraft are brought together over this much
 PHASE_TURN = 11  # WKF_PHASE
 AXES = "xyz"
 NED = "ned"
@@ -51,9 +55,10 @@ def error_stats(error: NDArray[np.float64]) -> Flat:
 
 
 def wind_stats(truth: NDArray[np.float64], hat: NDArray[np.float64], sigma: NDArray[np.float64]) -> Flat:
-    """Errors of wind estimates (n,3) NED [m/s] with their 1-sigma, against truth."""
-    keys = ["magnitude_rms_pct", "direction_rms_deg", "inside_3sigma_pct"]
-    keys += [f"{k}.{a}" for k in ("inside_3sigma_pct", "rms_mps") for a in NED]
+    """Errors of wind estimates (n,3) NED [m/s] with their 1-sigma, against truth. nees: mean square of error over its own sigma,
+    about 1 for an estimate that knows its error, below for one that is better than it says; nees_over_3 of the three axes."""
+    keys = ["magnitude_rms_pct", "direction_rms_deg", "inside_3sigma_pct", "nees_over_3"]
+    keys += [f"{k}.{a}" for k in ("inside_3sigma_pct", "rms_mps", "nees") for a in NED]
     out: Flat = {"samples": len(truth), **dict.fromkeys(keys)}
     if not len(truth):
         return out
@@ -65,8 +70,12 @@ def wind_stats(truth: NDArray[np.float64], hat: NDArray[np.float64], sigma: NDAr
     out["magnitude_rms_pct"] = float(100.0 * np.sqrt(np.mean(rel**2))) if len(rel) else None
     out["direction_rms_deg"] = float(np.degrees(np.sqrt(np.mean(angle**2))))
     out["inside_3sigma_pct"] = float(100.0 * inside.mean())
+    with np.errstate(divide="ignore", invalid="ignore"):
+        q = (error / sigma) ** 2
+    out["nees_over_3"] = float(q.mean())
     for i, axis in enumerate(NED):
         out[f"inside_3sigma_pct.{axis}"] = float(100.0 * inside[:, i].mean())
+        out[f"nees.{axis}"] = float(q[:, i].mean())
         out[f"rms_mps.{axis}"] = float(np.sqrt(np.mean(error[:, i] ** 2)))
     return out
 
@@ -93,22 +102,28 @@ def contact_error(truth: Columns, tlm: Columns) -> tuple[NDArray[np.int64], NDAr
     rel, true = tlm.get(RECEIVER, "RELATIVE_STATE"), truth.get(RECEIVER, "TRUTH")
     if rel is None or true is None:
         return np.empty(0, dtype=np.int64), np.empty((0, 3))
-    i, j = match(true.t_us, rel.t_us)
-    return true.t_us[i], true["xi"][i] - rel["cmd_pos"][j].astype(np.float64)
+    a = align(true.t_us, rel.t_us)
+    return rel.t_us[a.at], a.of(true["xi"]) - rel["cmd_pos"][a.at].astype(np.float64)
 
 
 def contact_metrics(truth: Columns, tlm: Columns) -> Flat:
     """contact.* : error statistics while measuring, all together, on straight legs and in turns; time measured."""
-    t_us, error = contact_error(truth, tlm)
-    counts = _measuring(tlm, t_us)
-    t_us, error = t_us[counts], error[counts]
+    all_us, error = contact_error(truth, tlm)
+    counts = _measuring(tlm, all_us)
+    t_us, error = all_us[counts], error[counts]
     turning = _turning(tlm, t_us)
-    step = float(np.median(np.diff(t_us))) * 1e-6 if len(t_us) > 1 else 0.0
-    out: Flat = {"contact.samples": len(t_us), "contact.time_s": len(t_us) * step}
+    turns = counts & _turning(tlm, all_us)
+    rel = tlm.get(RECEIVER, "RELATIVE_STATE")
+    sent = 0 if rel is None else int(_measuring(tlm, rel.t_us).sum())
+    out: Flat = {
+        "contact.samples": len(t_us),
+        "contact.left_out": sent - len(t_us),
+        "contact.time_s": seconds(all_us, counts),
+    }
     for name, part in (("", slice(None)), ("straight.", ~turning), ("turn.", turning)):
         out |= {f"contact.{name}{k}": v for k, v in error_stats(error[part]).items()}
-    out["contact.straight.time_s"] = float((~turning).sum()) * step
-    out["contact.turn.time_s"] = float(turning.sum()) * step
+    out["contact.straight.time_s"] = seconds(all_us, counts & ~turns)
+    out["contact.turn.time_s"] = seconds(all_us, turns)
     true = truth.get(RECEIVER, "TRUTH")
     inside = None if true is None else hold(t_us, true.t_us, true["inside"]).astype(bool)
     out["contact.inside_envelope_pct"] = float(100.0 * inside.mean()) if inside is not None and len(inside) else None
@@ -116,13 +131,19 @@ def contact_metrics(truth: Columns, tlm: Columns) -> Flat:
 
 
 def _wind_pairs(truth: Columns, tlm: Columns, sysid: int) -> tuple[Table, Table] | None:
-    """(truth rows, NAV_STATE rows) of one aircraft at equal times, estimates marked valid only."""
+    """(truth rows, NAV_STATE rows) of one aircraft at the times of the latter, estimates marked valid only."""
     nav, true = tlm.get(sysid, "NAV_STATE"), truth.get(sysid, "TRUTH")
     if nav is None or true is None:
         return None
     nav = nav.pick(nav["valid"] != 0)
-    i, j = match(true.t_us, nav.t_us)
-    return true.pick(i), nav.pick(j)
+    a = align(true.t_us, nav.t_us)
+    return a.table(true), nav.pick(a.at)
+
+
+def _left_out(tlm: Columns, sysid: int, used_us: NDArray[np.int64]) -> int:
+    """Valid estimates of one aircraft that no truth was near enough to."""
+    nav = tlm.get(sysid, "NAV_STATE")
+    return 0 if nav is None else int((nav["valid"] != 0).sum()) - len(used_us)
 
 
 def wind_metrics(truth: Columns, tlm: Columns) -> Flat:
@@ -144,14 +165,15 @@ def wind_metrics(truth: Columns, tlm: Columns) -> Flat:
             nav["wind_sigma"][use].astype(np.float64),
         )
         out |= {f"wind.{name}.{k}": v for k, v in stats.items()}
+        out[f"wind.{name}.left_out"] = _left_out(tlm, sysid, true.t_us)
     out["wind.receiver.downwash_mean_mps.truth"] = out["wind.receiver.downwash_mean_mps.estimate"] = None
     if len(pairs) == 2:
         (true_t, nav_t), (true_r, nav_r) = pairs[TANKER], pairs[RECEIVER]
-        i, j = match(true_t.t_us, true_r.t_us)
-        use = _measuring(tlm, true_t.t_us[i])
+        lead = align(true_t.t_us, true_r.t_us, TELEMETRY_GAP_US)  # the two send at their own times
+        use = _measuring(tlm, true_r.t_us[lead.at])
         if use.any():
-            true = (true_r["wind_n"][j][:, 2] - true_t["wind_n"][i][:, 2])[use]
-            hat = (nav_r["wind"][j][:, 2] - nav_t["wind"][i][:, 2])[use]
+            true = (true_r["wind_n"][lead.at][:, 2] - lead.of(true_t["wind_n"])[:, 2])[use]
+            hat = (nav_r["wind"][lead.at][:, 2] - lead.of(nav_t["wind"])[:, 2])[use]
             out["wind.receiver.downwash_mean_mps.truth"] = float(true.mean(dtype=np.float64))
             out["wind.receiver.downwash_mean_mps.estimate"] = float(hat.mean(dtype=np.float64))
     return out
@@ -178,35 +200,11 @@ def loop_metrics(tlm: Columns) -> Flat:
     return {"loop.slips": slips, "link.dropped": sum(tlm.dropped.values())}
 
 
-def flatten(nested: dict[str, Any], prefix: str = "") -> Flat:
-    """Nested mapping as flat dotted keys."""
-    out: Flat = {}
-    for key, value in nested.items():
-        if isinstance(value, dict):
-            out |= flatten(value, f"{prefix}{key}.")
-        else:
-            out[f"{prefix}{key}"] = value
-    return out
-
-
-def read_meta(run: Path) -> Flat:
-    """meta.json of a run folder as flat keys; {} without one. Raises ValueError naming the file if it is not JSON."""
-    path = run / "meta.json"
-    if not path.exists():
-        return {}
-    try:
-        return flatten(json.loads(path.read_text()))
-    except json.JSONDecodeError as exc:
-        raise ValueError(f"{str(path)!r} is not JSON: {exc}") from exc
-
-
 def compute(run: Path, truth: Columns | None = None, tlm: Columns | None = None) -> Flat:
-    """All metrics of a run folder. Raises LogError if a log is missing, ValueError if meta.json is broken."""
-    truth = load(run / "truth.tlog") if truth is None else truth
-    tlm = load(run / "tlm.tlog") if tlm is None else tlm
-    out: Flat = {k: v for k, v in read_meta(run).items() if k.startswith("run.")}
-    out.setdefault("run.outcome", None)
-    out["run.sim_s"] = truth.end_us * 1e-6
+    """All metrics of a run folder. Raises LogError if it is none or a log is no log, ValueError if meta.json is broken."""
+    if truth is None or tlm is None:
+        truth, tlm = load_run(run)
+    out = log_figures(run, truth, tlm)
     if has_gust(tlm):  # nobody refuels
         return out | gust_metrics(run, truth, tlm) | loop_metrics(tlm) | failure_metrics(run)
     if has_windshear(tlm):

@@ -1,9 +1,7 @@
-"""MAVLink 2 framing as the ground needs it: split a datagram, check it, find its time; no field decoding here.
+"""Packets as the ground needs them: split a datagram, check it, find its time, read its fields.
 
 Everything is looked up in tables made once from the generated dialect, so that a new message in the XML needs no edit.
-Framing: magic 0xFD, length, incompat, compat, seq, sysid, compid, id (3 bytes, little endian), payload with trailing
-zeros cut off, CRC-16/MCRF4XX over everything after the magic plus CRC_EXTRA, signature (13 bytes) if incompat bit 0.
-Source: MAVLink 2 serialisation guide (mavlink.io).
+Framing: flightsw.icd.framing.
 """
 
 from __future__ import annotations
@@ -12,14 +10,11 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from fastcrc import crc16
 
 from flightsw.icd import mav
+from flightsw.icd.framing import HEAD, TIME, V2, as_v2, check, next_sound
 
-MAGIC = 0xFD
-HEADER = 10  # bytes before the payload
-CRC = 2
-SIGNATURE = 13
+HEADER = HEAD[V2]  # bytes before the payload
 PHASES: dict[int, str] = {
     value: entry.name.removeprefix("WKF_PHASE_")
     for value, entry in mav.enums.get("WKF_PHASE", {}).items()
@@ -31,7 +26,6 @@ FLAGS = [
 AIRCRAFT: dict[int, str] = {1: "tanker", 2: "receiver"}  # sysid -> name of the entity path
 TANKER, RECEIVER = 1, 2
 
-_crc = crc16.mcrf4xx
 _NUMPY = {"c": "S", "b": "i1", "B": "u1", "h": "<i2", "H": "<u2", "i": "<i4", "I": "<u4", "q": "<i8", "Q": "<u8"}
 _NUMPY |= {"f": "<f4", "d": "<f8"}
 
@@ -54,22 +48,8 @@ def _dtype(cls: Any) -> np.dtype:
 NAMES: dict[int, str] = {i: c.msgname for i, c in mav.mavlink_map.items() if i >= 0}
 IDS: dict[str, int] = {n: i for i, n in NAMES.items()}
 DTYPES: dict[int, np.dtype] = {i: _dtype(c) for i, c in mav.mavlink_map.items() if i >= 0}
-CRC_EXTRA: dict[int, bytes] = {i: bytes([c.crc_extra]) for i, c in mav.mavlink_map.items() if i >= 0}
 
 
-def _time_fields() -> dict[int, tuple[int, int, int]]:
-    """id -> (offset in the payload, size, factor to microseconds) of the message's time field."""
-    out: dict[int, tuple[int, int, int]] = {}
-    for i, dt in DTYPES.items():
-        for name, factor in (("time_usec", 1), ("time_boot_ms", 1000)):
-            if dt.fields is not None and name in dt.fields:
-                sub, offset = dt.fields[name][:2]
-                out[i] = (offset, sub.itemsize, factor)
-                break
-    return out
-
-
-TIME: dict[int, tuple[int, int, int]] = _time_fields()
 MISSION_STATUS = IDS.get("MISSION_STATUS", -1)
 _PHASE_AT = DTYPES[MISSION_STATUS].fields["phase"][1] if MISSION_STATUS >= 0 else 0  # type: ignore[index]
 
@@ -107,29 +87,22 @@ def health_words(failed: int) -> str:
 
 
 def split(datagram: bytes) -> Iterator[tuple[bytes, str]]:
-    """Packets of a datagram as (bytes, fault). Fault is "" for a sound packet of the dialect, else what is wrong:
-    "magic" (rest of the datagram skipped), "truncated", "unknown" (id not in the dialect, CRC not checkable), "crc"."""
+    """Packets of a datagram as (bytes, fault). Fault is "" for a sound packet of the dialect (in MAVLink 2 framing, whichever
+    it came in), else what is wrong: "magic" or "truncated" (bytes up to the next sound packet), "unknown" (id not in the
+    dialect, CRC not checkable), "crc"."""
     pos, end = 0, len(datagram)
     while pos < end:
-        if datagram[pos] != MAGIC:
-            yield datagram[pos:], "magic"
-            return
-        if end - pos < HEADER + CRC:
-            yield datagram[pos:], "truncated"
-            return
-        body = pos + HEADER + datagram[pos + 1]
-        stop = body + CRC + (SIGNATURE if datagram[pos + 2] & 1 else 0)
-        if stop > end:
-            yield datagram[pos:], "truncated"
-            return
-        packet = datagram[pos:stop]
-        extra = CRC_EXTRA.get(packet[7] | packet[8] << 8 | packet[9] << 16)
-        if extra is None:
-            yield packet, "unknown"
-        elif _crc(datagram[pos + 1 : body] + extra) != datagram[body] | datagram[body + 1] << 8:
-            yield packet, "crc"
+        what, size = check(datagram, pos)
+        stop = pos + size
+        if not what:
+            yield as_v2(datagram[pos:stop]), ""
         else:
-            yield packet, ""
+            lost = (
+                what == "crc" and stop < end and check(datagram, stop)[0] not in ("", "unknown")
+            )  # its length is wrong too
+            if lost or what in ("magic", "truncated"):
+                stop = next_sound(datagram, pos + 1)
+            yield datagram[pos:stop], what
         pos = stop
 
 

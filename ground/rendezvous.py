@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ground.columns import Columns, Table, hold, match
+from ground.align import align
+from ground.columns import Columns, Table, hold
 from ground.geometry import quat_euler
 from ground.packets import RECEIVER, TANKER
 
@@ -86,12 +87,12 @@ def errors(truth: Columns, state: Table) -> tuple[NDArray[np.int64], Array, Arra
     s = state.pick(state["valid"] != 0)
     if true is None or not len(s):
         return np.empty(0, dtype=np.int64), np.empty((0, 4)), np.empty((0, 4, 4))
-    i, j = match(true.t_us, s.t_us)
-    f = frame_of(state)
-    at = to_r(f, true["pos_n"][i, 0] - f[0], true["pos_n"][i, 1] - f[1])
-    v = to_r(f, true["vel_n"][i, 0], true["vel_n"][i, 1])
+    a = align(true.t_us, s.t_us)
+    f, pos, vel = frame_of(state), a.of(true["pos_n"]), a.of(true["vel_n"])
+    at = to_r(f, pos[:, 0] - f[0], pos[:, 1] - f[1])
+    v = to_r(f, vel[:, 0], vel[:, 1])
     want = np.stack([at[:, 0], v[:, 0], at[:, 1], v[:, 1]], axis=1)
-    return s.t_us[j], s["est"][j].astype(np.float64) - want, covariances(s["cov"][j])
+    return s.t_us[a.at], s["est"][a.at].astype(np.float64) - want, covariances(s["cov"][a.at])
 
 
 def nees3(error: Array, cov: Array) -> Array:
@@ -127,6 +128,7 @@ def rendezvous_metrics(run: Path, truth: Columns, tlm: Columns) -> Flat:
         out["rendezvous.x_m"], out["rendezvous.y_m"] = float(d[0] - separation(run)), float(d[1])
         out["rendezvous.closing_mps"] = float(-v[0])
     t, e, P = errors(truth, state)
+    out["rendezvous.left_out"] = int((state["valid"] != 0).sum()) - len(t)
     before = t <= (end if end is not None else t[-1] if len(t) else 0)
     if before.any():
         q = nees3(e[before], P[before])

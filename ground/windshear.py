@@ -1,4 +1,4 @@
-"""The windshear mission's flights as arrays: estimate and truth at equal times, the hazard index of both, and the downburst.
+"""The windshear mission's flights as arrays: estimate and truth at the estimate's times, the hazard index of both, the downburst.
 
 The true hazard index takes the wind's change from one row of the truth to the next; a low-pass of it with the alerting's time
 constant is what the index in the caution can be compared with, for in turbulence the raw one is all noise.
@@ -18,7 +18,8 @@ from scipy import signal
 from scipy.optimize import brentq
 
 from flightsw.icd import mav
-from ground.columns import Columns, Table, match
+from ground.align import align
+from ground.columns import Columns, Table
 
 Array = NDArray[np.float64]
 G = 9.81
@@ -91,6 +92,7 @@ class WindshearFlight:
     valid: NDArray[np.bool_]
     burst: Downburst
     thresholds: dict[str, float]
+    left_out: int = 0  # estimates without truth
 
     @property
     def t(self) -> Array:
@@ -148,12 +150,13 @@ def flights(run: Path, truth: Columns, tlm: Columns) -> list[WindshearFlight]:
         )
         if state is None or true is None:
             continue
-        i, j = match(true.t_us, state.t_us)
-        if len(i) < 3:
+        a = align(true.t_us, state.t_us)
+        if len(a) < 3:
             continue
         known, F = _known(true)
-        state, t_us = state.pick(j), true.t_us[i]
-        phase = np.zeros(len(i), dtype=np.int64)
+        state = state.pick(a.at)
+        t_us = state.t_us
+        phase = np.zeros(len(a), dtype=np.int64)
         if mission is not None and len(mission.t_us):
             at = np.searchsorted(mission.t_us, t_us, side="right") - 1
             phase = np.where(at >= 0, mission["phase"][np.maximum(at, 0)], 0).astype(np.int64)
@@ -165,12 +168,13 @@ def flights(run: Path, truth: Columns, tlm: Columns) -> list[WindshearFlight]:
                 state,
                 x,
                 sigma,
-                known[i],
-                F[i],
+                a.of(known),
+                a.of(F),
                 phase,
                 state["valid"] != 0,
                 _burst(run, name),
                 _thresholds(run, name),
+                a.left_out,
             )
         )
     return out

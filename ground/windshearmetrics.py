@@ -46,12 +46,13 @@ def windshear_metrics(run: Path, truth: Columns, tlm: Columns) -> Flat:
 
 def _estimate(f: WindshearFlight) -> Flat:
     use = f.valid & (f.t >= SETTLE_S)
-    out: Flat = {"samples": int(use.sum()), "valid_pct": float(100.0 * f.valid.mean())}
+    out: Flat = {"samples": int(use.sum()), "left_out": f.left_out, "valid_pct": float(100.0 * f.valid.mean())}
     for name, at in (("w_x", WX), ("w_h", WH)):
         e, s = f.x[use, at] - f.true[use, at], f.sigma[use, at]
         out[f"{name}.rms_mps"] = _rms(e)
         out[f"{name}.max_mps"] = float(np.abs(e).max()) if len(e) else None
         out[f"{name}.inside_2sigma_pct"] = float(100.0 * np.mean(np.abs(e) <= 2.0 * s)) if len(e) else None
+        out[f"{name}.nees"] = float(np.mean((e / s) ** 2)) if len(e) else None
         other = f.state["wind_monitor"][use, at - WX].astype(np.float64) - f.true[use, at]
         out[f"monitor.{name}.rms_mps"] = _rms(other[np.isfinite(other)])
     out["height.rms_m"] = _rms(f.x[use, H] - f.true[use, H])

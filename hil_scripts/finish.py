@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -23,11 +24,14 @@ EXIT_EXPECT = 4  # completed, but a bound of the scenario is violated
 def finish(plan: RunPlan, run: Path, outcome: Outcome, rrd: bool, console: Console, stop: StopFlag) -> int:
     """Write summary.json and run.rrd, print what came out, return the exit code of `sil run`."""
     summary: dict[str, Any] = {}
+    _write(run, {"run.outcome": outcome.outcome, "run.sim_s": round(outcome.sim_s, 3)})  # what the logs must reach
     if outcome.outcome in ("completed", "lost"):
         if _step("metrics", ["ground", "metrics", "--write", str(run)], run, console, stop):
             summary = _read_summary(run, console)
         if rrd and not stop:
             _step("convert", ["ground", "convert", str(run)], run, console, stop)
+    if summary.get("run.outcome") == "truncated":
+        outcome = replace(outcome, outcome="truncated", reason=str(summary["run.reason"]))
     flown = {
         "run.outcome": outcome.outcome,
         "run.scenario": plan.scenario_name,
@@ -39,16 +43,13 @@ def finish(plan: RunPlan, run: Path, outcome: Outcome, rrd: bool, console: Conso
         flown["run.reason"] = outcome.reason
     got_metrics = bool(summary)
     summary = flown | {k: v for k, v in summary.items() if k not in flown}
-    finite = {
-        k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in summary.items()
-    }  # JSON has no NaN
-    (run / "summary.json").write_text(json.dumps(finite, indent=2) + "\n")
+    _write(run, summary)
     verdict.show_summary(console, summary)
     code = 0
     if outcome.outcome == "aborted":
         console.print(outcome.reason, style="yellow", highlight=False)
         code = 128 + outcome.signum
-    elif outcome.outcome == "lost":
+    elif outcome.outcome in ("lost", "truncated"):
         console.print(outcome.reason, style="red", markup=False, highlight=False)
         code = EXIT_FAILED
     elif outcome.outcome != "completed" or not got_metrics:
@@ -57,6 +58,13 @@ def finish(plan: RunPlan, run: Path, outcome: Outcome, rrd: bool, console: Conso
         code = _judge(plan, summary, console)
     _where(run, outcome, console)
     return 128 + stop.signum if stop and code == 0 else code
+
+
+def _write(run: Path, summary: dict[str, Any]) -> None:
+    finite = {
+        k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in summary.items()
+    }  # JSON has no NaN
+    (run / "summary.json").write_text(json.dumps(finite, indent=2) + "\n")
 
 
 def _judge(plan: RunPlan, summary: dict[str, Any], console: Console) -> int:

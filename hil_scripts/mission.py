@@ -24,8 +24,8 @@ PEER_SILENT = 3  # exit code of a program whose peer fell silent: a consequence,
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a run ended. `outcome` is completed, lost (an aircraft; the logs are whole up to there), aborted (asked to stop) or
-    failed."""
+    """How a run ended. `outcome` is completed, lost (an aircraft; the logs are whole up to there), truncated (its logs stop
+    before its end), aborted (asked to stop) or failed."""
 
     outcome: str
     reason: str

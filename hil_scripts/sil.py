@@ -120,8 +120,10 @@ def warmup(force: Annotated[bool, typer.Option("--force", help="Also when nothin
 def replay(run: RunDir) -> None:
     """Re-run the onboard software from its recorded inputs; exit 1 if any output differs."""
     kernel_cache.use()
+    from flightsw.icd.tlog import say_damage
     from hil_scripts import replay_cmd
 
+    say_damage("sil")
     try:
         same = replay_cmd.show(Console(), replay_cmd.replay_run(run))
     except (ValueError, OSError) as e:

@@ -26,6 +26,7 @@ from sim_plant.kernels.eom import step as integrate
 from sim_plant.kernels.geometry import relative
 from sim_plant.kernels.observe import observe
 from sim_plant.kernels.rot import quat_dcm
+from sim_plant.lost import AircraftLostError, Watches
 from sim_plant.scenario import SIXDOF, Scenario
 from sim_plant.traffic import Traffic
 from sim_plant.trim import throttle_for, trim
@@ -33,6 +34,7 @@ from sim_plant.truth import Truth, truth_of
 from sim_plant.vehicle import Vehicle
 from sim_plant.wind.field import AirMass
 
+__all__ = ["AircraftLostError", "Injected", "World"]
 MAG_N = np.array([0.215, 0.010, 0.440])  # [gauss] earth's field at the origin, NED (mid-latitude dipole)
 GROUND_SYSID, GROUND_COMPID = 255, 190
 
@@ -46,10 +48,6 @@ class Injected:
     command: Command
     verdict: Verdict
     scripted: bool
-
-
-class AircraftLostError(RuntimeError):
-    """An aircraft reached the ground, or its state is no longer finite. The text names it and the time."""
 
 
 class World:
@@ -71,6 +69,7 @@ class World:
         self.crafts = [make_craft(c, ac, scenario, self.seed) for c, ac in records if c.model != SIXDOF]
         both: list[Vehicle | Craft] = [*self.vehicles, *self.crafts]
         self.members = sorted(both, key=lambda v: scenario.aircraft.index(v.cfg))
+        self.watches = Watches(self.members, self.vehicles, self.dt_s)
         self.air = AirMass(scenario.wind, self.vehicles, self.seed, self.dt_s)
         for v in self.vehicles:
             self._start(v)
@@ -205,7 +204,7 @@ class World:
                 view.rel = v.rel.tolist()
         for c in self.crafts:
             c.observe()
-        self._all_fly()
+        self.watches.step(self.t_us, self.tick)
         for v in self._tuned:
             self._tune(v)
         if self.boom is not None and self._receiver is not None:
@@ -223,13 +222,6 @@ class World:
             )
             r.transfer_kgps, lead.view.transfer_kgps = flow, -flow
 
-    def _all_fly(self) -> None:
-        for v in self.members:
-            z = v.view.s[n.S_P + 2]
-            if not z < 0.0:  # also true for NaN
-                what = "hit the ground" if math.isfinite(z) else "has left the model: its state is not finite"
-                raise AircraftLostError(f"{v.cfg.name} {what} at t = {self.t_us / 1e6:.2f} s (tick {self.tick})")
-
     def _tune(self, v: Vehicle) -> None:
         """What the TACAN and the radar of `v` are directed at."""
         tf, track = self.traffic, self.scenario.track
@@ -244,7 +236,7 @@ class World:
     def sense(self) -> list[SensorFrame]:
         """Sensor frames of the current tick, one per aircraft. The frame objects are reused from tick to tick.
 
-        Raises AircraftLostError when an aircraft is no longer flying.
+        Raises AircraftLostError when an aircraft is lost.
         """
         if self._sensed:
             return [v.frame for v in self.members]

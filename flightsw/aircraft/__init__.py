@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
+from flightsw.aircraft.structure import Structure
 from flightsw.strict import ConfigError, OneOf, Range, load, read_toml
 
 HERE = Path(__file__).parent
@@ -154,6 +155,7 @@ class Airframe:
     mass: Mass
     controls: Controls
     limits: Limits
+    structure: Structure
     probe: tuple[Probe, ...]
 
 

@@ -7,8 +7,14 @@ EPOCH_US, so identical runs give identical files. Every sample time must be a mu
 from __future__ import annotations
 
 import os
+import sys
+import warnings
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
+
+from flightsw.icd.framing import as_v2
+from flightsw.icd.scan import Records, scan
 
 EPOCH_US = 1_700_000_000_000_000  # [us] stamp of sample time 0; a multiple of 4
 
@@ -18,12 +24,15 @@ LINK_OUT = 1  # reply to the plant
 GROUND_IN = 2  # ground to flightsw
 GROUND_OUT = 3  # telemetry and answers
 
-_OVERHEAD = {0xFD: 12, 0xFE: 8}  # MAVLink 2 and 1: header and CRC [byte]
 _FLUSH_BYTES = 1 << 15
 
 
 class TlogError(OSError):
     """A log cannot be written or is not a log. The text names the file and the reason."""
+
+
+class LogDamageWarning(UserWarning):
+    """Part of a log was left out: damaged or cut. The text names the file and says how much."""
 
 
 class TlogWriter:
@@ -82,25 +91,45 @@ class TlogWriter:
                 self._fd = -1
 
 
-def read(path: str | Path, epoch_us: int = EPOCH_US) -> Iterator[tuple[int, int, bytes]]:
-    """Records (time [us, epoch taken off], link number, packet) in file order; a cut-off last record is left out.
-
-    Raises TlogError naming file and offset if the file cannot be read or holds something else than packets.
-    """
+def records(path: str | Path) -> Records:
+    """Every sound record of a log. What is left out is warned of (LogDamageWarning, naming the file). Raises TlogError naming
+    the file if it cannot be read or is mostly junk."""
     try:
-        data = Path(path).read_bytes()
+        found = scan(Path(path).read_bytes())
     except OSError as e:
         raise TlogError(f"{path}: cannot be read: {e.strerror}") from None
-    at, end = 0, len(data)
-    while at + 10 <= end:
-        magic = data[at + 8]
-        if magic not in _OVERHEAD:
-            raise TlogError(f"{path}: byte {at + 8} is 0x{magic:02x}, no MAVLink packet starts here")
-        stop = at + 8 + _OVERHEAD[magic] + data[at + 9]
-        if magic == 0xFD and at + 10 < end and data[at + 10] & 1:
-            stop += 13
-        if stop > end:
-            return
-        stamp = int.from_bytes(data[at : at + 8], "big")
-        yield (stamp & ~3) - epoch_us, stamp & 3, data[at + 8 : stop]
-        at = stop
+    if found.mostly_junk:
+        raise TlogError(f"{path}: is no log: {found.junk_bytes} of {len(found.raw)} bytes belong to no sound packet")
+    if found.damage:
+        warnings.warn(f"{path}: {found.damage}", LogDamageWarning, stacklevel=2)
+    return found
+
+
+def say_damage(program: str) -> None:
+    """Have damage of logs said in one plain line on stderr, once, in the name of `program`."""
+    show = warnings.showwarning
+
+    def line(message: Warning | str, category: type[Warning], *rest: Any, **more: Any) -> None:
+        if issubclass(category, LogDamageWarning):
+            print(f"{program}: {message}", file=sys.stderr)
+        else:
+            show(message, category, *rest, **more)
+
+    warnings.showwarning = line
+    warnings.simplefilter("once", LogDamageWarning)
+
+
+def read(path: str | Path, epoch_us: int = EPOCH_US) -> Iterator[tuple[int, int, bytes]]:
+    """Records (time [us, epoch taken off], link number, packet in MAVLink 2 framing) in file order; damage is left out.
+
+    Raises TlogError as `records`.
+    """
+    log = records(path)
+    raw, old = log.raw, log.v1.tolist()
+    for k, (stamp, at, size) in enumerate(zip(log.stamp.tolist(), log.head.tolist(), log.size.tolist(), strict=True)):
+        packet = raw[at : at + size]
+        if old[k]:
+            if not log.known[k]:
+                continue  # its CRC cannot be made anew
+            packet = as_v2(packet)
+        yield (stamp & ~3) - epoch_us, stamp & 3, packet

@@ -76,9 +76,21 @@ def _study(c: Campaign, pictures: Pictures) -> str:
     known = lee.STUDIES.get(c.study)
     body = p.paragraph(str(c.meta.get("purpose", "")))
     if known is not None:
-        body += p.paragraph(f"Printed: {known.printed}.", "soft")
+        body += claims(c, known)
     loop, wind = closed_loop.chapter(c, pictures), open_loop.sweep(c, pictures)
     return body + (loop + wind or "") + open_loop.everything(c)
+
+
+def claims(c: Campaign, known: lee.Sweep) -> str:
+    """What the source printed, each claim with the noise it is for, and whether a case here has that noise."""
+    coloured = {bool(c.meta["cases"][x].get("tau_s")) for x in c.cases}
+    out = p.paragraph(f"Printed: {known.printed}.", "soft") if known.printed else ""
+    for kind, text in ((False, known.white), (True, known.coloured)):
+        if text:
+            noise = "coloured" if kind else "white"
+            here = "" if kind in coloured else f" No case here has {noise} noise: nothing below can be held against it."
+            out += p.paragraph(f"Printed, {noise} noise: {text}.{here}", "soft")
+    return out
 
 
 def warnings(c: Campaign) -> str:

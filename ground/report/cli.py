@@ -10,6 +10,8 @@ from typing import Annotated
 
 import typer
 
+from flightsw.cli import make
+
 ABOUT = "Reports on campaigns as one HTML page with figures."
 # name -> (module below ground.report with a function <name>_report, campaigns, what the page shows)
 REPORTS = {
@@ -20,7 +22,7 @@ REPORTS = {
     "jing": ("jing_build", "jing, jing_escape, ...", "A jet in a microburst: filters, wrong model, escape laws, survival."),
 }  # fmt: skip
 
-app = typer.Typer(no_args_is_help=True, add_completion=False, help=ABOUT)
+app = make(ABOUT, no_args_is_help=True)
 
 
 @app.callback()
@@ -45,7 +47,7 @@ def _add(name: str, module: str, campaigns: str, about: str) -> None:
             page = build(runs, out)
         except ReportError as e:
             print(f"ground: {e}", file=sys.stderr)
-            raise typer.Exit(1) from None
+            raise typer.Exit(2) from None
         print(page)
 
     app.command(name, help=about)(report)

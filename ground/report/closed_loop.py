@@ -34,14 +34,14 @@ def chapter(c: Campaign, pictures: Keeper) -> str:
         limit = (lee.BOOM_LIMIT_M, "boom limit quoted by the source")
         png = f.sweep(panels, known.xlabel if known else "swept parameter", labels(names), limit, CEILING_M)
         caption = (
-            f"Position error at contact over the runs with 95 % confidence intervals; arrows: beyond {CEILING_M} m."
+            f"Position error at contact over the runs with 95 % confidence intervals; arrows: beyond {CEILING_M} m; "
+            "crosses: lost in all runs."
         )
     else:
         groups = [f"{case_label(case)}\n{x}" for case in c.cases for x in AXES]
         series = {}
         for a in actors:
-            stats = [c.stat(case, f"{a}.{RMS}.{x}") for case in c.cases for x in AXES]
-            series[a] = [None if s.value is None else (s.value, s.lo, s.hi) for s in stats]
+            series[a] = [c.bar(case, f"{a}.{RMS}.{x}") for case in c.cases for x in AXES]
         png = f.bars(groups, series, "position error at contact, RMS [m]", labels(actors))
         caption = "Position error at contact per axis over the runs with 95 % confidence intervals."
     out = "<h3>Station keeping</h3>" + pictures.add(f"{c.study}_contact", png, caption)
@@ -66,6 +66,6 @@ def _table(c: Campaign, actors: list[str]) -> str:
     return p.table(
         head,
         rows,
-        "Share lost: of the runs, in how many the receiver left the vicinity of the tanker; such runs are in the other "
-        "figures too, as far as they have a value. 95th pct and max are means over runs.",
+        "Share lost: of the runs, in how many the receiver left the vicinity of the tanker; the other figures are of the rest. "
+        "95th pct and max are means over runs.",
     )

@@ -20,6 +20,8 @@ from PIL import Image
 from ground.geometry import wrap
 
 Array = NDArray[np.float64]
+Bar = tuple[float, float | None, float | None] | str | None  # value and interval, why there is none, nothing known
+ALL_LOST = "lost in all runs"
 DPI = 130
 TRUTH = "#20262e"
 COLORS = {
@@ -35,7 +37,7 @@ ZOOM_S = 20.0  # [s] of the start shown enlarged
 
 @dataclass(frozen=True)
 class Point:
-    """One point of a sweep: x, value, its 95 % interval, share of runs that lost the position (closed loop)."""
+    """One point of a sweep: x, value, its 95 % interval, share of runs that lost the position (closed loop). All lost: NaN."""
 
     x: float
     y: float
@@ -205,7 +207,7 @@ def _line(
 ) -> None:
     c, marker = color(name, names), MARKERS[list(names).index(name) % len(MARKERS)]
     top = np.inf if ceiling is None else ceiling
-    x, y = np.array([p.x for p in pts]), np.array([min(p.y, top) for p in pts])
+    x, y = np.array([p.x for p in pts]), np.array([np.minimum(p.y, top) for p in pts])
     lo = np.array([min(p.y if p.lo is None else p.lo, top) for p in pts])
     hi = np.array([min(p.y if p.hi is None else p.hi, top) for p in pts])
     bars = np.maximum(np.vstack([y - lo, hi - y]), 0)
@@ -215,21 +217,34 @@ def _line(
     above = [p for p in pts if p.y > top]
     if above:
         ax.plot([p.x for p in above], [top] * len(above), ls="", marker="^", ms=9, color=c, clip_on=False)
-    for k, p in enumerate(q for q in pts if q.lost > 0):
+    mark_lost(ax, [p.x for p in pts if np.isnan(p.y)], c)
+    for k, p in enumerate(q for q in pts if q.lost > 0 and not np.isnan(q.y)):
         where, last = (p.x, min(p.y, top)), p.x == pts[-1].x and len(pts) > 1
         text, at = f"{100 * p.lost:.0f} % lost", (-5 if last else 5, -12 - 10 * (k % 2))
         side = "right" if last else "left"
         ax.annotate(text, where, at, textcoords="offset points", ha=side, fontsize=7.5, color=c)
 
 
+def mark_lost(ax: Axes, at: Sequence[float], colour: str) -> None:
+    """Crosses at the upper edge over the x where all runs were lost: there is no value, and it is not left out."""
+    if len(at):
+        top = ax.get_xaxis_transform()
+        ax.plot(at, [0.97] * len(at), ls="", marker="x", ms=8, mew=2.2, color=colour, transform=top, clip_on=False)
+        for x in at:
+            ax.annotate(
+                ALL_LOST, (x, 0.93), xycoords=top, rotation=90, ha="center", va="top", fontsize=7.5, color=colour
+            )
+
+
 def bars(
     groups: Sequence[str],
-    series: Mapping[str, Sequence[tuple[float, float | None, float | None] | None]],
+    series: Mapping[str, Sequence[Bar]],
     ylabel: str,
     labels: Mapping[str, str],
     targets: Sequence[float | None] = (),
 ) -> bytes:
-    """Grouped bars with 95 % intervals. series: per group (value, lo, hi) or None; targets: a tick per group."""
+    """Grouped bars with 95 % intervals. series: per group (value, lo, hi), None, or why there is no value, written in the bar's
+    place; targets: a tick per group."""
     fig, axes = new_figure(13.2, 3.9, 1, 1)
     ax = axes[0, 0]
     width = 0.8 / max(1, len(series))
@@ -237,6 +252,12 @@ def bars(
         x = np.arange(len(groups)) - 0.4 + width * (j + 0.5)
         for xi, v in zip(x, values, strict=True):
             if v is None:
+                continue
+            if isinstance(v, str):
+                note = ax.annotate(
+                    v, (xi, 0.0), (0, 4), textcoords="offset points", rotation=90, ha="center", va="bottom"
+                )
+                note.set(color=color(name, list(series)), fontsize=7.5, zorder=6)
                 continue
             y, lo, hi = v
             ax.bar(xi, y, width * 0.92, color=color(name, list(series)), zorder=2)
@@ -259,7 +280,7 @@ def bars(
                 label=None if drawn else "target",
             )
             drawn = True
-    tops = sorted(v[0] for vs in series.values() for v in vs if v is not None)
+    tops = sorted(v[0] for vs in series.values() for v in vs if v is not None and not isinstance(v, str))
     if tops and tops[-1] > 8 * tops[len(tops) // 2]:
         ax.set_yscale("symlog", linthresh=max(tops[len(tops) // 2], 1e-3))
     ax.set_xticks(range(len(groups)), groups, fontsize=9)

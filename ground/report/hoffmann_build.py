@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from ground.report import figures, hoffmann, open_loop
 from ground.report import hoffmann_figures as f
 from ground.report import page as p
+from ground.report import verdicts as v
 from ground.report.build import Pictures, load_all, provenance, warnings, write_page
 from ground.report.hoffmann import label
 from ground.report.hoffmann_loops import adaptation, alleviation, estimators, labels, robustness
-from ground.report.load import Campaign, Stat
+from ground.report.load import Campaign, Stat, finite
 
 PAGE = "hoffmann.html"
 Found = Mapping[str, Campaign]
@@ -55,17 +57,16 @@ def figure(c: Campaign, case: str, value: str) -> Stat:
     key = f"{case}.{value}.pooled"
     if key not in c.summary:
         return c.stat(case, value)
-    return Stat(key, c.summary[key], n=c.runs(case) - c.failed(case))
+    found = finite(c.summary[key])
+    why = "" if found is not None else c.fate(case, value) or "not finite"
+    return Stat(key, found, n=c.runs(case) - c.failed(case), why=why)
 
 
 def judge(found: Found, t: hoffmann.Goal) -> tuple[Stat | None, bool]:
     """The value of a goal furthest from being met, and whether that meets it; None where no campaign has it."""
     c = found.get(t.study)
-    worst: Stat | None = None
-    for s in [figure(c, t.case, v) for v in t.values] if c is not None else []:
-        if s.value is not None and (worst is None or worst.value is None or t.worse(s.value, worst.value)):
-            worst = s
-    return worst, worst is not None and worst.value is not None and t.met(worst.value)
+    stat = v.worst([figure(c, t.case, x) for x in t.values] if c is not None else [], t)
+    return stat, stat is not None and v.met(stat, t)
 
 
 def judged(found: Found, goals: Sequence[hoffmann.Goal]) -> tuple[str, str]:
@@ -75,16 +76,13 @@ def judged(found: Found, goals: Sequence[hoffmann.Goal]) -> tuple[str, str]:
         stat, met = judge(found, t)
         if stat is not None:
             verdicts.append(met)
-            css = "good" if met else "bad"
-            row = p.text(t.what) + p.text(t.text, "name") + p.cell(stat, css) + p.text("met" if met else "not met", css)
+            row = p.text(t.what) + p.text(t.text, "name") + p.cell(stat, v.css(stat, met)) + v.verdict(stat, met)
             rows.append(row + p.plain(stat.n) + p.text(f"{t.study}: {stat.key}"))
     head = [("figure", ""), ("demand", ""), ("measured", "num"), ("", ""), ("runs", "num"), ("summary key", "")]
     runs = [r for c in found.values() for r in c.rows]
     failed = sum(r["status"] != "ok" for r in runs)
     cards = [p.card(str(len(runs)), "runs"), p.card(str(failed), "failed runs", "bad" if failed else "good")]
-    if verdicts:
-        css = "good" if all(verdicts) else "bad"
-        cards.append(p.card(f"{sum(verdicts)} of {len(verdicts)}", "acceptance figures met", css))
+    cards += v.card(verdicts)
     table = p.table(head, rows, "Means or RMS over runs with 95 % confidence intervals.") if rows else ""
     return table, f'<div class="cards">{"".join(cards)}</div>'
 
@@ -202,9 +200,9 @@ def _spectra(c: Campaign | None, pictures: Pictures) -> str:
                 rows.append(row)
                 for hz in hoffmann.RATIO_HZ:
                     s = figure(c, case, f"{a}.{what}.ratio_{hz}hz")
-                    if s.value is not None:
-                        x = float(hz.replace("p", "."))
-                        points.setdefault(f"{a} {case}", []).append(figures.Point(x, s.value, s.lo, s.hi))
+                    if s.value is not None or s.why:
+                        x, y = float(hz.replace("p", ".")), math.nan if s.value is None else s.value
+                        points.setdefault(f"{a} {case}", []).append(figures.Point(x, y, s.lo, s.hi))
         out += f"<h3>{name}</h3>" + p.table(head, rows)
         panels.append((f"{name}: amplitude ratio", points))
     names = {n for _, series in panels for n in series}

@@ -123,7 +123,7 @@ def _survival(c: Campaign | None, pictures: Pictures) -> str:
         return ""
     out = p.paragraph(str(c.meta.get("purpose", "")))
     for case in c.cases:
-        laws = [law for law in jing.LAWS if c.stat(case, f"{law}.survived").value is not None]
+        laws = [law for law in jing.LAWS if c.bar(case, f"{law}.survived") is not None]
         rows = []
         for law in laws:
             row = p.text(jing.LAWS[law], "name")
@@ -138,13 +138,7 @@ def _survival(c: Campaign | None, pictures: Pictures) -> str:
             head += [(f"{text} ({n})", "num"), ("reference", "num")]
         head.append(("survived below 10 m", "num"))
         out += f"<h3>{jing.SURVIVAL_CASES.get(case, case)}</h3>" + p.table(head, rows, SHARES)
-        series = {
-            jing.LAWS[law]: [
-                (s.value, s.lo, s.hi) if s.value is not None else None
-                for s in (c.stat(case, f"{law}.{of}survived") for of, _ in jing.CLASSES)
-            ]
-            for law in laws
-        }
+        series = {jing.LAWS[law]: [c.bar(case, f"{law}.{of}survived") for of, _ in jing.CLASSES] for law in laws}
         if series:
             png = figures.bars([t for _, t in jing.CLASSES], series, "share survived", {n: n for n in series})
             out += pictures.add(f"survival_{case}", png, "Share survived per class of peak F, Wilson intervals.")

@@ -88,27 +88,31 @@ LABELS: dict[str, str] = {
 
 @dataclass(frozen=True)
 class Sweep:
-    """A parameter study: title, name of the swept parameter with unit, its key in the cases' params, the printed claim."""
+    """A parameter study: title, name of the swept parameter with unit, its key in the cases' params, and what the source printed:
+    of no kind of noise, of white, of coloured noise. Data of one kind say nothing about a claim for the other."""
 
     title: str
     xlabel: str
     params: tuple[str, ...]
-    printed: str
+    printed: str = ""
+    white: str = ""
+    coloured: str = ""
 
 
 STUDIES: dict[str, Sweep] = {
     "lee_colour": Sweep("Colour of the sensor noise", "correlation time tau of the sensor noise [s]", ("tau_s",),
-                        "usable from 0.05 to 50 s (the conclusion says 100 s) on the tanker; on the receiver's loop to 1 s"),
+                        coloured="usable from 0.05 to 50 s (the conclusion says 100 s) on the tanker; on the receiver's loop to "
+                        "1 s"),
     "lee_turbulence": Sweep("Turbulence, tanker", "Dryden intensity sigma [m/s]", ("sigma_mps", "sigma"),
-                            "works for sigma from 0 to 3 m/s"),
+                            white="works for sigma from 0 to 3 m/s"),
     "lee_receiver": Sweep("Receiver at contact", "case", (),
-                          "white: contact error < 3, 4, 3 m, wind < 8 % / < 5 %, 60/60/20 s; coloured (tau = 1 s): contact error "
-                          "< about 2 m, wind < 5 % / < 5 %, 10/10/18 s"),
+                          white="contact error < 3, 4, 3 m, wind < 8 % / < 5 %, 60/60/20 s",
+                          coloured="tau = 1 s: contact error < about 2 m, wind < 5 % / < 5 %, 10/10/18 s"),
     "lee_noise": Sweep("Noise factor G, closed loop", "noise factor G [-]", ("G",),
-                       "white noise: measured feedback fails above G = 0.6, estimated works to 7; coloured: estimated works to 3 "
-                       "(tau = 0.05 s) and 7 (tau = 1 s)"),
+                       white="measured feedback fails above G = 0.6, estimated works to 7",
+                       coloured="estimated works to 3 (tau = 0.05 s) and 7 (tau = 1 s)"),
     "lee_gust": Sweep("Turbulence, closed loop", "Dryden intensity sigma [m/s]", ("sigma_mps", "sigma"),
-                      "tau = 1 s, G = 1: fails above 1.2 m/s with measured, above 2 m/s with estimated feedback"),
+                      coloured="tau = 1 s, G = 1: fails above 1.2 m/s with measured, above 2 m/s with estimated feedback"),
     "lee_mismatch": Sweep("Aerodynamic mismatch", "coefficients off by up to [%]", ("mismatch_pct",), "not studied"),
     "lee_latency": Sweep("Input latency", "delay of the commands [samples]", ("delay_samples", "delay"), "not studied"),
     "lee_adaptive": Sweep("Adaptive process noise", "case", (), "asked for as further work"),

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 KEY_COLUMNS = ("case", "run", "master_seed", "seed", "status", "reason")
+LOSSES = {"lost": "lost", "contact.lost": "lost", "unfinished": "unfinished"}  # shares of runs, and what to say of them
 SWEPT = re.compile(r"(?P<what>[A-Za-z]+)_(?P<value>-?\d+(?:\.\d+)?)(?:_(?P<variant>.+))?")
 
 
@@ -28,13 +29,20 @@ class ReportError(ValueError):
 
 @dataclass(frozen=True)
 class Stat:
-    """One number of the summary: its key there, value, 95 % interval and number of runs. None: no such number."""
+    """One number of the summary: its key there, value, 95 % interval and number of runs. None: no such number, and `why` if
+    that is known (all runs lost, failed, or not finite); with a value `why` says which runs are not in it."""
 
     key: str
     value: float | None
     lo: float | None = None
     hi: float | None = None
     n: int = 0
+    why: str = ""
+
+
+def finite(value: Any) -> float | None:
+    """A number of a file as it is, None for what is none: nothing may be judged by it."""
+    return value if isinstance(value, (int, float)) and math.isfinite(value) else None
 
 
 @dataclass
@@ -63,16 +71,41 @@ class Campaign:
         prefix = f"{case}.{value}"
         kind, ci = ("rms", "rms_ci95") if "rms" in value else ("mean", "ci95")
         get = self.summary.get
+        found, n = finite(get(f"{prefix}.{kind}")), int(get(f"{prefix}.n") or 0)
+        wild = int(get(f"{prefix}.nonfinite") or 0)
+        why = (f"not finite in {wild} of {n + wild} runs" if n else f"not finite in all {wild} runs") if wild else ""
+        if found is None:
+            why = self.fate(case, value) or why or ("not a number" if get(f"{prefix}.{kind}") is not None else "")
         return Stat(
-            f"{prefix}.{kind}", get(f"{prefix}.{kind}"), get(f"{prefix}.{ci}_lo"), get(f"{prefix}.{ci}_hi"),
-            int(get(f"{prefix}.n") or 0),
+            f"{prefix}.{kind}", found, finite(get(f"{prefix}.{ci}_lo")), finite(get(f"{prefix}.{ci}_hi")), n, why
         )  # fmt: skip
 
+    def fate(self, case: str, value: str) -> str:
+        """Why no run of a case has a value ("<actor>.<what>"): its actor was lost, or did not finish, in all of them, or all
+        failed; "" if nothing is known."""
+        parts = value.split(".")
+        for k in range(len(parts), -1, -1):
+            for word, text in LOSSES.items():
+                key = ".".join([case, *parts[:k], word])
+                if finite(self.summary.get(f"{key}.mean")) == 1.0:
+                    return f"{text} in all {int(self.summary.get(f'{key}.n') or self.runs(case))} runs"
+        runs = self.runs(case)
+        return f"all {runs} runs failed" if runs and self.failed(case) == runs else ""
+
+    def bar(self, case: str, value: str) -> tuple[float, float | None, float | None] | str | None:
+        """Value and interval of a value for a figure; why there is none, if that is known."""
+        s = self.stat(case, value)
+        return (s.value, s.lo, s.hi) if s.value is not None else s.why or None
+
     def actors(self, metric: str, cases: Sequence[str] | None = None) -> list[str]:
-        """Filters or controllers that have `metric` in any of `cases`, the default first, the printed method second."""
+        """Filters or controllers that have `metric` in any of `cases`, or could not because they were lost in all runs of one;
+        the default first, the printed method second."""
         found = [c[: -len(metric) - 1] for c in self.columns if c.endswith("." + metric)]
         cases = self.cases if cases is None else cases
         some = [a for a in found if any(f"{c}.{a}.{metric}.n" in self.summary for c in cases)]
+        known = [c.rpartition(".")[0] for c in self.columns if c.rpartition(".")[2] in LOSSES]
+        lost = [a.removesuffix(".contact") for a in known if a and any(self.fate(c, a) for c in cases)]
+        some += [a for a in dict.fromkeys(lost) if a not in some] if found else []
         return sorted(some, key=lambda a: ({"default": 0, "printed": 1}.get(a, 2), a))
 
     def failed(self, case: str) -> int:

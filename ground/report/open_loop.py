@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable
 from html import escape
@@ -46,13 +47,13 @@ def _claims(c: Campaign) -> dict[str, lee.Claim]:
 
 
 def _met(c: Campaign, case: str, claim: lee.Claim) -> list[bool]:
-    pairs = [(c.stat(case, f"default.{MAGNITUDE}").value, claim.target_pct)]
-    pairs.append((c.stat(case, f"default.{DIRECTION}").value, claim.target_deg))
-    return [v <= t for v, t in pairs if v is not None and t is not None]
+    pairs = [(c.stat(case, f"default.{MAGNITUDE}"), claim.target_pct)]
+    pairs.append((c.stat(case, f"default.{DIRECTION}"), claim.target_deg))
+    return [s.value is not None and s.value <= t for s, t in pairs if t is not None and (s.value is not None or s.why)]
 
 
 def targets(c: Campaign) -> tuple[int, int]:
-    """How many accuracy targets of the tanker cases the default filter meets, and of how many."""
+    """How many accuracy targets of the tanker cases the default filter meets, and of how many; lost in all runs: not met."""
     met = [m for case, claim in _claims(c).items() for m in _met(c, case, claim)]
     return sum(met), len(met)
 
@@ -85,8 +86,7 @@ def _overview(c: Campaign, claims: dict[str, lee.Claim], pictures: Keeper) -> st
             continue
         series = {}
         for a in actors:
-            stats = [c.stat(case, f"{a}.{metric}") for case in claims]
-            series[a] = [None if s.value is None else (s.value, s.lo, s.hi) for s in stats]
+            series[a] = [c.bar(case, f"{a}.{metric}") for case in claims]
         goals = [x.target_pct if metric == MAGNITUDE else x.target_deg for x in claims.values()]
         names = [x.label.replace(", ", ",\n") for x in claims.values()]
         png = f.bars(names, series, unit, labels(actors), goals)
@@ -213,7 +213,7 @@ def sweep(c: Campaign, pictures: Keeper) -> str:
         names = {n for _, series in panels for n in series}
         picture = f.sweep(panels, xlabel, labels(names))
     else:
-        series = {a: [_bar(c, x, f"{a}.{MAGNITUDE}") for x in c.cases] for a in actors}
+        series = {a: [c.bar(x, f"{a}.{MAGNITUDE}") for x in c.cases] for a in actors}
         picture = f.bars([case_label(x) for x in c.cases], series, metrics[0][1], labels(actors))
     out = "<h3>Wind estimate</h3>" + pictures.add(
         f"{c.study}_wind", picture, "Wind error over the runs, with 95 % confidence intervals."
@@ -229,19 +229,15 @@ def sweep(c: Campaign, pictures: Keeper) -> str:
     return out + p.table(head, rows)
 
 
-def _bar(c: Campaign, case: str, value: str) -> tuple[float, float | None, float | None] | None:
-    s = c.stat(case, value)
-    return None if s.value is None else (s.value, s.lo, s.hi)
-
-
 def points(c: Campaign, swept: dict[str, tuple[float, str]], metric: str) -> dict[str, list[f.Point]]:
-    """Sweep series of a metric: one per filter or controller and variant of the cases."""
+    """Sweep series of a metric: one per filter or controller and variant of the cases; NaN where all runs were lost."""
     out: dict[str, list[f.Point]] = {}
     for actor in c.actors(metric):
         for case, (x, variant) in swept.items():
             s = c.stat(case, f"{actor}.{metric}")
             lost = c.stat(case, f"{actor}.lost").value or c.stat(case, f"{actor}.contact.lost").value or 0.0
-            if s.value is not None:
-                name = f"{actor} {variant}" if variant else actor
-                out.setdefault(name, []).append(f.Point(x, s.value, s.lo, s.hi, lost))
+            if s.value is None and not s.why:
+                continue
+            name = f"{actor} {variant}" if variant else actor
+            out.setdefault(name, []).append(f.Point(x, math.nan if s.value is None else s.value, s.lo, s.hi, lost))
     return out

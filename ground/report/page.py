@@ -63,24 +63,27 @@ def text(value: object, css: str = "") -> str:
     return f'<td class="{("text " + css).strip()}">{escape(str(value))}</td>'
 
 
-def blank() -> str:
-    """A number cell without a number."""
-    return '<td class="num soft">–</td>'
+def blank(why: str = "") -> str:
+    """A number cell without a number, and why if that is known. It has no colour of a verdict."""
+    return f'<td class="num soft">–{f"<small>{escape(why)}</small>" if why else ""}</td>'
 
 
 def cell(stat: Stat, css: str = "", interval: bool = True, unit: str = "") -> str:
-    """A number cell with its 95 % interval below it."""
-    if stat.value is None:
-        return blank()
+    """A number cell with its 95 % interval below it, and which runs are not in it. Without a number `css` is not used."""
+    if stat.value is None or not math.isfinite(stat.value):
+        return blank(stat.why)
     ci = ""
     if interval and stat.lo is not None and stat.hi is not None and number(stat.lo) != number(stat.hi):
         ci = f"<small>{number(stat.lo)} … {number(stat.hi)}</small>"
     data = f'data-key="{escape(stat.key, quote=True)}" data-value="{stat.value!r}"'
+    ci += f"<small>{escape(stat.why)}</small>" if stat.why else ""
     return f'<td class="{("num " + css).strip()}" {data}>{number(stat.value)}{unit}{ci}</td>'
 
 
 def plain(value: float | None, css: str = "", after: str = "", below: str = "") -> str:
-    """A number cell for a derived number, with an optional small line below."""
+    """A number cell for a derived number, with an optional small line below. Without a number: a blank one."""
+    if value is None or not math.isfinite(value):
+        return blank()
     small = f"<small>{escape(below)}</small>" if below else ""
     return f'<td class="{("num " + css).strip()}">{number(value)}{escape(after)}{small}</td>'
 

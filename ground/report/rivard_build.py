@@ -7,6 +7,7 @@ from pathlib import Path
 
 from ground.report import page as p
 from ground.report import rivard, rivard_chapters, rivard_filters, rivard_open, rivard_six
+from ground.report import verdicts as v
 from ground.report.build import Pictures, load_all, provenance, warnings, write_page
 from ground.report.load import Campaign, Stat
 from ground.report.rivard_cells import scaled
@@ -53,13 +54,8 @@ def _text(campaigns: list[Campaign], pictures: Pictures) -> str:
 def judge(cases: Cases, g: rivard.Goal) -> tuple[Stat | None, bool]:
     """The value of a goal furthest from being met, and whether that meets it; None where no campaign has it."""
     case = cases.named(g.case)
-    worst: Stat | None = None
-    for s in [case.stat(v) for v in g.values] if case is not None else []:
-        if s.value is None:
-            continue
-        if worst is None or worst.value is None or g.worse(s.value / g.scale, worst.value / g.scale):
-            worst = s
-    return worst, worst is not None and worst.value is not None and g.met(worst.value / g.scale)
+    stat = v.worst([case.stat(x) for x in g.values] if case is not None else [], g, g.scale)
+    return stat, stat is not None and v.met(stat, g, g.scale)
 
 
 def acceptance(cases: Cases) -> str:
@@ -69,9 +65,10 @@ def acceptance(cases: Cases) -> str:
         stat, met = judge(cases, g)
         if stat is None:
             continue
-        css, several = "good" if met else "bad", f" (worst of {len(g.values)})" if len(g.values) > 1 else ""
-        row = p.text(g.what + several) + p.text(f"{g.text} {g.unit}".strip(), "name") + scaled(stat, g.scale, css=css)
-        rows.append(row + p.text("met" if met else "not met", css) + p.plain(stat.n) + p.text(stat.key))
+        several = f" (worst of {len(g.values)})" if len(g.values) > 1 else ""
+        row = p.text(g.what + several) + p.text(f"{g.text} {g.unit}".strip(), "name")
+        row += scaled(stat, g.scale, css=v.css(stat, met)) + v.verdict(stat, met)
+        rows.append(row + p.plain(stat.n) + p.text(stat.key))
     head = [("figure", ""), ("demand", ""), ("measured", "num"), ("", ""), ("rendezvous", "num"), ("summary key", "")]
     return p.table(head, rows, "With 95 % confidence intervals.") if rows else ""
 
@@ -83,9 +80,7 @@ def _headline(campaigns: Sequence[Campaign], cases: Cases) -> str:
     verdicts = [met for g in rivard.GOALS for stat, met in (judge(cases, g),) if stat is not None]
     cards = [p.card(f"{total:,}".replace(",", " "), "rendezvous"), p.card(str(len(runs)), "batches")]
     cards.append(p.card(str(failed), "failed batches", "bad" if failed else "good"))
-    if verdicts:
-        css = "good" if all(verdicts) else "bad"
-        cards.append(p.card(f"{sum(verdicts)} of {len(verdicts)}", "acceptance figures met", css))
+    cards += v.card(verdicts)
     for name, text in (("open", "RMS x / y of the present method"), ("b7re", "improved, same sensor")):
         c = cases.named(name)
         x, y = (None, None) if c is None else (c.stat("x.rms_m").value, c.stat("y.rms_m").value)

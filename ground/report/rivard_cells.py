@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from html import escape
 
 from ground.report import page as p
 from ground.report.figures import Point
-from ground.report.load import Stat
+from ground.report.load import Stat, finite
 from ground.report.rivard import NM
 from ground.report.sevil_cases import CaseOf, Cases
 
@@ -14,7 +15,7 @@ from ground.report.sevil_cases import CaseOf, Cases
 def scaled(stat: Stat, scale: float, sign: float = 1.0, digits: int = 3, css: str = "") -> str:
     """A number cell in units of `scale` (SI per unit) times sign; `data-value` is the campaign's own SI value."""
     if stat.value is None:
-        return p.blank()
+        return p.blank(stat.why)
     v = sign * stat.value / scale
     ci = ""
     if stat.lo is not None and stat.hi is not None:
@@ -53,14 +54,15 @@ def number(case: CaseOf | None, value: str) -> float | None:
 
 def average(case: CaseOf | None, value: str) -> float | None:
     """The mean over batches of a value, also of one whose name says "rms"; None without."""
-    v = None if case is None else case.campaign.summary.get(f"{case.name}.{value}.mean")
-    return None if v is None else float(v)
+    return None if case is None else finite(case.campaign.summary.get(f"{case.name}.{value}.mean"))
 
 
 def point(cases: Cases, name: str, value: str, x: float, scale: float = NM) -> Point | None:
-    """A point for a figure, None without."""
+    """A point for a figure, None without; NaN where all runs were lost."""
     case = cases.named(name)
     s = None if case is None else case.stat(value)
+    if s is not None and s.value is None and s.why:
+        return Point(x, math.nan, lost=1.0)
     if s is None or s.value is None:
         return None
     return Point(x, s.value / scale, None if s.lo is None else s.lo / scale, None if s.hi is None else s.hi / scale)

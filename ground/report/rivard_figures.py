@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Ellipse, Rectangle
 
-from ground.report.figures import SPARE, TRUTH, Array, Point, new_figure, png_bytes
+from ground.report.figures import SPARE, TRUTH, Array, Point, mark_lost, new_figure, png_bytes
 
 NM = 1852.0
 OURS, PRINT = "#1f5fa8", "#d1581b"
@@ -97,6 +97,7 @@ def gains(series: Mapping[str, Mapping[str, Sequence[Point]]]) -> bytes:
             )
             bar = np.maximum(np.vstack([y - lo, hi - y]), 0.0)
             ax.errorbar([p.x for p in pts], y, bar, fmt=fmt, color=color, ms=5, lw=1.6, capsize=2.5, label=name)
+            mark_lost(ax, [p.x for p in pts if math.isnan(p.y)], color)
         ax.set_yscale("log")
         ax.set_ylim(0.2, 15.0)
         ax.set_yticks([0.2, 0.5, 1, 2, 5, 10], ["0.2", "0.5", "1", "2", "5", "10"])

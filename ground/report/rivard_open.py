@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from ground.report import figures as f
 from ground.report import page as p
 from ground.report import rivard as d
 from ground.report import rivard_figures as rf
-from ground.report.figures import Point
+from ground.report.figures import Bar, Point
 from ground.report.rivard_cells import count, nm, percent, point, scaled
-from ground.report.sevil_cases import Bar, CaseOf, Cases
+from ground.report.sevil_cases import CaseOf, Cases
 
 PRODUCT, SEED = "as shipped", "k = 3 law"
 
@@ -26,7 +27,8 @@ def sensors(cases: Cases) -> str:
         for name, _, other in rows:
             for key, case in ((PRODUCT, name), (SEED, other)):
                 q = point(cases, case, f"{axis}.rms_m", 0.0)
-                series[key].append(None if q is None else (q.y, q.lo, q.hi))
+                lost = q is not None and math.isnan(q.y)
+                series[key].append(None if q is None else f.ALL_LOST if lost else (q.y, q.lo, q.hi))
         png = f.bars([t for _, t, _ in rows], series, f"RMS of {axis} [NM]", {})
         out += cases.pictures.add(f"sensors_{axis}", png, f"RMS miss in {axis} by sensor, with 95 % intervals.")
     body = []

@@ -5,7 +5,7 @@ from __future__ import annotations
 from html import escape
 
 from ground.report import page as p
-from ground.report.load import Campaign, Stat
+from ground.report.load import Campaign, Stat, finite
 from ground.report.rivard import NM
 from ground.report.rivard_cells import scaled
 from ground.report.rivard_figures import tracks
@@ -23,7 +23,7 @@ KINDS = (
 def _stat(c: Campaign, key: str) -> Stat:
     get = c.summary.get
     head, _, tail = key.rpartition("_m")
-    return Stat(key, get(key), get(f"{head}_lo_m{tail}"), get(f"{head}_hi_m{tail}"))
+    return Stat(key, finite(get(key)), get(f"{head}_lo_m{tail}"), get(f"{head}_hi_m{tail}"))
 
 
 def chapter(c: Campaign, cases: Cases) -> str:
@@ -55,7 +55,7 @@ def chapter(c: Campaign, cases: Cases) -> str:
 
 
 def _ratio(c: Campaign, key: str) -> str:
-    v = c.summary.get(key)
+    v = finite(c.summary.get(key))
     return p.blank() if v is None else scaled(Stat(key, float(v)), 1.0, digits=2)
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from ground.report import open_loop, sevil, sevil_faults, sevil_position
 from ground.report import page as p
+from ground.report import verdicts as v
 from ground.report.build import Pictures, load_all, provenance, warnings, write_page
 from ground.report.load import Campaign, Stat
 from ground.report.sevil_cases import Cases
@@ -53,12 +54,8 @@ def _text(campaigns: list[Campaign], pictures: Pictures) -> str:
 def judge(cases: Cases, t: sevil.Target) -> tuple[Stat | None, bool]:
     """The value of a target furthest from being met, and whether that meets it; None where no campaign has it."""
     case = cases.named(t.case)
-    stats = [case.stat(v) for v in t.values] if case is not None else []
-    worst: Stat | None = None
-    for s in stats:
-        if s.value is not None and (worst is None or worst.value is None or t.worse(s.value, worst.value)):
-            worst = s
-    return worst, worst is not None and worst.value is not None and t.met(worst.value)
+    stat = v.worst([case.stat(x) for x in t.values] if case is not None else [], t)
+    return stat, stat is not None and v.met(stat, t)
 
 
 def acceptance(cases: Cases) -> str:
@@ -68,9 +65,10 @@ def acceptance(cases: Cases) -> str:
         stat, met = judge(cases, t)
         if stat is None:
             continue
-        css, n = "good" if met else "bad", len(t.values)
-        row = p.text(t.what + (f" (worst of {n})" if n > 1 else "")) + p.text(t.text, "name") + p.cell(stat, css)
-        rows.append(row + p.text("met" if met else "not met", css) + p.plain(stat.n) + p.text(stat.key))
+        n = len(t.values)
+        row = p.text(t.what + (f" (worst of {n})" if n > 1 else "")) + p.text(t.text, "name")
+        row += p.cell(stat, v.css(stat, met)) + v.verdict(stat, met)
+        rows.append(row + p.plain(stat.n) + p.text(stat.key))
     head = [("figure", ""), ("demand", ""), ("measured", "num"), ("", ""), ("runs", "num"), ("summary key", "")]
     return p.table(head, rows, "Means or RMS over runs with 95 % confidence intervals.") if rows else ""
 
@@ -80,9 +78,7 @@ def _headline(campaigns: Sequence[Campaign], cases: Cases) -> str:
     failed = sum(r["status"] != "ok" for r in runs)
     verdicts = [met for t in sevil.TARGETS for stat, met in (judge(cases, t),) if stat is not None]
     cards = [p.card(str(len(runs)), "runs"), p.card(str(failed), "failed runs", "bad" if failed else "good")]
-    if verdicts:
-        good = "good" if all(verdicts) else "bad"
-        cards.append(p.card(f"{sum(verdicts)} of {len(verdicts)}", "acceptance figures met", good))
+    cards += v.card(verdicts)
     return f'<div class="cards">{"".join(cards)}</div>'
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,7 +15,6 @@ from ground.report.load import Campaign, Stat
 from ground.report.open_loop import Keeper
 
 CASE_LABELS = {"all": "all disturbances", "two_none_V": "none, V", "calm": "calm air, perfect attitude"}
-Bar = tuple[float, float | None, float | None] | None
 
 
 @dataclass(frozen=True)
@@ -33,10 +33,9 @@ class CaseOf:
         """See Campaign.stat."""
         return self.campaign.stat(self.name, value)
 
-    def bar(self, value: str) -> Bar:
-        """Value and interval for a figure, None without."""
-        s = self.stat(value)
-        return None if s.value is None else (s.value, s.lo, s.hi)
+    def bar(self, value: str) -> f.Bar:
+        """See Campaign.bar."""
+        return self.campaign.bar(self.name, value)
 
     def traces(self) -> dict[str, Any]:
         """Arrays of its first run."""
@@ -98,13 +97,13 @@ def sweep_points(cases: Sequence[tuple[float, CaseOf]], actors: Sequence[str], v
     for a in actors:
         for x, c in cases:
             s = c.stat(f"{a}.{value}")
-            if s.value is not None:
-                out.setdefault(a, []).append(f.Point(x, s.value, s.lo, s.hi))
+            if s.value is not None or s.why:
+                out.setdefault(a, []).append(f.Point(x, math.nan if s.value is None else s.value, s.lo, s.hi))
     return out
 
 
 def matrix(cases: Sequence[CaseOf], columns: Sequence[tuple[str, str]], head: str = "case", note: str = "") -> str:
     """A table with one row per case and one column per (heading, value); columns no case has are left out."""
-    columns = [(h, v) for h, v in columns if any(c.stat(v).value is not None for c in cases)]
+    columns = [(h, v) for h, v in columns if any(c.stat(v).value is not None or c.stat(v).why for c in cases)]
     rows = [p.text(c.label, "name") + "".join(p.cell(c.stat(v)) for _, v in columns) for c in cases]
     return p.table([(head, ""), *((h, "num") for h, _ in columns)], rows, note)

@@ -15,6 +15,7 @@ from flightsw.icd.geo import DEFAULT_ORIGIN, scales
 from ground.airdata import has_airdata
 from ground.blueprint import Plots, blueprint
 from ground.columns import Columns, Table, load
+from ground.folder import load_run
 from ground.geometry import quat_euler
 from ground.gust import has_gust
 from ground.metrics import contact_error
@@ -39,9 +40,9 @@ def convert(run: Path, out: Path | None = None, near: bool = False, tab: str = "
     """Write `run.rrd` of a run folder (or `out`) and return its path; `near`: first look at the boom; `tab`: the plots
     shown first.
 
-    Raises LogError for a missing log, NoTabError for an unknown tab, OSError if unwritable.
+    Raises LogError for what is no run folder or no log, NoTabError for an unknown tab, OSError if unwritable.
     """
-    truth, tlm = load(run / "truth.tlog"), load(run / "tlm.tlog")
+    truth, tlm = load_run(run)
     end = max(truth.end_us, tlm.end_us)
     path = run / "run.rrd" if out is None else out
     if has_gust(tlm):

@@ -18,7 +18,7 @@ from flightsw.strict import apply_overrides, read_toml
 from flightsw.types import UPD_PEER, ActuatorCmd, GuidanceCmd, Health, NavState, PeerState, SensorFrame, Text
 from hil_scripts.studies.tanker_filters import wind_figures
 from sim_plant.scenario import AircraftCfg, Scenario, load_scenario
-from sim_plant.world import Truth, World
+from sim_plant.world import AircraftLostError, Truth, World
 
 CONTACT = (-35.5, 0.0, 8.5)  # [m]
 SETTLE_S = 30.0  # statistics start
@@ -118,7 +118,8 @@ def _app(name: str, over: dict[str, Any], delay_ticks: int) -> FlightApp:
 
 
 def fly(c: LoopCase, seed: int) -> tuple[dict[str, float], dict[str, np.ndarray]]:
-    """One run: figures and traces at 20 Hz. `lost` is 1 when the receiver left the neighbourhood of the contact point."""
+    """One run: figures and traces at 20 Hz. `lost` is 1 when the receiver left the neighbourhood of the contact point
+    or an aircraft was lost."""
     world = World(_scenario(c), seed % 2**31)
     tanker_over = {"guid.first_leg_s": c.turn_at_s or 1e6, **dict(c.tanker)}
     n = c.known_delay_ticks
@@ -131,7 +132,11 @@ def fly(c: LoopCase, seed: int) -> tuple[dict[str, float], dict[str, np.ndarray]
     rows: list[list[float]] = []
     lost = False
     while not world.done and not lost:
-        frames = world.sense()
+        try:
+            frames = world.sense()
+        except AircraftLostError:
+            lost = True
+            break
         k = world.tick
         frames[1].commands = []
         if link and link[0][0] <= k:

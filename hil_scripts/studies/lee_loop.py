@@ -23,6 +23,7 @@ TIGHT: Pairs = (
 )  # fmt: skip
 NO_BIAS: Pairs = (("noise.bias_scale", 0.0),)
 LIGHT = 0.39  # [m/s]
+TAU_S = 1.0  # [s] colour of the noise the source's limits of turbulence are for
 
 
 def run_case(case: Case, seed: int) -> RunResult:
@@ -97,14 +98,25 @@ RECEIVER = _study(
 NOISE = _study(
     "lee_noise",
     "Noise factor",
-    "station keeping against the factor G on all sensor noise, white; the filter knows the grade of its sensors",
-    tuple(Case(f"G_{g:g}", {"G": g, "controllers": BOTH[:2]}) for g in (0.3, 0.6, 1.0, 3.0, 5.0, 7.0)),
+    "station keeping against the factor G on all sensor noise, white and of the source's colour (tau = 1 s); the filter knows "
+    "the grade of its sensors",
+    (
+        *(Case(f"G_{g:g}", {"G": g, "controllers": BOTH[:2]}) for g in (0.3, 0.6, 1.0, 3.0, 5.0, 7.0)),
+        *(Case(f"G_{g:g}_coloured", {"G": g, "tau_s": TAU_S, "controllers": BOTH[:2]}) for g in (1.0, 3.0, 7.0)),
+    ),
 )
 GUST = _study(
     "lee_gust",
     "Turbulence, closed loop",
-    "station keeping against turbulence intensity; filter and gains as in flight, not retuned",
-    tuple(Case(f"sigma_{s:g}", {"sigma_mps": s, "controllers": BOTH}) for s in (0.0, 0.39, 1.2, 2.0, 2.5, 3.0)),
+    "station keeping against turbulence intensity, in white noise and in noise of the source's colour (tau = 1 s); filter and "
+    "gains as in flight, not retuned",
+    (
+        *(Case(f"sigma_{s:g}", {"sigma_mps": s, "controllers": BOTH}) for s in (0.0, 0.39, 1.2, 2.0, 2.5, 3.0)),
+        *(
+            Case(f"sigma_{s:g}_coloured", {"sigma_mps": s, "tau_s": TAU_S, "controllers": BOTH[:2]})
+            for s in (0.39, 1.2, 2.0, 3.0)
+        ),
+    ),
 )
 MISMATCH = _study(
     "lee_mismatch",

@@ -146,6 +146,19 @@ def test_a_log_cut_short_is_compared_as_far_as_it_goes(mutable: Path, cut: int) 
     assert r.ticks > 0.9 * SECONDS * 100
 
 
+def test_a_damaged_log_is_replayed_without_the_damage_and_it_is_said(mutable: Path) -> None:
+    """A flipped bit in a packet of the plant: that packet is not used, the outputs then differ, and the reason is on screen."""
+    path = mutable / "link_receiver.tlog"
+    raw = bytearray(path.read_bytes())
+    at = raw.index(bytes([107, 0, 0]), len(raw) // 2) + 20  # within a HIL_SENSOR
+    raw[at] ^= 0x40
+    path.write_bytes(bytes(raw))
+    ended = sil("replay", mutable)
+    assert ended.code == 1, ended.text
+    assert "link_receiver.tlog: " in ended.text and "bytes are damaged, in 1 place" in ended.text
+    assert "sil: " in ended.text and "Warning" not in ended.text
+
+
 def test_rubbish_instead_of_a_log_is_named(mutable: Path) -> None:
     (mutable / "link_receiver.tlog").write_bytes(b"this is no log, not even nearly")
     with pytest.raises(TlogError, match=r"link_receiver\.tlog"):

@@ -67,6 +67,23 @@ def test_magnitude_and_direction_on_paper() -> None:
     assert s["inside_3sigma_pct"] == pytest.approx(100.0 * 4 / 6)
 
 
+@pytest.mark.parametrize("factor", [0.25, 1.0, 4.0])
+def test_wind_nees_shows_too_much_and_too_little_confidence(factor: float) -> None:
+    """Gaussian errors of known sigma, and a filter that says `factor` times that: mean square 1 / factor^2. (Inside 3 sigma it
+    is 100 % for a filter that says anything large enough.)"""
+    rng = np.random.default_rng(1)
+    sigma = np.array([0.3, 0.5, 0.2])
+    error = rng.normal(0.0, sigma, (20_000, 3))
+    s = wind_stats(np.full_like(error, 5.0), 5.0 + error, np.tile(factor * sigma, (len(error), 1)))
+    for key in ("nees_over_3", "nees.n", "nees.e", "nees.d"):
+        assert s[key] == pytest.approx(1.0 / factor**2, rel=0.04)  # 4 sigma of the mean of 20 000 squares
+
+
+def test_a_sigma_of_zero_is_no_confidence_at_all() -> None:
+    s = wind_stats(np.ones((3, 3)), np.full((3, 3), 1.1), np.zeros((3, 3)))
+    assert s["nees_over_3"] == math.inf
+
+
 def test_direction_error_wraps() -> None:
     truth, hat = np.array([[-10.0, 0.1, 0.0]]), np.array([[-10.0, -0.1, 0.0]])
     assert wind_stats(truth, hat, np.ones((1, 3)))["direction_rms_deg"] == pytest.approx(1.146, abs=1e-3)

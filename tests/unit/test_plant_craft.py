@@ -151,7 +151,7 @@ def test_the_ground_ends_the_run() -> None:
     with pytest.raises(AircraftLostError, match="alexis hit the ground"):
         for _ in range(3000):
             w.sense()
-            w.step([ActuatorCmd(w.t_us, 0.0, 0.2, 0.0, 0.0), None])
+            w.step([ActuatorCmd(w.t_us, 0.0, 0.02, 0.0, 0.3), None])
 
 
 @pytest.mark.parametrize(

@@ -207,7 +207,7 @@ def test_an_aircraft_on_the_ground_ends_the_run_and_is_named() -> None:
     low = CALM | {"wind.prevailing": "constant", "aircraft.tanker.start.pos_n_m": [0.0, 0.0, -150.0]}
     w = world(low | {"aircraft.receiver.start.xi_m": [-59.0, 56.0, 0.0]})
     dive = w.trim_cmd(1)
-    dive.elevator, dive.throttle = dive.elevator + 0.05, 0.0
+    dive.elevator, dive.throttle = dive.elevator + 0.01, 0.0
     with pytest.raises(AircraftLostError, match=r"receiver hit the ground at t = \d"):
         for _ in range(3000):
             w.sense()

@@ -136,7 +136,7 @@ def test_the_gain_goal_is_met_and_a_missing_campaign_says_nothing(campaigns: lis
 def test_command_makes_the_page_of_one_folder(campaigns: list[Path], tmp_path: Path) -> None:
     r = CliRunner().invoke(app, ["report", "hoffmann", str(campaigns[0]), "--out", str(tmp_path / "out")])
     assert r.exit_code == 0 and (tmp_path / "out" / "hoffmann.html").exists()
-    assert CliRunner().invoke(app, ["report", "hoffmann", str(tmp_path / "nothing")]).exit_code == 1
+    assert CliRunner().invoke(app, ["report", "hoffmann", str(tmp_path / "nothing")]).exit_code == 2
 
 
 def test_bench_has_a_row_for_every_estimator_and_law() -> None:

@@ -103,4 +103,4 @@ def test_command(campaigns: list[Path], tmp_path: Path) -> None:
     ended = CliRunner().invoke(app, ["report", "jing", str(campaigns[0]), "--out", str(tmp_path / "r")])
     assert ended.exit_code == 0 and (tmp_path / "r" / "jing.html").exists()
     ended = CliRunner().invoke(app, ["report", "jing", str(tmp_path / "none"), "--out", str(tmp_path / "r")])
-    assert ended.exit_code == 1
+    assert ended.exit_code == 2

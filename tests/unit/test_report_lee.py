@@ -137,7 +137,7 @@ def test_damaged_folder_is_named(campaigns: list[Path], tmp_path: Path, break_it
     shutil.copytree(campaigns[0], folder)
     break_it(folder)  # type: ignore[operator]
     r = CliRunner().invoke(app, ["report", "lee", str(folder), "--out", str(tmp_path / "out")])
-    assert r.exit_code == 1 and says in r.stderr and len(r.stderr.strip().splitlines()) == 1
+    assert r.exit_code == 2 and says in r.stderr and len(r.stderr.strip().splitlines()) == 1
 
 
 def test_two_campaigns_of_one_study_are_refused(campaigns: list[Path], tmp_path: Path) -> None:

@@ -160,4 +160,4 @@ def test_command(campaigns: list[Path], tmp_path: Path) -> None:
     r = CliRunner().invoke(app, ["report", "rivard", str(campaigns[1]), "--out", str(tmp_path / "out")])
     assert r.exit_code == 0 and (tmp_path / "out" / "rivard.html").is_file()
     r = CliRunner().invoke(app, ["report", "rivard", str(tmp_path), "--out", str(tmp_path / "out")])
-    assert r.exit_code == 1 and "meta.json" in r.stderr and len(r.stderr.strip().splitlines()) == 1
+    assert r.exit_code == 2 and "meta.json" in r.stderr and len(r.stderr.strip().splitlines()) == 1

@@ -143,4 +143,4 @@ def test_command_makes_the_page_of_one_folder(campaigns: list[Path], tmp_path: P
 
 def test_command_names_a_folder_that_is_none(tmp_path: Path) -> None:
     r = CliRunner().invoke(app, ["report", "sevil", str(tmp_path), "--out", str(tmp_path / "out")])
-    assert r.exit_code == 1 and "meta.json" in r.stderr and len(r.stderr.strip().splitlines()) == 1
+    assert r.exit_code == 2 and "meta.json" in r.stderr and len(r.stderr.strip().splitlines()) == 1

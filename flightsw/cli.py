@@ -1,0 +1,28 @@
+"""What the command lines of all programs have in common: `-h`, `--version`, completion, help in which [m/s] stays [m/s]."""
+
+from __future__ import annotations
+
+from importlib.metadata import version
+from typing import Annotated
+
+import typer
+
+
+def make(text: str = "", no_args_is_help: bool = False) -> typer.Typer:
+    """An empty program with the help `text`."""
+    return typer.Typer(
+        help=text,
+        no_args_is_help=no_args_is_help,
+        context_settings={"help_option_names": ["-h", "--help"]},
+        rich_markup_mode=None,  # markup takes [m/s] for a style and drops it
+        pretty_exceptions_enable=False,
+    )
+
+
+def _show(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"wakefield {version('wakefield')}")
+        raise typer.Exit
+
+
+Version = Annotated[bool, typer.Option("--version", callback=_show, is_eager=True, help="Show the version and exit.")]

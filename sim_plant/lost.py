@@ -1,0 +1,160 @@
+"""When an aircraft is lost, by the truth alone: on the ground, broken, out of control, or against another.
+
+A load factor or a speed beyond what the structure bears ends it at once (the numbers are in the aircraft's file). Attitude, rates
+and incidence no crew recovers from end it when they last: a passing excursion is flown out, and over when it has not come back
+for as long (an aircraft that rolls on and on is upright half of the time). Two bodies touch when two of their
+bars do; only the boom may, and it is no bar.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flightsw.aircraft.structure import Bar
+from sim_plant.craft import Craft
+from sim_plant.kernels import layout as n
+from sim_plant.kernels.atmosphere import RHO0, isa
+from sim_plant.kernels.rot import quat_dcm
+from sim_plant.vehicle import Vehicle
+
+HOLD_S = 3.0  # [s] from surprise to the recovery's effect
+BANK, PITCH = (
+    math.radians(90.0),
+    math.radians(60.0),
+)  # [rad] on its side; beyond any attitude flown here (upsets: from 45, 25 deg)
+RATE = math.radians(180.0)  # [rad/s] half a turn a second: tumbling, not flying
+STALLED = 2.0  # [-] times the file's largest incidence: deep in the stall, where the equations know nothing
+Array = NDArray[np.float64]
+
+
+class AircraftLostError(RuntimeError):
+    """An aircraft is lost. The text names it, what happened and the time."""
+
+
+class Watch:
+    """One aircraft, tick by tick of dt_s [s]."""
+
+    def __init__(self, v: Vehicle | Craft, dt_s: float) -> None:
+        self.v = v
+        self._dt = dt_s
+        self._upset: dict[str, list[float]] = {}  # what it is beyond -> for how long, and since when not any more [s]
+        self._alpha = STALLED * math.radians(v.ac.limits.alpha_max_deg)
+
+    def step(self) -> str:
+        """What has happened to it, as of the present view; "" while it flies."""
+        s, o, limit = self.v.view.s, self.v.view.o, self.v.ac.structure
+        if not math.isfinite(math.fsum(s)):
+            return "has left the model: its state is not finite"
+        height = -s[n.S_P + 2]
+        if height <= 0.0:
+            return "hit the ground"
+        load = -o[2] / n.G0
+        if not limit.load_g[0] <= load <= limit.load_g[1]:
+            return f"broke up: load factor {load:.2f}, its structure bears {limit.load_g[0]:g} to {limit.load_g[1]:g}"
+        _, _, rho, sound = isa(height)
+        eas, mach = o[n.O_V] * math.sqrt(rho / RHO0), o[n.O_V] / sound
+        if eas > limit.dive_eas_mps:
+            return f"broke up: {eas:.0f} m/s equivalent airspeed, its structure bears {limit.dive_eas_mps:g}"
+        if mach > limit.dive_mach:
+            return f"broke up: Mach {mach:.2f}, its structure bears {limit.dive_mach:g}"
+        _, pitch, bank = o[n.O_EULER : n.O_EULER + 3]
+        rate = max(abs(s[n.S_W]), abs(s[n.S_W + 1]), abs(s[n.S_W + 2]))
+        for what, value, bound in (
+            ("bank", bank, BANK), ("pitch", pitch, PITCH), ("incidence", o[n.O_ALPHA], self._alpha), ("rate", rate, RATE),
+        ):  # fmt: skip
+            beyond = abs(value) > bound
+            if not beyond and what not in self._upset:
+                continue
+            times = self._upset.setdefault(what, [0.0, 0.0])
+            times[0], times[1] = times[0] + self._dt * beyond, 0.0 if beyond else times[1] + self._dt
+            if times[1] > HOLD_S:
+                del self._upset[what]
+            elif times[0] > HOLD_S:
+                now, most = math.degrees(value), math.degrees(bound)
+                return f"is out of control: {what} {now:.0f}, for {HOLD_S:g} s beyond {most:.0f} deg{'/s' * (what == 'rate')}"
+        return ""
+
+
+class Collision:
+    """Whether a vehicle `v` touches the one it follows, `lead`, in whose body axes its view has its place."""
+
+    def __init__(self, lead: Vehicle, v: Vehicle) -> None:
+        self.lead, self.v = lead, v
+        self._mine, self._other = bars_of(lead.ac.structure.bars), bars_of(v.ac.structure.bars)
+        self._reach = sum(_reach(x) for x in (self._mine, self._other))  # further apart the bars need no look
+
+    def step(self) -> str:
+        """What has happened to `v`; "" while they are apart."""
+        xi = self.v.view.rel[n.R_XI : n.R_XI + 3]
+        if not math.hypot(*xi) < self._reach:
+            return ""
+        turn = _dcm(self.lead).T @ _dcm(self.v)  # from the axes of v to the leader's
+        place = np.array(xi)
+        for start, stop, radius in self._other:
+            here = place + turn @ start, place + turn @ stop
+            for p, q, other in self._mine:
+                if distance(p, q, *here) < radius + other:
+                    return f"touched {self.lead.cfg.name}"
+        return ""
+
+
+def bars_of(rows: Sequence[Bar]) -> list[tuple[Array, Array, float]]:
+    """(start, stop, radius) [m] of an airframe's bars; one off the plane of symmetry comes twice."""
+    out = []
+    for x0, y0, z0, x1, y1, z1, radius in rows:
+        for side in (1.0, -1.0) if y0 or y1 else (1.0,):
+            out.append((np.array([x0, side * y0, z0]), np.array([x1, side * y1, z1]), radius))
+    return out
+
+
+def distance(p: Array, q: Array, u: Array, v: Array) -> float:
+    """Shortest distance [m] of the segments p..q and u..v (3,).
+
+    |p + s d - u - t e|^2 is convex in (s, t): its least is where both derivatives vanish, if that lies within the unit square,
+    else on one of the four sides, where it is a parabola in one of them.
+    """
+    d, e, w = q - p, v - u, p - u
+    a, b, c, dw, ew = float(d @ d), float(d @ e), float(e @ e), float(d @ w), float(e @ w)
+
+    def clip(x: float) -> float:
+        return min(max(x, 0.0), 1.0)
+
+    def along(t: float) -> float:  # best s for a t
+        return clip((t * b - dw) / a) if a > 0.0 else 0.0
+
+    def across(s: float) -> float:
+        return clip((s * b + ew) / c) if c > 0.0 else 0.0
+
+    tries = [(0.0, across(0.0)), (1.0, across(1.0)), (along(0.0), 0.0), (along(1.0), 1.0)]
+    det = a * c - b * b
+    if det > 1e-12 * a * c:
+        s, t = (b * ew - c * dw) / det, (a * ew - b * dw) / det
+        if 0.0 <= s <= 1.0 and 0.0 <= t <= 1.0:
+            tries.append((s, t))
+    return min(float(np.linalg.norm(w + s * d - t * e)) for s, t in tries)
+
+
+def _reach(bars: list[tuple[Array, Array, float]]) -> float:
+    return max((max(float(np.linalg.norm(p)), float(np.linalg.norm(q))) + r for p, q, r in bars), default=0.0)
+
+
+def _dcm(v: Vehicle) -> Array:
+    return np.array(quat_dcm(*v.view.s[0:4])).reshape(3, 3)
+
+
+class Watches:
+    """All aircraft of a world: each by itself, and each follower against the first."""
+
+    def __init__(self, members: Sequence[Vehicle | Craft], vehicles: Sequence[Vehicle], dt_s: float) -> None:
+        self._all: list[Watch | Collision] = [Watch(v, dt_s) for v in members]
+        self._all += [Collision(vehicles[0], v) for v in vehicles[1:]]
+
+    def step(self, t_us: int, tick: int) -> None:
+        """Raises AircraftLostError for the first that is lost at this tick."""
+        for watch in self._all:
+            if what := watch.step():
+                raise AircraftLostError(f"{watch.v.cfg.name} {what} at t = {t_us / 1e6:.2f} s (tick {tick})")
