@@ -10,7 +10,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Annotated
 
-from flightsw.aircraft import Airframe
+from flightsw.aircraft import Alexis as Record
 from flightsw.strict import ConfigError, Range
 from sim_plant.alexis import Alexis, AlexisParams, AlexisSensors, AlexisServo
 from sim_plant.alexis_wind import AlexisWind
@@ -39,17 +39,17 @@ class AlexisTable:
 
 
 class AlexisCraft(Craft):
-    """One ALEXIS. Its start must be the trim of the published model: 20 m/s."""
+    """One ALEXIS. Its start must be at the trim airspeed of its file."""
 
     table = AlexisTable
 
-    def __init__(self, cfg: AircraftCfg, ac: Airframe, sc: Scenario, seed: int) -> None:
+    def __init__(self, cfg: AircraftCfg, ac: Record, sc: Scenario, seed: int) -> None:
         """Raises ConfigError for another airspeed at the start, or a table the model does not take."""
         super().__init__(cfg, ac, sc, seed, TRIM)
         t: AlexisTable = plant_table(AlexisCraft, cfg)
         north, east, down = cfg.start.pos_n_m
         p = AlexisParams(
-            linear=t.linear, height_m=-down, lift_factor=t.lift_factor, moment_factor=t.moment_factor, servo=t.servo,
+            linear=t.linear, aircraft=ac, height_m=-down, lift_factor=t.lift_factor, moment_factor=t.moment_factor, servo=t.servo,
             sensors=PERFECT,
         )  # fmt: skip
         if cfg.start.V_mps != p.V_mps:
@@ -62,7 +62,7 @@ class AlexisCraft(Craft):
         self._psi, self._ahead = psi, (math.cos(psi), math.sin(psi))
         self._at = [north, east]
         self._throttle = [0.0, 0.0]  # setting in force and last
-        self.mass_kg = ac.mass.empty_kg
+        self.mass_kg = ac.mass.kg
 
     def observe(self) -> None:
         a, s, o = self.flight, self.view.s, self.view.o

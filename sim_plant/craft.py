@@ -1,7 +1,7 @@
 """An aircraft with equations of its own in the plant's world: what the world asks of it, and what it has in common with the
 others: sensors, faults, command path.
 
-To add one: a subclass of Craft, its name in scenario.MODELS and its class in crafts.CRAFTS.
+To add one: its record (flightsw/aircraft), a subclass of Craft, and its class in crafts.CRAFTS.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class Craft:
         self.cfg, self.ac, self.trim = cfg, ac, trim
         base_hz = sc.clock.base_rate_hz
         self.dt_s = 1.0 / base_hz
-        self.probes = np.array([p.position_m for p in ac.probe]).reshape(-1, 3)[: n.MAX_PROBES]
+        self.probes = np.array([p.position_m for p in ac.probe]).reshape(-1, 3)
         count = len(self.probes)
         suite = sc.suite(cfg.name)
         self.sensors: list[Sensor] = build_sensors(

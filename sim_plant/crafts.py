@@ -13,7 +13,7 @@ CRAFTS: dict[str, type[Craft]] = {"alexis": AlexisCraft, "twinjet": TwinJetCraft
 
 def make_craft(cfg: AircraftCfg, ac: Airframe, sc: Scenario, seed: int) -> Craft:
     """The aircraft `cfg` of a scenario. Raises ConfigError naming what its model does not take."""
-    return CRAFTS[cfg.model](cfg, ac, sc, seed)  # type: ignore[call-arg]
+    return CRAFTS[cfg.model](cfg, ac, sc, seed)  # type: ignore[call-arg, arg-type]
 
 
 def check_craft(cfg: AircraftCfg) -> None:

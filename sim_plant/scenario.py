@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
 
-from flightsw.aircraft import Airframe, load_aircraft, load_airframe
+from flightsw.aircraft import Airframe, load_airframe
+from flightsw.aircraft.base import MODELS
 from flightsw.strict import ConfigError, OneOf, Range, load, to_dict
 from sim_plant.events import ACTIONS, PLANT, SENSORS, Event, check_event
 from sim_plant.sensors.config import Latency, NoiseCfg, NonNeg, Suite
@@ -20,7 +21,6 @@ HERE = Path(__file__).parent / "scenarios"
 Pos = Annotated[float, Range(1e-9)]
 Prob = Annotated[float, Range(0.0, 1.0)]
 SIXDOF = "sixdof"
-MODELS = (SIXDOF, "alexis", "twinjet")  # equations an aircraft may fly by; all but the first: sim_plant/crafts.py
 V3 = tuple[float, float, float]
 
 
@@ -243,12 +243,15 @@ class Scenario:
         wrong or what file does not exist."""
         out: list[Airframe] = []
         for a in self.aircraft:
-            if a.model == SIXDOF:
-                out.append(load_aircraft(a.file))
-            else:
+            out.append(load_airframe(a.file))
+            if out[-1].meta.model != a.model:
+                raise ConfigError(
+                    f"aircraft.{a.name}.file = {a.file!r}: an aircraft of model {out[-1].meta.model!r}; allowed: one of "
+                    f"model = {a.model!r}"
+                )
+            if a.model != SIXDOF:
                 from sim_plant.crafts import check_craft  # slow to import (numba): only where there is one
 
-                out.append(load_airframe(a.file))
                 check_craft(a)
         return out
 

@@ -1,7 +1,6 @@
 """The twin-jet transport: parameters, trimmed start, wind along its flight and instruments, one sample at a time.
 
-`TwinJet.step` takes the controls computed from the present reading and goes to the next sample. Mass, thrust and lag: Jing et
-al. (2007); aerodynamics and geometry: public figures of the 737-100 and JSBSim's 737 model, choices where they are silent.
+`TwinJet.step` takes the controls computed from the present reading and goes to the next sample. Aircraft's numbers: its file.
 """
 
 from __future__ import annotations
@@ -13,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import root
 
+from flightsw.aircraft import TwinJet as Record
+from flightsw.aircraft import twinjet
 from sim_plant.alexis_wind import AlexisWind, Gust, wind_series
 from sim_plant.kernels import twinjet as kt
 from sim_plant.microburst import Microburst
@@ -76,16 +77,26 @@ class TwinJetParams:
     ground_mps: float = 75.0
     slope_deg: float = 3.0
     sensors: TwinJetSensors = field(default_factory=TwinJetSensors)
+    aircraft: Record = field(default_factory=twinjet)
 
     def vector(self) -> Arr:
         """Parameter vector [NA] of the kernels."""
-        a = np.zeros(kt.NA)
-        a[kt.A_MASS], a[kt.A_GRAV], a[kt.A_RHO] = 38500.0, 9.81, 1.225
-        a[kt.A_AREA], a[kt.A_CHORD], a[kt.A_INERTIA] = 91.04, 3.41, 1.19e6
-        a[kt.A_CL0], a[kt.A_CLA], a[kt.A_CLE], a[kt.A_STALL], a[kt.A_PEAK] = 0.875, 4.4, 0.2, 0.2, 0.23
-        a[kt.A_CD0], a[kt.A_CDK], a[kt.A_CDS] = 0.07925, 0.043, 1.5
-        a[kt.A_CM0], a[kt.A_CMA], a[kt.A_CMQ], a[kt.A_CME] = 0.045, -0.6, -27.0, -1.2
-        a[kt.A_LAG], a[kt.A_TMAX], a[kt.A_LAPSE], a[kt.A_IDLE] = 2.0, 107e3, 0.002, 0.06
+        a, ac = np.zeros(kt.NA), self.aircraft
+        a[kt.A_MASS], a[kt.A_GRAV], a[kt.A_RHO] = ac.mass.kg, ac.air.gravity_mps2, ac.air.rho_kgpm3
+        a[kt.A_AREA], a[kt.A_CHORD], a[kt.A_INERTIA] = ac.geometry.S_m2, ac.geometry.c_m, ac.inertia.Iyy_kgm2
+        curve, drag, pitch, jets = ac.lift, ac.drag, ac.pitch, ac.engine
+        a[kt.A_CL0], a[kt.A_CLA], a[kt.A_CLE] = curve.CL0, curve.CL_alpha, curve.CL_de
+        a[kt.A_STALL], a[kt.A_PEAK], a[kt.A_FALL], a[kt.A_FALL_RAD] = (
+            curve.straight_rad, curve.top_rad, curve.fall, curve.fall_rad,
+        )  # fmt: skip
+        a[kt.A_CD0], a[kt.A_CDK], a[kt.A_CDS] = drag.CD0, drag.K, drag.beyond
+        a[kt.A_CM0], a[kt.A_CMA], a[kt.A_CMQ], a[kt.A_CME] = pitch.Cm0, pitch.Cm_alpha, pitch.Cm_q, pitch.Cm_de
+        a[kt.A_LAG], a[kt.A_TMAX], a[kt.A_LAPSE], a[kt.A_IDLE] = (
+            jets.lag_s,
+            jets.thrust_N,
+            jets.lapse_spm,
+            jets.idle_frac,
+        )
         return a
 
 

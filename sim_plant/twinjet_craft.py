@@ -10,7 +10,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Annotated
 
-from flightsw.aircraft import Airframe
+from flightsw.aircraft import TwinJet as Record
 from flightsw.strict import ConfigError, Range
 from sim_plant.alexis_wind import Gust
 from sim_plant.craft import Craft, plant_table
@@ -49,7 +49,7 @@ class TwinJetCraft(Craft):
 
     table = TwinJetTable
 
-    def __init__(self, cfg: AircraftCfg, ac: Airframe, sc: Scenario, seed: int) -> None:
+    def __init__(self, cfg: AircraftCfg, ac: Record, sc: Scenario, seed: int) -> None:
         """Raises ConfigError for a start without steady flight, or a table the model does not take."""
         super().__init__(cfg, ac, sc, seed, NOT_YET)
         t: TwinJetTable = plant_table(TwinJetCraft, cfg)
@@ -59,7 +59,7 @@ class TwinJetCraft(Craft):
         c, e = self._ahead
         x = c * north + e * east
         self._aside = (north - c * x, east - e * x)
-        p = TwinJetParams(t.lift_factor, t.drag_factor, x, -down, cfg.start.V_mps, t.slope_deg, PERFECT)
+        p = TwinJetParams(t.lift_factor, t.drag_factor, x, -down, cfg.start.V_mps, t.slope_deg, PERFECT, ac)
         air = TwinJetAir(t.burst, t.sigma_u_mps, t.sigma_w_mps, t.L_u_m, t.L_w_m, t.gusts)
         ticks = round(sc.meta.duration_s * sc.clock.base_rate_hz) + 1
         try:

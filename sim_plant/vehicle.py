@@ -32,7 +32,7 @@ class Vehicle:
         self.rel = np.zeros(n.NR)
         self.scratch = np.zeros((4, n.NS))
         self.work = np.zeros(n.N_RIGID)
-        self.probes = np.array([p.position_m for p in ac.probe]).reshape(-1, 3)[: n.MAX_PROBES]
+        self.probes = np.array([p.position_m for p in ac.probe]).reshape(-1, 3)
         self.probe_wake = np.zeros((len(self.probes), 3))
         self.points, self.weight, self.n_span, self.n_frame = airframe_points(ac, self.probes)
         w = sc.wind.wake
