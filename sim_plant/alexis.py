@@ -102,9 +102,12 @@ class Alexis:
     """
 
     def __init__(
-        self, p: AlexisParams, wind: AlexisWind, seed: int, duration_s: float, dt: float = 0.02, ticks: int = 4
-    ) -> None:
-        """Raises ValueError for a duration below one sample or fewer than one tick."""
+        self, p: AlexisParams, wind: AlexisWind, seed: int, duration_s: float, dt: float = 0.02, ticks: int = 4,
+        free: tuple[float, float] = (0.0, 0.0),
+    ) -> None:  # fmt: skip
+        """free: wind of the air mass at the start [m/s], down and ahead, beside that of `wind` (see `breathe`).
+
+        Raises ValueError for a duration below one sample or fewer than one tick."""
         self.samples = round(duration_s / dt) + 1
         if self.samples < 2 or ticks < 1:
             raise ValueError(f"duration_s = {duration_s}, dt = {dt}, ticks = {ticks}; allowed: a sample or more, >= 1")
@@ -112,7 +115,8 @@ class Alexis:
         self.a = p.vector()
         count = (self.samples - 1) * ticks + 1
         self.wind, self._aux = wind_series(wind, p.V_mps, count, self.h, seed)
-        self.f = np.array([p.V_mps, 0.0, 0.0, 0.0, p.height_m])
+        self.free = np.array(free)
+        self.f = np.array([p.V_mps + free[1], 0.0, 0.0, 0.0, p.height_m])
         self._servo_state, self._servo_command, self._servo = self._servos(p.servo, p.aircraft)
         self._kick = self._process_noise(count - 1, seed)
         self._bias = self._vane_bias(seed)
@@ -180,7 +184,13 @@ class Alexis:
     @property
     def air(self) -> Arr:
         """Wind [2] at this sample: down, tail [m/s]."""
-        return np.asarray(self.wind[self.k * self.ticks])
+        return np.asarray(self.wind[self.k * self.ticks] + self.free)
+
+    def breathe(self, down: float, ahead: float) -> None:
+        """Wind of the air mass [m/s] at this sample and until the next, on top of the turbulence and gusts of its own."""
+        if self.free[0] != down or self.free[1] != ahead:
+            self.free[:] = down, ahead
+            self._observe()
 
     @property
     def specific_force(self) -> tuple[float, float]:
@@ -200,9 +210,10 @@ class Alexis:
             raise ValueError(f"flight of {self.samples} samples is over")
         self.command[:] = command
         i = self.k * self.ticks
+        wind = self.wind[i : i + self.ticks + 1]
         ka.advance(
             self.f, self._servo_state, self._servo, self._servo_command, self.command, self.p.direct,
-            self.wind[i : i + self.ticks + 1], self._kick[i : i + self.ticks], self.a, self.h, self._W, self.vertical,
+            wind + self.free if self.free.any() else wind, self._kick[i : i + self.ticks], self.a, self.h, self._W, self.vertical,
         )  # fmt: skip
         self.k += 1
         self._observe()
@@ -211,7 +222,7 @@ class Alexis:
         c, k, V0 = self._controls, self.k, self.p.V_mps
         c[0], c[2] = self.surfaces
         c[1] = self.command[1]
-        w = self.wind[k * self.ticks]
+        w = self.air
         ka.readings(self.f, w, c, self.a, self._W[4], self._clean)
         self.reading[:] = self._clean + self._noise[k]
         self.reading[ka.R_VANE] += self._bias[k]

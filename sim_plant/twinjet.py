@@ -106,8 +106,13 @@ class TwinJet:
     After construction and every step: `truth` [11] (kernels.twinjet.observe), `reading` [9]; `f` [7] is the plant's state.
     """
 
-    def __init__(self, p: TwinJetParams, air: TwinJetAir, seed: int, duration_s: float, dt: float = 0.02) -> None:
-        """Trimmed on the slope in the wind of the start. Raises ValueError for a duration below a sample or without trim."""
+    def __init__(
+        self, p: TwinJetParams, air: TwinJetAir, seed: int, duration_s: float, dt: float = 0.02,
+        free: tuple[float, float] = (0.0, 0.0),
+    ) -> None:  # fmt: skip
+        """Trimmed on the slope in the wind of the start; free: that of the air mass [m/s], along x and up (see `breathe`).
+
+        Raises ValueError for a duration below a sample or without trim."""
         self.samples = round(duration_s / dt) + 1
         if self.samples < 2 or not dt > 0.0:
             raise ValueError(f"duration_s = {duration_s}, dt = {dt}; allowed: a sample or more, > 0")
@@ -116,6 +121,7 @@ class TwinJet:
         self._factors(p)
         self.gusts = air.series(p.ground_mps, self.samples + 1, dt, seed)
         self._noise = generator(seed, "twinjet.sensors").standard_normal((self.samples, kt.NR)) * p.sensors.sigmas()
+        self.free = np.array(free)
         self._W = np.zeros((6, kt.NF))
         self._clean, self.reading, self.truth = np.zeros(kt.NR), np.zeros(kt.NR), np.zeros(NT)
         self.f, self.controls = np.zeros(kt.NF), np.zeros(2)
@@ -135,7 +141,7 @@ class TwinJet:
         p, f, u, W = self.p, self.f, self.controls, self._W
         climb = -p.ground_mps * math.tan(p.slope_deg * RAD)
         f[: kt.F_PITCH] = p.x_m, p.height_m, p.ground_mps, climb
-        gx, gh = self.gusts[0]
+        gx, gh = self.gusts[0] + self.free
 
         def out_of_balance(v: Arr) -> list[float]:
             f[kt.F_PITCH], f[kt.F_THRUST], u[0], u[1] = v[0], 1e5 * v[1], 1e5 * v[1], v[2]
@@ -146,17 +152,27 @@ class TwinJet:
         if np.abs(out_of_balance(found.x)).max() > 1e-6:
             raise ValueError(f"no steady flight at {p.ground_mps} m/s over the ground, {p.height_m} m: {found.message}")
 
+    def breathe(self, along: float, up: float) -> None:
+        """Wind of the air mass [m/s] at this sample and until the next, on top of downburst, turbulence and gusts of its own. Not
+        in the truth's rates of the wind."""
+        if self.free[0] != along or self.free[1] != up:
+            self.free[:] = along, up
+            self._observe()
+
     def step(self, u: Arr) -> None:
         """Go to the next sample with controls u [2] (thrust command [N], elevator [rad]) in force meanwhile."""
         if self.k + 1 >= self.samples:
             raise ValueError(f"flight of {self.samples} samples is over")
         self.controls[:] = u
-        kt.advance(self.f, self.controls, self.gusts[self.k], self.gusts[self.k + 1], self.dt, self.a, self.m, self._W)
+        g0, g1 = self.gusts[self.k] + self.free, self.gusts[self.k + 1] + self.free
+        kt.advance(self.f, self.controls, g0, g1, self.dt, self.a, self.m, self._W)
         self.k += 1
         self._observe()
 
     def _observe(self) -> None:
         k = self.k
         slope = (self.gusts[k + 1] - self.gusts[k]) / self.dt
-        kt.observe(self.f, self.controls, self.gusts[k], slope, self.a, self.m, self._W, self._clean, self.truth)
+        kt.observe(
+            self.f, self.controls, self.gusts[k] + self.free, slope, self.a, self.m, self._W, self._clean, self.truth
+        )
         self.reading[:] = self._clean + self._noise[k]

@@ -68,11 +68,12 @@ class World:
         six = [(c, ac) for c, ac in records if c.model == SIXDOF and isinstance(ac, Aircraft)]
         lead = six[0][1] if six else None
         self.vehicles = [Vehicle(i, c, a, lead if i else None, scenario, self.seed) for i, (c, a) in enumerate(six)]
-        # aircraft of another kind fly by themselves: without leader, wake and boom, in air of their own
-        self.crafts = [make_craft(c, ac, scenario, self.seed) for c, ac in records if c.model != SIXDOF]
+        # aircraft of another kind fly by themselves, without leader, wake and boom
+        others = [(c, ac) for c, ac in records if c.model != SIXDOF]
+        self.air = AirMass(scenario.wind, self.vehicles, self.seed, self.dt_s, tuple(c.name for c, _ in others))
+        self.crafts = [make_craft(c, ac, scenario, self.seed, self.air.steady(-c.start.pos_n_m[2])) for c, ac in others]
         both: list[Vehicle | Craft] = [*self.vehicles, *self.crafts]
         self.members = sorted(both, key=lambda v: scenario.aircraft.index(v.cfg))
-        self.air = AirMass(scenario.wind, self.vehicles, self.seed, self.dt_s)
         for v in self.vehicles:
             self._start(v)
         self.air.fill_history(self.vehicles)
@@ -195,6 +196,7 @@ class World:
 
     def _evaluate(self) -> None:
         """Wind and everything instruments could see, at the current tick."""
+        self.air.begin()
         for v in self.vehicles:
             if v.index:
                 relative(self.vehicles[0].s, v.s, v.geo, v.rel)
@@ -205,6 +207,7 @@ class World:
             if v.index:
                 view.rel = v.rel.tolist()
         for c in self.crafts:
+            self.air.over(c)
             c.observe()
         self._all_fly()
         for v in self._tuned:

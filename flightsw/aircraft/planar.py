@@ -54,6 +54,13 @@ class Moment:
 
 
 @dataclass(frozen=True)
+class SideForce:
+    """Side force per unit of mass at the trim airspeed [m/s^2 per rad of sideslip]: how a cross wind takes the aircraft along."""
+
+    beta: Annotated[float, Range(hi=0.0)]
+
+
+@dataclass(frozen=True)
 class Push:
     """Thrust per unit of mass [m/s^2]: in trim, and per unit of the source's throttle setting."""
 
@@ -91,6 +98,7 @@ class Alexis(Airframe):
     drag: Force
     pitch: Moment
     thrust: Push
+    side: SideForce
     linear: Linear
 
     def __post_init__(self) -> None:
@@ -166,6 +174,13 @@ class PitchCurve:
 
 
 @dataclass(frozen=True)
+class SideCurve:
+    """C_Y per rad of sideslip: how a cross wind takes the aircraft along."""
+
+    CY_beta: Annotated[float, Range(hi=0.0)]
+
+
+@dataclass(frozen=True)
 class Jets:
     """Thrust at rest, what is lost per m/s, idle as a share of the largest, first-order lag."""
 
@@ -186,6 +201,7 @@ class TwinJet(Airframe):
     lift: LiftCurve
     drag: DragCurve
     pitch: PitchCurve
+    side: SideCurve
     engine: Jets
 
     def __post_init__(self) -> None:
