@@ -9,9 +9,10 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from flightsw.aircraft import Airframe, load_airframe
-from flightsw.aircraft.base import MODELS
+from flightsw.aircraft.base import MODELS, SIXDOF
 from flightsw.strict import ConfigError, OneOf, Range, load, to_dict
 from sim_plant.events import ACTIONS, PLANT, SENSORS, Event, check_event
+from sim_plant.obeyed import check_obeyed, refuse
 from sim_plant.sensors.config import Latency, NoiseCfg, NonNeg, Suite
 from sim_plant.traffic_cfg import RendezvousTrack, TrafficCfg
 
@@ -20,7 +21,6 @@ __all__ = ["ACTIONS", "SENSORS", "Event", "Scenario", "dump", "load_scenario"]
 HERE = Path(__file__).parent / "scenarios"
 Pos = Annotated[float, Range(1e-9)]
 Prob = Annotated[float, Range(0.0, 1.0)]
-SIXDOF = "sixdof"
 V3 = tuple[float, float, float]
 
 
@@ -208,6 +208,7 @@ class Scenario:
                 raise ConfigError(f"sensors.{key}: no such aircraft; allowed: {', '.join(names)}")
         for i, e in enumerate(self.event):
             check_event(f"event[{i}]", e, names)
+        check_obeyed(self)
 
     def _check_models(self) -> None:
         """Aircraft of another model fly by themselves; sixdof has no table of its own."""
@@ -253,6 +254,8 @@ class Scenario:
                 from sim_plant.crafts import check_craft  # slow to import (numba): only where there is one
 
                 check_craft(a)
+            if not out[-1].probe:
+                refuse(f"sensors.{a.name}.air", self.suite(a.name).air, f"on an aircraft without probes, {a.file!r}")
         return out
 
 

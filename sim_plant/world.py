@@ -92,6 +92,12 @@ class World:
         self.faults = FaultPlan(
             scenario, {v.cfg.name: {s.group: s for s in v.sensors} for v in self.members}, self.rate_hz, self.seed
         )
+        for k, e in enumerate(scenario.event):
+            for c in self.crafts:
+                if e.kind == "jam" and e.target == c.cfg.name and e.surface not in c.surfaces:
+                    raise ConfigError(
+                        f"event[{k}].surface = {e.surface!r}: {e.target} (model = {c.cfg.model!r}) has {', '.join(c.surfaces)}"
+                    )
         self.injected: list[Injected] = []  # commands to the plant; whoever records them empties it
         self._to_plant: dict[int, list[tuple[int, Command]]] = {}
         self._commands: dict[int, list[tuple[Vehicle | Craft, Command]]] = {}

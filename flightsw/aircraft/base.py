@@ -14,7 +14,8 @@ NonNeg = Annotated[float, Range(0.0)]
 Pair = tuple[float, float]
 V3 = tuple[float, float, float]
 PROBES = 4  # what AIR_DATA carries
-MODELS = ("sixdof", "alexis", "twinjet")  # equations an aircraft may fly by
+SIXDOF = "sixdof"
+MODELS = (SIXDOF, "alexis", "twinjet")  # equations an aircraft may fly by
 T = TypeVar("T", bound="Airframe")
 
 
@@ -23,7 +24,7 @@ class Meta:
     """`model` names the equations: six degrees of freedom, or those of planar.py."""
 
     name: str
-    model: Annotated[str, OneOf(MODELS)] = "sixdof"
+    model: Annotated[str, OneOf(MODELS)] = SIXDOF
 
 
 @dataclass(frozen=True)
@@ -118,7 +119,7 @@ def load_as(name: str, cls: type[T], model: str) -> T:
     """Record of an aircraft that flies by the equations `model`. Raises ConfigError for another one, or naming what is wrong."""
     path = find(name)
     meta = read_toml(path).get("meta", {})
-    has = meta.get("model", "sixdof") if isinstance(meta, dict) else "sixdof"
+    has = meta.get("model", SIXDOF) if isinstance(meta, dict) else SIXDOF
     if has != model and has in MODELS:
         raise ConfigError(f"{path}: meta.model = {has!r}: allowed here: {model!r}")
     return load(path, cls)
