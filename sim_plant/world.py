@@ -82,6 +82,10 @@ class World:
         self.traffic = Traffic(tf, scenario.track, wind, self.seed, self.dt_s) if tf.on else None
         self._tuned = [v for v in self.vehicles if v.cfg.tacan_to]
         self._receiver = next((v for v in self.vehicles if v.cfg.boom_to), None)
+        for c in self.crafts:
+            c.observe()
+        for m in self.members:
+            self._within_limits(m)
         self.boom: BoomCoupling | None = None
         if self._receiver is not None:
             leader = self._vehicle(self._receiver.cfg.boom_to)
@@ -191,6 +195,16 @@ class World:
             self.scenario.link.actuator_jitter_ticks,
             v.trim,
         )
+
+    def _within_limits(self, v: Vehicle | Craft) -> None:
+        """Raise ConfigError for a start beyond the limits of the aircraft's file."""
+        o, limits = (v.obs if isinstance(v, Vehicle) else v.view.o), v.ac.limits
+        V, alpha = float(o[n.O_V]), math.degrees(o[n.O_ALPHA])
+        if not limits.V_min_mps <= V <= limits.V_max_mps or not abs(alpha) <= limits.alpha_max_deg:
+            raise ConfigError(
+                f"aircraft.{v.cfg.name}.start: {V:.1f} m/s of airspeed at {alpha:.1f} deg of incidence; allowed by the limits of "
+                f"{v.cfg.file!r}: {limits.V_min_mps:g} to {limits.V_max_mps:g} m/s, up to {limits.alpha_max_deg:g} deg"
+            )
 
     def trim_cmd(self, i: int) -> ActuatorCmd:
         """The command that holds aircraft i in its initial trim."""

@@ -16,6 +16,7 @@ from flightsw.aircraft import Aircraft
 from flightsw.ctrl.common import ScheduleParams
 from flightsw.ctrl.receiver import ReceiverControl
 from flightsw.ctrl.tanker import TankerControl, TankerCtrlParams
+from flightsw.guid.envelope import Envelope
 from flightsw.guid.joinup import JOIN_UP, JoinUpGuidance, JoinUpParams, Sight
 from flightsw.guid.sequence import Sequence, SequenceParams
 from flightsw.kernels.rotations import euler_from_dcm, to_parent
@@ -80,6 +81,10 @@ class JoinMission(Mission):
     def __init__(self, ac: Aircraft, p: JoinParams, period_s: float) -> None:
         j = p.join
         self.p = j
+        e, g = Envelope(ac), j.guid
+        for key in ("V_mps", "V_min_mps", "V_max_mps"):
+            e.speed(f"join.guid.{key}", getattr(g, key))
+        e.turn("join.guid.turn_max_degps", g.turn_max_degps, g.V_max_mps)
         self.nav = make_airframe_nav(ac, j.nav)
         self.guid = JoinUpGuidance(j.guid)
         self.free = TankerControl(ac, j.ctrl, period_s)

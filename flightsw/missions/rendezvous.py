@@ -15,6 +15,7 @@ import numpy as np
 from flightsw.aircraft import Aircraft
 from flightsw.ctrl.common import ScheduleParams
 from flightsw.ctrl.tanker import TankerControl, TankerCtrlParams
+from flightsw.guid.envelope import Envelope
 from flightsw.guid.racetrack import RacetrackGuidance, RacetrackParams
 from flightsw.guid.rendezvous_pilot import PilotParams, RendezvousPilot
 from flightsw.kernels.rotations import wrap_pi
@@ -73,7 +74,14 @@ class RendezvousMission(Mission):
         self.pilot = RendezvousPilot(p.rendezvous.pilot)
         self.guid = RacetrackGuidance(p.guid)
         self.ctrl = TankerControl(ac, p.ctrl, period_s)
-        self.limits = ac.limits
+        self.envelope = e = Envelope(ac)
+        e.speed("guid.V_mps", p.guid.V_mps)
+        e.turn("guid.turn_rate_degps", p.guid.turn_rate_degps, p.guid.V_mps)
+        g = p.rendezvous.pilot.guidance
+        for key in ("bank_max_deg", "steer_bank_deg"):
+            e.bank(f"rendezvous.pilot.guidance.{key}", getattr(g, key))
+        for speed in (g.speed_mps - g.trim_mps, g.speed_mps + g.trim_mps):
+            e.speed("rendezvous.pilot.guidance.speed_mps less or plus trim_mps", speed)
         self.alt_m = p.guid.alt_m
         self.V0 = p.rendezvous.pilot.guidance.speed_mps
         self.out = GuidanceCmd(V=self.V0, alt_m=self.alt_m, reason="waiting for navigation")
@@ -143,7 +151,8 @@ class RendezvousMission(Mission):
         if c.command == MAV_CMD_DO_CHANGE_SPEED:
             if not self.joined:
                 return 1, "speed is the rendezvous's until roll-out"
-            ok, why = self.guid.set_speed(c.params[1], self.limits.V_min_mps, self.limits.V_max_mps)
+            top = self.envelope.fastest(self.guid.p.turn_rate_degps)
+            ok, why = self.guid.set_speed(c.params[1], self.envelope.limits.V_min_mps, top)
             return (0 if ok else 2), why
         return 3, "command not supported by this mission"
 

@@ -12,6 +12,7 @@ import numpy as np
 from flightsw.aircraft import Aircraft
 from flightsw.ctrl.common import ScheduleParams
 from flightsw.ctrl.tanker import TankerControl, TankerCtrlParams
+from flightsw.guid.envelope import Envelope
 from flightsw.guid.racetrack import RacetrackGuidance, RacetrackParams
 from flightsw.missions.base import Mission
 from flightsw.models.actuators import ActuatorModel
@@ -41,7 +42,9 @@ class TankerMission(Mission):
         self.nav = make_airframe_nav(ac, p.nav)
         self.guid = RacetrackGuidance(p.guid)
         self.ctrl = TankerControl(ac, p.ctrl, period_s)
-        self.limits = ac.limits
+        self.envelope = e = Envelope(ac)
+        e.speed("guid.V_mps", p.guid.V_mps)
+        e.turn("guid.turn_rate_degps", p.guid.turn_rate_degps, p.guid.V_mps)
         self.alt_m = p.guid.alt_m
 
     def step(
@@ -63,7 +66,8 @@ class TankerMission(Mission):
     def command(self, c: Command) -> tuple[int, str]:
         """MAV_RESULT and reason for a ground command."""
         if c.command == MAV_CMD_DO_CHANGE_SPEED:
-            ok, why = self.guid.set_speed(c.params[1], self.limits.V_min_mps, self.limits.V_max_mps)
+            top = self.envelope.fastest(self.guid.p.turn_rate_degps)
+            ok, why = self.guid.set_speed(c.params[1], self.envelope.limits.V_min_mps, top)
             return (0 if ok else 2), why
         return 3, "command not supported by this mission"
 

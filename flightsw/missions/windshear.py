@@ -16,6 +16,7 @@ import numpy as np
 
 from flightsw.aircraft import Airframe, TwinJet, load_as
 from flightsw.ctrl.windshear import NidParams, WindshearControl
+from flightsw.guid.envelope import Envelope
 from flightsw.guid.windshear import LAWS, PHASES, WindshearGuidance, WindshearGuidanceParams, with_law
 from flightsw.health import AIR_ALPHA, AIR_V
 from flightsw.kernels import windshear as k
@@ -108,7 +109,14 @@ class WindshearMission(Mission):
         self.p = p
         self.nav, self.monitor = WindshearNav(p.nav, ac), WindshearMonitor(p.nav.monitor)
         self.guidance, self.ctrl = WindshearGuidance(p.guid), WindshearControl(p.ctrl, ac)
-        a = p.guid.approach
+        a, escape = p.guid.approach, p.guid.escape
+        e = Envelope(ac)
+        for key in ("speed_min_mps", "speed_max_mps"):
+            e.speed(f"guid.approach.{key}", getattr(a, key))
+        e.incidence("guid.approach.alpha_max_rad", a.alpha_max_rad)
+        for key in ("alpha_max_rad", "managed_alpha_max_rad"):
+            e.incidence(f"guid.escape.{key}", getattr(escape, key))
+        e.speed("guid.escape.protect_mps", escape.protect_mps)
         self._trim = approach_trim(ac, a.ground_mps, -math.radians(a.slope_deg), p.nav.lift_scale, p.nav.drag_scale)
         self.ctrl.reset(*self._trim)
         self.full_kN, self._g = ac.engine.thrust_N / 1e3, ac.air.gravity_mps2
