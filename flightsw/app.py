@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from flightsw.health import HealthMonitor, HealthParams
+from flightsw.health import HealthMonitor, HealthParams, refuse_unwatched
 from flightsw.missions import MISSIONS
 from flightsw.strict import ConfigError, convert
 from flightsw.types import (
@@ -77,6 +77,7 @@ class FlightApp:
         self.slow_us = 1_000_000 // mission_rate_hz
         self.ac = cls.load(aircraft)
         self.mission = cls(self.ac, convert(own, cls.params_type, where), 1.0 / mission_rate_hz)
+        refuse_unwatched(health, self.mission.may_watch)
         self.health = HealthMonitor(health, self.mission.watch, self.mission.air_used)
         self.act = cls.actuators(self.ac, link_delay_ticks)
         self.u = np.zeros(cls.controls)

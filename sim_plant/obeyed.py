@@ -58,6 +58,8 @@ def check_obeyed(sc: Scenario) -> None:
         refuse("traffic", sc.traffic, "while traffic.on = false")
         if not any(a.tacan_to for a in sc.aircraft):
             refuse("track", sc.track, "without [traffic] and without an aircraft that has tacan_to")
+    elif not any(a.tacan_to == sc.traffic.name for a in sc.aircraft):
+        raise ConfigError(f"traffic.on = true: allowed with an aircraft that has tacan_to = {sc.traffic.name!r}")
     if sc.clock.base_rate_hz % sc.clock.truth_hz:
         raise ConfigError(
             f"clock.truth_hz = {sc.clock.truth_hz}: allowed: base_rate_hz = {sc.clock.base_rate_hz} divided by a whole number"

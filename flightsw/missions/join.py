@@ -100,7 +100,12 @@ class JoinMission(Mission):
         self._texts: list[Text] = []
 
     @property
-    def watch(self) -> int:
+    def may_watch(self) -> int:
+        """See Mission."""
+        return OWN | HF_REL | HF_PEER
+
+    @property
+    def watch(self) -> int:  # type: ignore[override]
         """HF_* flags of what the aircraft depends on: the tanker's only from join-up on."""
         return OWN | HF_REL | HF_PEER if self.joined or self.guid.phase == JOIN_UP else OWN
 
