@@ -75,7 +75,10 @@ class FlightApp:
         )  # fmt: skip
         self.period_us = 1_000_000 // base_rate_hz
         self.slow_us = 1_000_000 // mission_rate_hz
-        self.ac = cls.load(aircraft)
+        try:
+            self.ac = cls.load(aircraft)
+        except ConfigError as e:
+            raise ConfigError(f"{where}: app.mission = {mission!r}, app.aircraft = {aircraft!r}: {e}") from None
         self.mission = cls(self.ac, convert(own, cls.params_type, where), 1.0 / mission_rate_hz)
         refuse_unwatched(health, self.mission.may_watch)
         self.health = HealthMonitor(health, self.mission.watch, self.mission.air_used)

@@ -27,6 +27,7 @@ from sim_plant.kernels.geometry import relative
 from sim_plant.kernels.observe import observe
 from sim_plant.kernels.rot import quat_dcm
 from sim_plant.scenario import SIXDOF, Scenario
+from sim_plant.sensors.airdata import AirSensor
 from sim_plant.traffic import Traffic
 from sim_plant.trim import throttle_for, trim
 from sim_plant.truth import Truth, truth_of
@@ -93,6 +94,10 @@ class World:
                 at = f"aircraft.{self._receiver.cfg.name}.boom_to = {leader.cfg.name!r}"
                 raise ConfigError(f"{at}: that aircraft's file needs a [boom] and this one's a [receptacle]")
             self.boom = BoomCoupling(leader.ac.boom, scenario.refuel, self.dt_s)
+        for m in self.members:
+            for s in m.sensors:
+                if isinstance(s, AirSensor):
+                    s.names = [p.name for p in m.ac.probe]
         self.faults = FaultPlan(
             scenario, {v.cfg.name: {s.group: s for s in v.sensors} for v in self.members}, self.rate_hz, self.seed
         )

@@ -11,7 +11,7 @@ from flightsw.ctrl.gust import AlleviationParams, GustAlleviation, GustHold, Hol
 from flightsw.kernels import gust as k
 from flightsw.models.gust import GustAircraft, Turbulence
 from flightsw.models.gust_servo import GustServos
-from flightsw.strict import OneOf
+from flightsw.strict import ConfigError, OneOf
 
 Array = np.ndarray
 LAWS = ("hold", "alleviation", "elevator")  # index: WKF_GUST_LAW, and param1 of MAV_CMD_USER_1
@@ -30,6 +30,18 @@ class GustCtrlTable:
     alleviation: AlleviationParams = field(default_factory=AlleviationParams)
     elevator: AlleviationParams = field(default_factory=_elevator_alone)
     hold: HoldParams = field(default_factory=HoldParams)
+
+    def __post_init__(self) -> None:
+        """Raises ConfigError for what is given from elsewhere or has no place in a law."""
+        for name, q in (("alleviation", self.alleviation), ("elevator", self.elevator)):
+            if q.late_steps != AlleviationParams.late_steps:
+                raise ConfigError(
+                    f"ctrl.{name}.late_steps = {q.late_steps}: given by link.delay_ticks; allowed: left out"
+                )
+        if self.elevator.use_flap or self.elevator.flap != AlleviationParams.flap:
+            raise ConfigError(
+                "ctrl.elevator.use_flap, flap: this law has no flap; allowed: left out, or use_flap = false"
+            )
 
 
 class GustLaws:

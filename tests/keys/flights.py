@@ -100,11 +100,12 @@ def acts(scenario: str, sets: tuple[str, ...], duration_s: float, change: tuple[
                 return f"tick {n}"
         return "" if n == len(base) else f"tick {n}: another length"
     except ConfigError as e:
-        if leaf not in str(e):
+        value = change[-1].partition("=")[2].strip('"[]{}')
+        if leaf not in str(e) and (not value or value not in str(e)):
             raise
         return "refused"
-    except (DesignError, TrimError):
-        return "no design"
+    except (DesignError, TrimError, ValueError):
+        return "no flight"
     finally:
         gc.collect(0)
 
@@ -112,7 +113,7 @@ def acts(scenario: str, sets: tuple[str, ...], duration_s: float, change: tuple[
 def try_key(k: Key, scenario: str, sets: tuple[str, ...], duration_s: float, values: tuple[Any, ...] = ()) -> str:
     """The first answer of `acts` other than "" over the values a key may be given."""
     why = ""
-    for v in values or others(k):
+    for v in values or others(k)[:4]:
         try:
             got = acts(scenario, sets, duration_s, (f"{k.name}={toml(v)}",), k.field)
         except ConfigError as e:

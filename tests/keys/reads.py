@@ -39,6 +39,8 @@ class Reads:
     def __init__(self, classes: set[type]) -> None:
         self.classes = classes
         self.seen: set[tuple[type, str]] = set()
+        hints = {c: typing.get_type_hints(c).values() for c in classes}
+        self._parts = {c: {p for tp in v for p in _parts(tp) if p in classes} for c, v in hints.items()}
 
     @contextmanager
     def watching(self) -> Iterator[None]:
@@ -69,12 +71,31 @@ class Reads:
 
         return read
 
-    def unread(self) -> list[str]:
-        """Fields of the classes that nothing has read, as "module.Class.field"; a field of a base counts for each class."""
+    def holders(self, cls: type) -> set[str]:
+        """Names of the record, its bases and heirs, and of the records that hold one of them."""
+        found, last = {c for c in self.classes if issubclass(c, cls) or issubclass(cls, c)}, 0
+        while len(found) > last:
+            last = len(found)
+            for c in self.classes:
+                if self._parts[c] & found or any(issubclass(f, c) or issubclass(c, f) for f in found):
+                    found.add(c)
+        return {b.__name__ for c in found for b in c.__mro__ if dataclasses.is_dataclass(b)}
+
+    def places(self, cls: type) -> set[str]:
+        """Names of the fields in which records hold this one."""
+        out = set()
+        for c in self.classes:
+            for name, tp in typing.get_type_hints(c).items():
+                if any(isinstance(p, type) and issubclass(p, cls) for p in _parts(tp)):
+                    out.add(name)
+        return out
+
+    def unread(self) -> list[tuple[type, str]]:
+        """Fields of the classes that nothing has read; read of an heir or a base counts."""
         out = []
         for cls in self.classes:
             for f in dataclasses.fields(cls):
                 family = {c for c in self.classes if issubclass(c, cls) or issubclass(cls, c)}
                 if f.init and not any((c, f.name) in self.seen for c in family):
-                    out.append(f"{cls.__module__}.{cls.__qualname__}.{f.name}")
-        return sorted(out)
+                    out.append((cls, f.name))
+        return sorted(out, key=lambda u: (u[0].__name__, u[1]))

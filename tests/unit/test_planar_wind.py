@@ -164,7 +164,7 @@ def test_the_downburst_stays_where_it_is_when_the_jet_drifts() -> None:
         ("refueling", {"aircraft.receiver.start.V_mps": 180.0}, r"aircraft\.receiver\.start\.V_mps = 180\.0: nothing obeys it"),
         ("refueling", {"aircraft.tanker.start.xi_m": [1.0, 0.0, 0.0]}, r"aircraft\.tanker\.start\.xi_m = "),
         ("refueling", {"traffic.y_m": 5.0}, r"traffic\.y_m = 5\.0: nothing obeys it while traffic\.on = false"),
-        ("refueling", {"traffic.on": True, "traffic.sysid": 9}, r"traffic\.on = true: allowed with an aircraft that has tacan_to"),
+        ("refueling", {"traffic.on": True, "traffic.sysid": 9}, r"traffic\.on = true: allowed with an aircraft"),
         ("rendezvous", {"refuel.capture_s": 5.0}, r"refuel\.capture_s = 5\.0: nothing obeys it"),
         ("rendezvous", {"sensors.tanker.radar.sigma_m": 5.0}, r"sensors\.tanker\.radar\.sigma_m = 5\.0: nothing obeys it of"),
         ("refueling", {"clock.truth_hz": 33}, r"clock\.truth_hz = 33: allowed: base_rate_hz = 100 divided"),

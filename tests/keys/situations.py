@@ -1,0 +1,295 @@
+"""Where a key shows: the flights in which keys are tried, and for those that need something special, what it is.
+
+A key is tried in the first situation of its context whose `keys` match its name after the owner, else in the context's plain
+flight.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Any
+
+from tests.keys.keys import Key
+
+
+@dataclass(frozen=True)
+class Situation:
+    """`keys`: pattern of key names (owner left out, indices and aircraft names too). `sets`: as after --set."""
+
+    why: str
+    keys: str
+    sets: tuple[str, ...] = ()
+    duration_s: float = 2.0
+
+
+@dataclass(frozen=True)
+class Context:
+    """A scenario and the owners whose keys are tried in it; `only`: pattern the keys must match."""
+
+    scenario: str
+    owners: tuple[str, ...]
+    situations: tuple[Situation, ...] = ()
+    only: str = ""
+    sets: tuple[str, ...] = ()
+    duration_s: float = 2.0
+
+
+def short(k: Key) -> str:
+    """Name of a key without its owner, and without the index or name of the aircraft."""
+    name = k.name.partition(".")[2]
+    return re.sub(r"^(aircraft\.\d+|sensors\.\w+)\.", lambda m: m.group(1).split(".")[0] + ".", name)
+
+
+def of(c: Context, k: Key) -> tuple[tuple[str, ...], float]:
+    """Sets and duration with which a key of a context is tried."""
+    for s in c.situations:
+        if re.fullmatch(s.keys, short(k)):
+            return (*c.sets, *s.sets), s.duration_s
+    return c.sets, c.duration_s
+
+
+def event(**fields: Any) -> str:
+    """One entry of plant.event."""
+    return "{" + ", ".join(f"{k} = {v!r}".replace("'", '"') for k, v in fields.items()) + "}"
+
+
+def events(*entries: str) -> str:
+    """The scenario's events, replaced."""
+    return f"plant.event=[{', '.join(entries)}]"
+
+
+def silent(who: str, *groups: str, start_s: float = 0.8, each_s: float = 0.4) -> str:
+    """One sensor after the other is silent."""
+    return events(
+        *(
+            event(t_s=start_s + i * each_s, kind="dropout", target=who, sensor=g, for_s=each_s - 0.1)
+            for i, g in enumerate(groups)
+        )
+    )
+
+
+# never shown by a flight in one process; each is read by the code named, which other tests run
+ELSEWHERE = {
+    "Meta.name": "a word for people, in scenario.toml",
+    "Meta.purpose": "a word for people, in scenario.toml",
+    "Meta.duration_s": "given here by the rig, as by --duration",
+    "Clock.mode": "the process' loop; refused with --in-process (tests/sil)",
+    "Clock.startup_timeout_s": "wall clock of the plant's process (sim_plant.loops, tests/sil)",
+    "Clock.peer_timeout_s": "wall clock of the plant's process (sim_plant.loops, tests/sil)",
+    "LinkConfig.host": "socket of the onboard process (flightsw.loop, tests/component)",
+    "LinkConfig.plant_port": "socket of the onboard process (flightsw.loop, tests/component)",
+    "LinkConfig.telemetry_port": "socket of the onboard process (flightsw.loop, tests/component)",
+    "LinkConfig.targets": "socket of the onboard process (flightsw.loop, tests/component)",
+    "LinkConfig.startup_timeout_s": "wall clock of the onboard process (flightsw.loop, tests/component)",
+    "LinkConfig.peer_timeout_s": "wall clock of the onboard process (flightsw.loop, tests/component)",
+}
+
+# values that show, where a factor on the present one does not
+VALUES: dict[str, tuple[Any, ...]] = {
+    "AircraftCfg.name": ("other",),
+    "AircraftCfg.file": ("learjet24", "kc135r", "alexis"),
+    "AircraftCfg.mission": ("rendezvous", "gust_hold", "gust", "tanker", "windshear"),
+    "AircraftCfg.rel_nav_to": ("", "tanker"),
+    "AircraftCfg.boom_to": ("", "tanker"),
+    "AircraftCfg.tacan_to": ("", "receiver", "nobody"),
+    "AircraftCfg.fuel_kg": (1000.0,),
+    "AircraftCfg.sysid": (7,),
+    "Start.relative_to": ("", "nobody"),
+    "Start.V_mps": (190.0, 72.0, 21.0),
+    "Wind.sounding": ("missing.txt",),
+    "Wake.source": ("", "nobody"),
+    "TrafficCfg.name": ("other",),
+    "TrafficCfg.on": (True, False),
+    "Event.target": ("reference", "tanker", "nobody"),
+    "Event.kind": ("drift", "dropout", "link_loss"),
+    "Event.value": ((0.3,),),
+    "Event.params": ((5.0,),),
+    "Event.action": ("breakaway", "hold"),
+    "AppConfig.mission": ("gust", "windshear", "rendezvous", "tanker"),
+    "AppConfig.aircraft": ("kc135r", "learjet24"),
+    "TelemetryConfig.rates_hz": ({"ATTITUDE_QUATERNION": 1.0},),
+    "HealthParams.rate_max_radps": (1e-4,),
+    "HealthParams.acc_max_mps2": (1.0,),
+    "HealthParams.V_min_mps": (500.0,),
+    "HealthParams.V_max_mps": (1.0,),
+    "HealthParams.flow_max_rad": (1e-5,),
+    "HealthParams.speed_max_mps": (1.0,),
+    "HealthParams.rel_max_m": (1.0,),
+    "HealthParams.stuck_samples": (3,),
+    "Wind.sine": ([{"amplitude_mps": [1.0, 0.5, 0.2], "period_s": [2.0, 2.0, 2.0]}],),
+    "Dryden.step": ([{"t_s": 0.5, "sigma_mps": 2.0}],),
+    "Scenario.event": ([{"t_s": 0.5, "kind": "link_loss", "target": "nobody"}],),
+    "TwinJetTable.gusts": ([{"axis": "tail", "size_mps": 2.0, "start_s": 0.5, "length_s": 0.5}],),
+    "AlexisWind.steps": ([[0.5, 2.0]],),
+    "Microburst.radius_m": (700.0,),
+    "Gust.axis": ("tail",),
+    "Gust.shape": ("ramp",),
+    "WindshearNavTable.turbulence_range": ((0.0199, 0.0201),),
+    "WindshearNavTable.gate": (1.0,),
+    "HazardParams.caution_F": (0.01,),
+    "HazardParams.abort_F": (0.01,),
+    "HazardParams.release_F": (-1.0,),
+    "HazardParams.gain_F": (0.01,),
+    "HazardParams.gain_hold_s": (0.0, 0.1),
+    "EscapeParams.protect_above_m": (400.0,),
+    "EscapeParams.again_F": (0.5,),
+    "AlexisServo.rate_degps": (1.0,),
+    "AlexisServo.elevator_deg": (0.01,),
+    "AlexisServo.flap_deg": (0.01,),
+}
+
+NOW = ("plant.event.0.t_s=0.5", "plant.event.1.t_s=0.5")
+PUFF = '[{axis = "down", size_mps = -2.0, start_s = 0.5, length_s = 1.0, shape = "one_cosine"}]'
+SLOW = Situation("slow variation of the wind", r"wind\.slow\.(tau_s|from_zero)", ("plant.wind.slow.sigma_mps=2.0",))
+DRYDEN = Situation(
+    "turbulence, not along north",
+    r"wind\.dryden\..*",
+    ("plant.wind.dryden.sigma_mps=1.0", "plant.aircraft.0.start.psi_deg=30.0"),
+)
+SHEAR = tuple(f"twinjet.guid.hazard.{k}" for k in ("settle_s=0.0", "caution_F=0.01", "abort_F=0.01"))
+
+CAUTION = ("twinjet.guid.hazard.settle_s=0.0", "twinjet.guid.hazard.caution_F=0.01", "twinjet.guid.hazard.abort_F=1.0")
+
+
+def action(t_s: float, name: str) -> str:
+    """A command to the receiver."""
+    return event(t_s=t_s, kind="command", target="receiver", action=name)
+
+
+AT = "[-36.0, 0.0, 8.5]"
+CONTACT = (
+    f"plant.aircraft.receiver.start.xi_m={AT}", f"receiver.guid.observation_m={AT}", f"receiver.guid.precontact_m={AT}",
+    "receiver.guid.ready_error_m=3.0", "receiver.guid.settle_s=0.5", "plant.refuel.capture_s=0.2",
+    events(action(2.5, "precontact"), action(7.5, "contact")),
+)  # fmt: skip
+
+
+def health(who: str, groups: tuple[str, ...]) -> tuple[Situation, ...]:
+    """Sensors that fall silent one by one, or are stuck."""
+    return (
+        Situation("silent sensors", r"health\.\w+_age_s", (silent(who, *groups, each_s=0.7),), 0.8 + 0.7 * len(groups)),
+        Situation(
+            "a stuck sensor",
+            r"health\.stuck_samples",
+            (events(event(t_s=0.8, kind="stuck", target=who, sensor="air", for_s=0.8)),),
+        ),
+    )
+
+
+CONTEXTS = (
+    Context(
+        "gust",
+        ("plant", "alexis"),
+        (
+            SLOW,
+            DRYDEN,
+            Situation("sensors with a bias", r"noise\.bias_scale", ("plant.sensors.alexis.imu.acc_bias_std=0.05",)),
+            Situation("the events happen", r"event\..*", NOW),
+            Situation("both use the flap", r"aircraft\.plant\.servo\.flap_deg", ("reference.ctrl.law=alleviation",)),
+            *health("alexis", ("imu", "air", "att", "gnss")),
+            Situation(
+                "gusts of the table happen",
+                r"aircraft\.plant\.wind\.gusts\..*",
+                (f"plant.aircraft.0.plant.wind.gusts={PUFF}", f"plant.aircraft.1.plant.wind.gusts={PUFF}"),
+            ),
+        ),
+    ),
+    Context(
+        "windshear",
+        ("plant", "twinjet"),
+        (
+            SLOW,
+            DRYDEN,
+            Situation("sensors with a bias", r"noise\.bias_scale", ("plant.sensors.twinjet.imu.acc_bias_std=0.05",)),
+            *health("twinjet", ("imu", "air", "att", "gnss")),
+            Situation("filter of sigma points", r"nav\.spread", ("twinjet.nav.filter=ukf",)),
+            Situation(
+                "five readings wrong at once",
+                r"nav\.(refused_max|channels_most)",
+                (
+                    events(
+                        *(
+                            event(t_s=0.8, kind="bias", target="twinjet", sensor=s, value=v)
+                            for s, v in (
+                                ("air", [30.0, 0.3, 0.3]),
+                                ("gnss", [0.0, 0.0, 0.0, 30.0, 30.0, 30.0]),
+                                ("baro", [90.0]),
+                            )
+                        )
+                    ),
+                ),
+            ),
+            Situation(
+                "lift believed wrong",
+                r"nav\.monitor\.disagree_.*",
+                ("twinjet.nav.states=13", "twinjet.nav.lift_scale=1.3", "twinjet.nav.monitor.disagree_s=0.2"),
+                4.0,
+            ),
+            Situation("a reading missing", r"nav\.monitor\.held_s", (silent("twinjet", "air"),)),
+            Situation(
+                "below the slope",
+                r"guid\.approach\.climb_max_mps",
+                ("twinjet.guid.approach.slope_deg=1.0", "twinjet.guid.approach.gain_1ps=2.0"),
+                4.0,
+            ),
+            Situation("caution", r"guid\.(approach\.caution_speed_mps|hazard\.(abort_on|release_F))", CAUTION, 4.0),
+            Situation("judged at once", r"guid\.hazard\.(caution_F|abort_F|gain_F)", (CAUTION[0],), 4.0),
+            Situation(
+                "gain of energy", r"guid\.hazard\.gain_hold_s", (CAUTION[0], "twinjet.guid.hazard.gain_F=0.01"), 6.0
+            ),
+            Situation("escape by pitch", r"guid\.escape\.pitch_deg", (*SHEAR, "twinjet.guid.escape.law=pitch")),
+            Situation("escape by climb", r"guid\.escape\.climb_mps", (*SHEAR, "twinjet.guid.escape.law=climb")),
+            Situation("escape above its height", r"guid\.escape\.descent_mps", SHEAR),
+            Situation(
+                "escape below its height", r"guid\.escape\.rise_mps", (*SHEAR, "twinjet.guid.escape.target_m=450.0")
+            ),
+            Situation(
+                "escape near its height",
+                r"guid\.escape\.(target_m|height_gain_1ps)",
+                (*SHEAR, "twinjet.guid.escape.target_m=345.0"),
+            ),
+            Situation(
+                "behind the shear",
+                r"guid\.escape\.(after_mps|clear_s|hold_F|again_F)",
+                (*SHEAR, "twinjet.guid.escape.clear_s=0.2", "twinjet.guid.escape.again_F=0.06"),
+                6.0,
+            ),
+            Situation(
+                "escape too slow",
+                r"guid\.escape\.protect_.*",
+                (*SHEAR, "twinjet.guid.escape.target_m=450.0", "twinjet.guid.escape.protect_mps=95.0"),
+            ),
+            Situation(
+                "without an estimate",
+                r"guid\.blind_s",
+                (
+                    events(
+                        *(
+                            event(t_s=0.8, kind="dropout", target="twinjet", sensor=s, for_s=3.0)
+                            for s in ("imu", "air", "att", "gnss", "baro")
+                        )
+                    ),
+                ),
+                4.0,
+            ),
+        ),
+    ),
+    Context(
+        "refueling",
+        ("plant", "tanker", "receiver"),
+        (
+            SLOW,
+            Situation(
+                "in the wake's core", r"wind\.wake\.nu_m2ps", ("plant.aircraft.receiver.start.xi_m=[-36.0, 4.0, 1.0]",)
+            ),
+            Situation("contact", r"refuel\..*", CONTACT, 16.0),
+            Situation(
+                "the events happen", r"event\..*", tuple(f"plant.event.{i}.t_s={0.5 + 0.1 * i}" for i in range(4))
+            ),
+        ),
+    ),
+    Context("rendezvous", ("plant", "tanker"), (SLOW,)),
+    Context("joinup", ("receiver",), (), r"join\..*"),
+    Context("airdata", ("receiver",), (), r"airdata\..*"),
+)
