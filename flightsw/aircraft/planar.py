@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
-from flightsw.aircraft.base import Airframe, NonNeg, Pos
+from flightsw.aircraft.base import Airframe, Limits, NonNeg, Pos
 from flightsw.strict import ConfigError, Range
 
 Row2 = tuple[float, float]
@@ -78,8 +78,13 @@ class Linear:
     E: tuple[Row2, Row2, Row2, Row2, Row2]
 
 
-def at_the_centre(ac: Airframe) -> None:
-    """Raise ConfigError for a probe elsewhere: these equations give the flow at the centre of gravity only."""
+def in_the_plane(ac: Airframe) -> None:
+    """Raise ConfigError for a limit of bank, and for a probe elsewhere than at the centre of gravity, whose flow these equations
+    give."""
+    if ac.limits.bank_max_deg != Limits.bank_max_deg:
+        raise ConfigError(
+            f"aircraft {ac.meta.name}: limits.bank_max_deg = {ac.limits.bank_max_deg:g}: it never banks; allowed: left out"
+        )
     for i, p in enumerate(ac.probe):
         if any(p.position_m):
             raise ConfigError(
@@ -104,7 +109,7 @@ class Alexis(Airframe):
     def __post_init__(self) -> None:
         """Raises ConfigError for a surface these equations need or do not have, or travel that differs up and down."""
         super().__post_init__()
-        at_the_centre(self)
+        in_the_plane(self)
         c, at = self.controls, f"aircraft {self.meta.name}"
         c.needs(
             at, "elevator_deg", "flap_deg", "elevator_rate_degps", "flap_rate_degps", "servo_wn_radps", "servo_zeta"
@@ -207,7 +212,7 @@ class TwinJet(Airframe):
     def __post_init__(self) -> None:
         """Raises ConfigError for a surface these equations need or do not have."""
         super().__post_init__()
-        at_the_centre(self)
+        in_the_plane(self)
         c, at = self.controls, f"aircraft {self.meta.name}"
         c.needs(at, "elevator_deg")
         c.none_of(

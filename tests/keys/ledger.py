@@ -7,7 +7,8 @@ import tomllib
 from pathlib import Path
 
 from tests.keys.flights import try_key
-from tests.keys.keys import Key
+from tests.keys.keys import Key, others, toml
+from tests.keys.rigs import RIGS, meeting
 from tests.keys.situations import VALUES, Context, of
 
 FILE = Path(__file__).parent / "acting.toml"
@@ -15,8 +16,16 @@ FILE = Path(__file__).parent / "acting.toml"
 
 def tried(c: Context, k: Key) -> str:
     """What a key does in its situation; "": nothing."""
+    if k.cls in RIGS:
+        return "acts in its rig"  # tests/keys/test_rigs.py
     sets, duration_s = of(c, k)
-    return try_key(k, c.scenario, sets, duration_s, VALUES.get(k.place, ()))
+    got = try_key(k, c.scenario, sets, duration_s, VALUES.get(k.place, ()))
+    if not got and k.name.startswith("tanker.rendezvous."):
+        before = meeting(c.sets)
+        for v in VALUES.get(k.place, ()) or others(k)[:3]:
+            if meeting((*c.sets, f"{k.name}={toml(v)}")) != before:
+                return "acts in a whole rendezvous"
+    return got
 
 
 def read() -> dict[str, dict[str, str]]:

@@ -35,7 +35,7 @@ def refuelling(p: RefuelParams) -> list[Any]:
         if not f.g.command({"precontact": 2, "contact": 3, "disconnect": 4, "observation": 6}[name])[0]:
             out.append(name)
         f.f.boom_contact = name == "contact"
-        for _ in range(2600):
+        for _ in range({"precontact": 3600, "contact": 1400}.get(name, 600)):
             f.step()
             out.append(f.g.out.measure)
     out += [f.path[::20], f.g.phase]
@@ -53,6 +53,7 @@ def refuelling(p: RefuelParams) -> list[Any]:
         out += g.path[-400::10]
     waiting = Refuelling(p)
     waiting.until(OBSERVATION)
+    waiting.order("precontact")
     waiting.offset[:] = 0.0, 0.0, 4.1
     waiting.step(200)
     return out + waiting.path[::10]
@@ -71,7 +72,7 @@ def joining(p: JoinUpParams) -> list[Any]:
         f.turn_rate = math.radians(0.9)
         f.fly(6.0)
         f.turn_rate = 0.0
-        for seconds, seen in ((30.0, True), (3.4, False), (60.0, True)):
+        for seconds, seen in ((30.0, True), (3.4, False), (140.0 if start.get("x") == -150.0 else 40.0, True)):
             f.seen = seen
             for _ in range(round(seconds / 0.1)):
                 f.step()

@@ -85,6 +85,8 @@ ELSEWHERE = {
     "LinkConfig.peer_timeout_s": "wall clock of the onboard process (flightsw.loop, tests/component)",
 }
 
+# no flight or rig comes to these yet; they are read (test_reads.py)
+PENDING: dict[str, str] = {}
 # values that show, where a factor on the present one does not
 VALUES: dict[str, tuple[Any, ...]] = {
     "AircraftCfg.name": ("other",),
@@ -134,6 +136,23 @@ VALUES: dict[str, tuple[Any, ...]] = {
     "HazardParams.gain_hold_s": (0.0, 0.1),
     "EscapeParams.protect_above_m": (400.0,),
     "EscapeParams.again_F": (0.5,),
+    "TankerCtrlParams.int_limit": ((1e-4, 1e-4, 1e-6),),
+    "ReceiverCtrlParams.int_limit_ms": ((1e-4, 1e-4, 1e-4),),
+    "TrustParams.age_s": (0.1,),
+    "TrustParams.H_sigma_m": (0.01,),
+    "TrustParams.nis_s": (0.02,),
+    "TrustParams.refused": (0.0,),
+    "TrustParams.grave_s": (0.0,),
+    "HoldParams.limit_rad": (1e-6,),
+    "NavParams.settle_s": (1.0,),
+    "TrafficCfg.manoeuvre_at_s": (1.0,),
+    "TrackParams.sigma_y_m": (3000.0,),
+    "TrackParams.lost_s": (1.0,),
+    "TrackParams.radar_wait_s": (0.1, 1.5),
+    "RendezvousNavParams.window": (2,),
+    "RendezvousNavParams.window_nis": (1.0,),
+    "RendezvousNavParams.window_drift": (1.0,),
+    "RendezvousNavParams.gate_nis": (0.5,),
     "AlexisServo.rate_degps": (1.0,),
     "AlexisServo.elevator_deg": (0.01,),
     "AlexisServo.flap_deg": (0.01,),
@@ -157,6 +176,15 @@ def action(t_s: float, name: str) -> str:
     return event(t_s=t_s, kind="command", target="receiver", action=name)
 
 
+# choices of the estimators: why, keys, set after the owner
+CHOICES = (
+    ("wind calculated", r"nav\.cmw_samples", "nav.cmw=true"),
+    ("wind of first order", r"nav\.wind_tau_s", "nav.wind_model=gauss_markov"),
+    ("turbulence as states", r"nav\.(gust_.*|q_slow)", "nav.wind_model=dryden"),
+    ("noise of a colour", r"nav\.colour", "nav.colour_tau_s=1.0"),
+)
+DIFFERENCED = ("nav.colour_tau_s=1.0", "nav.colour=removed")
+BOTH_DIFFERENCED = tuple(f"{w}.{s}" for w in ("tanker", "receiver") for s in DIFFERENCED)
 AT = "[-36.0, 0.0, 8.5]"
 CONTACT = (
     f"plant.aircraft.receiver.start.xi_m={AT}", f"receiver.guid.observation_m={AT}", f"receiver.guid.precontact_m={AT}",
@@ -165,15 +193,22 @@ CONTACT = (
 )  # fmt: skip
 
 
-def health(who: str, groups: tuple[str, ...]) -> tuple[Situation, ...]:
+def wrong(who: str, for_s: float) -> str:
+    """Many readings wrong at once from 0.8 s on."""
+    bias = (("air", [30.0, 0.5, 0.3]), ("gnss", [0.0, 0.0, 0.0, 30.0, 30.0, 30.0]), ("baro", [90.0]))
+    return events(*(event(t_s=0.8, kind="bias", target=who, sensor=s, value=v, for_s=for_s) for s, v in bias))
+
+
+def health(who: str, groups: tuple[str, ...], also: str = "") -> tuple[Situation, ...]:
     """Sensors that fall silent one by one, or are stuck."""
+    both = [(w, g) for w in (who, also) if w for g in groups if g != "rel" or w == who]
+    fall = [event(t_s=0.8 + 0.7 * groups.index(g), kind="dropout", target=w, sensor=g, for_s=0.6) for w, g in both]
+    if "rel" in groups:
+        fall.append(event(t_s=0.8 + 0.7 * len(groups), kind="link_loss", target=who, for_s=0.8))
+    stuck = [event(t_s=0.8, kind="stuck", target=w, sensor="air", for_s=0.8) for w in (who, also) if w]
     return (
-        Situation("silent sensors", r"health\.\w+_age_s", (silent(who, *groups, each_s=0.7),), 0.8 + 0.7 * len(groups)),
-        Situation(
-            "a stuck sensor",
-            r"health\.stuck_samples",
-            (events(event(t_s=0.8, kind="stuck", target=who, sensor="air", for_s=0.8)),),
-        ),
+        Situation("silent sensors", r"health\.\w+_age_s", (events(*fall),), 1.6 + 0.7 * len(groups)),
+        Situation("a stuck sensor", r"health\.stuck_samples", (events(*stuck),)),
     )
 
 
@@ -188,6 +223,22 @@ CONTEXTS = (
             Situation("the events happen", r"event\..*", NOW),
             Situation("both use the flap", r"aircraft\.plant\.servo\.flap_deg", ("reference.ctrl.law=alleviation",)),
             *health("alexis", ("imu", "air", "att", "gnss")),
+            Situation("one filter", r"nav\.scale", ("alexis.nav.estimator=ekf",)),
+            Situation("a reading silent", r"nav\.trust\.age_s", (silent("alexis", "baro", each_s=1.5),), 3.0),
+            Situation("a filter in doubt", r"nav\.trust\.nis_s", ("alexis.nav.trust.nis=1.0",), 3.0),
+            Situation(
+                "a reading refused",
+                r"nav\.trust\.refused",
+                (events(event(t_s=0.8, kind="bias", target="alexis", sensor="baro", value=[60.0])),),
+            ),
+            Situation(
+                "a loss that passes",
+                r"nav\.trust\.grave_s",
+                ("alexis.nav.trust.back_s=0.1", wrong("alexis", 1.0)),
+                5.0,
+            ),
+            Situation("the elevator's law", r"ctrl\.elevator\..*", ("alexis.ctrl.law=elevator",)),
+            Situation("the hold", r"ctrl\.hold\..*", ("alexis.ctrl.law=hold",)),
             Situation(
                 "gusts of the table happen",
                 r"aircraft\.plant\.wind\.gusts\..*",
@@ -207,18 +258,7 @@ CONTEXTS = (
             Situation(
                 "five readings wrong at once",
                 r"nav\.(refused_max|channels_most)",
-                (
-                    events(
-                        *(
-                            event(t_s=0.8, kind="bias", target="twinjet", sensor=s, value=v)
-                            for s, v in (
-                                ("air", [30.0, 0.3, 0.3]),
-                                ("gnss", [0.0, 0.0, 0.0, 30.0, 30.0, 30.0]),
-                                ("baro", [90.0]),
-                            )
-                        )
-                    ),
-                ),
+                (wrong("twinjet", 0.0),),
             ),
             Situation(
                 "lift believed wrong",
@@ -287,9 +327,47 @@ CONTEXTS = (
             Situation(
                 "the events happen", r"event\..*", tuple(f"plant.event.{i}.t_s={0.5 + 0.1 * i}" for i in range(4))
             ),
+            *health("receiver", ("imu", "air", "att", "gnss", "rel"), "tanker"),
+            *(Situation(why, keys, (f"tanker.{s}", f"receiver.{s}")) for why, keys, s in CHOICES),
+            Situation(
+                "noise differenced",
+                r"nav\.colour_form",
+                tuple(f"{w}.{s}" for w in ("tanker", "receiver") for s in DIFFERENCED),
+            ),
+            Situation("rotation of the air as states", r"nav\.rot_.*", ("receiver.nav.rotational_wind=true",)),
+            Situation(
+                "noise as states",
+                r"nav\.r_peer_rate",
+                ("receiver.nav.colour_tau_s=1.0", "receiver.nav.colour=augmented"),
+            ),
         ),
     ),
-    Context("rendezvous", ("plant", "tanker"), (SLOW,)),
+    Context(
+        "rendezvous",
+        ("plant", "tanker"),
+        (
+            SLOW,
+            *health("tanker", ("imu", "air", "att", "gnss")),
+            *(Situation(why, keys, (f"tanker.{s}",)) for why, keys, s in CHOICES),
+            Situation("noise differenced", r"nav\.colour_form", tuple(f"tanker.{s}" for s in DIFFERENCED)),
+            Situation(
+                "one set of three states",
+                r".*estimator\.(ekf3_.*)",
+                ("tanker.rendezvous.track.estimator.estimator=ekf3",),
+                2.0,
+            ),
+            Situation("no radar", r".*track\.(y_hat_m|sigma_y_m|radar_wait_s)", ("plant.traffic.y_sigma_m=0.0",), 8.0),
+            Situation(
+                "a receiver that turns and slows",
+                r"traffic\.(manoeuvre_at_s|turn_.*|speed_.*)",
+                (
+                    "plant.traffic.manoeuvre_at_s=0.5",
+                    "plant.traffic.turn_deg=30.0",
+                    "plant.traffic.speed_change_mps=10.0",
+                ),
+            ),
+        ),
+    ),
     Context("joinup", ("receiver",), (), r"join\..*"),
     Context("airdata", ("receiver",), (), r"airdata\..*"),
 )

@@ -104,8 +104,8 @@ def _read(tree: ast.AST) -> Iterator[str]:
 
 
 def read_in_source(holders: set[str], field: str, places: set[str]) -> bool:
-    """Whether a file that mentions the record, or one that holds it, also reads an attribute of the field's name; or any file does
-    of an attribute that holds the record."""
+    """Whether a file that mentions the record, or one that holds it, also reads an attribute of the field's name; or any file
+    does of an attribute that holds the record."""
     return any(
         (holders & names and field in attributes) or any(f"{p}.{field}" in attributes for p in places)
         for names, attributes in sources()

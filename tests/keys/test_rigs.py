@@ -12,10 +12,13 @@ from tests.keys.rigs import RIGS
 
 # values that show where a factor on the default does not
 VALUES: dict[str, tuple[Any, ...]] = {
+    "RefuelParams.ready_error_m": (0.1,),
     "SequenceParams.fuel_kg": (0.0,),
     "JoinUpParams.lost_s": (30.0, 0.5),
     "JoinUpParams.seen_s": (20.0,),
     "JoinUpParams.level_rate_degps": (2.0,),
+    "JoinUpParams.vy_track_mps": (0.5,),
+    "JoinUpParams.handover_m": (1.0,),
     "JoinUpParams.int_max_mps": (1e-3,),
     "JoinUpParams.handover_closure_mps": (0.01,),
     "JoinUpParams.heading_max_deg": (1.0,),
