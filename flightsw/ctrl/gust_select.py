@@ -11,15 +11,20 @@ from flightsw.ctrl.gust import AlleviationParams, GustAlleviation, GustHold, Hol
 from flightsw.kernels import gust as k
 from flightsw.models.gust import GustAircraft, Turbulence
 from flightsw.models.gust_servo import GustServos
-from flightsw.strict import ConfigError, OneOf
+from flightsw.strict import ConfigError, OneOf, Range
 
 Array = np.ndarray
 LAWS = ("hold", "alleviation", "elevator")  # index: WKF_GUST_LAW, and param1 of MAV_CMD_USER_1
 LIMIT_EDGE = 0.999  # share of the travel from which a command counts as limited
 
 
-def _elevator_alone() -> AlleviationParams:
-    return AlleviationParams(use_flap=False, H=50.0, V_K=50.0)
+@dataclass(frozen=True)
+class ElevatorParams(AlleviationParams):
+    """Weights of the law with the elevator alone; what a file leaves out is its own default, not the other law's."""
+
+    H: Annotated[float, Range(1e-3, 1e4)] = 50.0  # [m]
+    V_K: Annotated[float, Range(1e-3, 1e4)] = 50.0  # [m/s]
+    use_flap: bool = False
 
 
 @dataclass(frozen=True)
@@ -28,7 +33,7 @@ class GustCtrlTable:
 
     law: Annotated[str, OneOf(LAWS)] = "alleviation"
     alleviation: AlleviationParams = field(default_factory=AlleviationParams)
-    elevator: AlleviationParams = field(default_factory=_elevator_alone)
+    elevator: ElevatorParams = field(default_factory=ElevatorParams)
     hold: HoldParams = field(default_factory=HoldParams)
 
     def __post_init__(self) -> None:

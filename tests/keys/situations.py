@@ -232,10 +232,10 @@ CONTEXTS = (
                 (events(event(t_s=0.8, kind="bias", target="alexis", sensor="baro", value=[60.0])),),
             ),
             Situation(
-                "a loss that passes",
+                "doubts that pass",
                 r"nav\.trust\.grave_s",
-                ("alexis.nav.trust.back_s=0.1", wrong("alexis", 1.0)),
-                5.0,
+                ("alexis.nav.trust.nis=1.0", "alexis.nav.trust.nis_s=0.1", "alexis.nav.trust.back_s=0.1"),
+                3.0,
             ),
             Situation("the elevator's law", r"ctrl\.elevator\..*", ("alexis.ctrl.law=elevator",)),
             Situation("the hold", r"ctrl\.hold\..*", ("alexis.ctrl.law=hold",)),
