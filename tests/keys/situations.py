@@ -153,6 +153,8 @@ VALUES: dict[str, tuple[Any, ...]] = {
     "RendezvousNavParams.window_nis": (1.0,),
     "RendezvousNavParams.window_drift": (1.0,),
     "RendezvousNavParams.gate_nis": (0.5,),
+    "NidParams.turn_max_radps": (0.001,),
+    "NidParams.alpha_min_rad": (0.09,),
     "AlexisServo.rate_degps": (1.0,),
     "AlexisServo.elevator_deg": (0.01,),
     "AlexisServo.flap_deg": (0.01,),
@@ -210,6 +212,12 @@ def health(who: str, groups: tuple[str, ...], also: str = "") -> tuple[Situation
         Situation("silent sensors", r"health\.\w+_age_s", (events(*fall),), 1.6 + 0.7 * len(groups)),
         Situation("a stuck sensor", r"health\.stuck_samples", (events(*stuck),)),
     )
+
+
+NEAR = (
+    'plant.aircraft.receiver.start={relative_to = "tanker", xi_m = [-80.0, 65.0, 5.0]}', "receiver.join.guid.seen_s=0.5",
+    "receiver.join.settle_s=1.0",
+)  # fmt: skip
 
 
 CONTEXTS = (
@@ -368,6 +376,15 @@ CONTEXTS = (
             ),
         ),
     ),
-    Context("joinup", ("receiver",), (), r"join\..*"),
+    Context(
+        "joinup",
+        ("receiver",),
+        (
+            *(Situation(why, rf"join\\.{keys}", (f"receiver.join.{s}",)) for why, keys, s in CHOICES),
+            Situation("noise differenced", r"join\.nav\.colour_form", tuple(f"receiver.join.{s}" for s in DIFFERENCED)),
+            Situation("near the tanker", r"join\.settle_.*", NEAR, 6.0),
+        ),
+        r"join\..*",
+    ),
     Context("airdata", ("receiver",), (), r"airdata\..*"),
 )
