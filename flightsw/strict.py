@@ -135,6 +135,19 @@ def to_dict(obj: Any) -> Any:
     return obj
 
 
+def changed(value: Any, default: Any, but: tuple[str, ...] = ()) -> tuple[str, Any] | None:
+    """First key (dotted) and value in which a configuration record differs from its defaults, leaving out the keys `but`."""
+    if not dataclasses.is_dataclass(value):
+        return None if value == default else ("", value)
+    for f in dataclasses.fields(value):
+        if f.name in but:
+            continue
+        found = changed(getattr(value, f.name), getattr(default, f.name))
+        if found is not None:
+            return (f"{f.name}.{found[0]}" if found[0] else f.name), found[1]
+    return None
+
+
 def _at(where: str, key: str) -> str:
     return f"{where}: {key}" if key else where
 

@@ -19,9 +19,9 @@ from typing import Any
 
 from flightsw.aircraft import load_airframe
 from flightsw.config import load_flight
-from flightsw.strict import ConfigError, to_dict
+from flightsw.strict import ConfigError, changed, to_dict
 from hil_scripts import tomlout
-from sim_plant.obeyed import changed, refuse
+from sim_plant.obeyed import refuse
 from sim_plant.scenario import Link, load_scenario
 
 ROOT = Path(__file__).resolve().parent.parent

@@ -6,28 +6,15 @@ An amplitude of zero is flown as zero: what shapes it may stand beside it.
 
 from __future__ import annotations
 
-from dataclasses import fields, is_dataclass
+from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
 from flightsw.aircraft.base import SIXDOF
-from flightsw.strict import ConfigError
+from flightsw.strict import ConfigError, changed
 from sim_plant.sensors.config import Suite
 
 if TYPE_CHECKING:
     from sim_plant.scenario import AircraftCfg, Scenario
-
-
-def changed(value: Any, default: Any, but: tuple[str, ...] = ()) -> tuple[str, Any] | None:
-    """First key (dotted) and value in which a configuration record differs from its defaults, leaving out the keys `but`."""
-    if not is_dataclass(value):
-        return None if value == default else ("", value)
-    for f in fields(value):
-        if f.name in but:
-            continue
-        found = changed(getattr(value, f.name), getattr(default, f.name))
-        if found is not None:
-            return (f"{f.name}.{found[0]}" if found[0] else f.name), found[1]
-    return None
 
 
 def refuse(at: str, value: Any, why: str, but: tuple[str, ...] = (), default: Any = None) -> None:

@@ -19,6 +19,7 @@ from flightsw.models.actuators import ActuatorModel
 from flightsw.nav.airdata import AirData, AirDataParams
 from flightsw.nav.common import NavParams
 from flightsw.nav.relative_variants import make_relative_nav
+from flightsw.strict import ConfigError, changed
 from flightsw.types import (
     HF_AIR,
     HF_ATT,
@@ -60,6 +61,8 @@ class ReceiverMission(Mission):
         if p.airdata.on:
             self.air = AirData(ac, p.airdata)
             self.nav.use_aid(p.airdata.aid)
+        elif (idle := changed(p.airdata, AirDataParams())) is not None:
+            raise ConfigError(f"airdata.{idle[0]} = {idle[1]!r}: nothing obeys it while airdata.on = false")
         self.guid = RefuelGuidance(p.guid)
         self.ctrl = ReceiverControl(ac, load_aircraft(p.tanker), p.ctrl, period_s)
         self.V0 = float(np.mean(p.ctrl.schedule.V_mps))

@@ -20,7 +20,7 @@ def main() -> int:
 
     parser = argparse.ArgumentParser(prog="tests.keys", description=__doc__)
     parser.add_argument("--only", help="one context: the name of its scenario")
-    parser.add_argument("--keys", default="", help="only keys whose name holds this pattern; writes nothing")
+    parser.add_argument("--keys", default="", help="only keys whose name holds this pattern")
     a = parser.parse_args()
     dead = []
     t0 = time.process_time()
@@ -41,8 +41,8 @@ def main() -> int:
                     dead.append(k.name)
                     print(f"{c.scenario} {k.name} = {k.value!r}: {answer or 'NOTHING'}"[:170], flush=True)
         print(f"{c.scenario}: {len(found)} of {len(keys)} keys act, {time.process_time() - t0:.0f} s", flush=True)
-        if not a.keys:
-            ledger.write(ledger.read() | {c.scenario: found})
+        known = ledger.read()
+        ledger.write(known | {c.scenario: (known.get(c.scenario, {}) if a.keys else {}) | found})
     return 1 if dead else 0
 
 

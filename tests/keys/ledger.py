@@ -21,9 +21,9 @@ def tried(c: Context, k: Key) -> str:
     sets, duration_s = of(c, k)
     got = try_key(k, c.scenario, sets, duration_s, VALUES.get(k.place, ()))
     if not got and k.name.startswith("tanker.rendezvous."):
-        before = meeting(c.sets)
+        before = meeting(sets)
         for v in VALUES.get(k.place, ()) or others(k)[:3]:
-            if meeting((*c.sets, f"{k.name}={toml(v)}")) != before:
+            if meeting((*sets, f"{k.name}={toml(v)}")) != before:
                 return "acts in a whole rendezvous"
     return got
 

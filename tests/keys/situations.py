@@ -86,7 +86,12 @@ ELSEWHERE = {
 }
 
 # no flight or rig comes to these yet; they are read (test_reads.py)
-PENDING: dict[str, str] = {}
+PENDING = {
+    "NavParams.nis_gate": "the innovation gate",
+    "NavParams.acc_sigma": "the innovation gate",
+    "TankerCtrlParams.V_rate_mps2": "the ramp of the airspeed command",
+    "RendezvousNavParams.datalink_sigma_m": "a receiver that sends its position (tests/unit/test_rendezvous_filters.py)",
+}
 # values that show, where a factor on the present one does not
 VALUES: dict[str, tuple[Any, ...]] = {
     "AircraftCfg.name": ("other",),
@@ -155,6 +160,12 @@ VALUES: dict[str, tuple[Any, ...]] = {
     "RendezvousNavParams.gate_nis": (0.5,),
     "NidParams.turn_max_radps": (0.001,),
     "NidParams.alpha_min_rad": (0.09,),
+    "ReceiverParams.tanker": ("learjet24",),
+    "JoinParams.tanker": ("learjet24",),
+    "NavParams.cmw_samples": (2,),
+    "RendezvousGuidanceParams.bank_min_deg": (9.0,),
+    "RendezvousGuidanceParams.chart_range_m": (45000.0,),
+    "TrackParams.y_hat_m": (3000.0,),
     "AlexisServo.rate_degps": (1.0,),
     "AlexisServo.elevator_deg": (0.01,),
     "AlexisServo.flap_deg": (0.01,),
@@ -214,6 +225,7 @@ def health(who: str, groups: tuple[str, ...], also: str = "") -> tuple[Situation
     )
 
 
+TURNS = ("plant.traffic.manoeuvre_at_s=0.5", "plant.traffic.turn_deg=30.0", "plant.traffic.speed_change_mps=10.0")
 NEAR = (
     'plant.aircraft.receiver.start={relative_to = "tanker", xi_m = [-80.0, 65.0, 5.0]}', "receiver.join.guid.seen_s=0.5",
     "receiver.join.settle_s=1.0",
@@ -364,7 +376,30 @@ CONTEXTS = (
                 ("tanker.rendezvous.track.estimator.estimator=ekf3",),
                 2.0,
             ),
-            Situation("no radar", r".*track\.(y_hat_m|sigma_y_m|radar_wait_s)", ("plant.traffic.y_sigma_m=0.0",), 8.0),
+            Situation(
+                "no radar",
+                r".*track\.(y_hat_m|sigma_y_m|radar_wait_s)",
+                ("plant.traffic.y_sigma_m=0.0", "plant.sensors.tanker.tacan.interval_s=1.0"),
+                8.0,
+            ),
+            Situation("a bearing", r".*bearing_sigma_deg", ("plant.sensors.tanker.tacan.bearing_std_deg=1.0",), 3.0),
+            Situation(
+                "no reply",
+                r".*track\.lost_s",
+                (
+                    "plant.sensors.tanker.tacan.interval_s=1.0",
+                    events(event(t_s=1.5, kind="dropout", target="tanker", sensor="tacan")),
+                ),
+                6.0,
+            ),
+            Situation(
+                "closed loop", r".*guidance\.(gain|guard)", ("tanker.rendezvous.pilot.guidance.law=closed_loop",)
+            ),
+            Situation("chart", r".*guidance\.chart_range_m", ("tanker.rendezvous.pilot.guidance.law=chart",)),
+            Situation(
+                "weave", r".*guidance\.weave_half_period_s", ("tanker.rendezvous.pilot.guidance.weave_deg=20.0",)
+            ),
+            Situation("a warning", r".*estimator\.window.*", TURNS),
             Situation(
                 "a receiver that turns and slows",
                 r"traffic\.(manoeuvre_at_s|turn_.*|speed_.*)",
@@ -380,7 +415,7 @@ CONTEXTS = (
         "joinup",
         ("receiver",),
         (
-            *(Situation(why, rf"join\\.{keys}", (f"receiver.join.{s}",)) for why, keys, s in CHOICES),
+            *(Situation(why, rf"join\.{keys}", (f"receiver.join.{s}",)) for why, keys, s in CHOICES),
             Situation("noise differenced", r"join\.nav\.colour_form", tuple(f"receiver.join.{s}" for s in DIFFERENCED)),
             Situation("near the tanker", r"join\.settle_.*", NEAR, 6.0),
         ),
