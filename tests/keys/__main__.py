@@ -16,7 +16,8 @@ def main() -> int:
     from tests.keys import ledger
     from tests.keys.flights import baseline, designs_kept
     from tests.keys.keys import all_keys
-    from tests.keys.situations import CONTEXTS, ELSEWHERE, PENDING, short
+    from tests.keys.situations import CONTEXTS, short
+    from tests.keys.values import ELSEWHERE, PENDING
 
     parser = argparse.ArgumentParser(prog="tests.keys", description=__doc__)
     parser.add_argument("--only", help="one context: the name of its scenario")

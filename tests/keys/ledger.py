@@ -9,7 +9,8 @@ from pathlib import Path
 from tests.keys.flights import try_key
 from tests.keys.keys import Key, others, toml
 from tests.keys.rigs import RIGS, meeting
-from tests.keys.situations import VALUES, Context, of
+from tests.keys.situations import Context, of
+from tests.keys.values import VALUES
 
 FILE = Path(__file__).parent / "acting.toml"
 

@@ -14,7 +14,8 @@ from flightsw.strict import ConfigError
 from tests.keys import ledger
 from tests.keys.flights import acts, baseline, designs_kept
 from tests.keys.keys import Key, all_keys
-from tests.keys.situations import CONTEXTS, ELSEWHERE, PENDING, Context, short
+from tests.keys.situations import CONTEXTS, Context, short
+from tests.keys.values import ELSEWHERE, PENDING
 
 EVERY = 45  # one key in so many is tried again
 MOST = 12  # keys not written down that are tried here; more: run `python -m tests.keys`
