@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from flightsw.health import HealthMonitor, HealthParams
+from flightsw.health import HealthMonitor, HealthParams, refuse_unwatched
 from flightsw.kernels.atmosphere import calibrated_airspeed
 from flightsw.missions import MISSIONS
 from flightsw.strict import ConfigError, convert
@@ -78,12 +78,16 @@ class FlightApp:
         )  # fmt: skip
         self.period_us = 1_000_000 // base_rate_hz
         self.slow_us = 1_000_000 // mission_rate_hz
-        self.ac = cls.load(aircraft)
+        try:
+            self.ac = cls.load(aircraft)
+        except ConfigError as e:
+            raise ConfigError(f"{where}: app.mission = {mission!r}, app.aircraft = {aircraft!r}: {e}") from None
         params = convert(own, cls.params_type, where)
         try:
             self.mission = cls(self.ac, params, 1.0 / mission_rate_hz)
         except ConfigError as e:
             raise ConfigError(f"{where}: {e}") from None
+        refuse_unwatched(health, self.mission.may_watch)
         self.health = HealthMonitor(health, self.mission.watch, self.mission.air_used)
         self.act = cls.actuators(self.ac, link_delay_ticks)
         self.u = np.zeros(cls.controls)

@@ -74,6 +74,8 @@ class LinkConfig:
     def __post_init__(self) -> None:
         for text in self.targets:
             parse_target(text)
+        if not self.broadcast_peer and self.peer_rate_hz != LinkConfig.peer_rate_hz:
+            raise ValueError(f"peer_rate_hz = {self.peer_rate_hz}: allowed with broadcast_peer = true")
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Annotated
 
-from flightsw.strict import Range
+from flightsw.strict import ConfigError, Range
 from flightsw.types import (
     HF_AIR,
     HF_ATT,
@@ -32,6 +32,16 @@ START_US = 5_000_000  # [us] grace before a group that never came counts as lost
 Age = Annotated[float, Range(0.01, 60.0)]
 
 
+NAMES = {
+    HF_IMU: "IMU",
+    HF_AIR: "air data",
+    HF_ATT: "attitude",
+    HF_GNSS: "GNSS",
+    HF_REL: "relative nav",
+    HF_PEER: "data link",
+}
+
+
 @dataclass(frozen=True)
 class HealthParams:
     """Limits of age [s], range (SI) and the number of identical samples that mean a stuck sensor."""
@@ -52,6 +62,24 @@ class HealthParams:
     rel_max_m: float = 5000.0
 
 
+OF_GROUP = {
+    HF_IMU: ("imu_age_s",),
+    HF_AIR: ("air_age_s",),
+    HF_ATT: ("att_age_s",),
+    HF_GNSS: ("gnss_age_s",),
+    HF_REL: ("rel_age_s", "rel_max_m"),
+    HF_PEER: ("peer_age_s",),
+}
+
+
+def refuse_unwatched(p: HealthParams, watch: int) -> None:
+    """Raise ConfigError for a limit of a group that a mission watching `watch` (HF_* flags) never judges by it."""
+    for flag, keys in OF_GROUP.items():
+        for key in keys:
+            if not watch & flag and getattr(p, key) != getattr(HealthParams, key):
+                raise ConfigError(f"health.{key} = {getattr(p, key):g}: this mission does not depend on {NAMES[flag]}")
+
+
 def _inside(v: tuple[float, ...], lim: float) -> bool:
     """Whether every component lies within +-lim (never true of NaN)."""
     return all(-lim <= x <= lim for x in v)
@@ -65,14 +93,7 @@ def _unit(q: tuple[float, ...]) -> bool:
 class HealthMonitor:
     """Judges each new sample, clears its update bit when refused, and keeps the failed flags."""
 
-    NAMES = {
-        HF_IMU: "IMU",
-        HF_AIR: "air data",
-        HF_ATT: "attitude",
-        HF_GNSS: "GNSS",
-        HF_REL: "relative nav",
-        HF_PEER: "data link",
-    }
+    NAMES = NAMES
 
     def __init__(self, p: HealthParams, watch: int, air_used: int = WHOLE_PROBE) -> None:
         """`watch`: HF_* flags of the groups this aircraft depends on; others are not reported. `air_used`: AIR_* bits of the

@@ -23,9 +23,9 @@ from flightsw.icd.tlog import GROUND_IN, LINK_IN
 from flightsw.icd.wire import Counters
 from flightsw.recorder import Heard
 from flightsw.services import CMD_SHUTDOWN, PACKETS_MAX, Services
-from flightsw.strict import to_dict
+from flightsw.strict import ConfigError, to_dict
 from flightsw.telemetry import Telemetry
-from flightsw.types import Ack, ActuatorCmd, Command, SensorFrame, Snapshot, Text
+from flightsw.types import HF_PEER, Ack, ActuatorCmd, Command, SensorFrame, Snapshot, Text
 
 GROUND_MAX = 32  # [datagram] of the ground that wait for a tick
 MAX_HEARD = 1000  # [datagram] kept for the log between two ticks
@@ -58,7 +58,7 @@ def make_app(cfg: FlightConfig) -> App:
     """The real application of a configuration. Raises ConfigError and the design errors of the control law."""
     from flightsw.app import FlightApp  # slow to import (numba, scipy): not before it is needed
 
-    return FlightApp(
+    app = FlightApp(
         cfg.app.mission,
         cfg.app.aircraft,
         cfg.tables,
@@ -67,6 +67,11 @@ def make_app(cfg: FlightConfig) -> App:
         link_delay_ticks=cfg.link.delay_ticks,
         where=f"flight configuration {cfg.app.name!r}",
     )
+    if cfg.link.peer_sysid and not app.mission.may_watch & HF_PEER:
+        raise ConfigError(
+            f"link.peer_sysid = {cfg.link.peer_sysid}: mission {cfg.app.mission!r} listens to no other aircraft"
+        )
+    return app
 
 
 class Node:

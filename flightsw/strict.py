@@ -135,21 +135,35 @@ def to_dict(obj: Any) -> Any:
     return obj
 
 
+def changed(value: Any, default: Any, but: tuple[str, ...] = ()) -> tuple[str, Any] | None:
+    """First key (dotted) and value in which a configuration record differs from its defaults, leaving out the keys `but`."""
+    if not dataclasses.is_dataclass(value):
+        return None if value == default else ("", value)
+    for f in dataclasses.fields(value):
+        if f.name in but:
+            continue
+        found = changed(getattr(value, f.name), getattr(default, f.name))
+        if found is not None:
+            return (f"{f.name}.{found[0]}" if found[0] else f.name), found[1]
+    return None
+
+
 def _at(where: str, key: str) -> str:
     return f"{where}: {key}" if key else where
 
 
-def _convert(v: Any, tp: Any, where: str, key: str) -> Any:
+def _convert(v: Any, tp: Any, where: str, key: str, base: Any = None) -> Any:
+    """base: the record a table changes; without one it changes the defaults of its class."""
     origin, args = get_origin(tp), get_args(tp)
     if origin is Annotated:
-        out = _convert(v, args[0], where, key)
+        out = _convert(v, args[0], where, key, base)
         for c in args[1:]:
             _check(out, c, where, key)
         return out
     if origin in (typing.Union, types.UnionType):
-        return None if v is None else _convert(v, next(a for a in args if a is not type(None)), where, key)
+        return None if v is None else _convert(v, next(a for a in args if a is not type(None)), where, key, base)
     if dataclasses.is_dataclass(tp):
-        return _convert_table(v, tp, where, key)
+        return _convert_table(v, tp, where, key, base)
     if origin in (tuple, list):
         return _convert_list(v, origin, args, where, key)
     if origin is dict or tp is dict:
@@ -177,7 +191,14 @@ def _convert_list(v: Any, origin: Any, args: tuple[Any, ...], where: str, key: s
     return origin(_convert(x, args[0], where, f"{key}[{i}]") for i, x in enumerate(v))
 
 
-def _convert_table(v: Any, cls: Any, where: str, key: str) -> Any:
+def _default(f: dataclasses.Field[Any], base: Any) -> Any:
+    """What a field is if nobody sets it: as in `base`, else as in its class; MISSING if it must be set."""
+    if base is not None:
+        return getattr(base, f.name)
+    return f.default_factory() if f.default_factory is not dataclasses.MISSING else f.default
+
+
+def _convert_table(v: Any, cls: Any, where: str, key: str, base: Any) -> Any:
     if not isinstance(v, dict):
         raise ConfigError(f"{_at(where, key)} = {v!r}: expected a table")
     hints = typing.get_type_hints(cls, include_extras=True)
@@ -188,10 +209,14 @@ def _convert_table(v: Any, cls: Any, where: str, key: str) -> Any:
     out = {}
     for name, f in fields.items():
         sub = f"{key}.{name}" if key else name
+        own = _default(f, base)
         if name in v:
-            out[name] = _convert(v[name], hints[name], where, sub)
-        elif f.default is dataclasses.MISSING and f.default_factory is dataclasses.MISSING:
+            # a table that sets some keys of a record leaves the others as this record's own default has them
+            out[name] = _convert(v[name], hints[name], where, sub, own if dataclasses.is_dataclass(own) else None)
+        elif own is dataclasses.MISSING:
             raise ConfigError(f"{_at(where, sub)}: missing key")
+        else:
+            out[name] = own
     try:
         return cls(**out)
     except ConfigError:

@@ -149,8 +149,9 @@ def flights(run: Path, truth: Columns, tlm: Columns) -> list[GustFlight]:
         up = np.append(rise, rise[-1])[a.left]
         true, state = a.table(true), state.pick(a.at)
         t = true.t_us.astype(np.float64) * 1e-6
-        forward = true["vel_n"][:, :2] / np.maximum(np.linalg.norm(true["vel_n"][:, :2], axis=1, keepdims=True), 1e-9)
-        tail = (forward * true["wind_n"][:, :2]).sum(axis=1)
+        q = true["q_nb"].astype(np.float64)
+        psi = np.arctan2(2.0 * (q[:, 0] * q[:, 3] + q[:, 1] * q[:, 2]), 1.0 - 2.0 * (q[:, 2] ** 2 + q[:, 3] ** 2))
+        tail = np.cos(psi) * true["wind_n"][:, 0] + np.sin(psi) * true["wind_n"][:, 1]
         bias = vane_bias(sc, name, t, injected_s(run, sysid))
         known = np.stack([true["wind_n"][:, 2] / trim_speed(sc, name), tail, bias], axis=1)
         columns = [AW, VW, AB]

@@ -10,7 +10,7 @@ import numpy as np
 
 from flightsw.ctrl.gust_select import LAWS, GustCtrlTable, GustLaws
 from flightsw.kernels import gust as k
-from flightsw.models.gust import GustAircraft, Turbulence
+from flightsw.models.gust import Turbulence, published
 from flightsw.models.gust_servo import GustServos
 from flightsw.nav.gust_select import ESTIMATORS, GustNavTable, make_gust_nav
 from hil_scripts.studies import hoffmann_flight as hf
@@ -54,7 +54,7 @@ def estimators(duration_s: float = DURATION_S) -> dict[str, Timed]:
 
 def laws(steps: int = 2000) -> dict[str, Timed]:
     """Every law with the servo model of one sample."""
-    ac = GustAircraft()
+    ac = published()
     rng = np.random.default_rng(1)
     x = rng.standard_normal((steps, k.NX)) * np.array([0.01, 0.02, 0.5, 0.05, 0.02, 0.5, 0.02, 1.0, 0.0])
     y = np.array([0.0, 0.0, ac.V0_mps, 0.0, ac.H0_m, ac.V0_mps, 0.0])

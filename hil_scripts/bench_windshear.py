@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from flightsw.aircraft import twinjet
 from flightsw.ctrl.windshear import WindshearControl
 from flightsw.guid.windshear import LAWS, WindshearGuidance, WindshearGuidanceParams, with_law
 from flightsw.kernels import windshear as k
@@ -48,7 +49,7 @@ def estimators(duration_s: float = DURATION_S) -> dict[str, Timed]:
 
 def laws(steps: int = 2000) -> dict[str, Timed]:
     """Guidance and control of one sample: on the approach, and in the escape by each law."""
-    thrust, elevator = approach_trim(WindshearControl().p.aircraft, 75.0, -math.radians(3.0))
+    thrust, elevator = approach_trim(twinjet(), 75.0, -math.radians(3.0))
     rng = np.random.default_rng(1)
     x = np.zeros((steps, k.NX))
     x[:, : k.WX + 2] = 0.0, 120.0, 75.0, -0.05, 0.09, 0.0, thrust, 0.0, 0.0

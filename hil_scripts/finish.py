@@ -41,6 +41,8 @@ def finish(plan: RunPlan, run: Path, outcome: Outcome, rrd: bool, console: Conso
     }
     if outcome.reason:
         flown["run.reason"] = outcome.reason
+    if plan.warnings:
+        flown["run.warnings"] = "; ".join(plan.warnings)
     got_metrics = bool(summary)
     summary = flown | {k: v for k, v in summary.items() if k not in flown}
     _write(run, summary)

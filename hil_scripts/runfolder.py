@@ -17,10 +17,12 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+from flightsw.aircraft import load_airframe
 from flightsw.config import load_flight
-from flightsw.strict import ConfigError, to_dict
+from flightsw.strict import ConfigError, changed, to_dict
 from hil_scripts import tomlout
-from sim_plant.scenario import load_scenario
+from sim_plant.obeyed import refuse
+from sim_plant.scenario import Link, load_scenario
 
 ROOT = Path(__file__).resolve().parent.parent
 SCENARIOS = ROOT / "sim_plant" / "scenarios"
@@ -49,6 +51,7 @@ class RunPlan:
     full_s: float  # [s] the scenario's own duration, for which its bounds hold
     flights: tuple[FlightPlan, ...]
     overrides: dict[str, str] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()  # what is flown as asked, and may not be meant
 
     @property
     def shortened(self) -> bool:
@@ -151,6 +154,14 @@ def resolve(
             )
         cfg = load_flight(_flight_config_path(a, path), {**sets_of, **own})
         flights.append(FlightPlan(a["name"], int(a["sysid"]), to_dict(cfg)))
+    if not any(f.config["link"]["broadcast_peer"] for f in flights):
+        for key, value, default in (
+            ("latency_ms", scenario.link.radio_latency_ms, Link().radio_latency_ms),
+            ("loss", scenario.link.radio_loss, Link().radio_loss),
+        ):
+            refuse(
+                f"link.radio_{key}", value, "without an aircraft that broadcasts (link.broadcast_peer)", default=default
+            )
     return RunPlan(
         scenario_name=path.stem,
         scenario=resolved,
@@ -159,7 +170,27 @@ def resolve(
         full_s=float(full_s),
         flights=tuple(flights),
         overrides={s.partition("=")[0].strip(): s.partition("=")[2].strip() for s in sets},
+        warnings=_other_aircraft(resolved["aircraft"], flights),
     )
+
+
+def _other_aircraft(plant: list[dict[str, Any]], flights: list[FlightPlan]) -> tuple[str, ...]:
+    """What the onboard software believes to fly, or to follow, where the plant flies another aircraft. Raises ConfigError."""
+    out = []
+    for a, f in zip(plant, flights, strict=True):
+        pairs = [("app.aircraft", f.config["app"]["aircraft"], a)]
+        leader = next((p for p in plant if p["name"] == a.get("rel_nav_to")), None)
+        if leader is not None and "tanker" in f.config:
+            pairs.append(("tanker", f.config["tanker"], leader))
+        for key, believed, flown in pairs:
+            mine, true = load_airframe(believed), load_airframe(flown["file"])
+            what = changed(mine, true) if type(mine) is type(true) else ("meta.model", mine.meta.model)
+            if what is not None:
+                out.append(
+                    f"{f.name}.{key} = {believed!r} is not the aircraft of plant.aircraft.{flown['name']}.file = "
+                    f"{flown['file']!r}: {what[0]} = {what[1]!r} on board"
+                )
+    return tuple(out)
 
 
 def make_folder(plan: RunPlan, out: Path | None) -> Path:
@@ -214,6 +245,7 @@ def write_meta(run: Path, plan: RunPlan, **more: Any) -> None:
         "scenario": plan.scenario_name,
         "seed": plan.seed,
         "overrides": plan.overrides,
+        "warnings": list(plan.warnings),
         "aircraft": {f.name: f.sysid for f in plan.flights},
         "git_commit": commit or "unknown",
         "git_dirty": bool(_git("status", "--porcelain")) if commit else None,

@@ -84,9 +84,15 @@ def _fly(
     if realtime and in_process:
         raise ConfigError("--realtime and --in-process exclude each other: in one process there is no wall clock")
     plan = runfolder.resolve(scenario, seed, sets, duration, realtime)
+    if plan.realtime and in_process:
+        raise ConfigError(
+            "plant.clock.mode = 'realtime' and --in-process exclude each other: in one process there is no wall clock"
+        )
     if not in_process:
         ports.check_free(ports.needed(plan.names, port_offset))
     console = Console()
+    for text in plan.warnings:
+        console.print(f"warning: {text}", style="yellow", markup=False, highlight=False)
     if not warmup.warm(console, stop):
         return 128 + stop.signum if stop else finish.EXIT_FAILED
     run_dir = runfolder.make_folder(plan, out)

@@ -1,7 +1,6 @@
 """The small UAV ALEXIS in the vertical plane: motion, servos, wind, vane bias and instruments, one sample at a time.
 
-`Alexis.step` takes the command computed from the previous sample and goes to the next one. Numbers: Hoffmann and
-Luckner (2010), appendix; flap and servos are assumptions (the source has neither).
+`Alexis.step` takes the command computed from the previous sample and goes to the next one. Numbers of the aircraft: its file.
 """
 
 from __future__ import annotations
@@ -13,6 +12,8 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import NDArray
 
+from flightsw.aircraft import Alexis as Record
+from flightsw.aircraft import alexis
 from flightsw.strict import Range
 from sim_plant.alexis_wind import AlexisWind, wind_series
 from sim_plant.kernels import alexis as ka
@@ -25,13 +26,14 @@ RAD = math.pi / 180.0
 
 @dataclass(frozen=True)
 class AlexisServo:
-    """Elevator and flap servos, second order; the kernel's transition matrix is that of a damping below 1."""
+    """Elevator and flap servos where they differ from the aircraft file, second order; the kernel's transition matrix is that of
+    a damping below 1. `rate_degps`: of both surfaces."""
 
-    wn_radps: Annotated[float, Range(1.0, 500.0)] = 40.0
-    zeta: Annotated[float, Range(0.05, 0.99)] = 0.7
-    rate_degps: Annotated[float, Range(1.0, 1e5)] = 300.0
-    elevator_deg: Annotated[float, Range(0.0, 60.0)] = 15.0
-    flap_deg: Annotated[float, Range(0.0, 60.0)] = 20.0
+    wn_radps: Annotated[float | None, Range(1.0, 500.0)] = None
+    zeta: Annotated[float | None, Range(0.05, 0.99)] = None
+    rate_degps: Annotated[float | None, Range(1.0, 1e5)] = None
+    elevator_deg: Annotated[float | None, Range(0.0, 60.0)] = None
+    flap_deg: Annotated[float | None, Range(0.0, 60.0)] = None
 
 
 @dataclass(frozen=True)
@@ -62,8 +64,8 @@ class AlexisParams:
     """The aircraft as it is. Factors multiply aerodynamic forces and moments as a whole (1: the published aircraft)."""
 
     linear: bool = False
-    V_mps: float = 20.0
-    height_m: float = 100.0
+    aircraft: Record = field(default_factory=alexis)
+    height_m: float = field(default_factory=lambda: alexis().trim.height_m)
     lift_factor: float = 1.0  # of everything that changes lift
     moment_factor: float = 1.0
     direct: bool = False  # surfaces follow commands at once, without servo and delay
@@ -72,16 +74,22 @@ class AlexisParams:
     noise: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
     # intensity of process noise on pitch rate, alpha_K, V_K, pitch, height [unit per sqrt(s)]
 
+    @property
+    def V_mps(self) -> float:
+        """Trim airspeed [m/s]."""
+        return self.aircraft.trim.V_mps
+
     def vector(self) -> Arr:
         """Parameter vector [NA] of the kernels."""
-        a = np.zeros(ka.NA)
-        a[ka.A_V], a[ka.A_H], a[ka.A_G] = self.V_mps, self.height_m, 9.81
-        a[ka.A_L0], a[ka.A_LALPHA], a[ka.A_LRATE], a[ka.A_LELEV], a[ka.A_LFLAP] = 9.81, 219.08, 2.0, 20.0, 80.0
+        a, ac = np.zeros(ka.NA), self.aircraft
+        a[ka.A_V], a[ka.A_G] = ac.trim.V_mps, ac.trim.gravity_mps2
+        lift, drag, pitch = ac.lift, ac.drag, ac.pitch
+        a[ka.A_L0 : ka.A_LFLAP + 1] = lift.trim, lift.alpha, lift.q, lift.elevator, lift.flap
         a[ka.A_LALPHA : ka.A_LFLAP + 1] *= self.lift_factor
-        a[ka.A_D0], a[ka.A_DALPHA], a[ka.A_DRATE], a[ka.A_DELEV], a[ka.A_DFLAP] = 0.92, -0.56, 0.36, 0.09, 0.3
-        a[ka.A_MRATE], a[ka.A_MALPHA], a[ka.A_MELEV], a[ka.A_MFLAP] = -10.5, -50.0, -134.0, -8.0
+        a[ka.A_D0 : ka.A_DFLAP + 1] = drag.trim, drag.alpha, drag.q, drag.elevator, drag.flap
+        a[ka.A_MRATE : ka.A_MFLAP + 1] = pitch.q, pitch.alpha, pitch.elevator, pitch.flap
         a[ka.A_MRATE : ka.A_MFLAP + 1] *= self.moment_factor
-        a[ka.A_T0], a[ka.A_TSET] = 0.92, 0.004
+        a[ka.A_T0], a[ka.A_TSET] = ac.thrust.trim, ac.thrust.setting
         a[ka.A_LINEAR] = float(self.linear)
         return a
 
@@ -94,9 +102,12 @@ class Alexis:
     """
 
     def __init__(
-        self, p: AlexisParams, wind: AlexisWind, seed: int, duration_s: float, dt: float = 0.02, ticks: int = 4
-    ) -> None:
-        """Raises ValueError for a duration below one sample or fewer than one tick."""
+        self, p: AlexisParams, wind: AlexisWind, seed: int, duration_s: float, dt: float = 0.02, ticks: int = 4,
+        free: tuple[float, float] = (0.0, 0.0),
+    ) -> None:  # fmt: skip
+        """free: wind of the air mass at the start [m/s], down and ahead, beside that of `wind` (see `breathe`).
+
+        Raises ValueError for a duration below one sample or fewer than one tick."""
         self.samples = round(duration_s / dt) + 1
         if self.samples < 2 or ticks < 1:
             raise ValueError(f"duration_s = {duration_s}, dt = {dt}, ticks = {ticks}; allowed: a sample or more, >= 1")
@@ -104,8 +115,9 @@ class Alexis:
         self.a = p.vector()
         count = (self.samples - 1) * ticks + 1
         self.wind, self._aux = wind_series(wind, p.V_mps, count, self.h, seed)
-        self.f = np.array([p.V_mps, 0.0, 0.0, 0.0, p.height_m])
-        self._servo_state, self._servo_command, self._servo = self._servos(p.servo)
+        self.free = np.array(free)
+        self.f = np.array([p.V_mps + free[1], 0.0, 0.0, 0.0, p.height_m])
+        self._servo_state, self._servo_command, self._servo = self._servos(p.servo, p.aircraft)
         self._kick = self._process_noise(count - 1, seed)
         self._bias = self._vane_bias(seed)
         sigma = p.sensors.sigmas()
@@ -120,12 +132,19 @@ class Alexis:
         self._observe()
 
     @staticmethod
-    def _servos(s: AlexisServo) -> tuple[Arr, Arr, Arr]:
+    def _servos(s: AlexisServo, ac: Record) -> tuple[Arr, Arr, Arr]:
+        c = ac.controls
+
+        def pick(own: float | None, of_file: float) -> float:
+            return of_file if own is None else own
+
         par = np.zeros(n.P_TABLES)
-        lim = np.array([s.elevator_deg, s.flap_deg, 1.0]) * RAD
+        lim = np.array([pick(s.elevator_deg, c.elevator_deg[1]), pick(s.flap_deg, c.flap_deg[1]), 1.0]) * RAD
         par[n.P_LO : n.P_LO + 3], par[n.P_HI : n.P_HI + 3] = -lim, lim
-        par[n.P_RATE : n.P_RATE + 3] = s.rate_degps * RAD
-        par[n.P_WN], par[n.P_ZETA] = s.wn_radps, s.zeta
+        par[n.P_RATE] = pick(s.rate_degps, c.elevator_rate_degps) * RAD
+        par[n.P_RATE + 1] = pick(s.rate_degps, c.flap_rate_degps) * RAD
+        par[n.P_RATE + 2] = par[n.P_RATE]  # a third slot nothing moves
+        par[n.P_WN], par[n.P_ZETA] = pick(s.wn_radps, c.servo_wn_radps), pick(s.zeta, c.servo_zeta)
         return np.zeros(n.NS), np.zeros(n.NC), par
 
     def _process_noise(self, count: int, seed: int) -> Arr:
@@ -165,7 +184,13 @@ class Alexis:
     @property
     def air(self) -> Arr:
         """Wind [2] at this sample: down, tail [m/s]."""
-        return np.asarray(self.wind[self.k * self.ticks])
+        return np.asarray(self.wind[self.k * self.ticks] + self.free)
+
+    def breathe(self, down: float, ahead: float) -> None:
+        """Wind of the air mass [m/s] at this sample and until the next, on top of the turbulence and gusts of its own."""
+        if self.free[0] != down or self.free[1] != ahead:
+            self.free[:] = down, ahead
+            self._observe()
 
     @property
     def specific_force(self) -> tuple[float, float]:
@@ -185,9 +210,10 @@ class Alexis:
             raise ValueError(f"flight of {self.samples} samples is over")
         self.command[:] = command
         i = self.k * self.ticks
+        wind = self.wind[i : i + self.ticks + 1]
         ka.advance(
             self.f, self._servo_state, self._servo, self._servo_command, self.command, self.p.direct,
-            self.wind[i : i + self.ticks + 1], self._kick[i : i + self.ticks], self.a, self.h, self._W, self.vertical,
+            wind + self.free if self.free.any() else wind, self._kick[i : i + self.ticks], self.a, self.h, self._W, self.vertical,
         )  # fmt: skip
         self.k += 1
         self._observe()
@@ -196,7 +222,7 @@ class Alexis:
         c, k, V0 = self._controls, self.k, self.p.V_mps
         c[0], c[2] = self.surfaces
         c[1] = self.command[1]
-        w = self.wind[k * self.ticks]
+        w = self.air
         ka.readings(self.f, w, c, self.a, self._W[4], self._clean)
         self.reading[:] = self._clean + self._noise[k]
         self.reading[ka.R_VANE] += self._bias[k]

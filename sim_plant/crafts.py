@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from flightsw.aircraft import Airframe
 from sim_plant.alexis_craft import AlexisCraft
-from sim_plant.craft import Craft, plant_table
+from sim_plant.craft import Craft, Mean, plant_table
 from sim_plant.scenario import AircraftCfg, Scenario
 from sim_plant.twinjet_craft import TwinJetCraft
 
 CRAFTS: dict[str, type[Craft]] = {"alexis": AlexisCraft, "twinjet": TwinJetCraft}
 
 
-def make_craft(cfg: AircraftCfg, ac: Airframe, sc: Scenario, seed: int) -> Craft:
-    """The aircraft `cfg` of a scenario. Raises ConfigError naming what its model does not take."""
-    return CRAFTS[cfg.model](cfg, ac, sc, seed)  # type: ignore[call-arg]
+def make_craft(cfg: AircraftCfg, ac: Airframe, sc: Scenario, seed: int, mean: Mean) -> Craft:
+    """The aircraft `cfg` of a scenario, started in the wind `mean` [m/s] north, east. Raises ConfigError naming what its model
+    does not take."""
+    return CRAFTS[cfg.model](cfg, ac, sc, seed, mean)  # type: ignore[call-arg, arg-type]
 
 
 def check_craft(cfg: AircraftCfg) -> None:

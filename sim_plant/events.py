@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Annotated
 
 from flightsw.icd import mav
@@ -20,6 +20,16 @@ SENSOR_KINDS = (
 )  # fmt: skip
 KINDS = ("command", *SENSOR_KINDS, "link_loss", "jam")
 NEED_VALUE = ("bias", "drift", "garbage", "scale", "spike")
+_FAULT = ("for_s", "sensor", "index", "channel")
+FIELDS = {  # what a kind takes besides t_s, kind, target
+    "command": ("action", "command", "params"),
+    **dict.fromkeys(("dropout", "off", "stuck"), _FAULT),
+    **dict.fromkeys(("bias", "drift", "garbage", "scale", "intermittent"), (*_FAULT, "value")),
+    "delayed": (*_FAULT, "samples"),
+    "spike": ("sensor", "index", "channel", "value"),
+    "link_loss": ("for_s",),
+    "jam": ("for_s", "surface"),
+}
 CHANNELS = ("V", "alpha", "beta")  # of a probe, in the order of the plant's error rows
 CMD_INJECT_FAILURE = 420  # MAV_CMD, the one command the plant itself takes
 PLANT = "plant"  # target of a command to the plant: "plant" (every aircraft) or "plant.<aircraft>"
@@ -63,6 +73,12 @@ def plant_targets(target: str, names: list[str]) -> list[str]:
 
 def check_event(at: str, e: Event, names: list[str]) -> None:
     """Raise ConfigError naming `at` and what is allowed if the event's fields do not fit together."""
+    for f in fields(e):
+        if f.name in ("t_s", "kind", "target", *FIELDS[e.kind]) or getattr(e, f.name) == f.default:
+            continue
+        raise ConfigError(
+            f"{at}.{f.name} = {getattr(e, f.name)!r}: a {e.kind} event has none; it takes {', '.join(FIELDS[e.kind])}"
+        )
     to_plant = bool(plant_targets(e.target, names))
     if e.target not in names and not (to_plant and e.kind == "command"):
         also = f", {PLANT}, " + ", ".join(f"{PLANT}.{n}" for n in names) if e.kind == "command" else ""
@@ -73,13 +89,16 @@ def check_event(at: str, e: Event, names: list[str]) -> None:
         if to_plant and (e.action or e.command != CMD_INJECT_FAILURE):
             got = f"action = {e.action!r}" if e.action else f"command = {e.command}"
             raise ConfigError(f"{at}: {got}: the plant takes command = {CMD_INJECT_FAILURE} (inject failure) only")
-        if not (e.action or e.command):
-            raise ConfigError(f"{at}: a command event needs action (one of {', '.join(ACTIONS)}) or command")
+        if bool(e.action) == bool(e.command):
+            raise ConfigError(
+                f"{at}: a command event needs action (one of {', '.join(ACTIONS)}) or command, one of the two"
+            )
+        if e.action and e.params[:1] not in ((), (float(ACTIONS[e.action]),)):
+            raise ConfigError(
+                f"{at}.params[0] = {e.params[0]:g}: action = {e.action!r} is {ACTIONS[e.action]}; allowed: that, or no params"
+            )
     if e.kind in SENSOR_KINDS:
         _check_fault(at, e)
-    elif e.sensor or e.channel or e.index >= 0:
-        key = "sensor" if e.sensor else "channel" if e.channel else "index"
-        raise ConfigError(f"{at}.{key}: a {e.kind} event has none; for {', '.join(SENSOR_KINDS)} only")
     if e.kind == "jam" and not e.surface:
         raise ConfigError(f"{at}: a jam event needs surface, one of aileron, elevator, rudder")
 

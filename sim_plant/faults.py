@@ -40,7 +40,7 @@ def columns_of(e: Event, s: Sensor, at: str) -> list[int]:
         return list(range(s.columns))
     probes = s.columns // len(CHANNELS)
     if e.index >= probes:
-        raise ConfigError(f"{at}.index = {e.index}: {s.key} has probes 0 to {probes - 1}")
+        raise ConfigError(f"{at}.index = {e.index}: {s.key} has probes 0 to {probes - 1} ({', '.join(s.names)})")
     channels = [CHANNELS.index(e.channel)] if e.channel else range(len(CHANNELS))
     return [len(CHANNELS) * p + c for p in ([e.index] if e.index >= 0 else range(probes)) for c in channels]
 

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections import deque
+from typing import Generic, TypeVar
 
 from sim_plant.rng import generator
 
+P = TypeVar("P")
 
-class Radio:
-    """Broadcast channel for raw packets. Latency in whole ticks (rounded up), loss independent per transmission and
-    listener.
+
+class Radio(Generic[P]):
+    """Broadcast channel for packets, whatever they are. Latency in whole ticks (rounded up), loss independent per transmission
+    and listener.
 
     A transmission = all packets of one reply. Loss is drawn for each one also while a fault silences the sender, so
     that a fault does not reshuffle the rest of the run.
@@ -21,11 +24,11 @@ class Radio:
         self._ticks = max(1, -(-round(latency_ms * 1000.0) * rate_hz // 1_000_000))
         self._loss = loss
         self._rng = [generator(seed, f"{name}.radio") for name in names]
-        self._queue: list[deque[tuple[int, list[bytes]]]] = [deque() for _ in names]
+        self._queue: list[deque[tuple[int, list[P]]]] = [deque() for _ in names]
         self.sent = 0
         self.lost = 0
 
-    def send(self, i: int, k: int, packets: list[bytes], up: bool = True) -> None:
+    def send(self, i: int, k: int, packets: list[P], up: bool = True) -> None:
         """Aircraft i transmits packets at tick k; `up` False: its transmitter is silent."""
         if not packets:
             return
@@ -39,10 +42,10 @@ class Radio:
             else:
                 self._queue[j].append((k + self._ticks, packets))
 
-    def receive(self, j: int, k: int, up: bool = True) -> list[bytes]:
+    def receive(self, j: int, k: int, up: bool = True) -> list[P]:
         """Packets that reach aircraft j at tick k, in order of transmission; `up` False: its receiver is deaf to them."""
         q = self._queue[j]
-        out: list[bytes] = []
+        out: list[P] = []
         while q and q[0][0] <= k:
             packets = q.popleft()[1]
             if up:

@@ -8,9 +8,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
 
-from flightsw.aircraft import Airframe, load_aircraft, load_airframe
+from flightsw.aircraft import Airframe, load_airframe
+from flightsw.aircraft.base import MODELS, SIXDOF
 from flightsw.strict import ConfigError, OneOf, Range, load, to_dict
 from sim_plant.events import ACTIONS, PLANT, SENSORS, Event, check_event
+from sim_plant.obeyed import check_obeyed, refuse
 from sim_plant.sensors.config import Latency, NoiseCfg, NonNeg, Suite
 from sim_plant.traffic_cfg import RendezvousTrack, TrafficCfg
 
@@ -19,8 +21,6 @@ __all__ = ["ACTIONS", "SENSORS", "Event", "Scenario", "dump", "load_scenario"]
 HERE = Path(__file__).parent / "scenarios"
 Pos = Annotated[float, Range(1e-9)]
 Prob = Annotated[float, Range(0.0, 1.0)]
-SIXDOF = "sixdof"
-MODELS = (SIXDOF, "alexis", "twinjet")  # equations an aircraft may fly by; all but the first: sim_plant/crafts.py
 V3 = tuple[float, float, float]
 
 
@@ -192,9 +192,8 @@ class Scenario:
         self._check_models()
         others = [*names, self.traffic_name] if self.traffic.on else names
         if self.traffic.on and (self.traffic_name in names or self.traffic.sysid in [a.sysid for a in self.aircraft]):
-            raise ConfigError(
-                f"traffic.name = {self.traffic_name!r}, sysid = {self.traffic.sysid}: allowed: those of no aircraft"
-            )
+            got = f"name = {self.traffic_name!r}, sysid = {self.traffic.sysid}"
+            raise ConfigError(f"traffic.on = true with {got}: allowed: those of no aircraft")
         for a in self.aircraft:
             if a.tacan_to and (a.tacan_to not in others or a.tacan_to == a.name):
                 allowed = ", ".join(repr(x) for x in others if x != a.name) or "none (no other aircraft, [traffic] off)"
@@ -208,6 +207,7 @@ class Scenario:
                 raise ConfigError(f"sensors.{key}: no such aircraft; allowed: {', '.join(names)}")
         for i, e in enumerate(self.event):
             check_event(f"event[{i}]", e, names)
+        check_obeyed(self)
 
     def _check_models(self) -> None:
         """Aircraft of another model fly by themselves; sixdof has no table of its own."""
@@ -243,13 +243,18 @@ class Scenario:
         wrong or what file does not exist."""
         out: list[Airframe] = []
         for a in self.aircraft:
-            if a.model == SIXDOF:
-                out.append(load_aircraft(a.file))
-            else:
+            out.append(load_airframe(a.file))
+            if out[-1].meta.model != a.model:
+                raise ConfigError(
+                    f"aircraft.{a.name}.file = {a.file!r}: an aircraft of model {out[-1].meta.model!r}; allowed: one of "
+                    f"model = {a.model!r}"
+                )
+            if a.model != SIXDOF:
                 from sim_plant.crafts import check_craft  # slow to import (numba): only where there is one
 
-                out.append(load_airframe(a.file))
                 check_craft(a)
+            if not out[-1].probe:
+                refuse(f"sensors.{a.name}.air", self.suite(a.name).air, f"on an aircraft without probes, {a.file!r}")
         return out
 
 

@@ -40,7 +40,9 @@ class PlantServer:
         tf = scenario.traffic
         self._traffic = PlantCodec(self.world.vehicles[0].ac, tf.sysid, origin) if tf.on else None  # for its truth
         link = scenario.link
-        self.radio = Radio(self.names, self.world.seed, link.radio_latency_ms, link.radio_loss, self.world.rate_hz)
+        self.radio: Radio[bytes] = Radio(
+            self.names, self.world.seed, link.radio_latency_ms, link.radio_loss, self.world.rate_hz
+        )
         self.notes: list[str] = []
         self.rejected = [0] * len(self.names)  # datagrams that were no reply to an open tick
         self._out: list[bytes] = []

@@ -1,7 +1,6 @@
 """The twin-jet transport: parameters, trimmed start, wind along its flight and instruments, one sample at a time.
 
-`TwinJet.step` takes the controls computed from the present reading and goes to the next sample. Mass, thrust and lag: Jing et
-al. (2007); aerodynamics and geometry: public figures of the 737-100 and JSBSim's 737 model, choices where they are silent.
+`TwinJet.step` takes the controls computed from the present reading and goes to the next sample. Aircraft's numbers: its file.
 """
 
 from __future__ import annotations
@@ -13,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import root
 
+from flightsw.aircraft import TwinJet as Record
+from flightsw.aircraft import twinjet
 from sim_plant.alexis_wind import AlexisWind, Gust, wind_series
 from sim_plant.kernels import twinjet as kt
 from sim_plant.microburst import Microburst
@@ -76,16 +77,26 @@ class TwinJetParams:
     ground_mps: float = 75.0
     slope_deg: float = 3.0
     sensors: TwinJetSensors = field(default_factory=TwinJetSensors)
+    aircraft: Record = field(default_factory=twinjet)
 
     def vector(self) -> Arr:
         """Parameter vector [NA] of the kernels."""
-        a = np.zeros(kt.NA)
-        a[kt.A_MASS], a[kt.A_GRAV], a[kt.A_RHO] = 38500.0, 9.81, 1.225
-        a[kt.A_AREA], a[kt.A_CHORD], a[kt.A_INERTIA] = 91.04, 3.41, 1.19e6
-        a[kt.A_CL0], a[kt.A_CLA], a[kt.A_CLE], a[kt.A_STALL], a[kt.A_PEAK] = 0.875, 4.4, 0.2, 0.2, 0.23
-        a[kt.A_CD0], a[kt.A_CDK], a[kt.A_CDS] = 0.07925, 0.043, 1.5
-        a[kt.A_CM0], a[kt.A_CMA], a[kt.A_CMQ], a[kt.A_CME] = 0.045, -0.6, -27.0, -1.2
-        a[kt.A_LAG], a[kt.A_TMAX], a[kt.A_LAPSE], a[kt.A_IDLE] = 2.0, 107e3, 0.002, 0.06
+        a, ac = np.zeros(kt.NA), self.aircraft
+        a[kt.A_MASS], a[kt.A_GRAV], a[kt.A_RHO] = ac.mass.kg, ac.air.gravity_mps2, ac.air.rho_kgpm3
+        a[kt.A_AREA], a[kt.A_CHORD], a[kt.A_INERTIA] = ac.geometry.S_m2, ac.geometry.c_m, ac.inertia.Iyy_kgm2
+        curve, drag, pitch, jets = ac.lift, ac.drag, ac.pitch, ac.engine
+        a[kt.A_CL0], a[kt.A_CLA], a[kt.A_CLE] = curve.CL0, curve.CL_alpha, curve.CL_de
+        a[kt.A_STALL], a[kt.A_PEAK], a[kt.A_FALL], a[kt.A_FALL_RAD] = (
+            curve.straight_rad, curve.top_rad, curve.fall, curve.fall_rad,
+        )  # fmt: skip
+        a[kt.A_CD0], a[kt.A_CDK], a[kt.A_CDS] = drag.CD0, drag.K, drag.beyond
+        a[kt.A_CM0], a[kt.A_CMA], a[kt.A_CMQ], a[kt.A_CME] = pitch.Cm0, pitch.Cm_alpha, pitch.Cm_q, pitch.Cm_de
+        a[kt.A_LAG], a[kt.A_TMAX], a[kt.A_LAPSE], a[kt.A_IDLE] = (
+            jets.lag_s,
+            jets.thrust_N,
+            jets.lapse_spm,
+            jets.idle_frac,
+        )
         return a
 
 
@@ -95,8 +106,13 @@ class TwinJet:
     After construction and every step: `truth` [11] (kernels.twinjet.observe), `reading` [9]; `f` [7] is the plant's state.
     """
 
-    def __init__(self, p: TwinJetParams, air: TwinJetAir, seed: int, duration_s: float, dt: float = 0.02) -> None:
-        """Trimmed on the slope in the wind of the start. Raises ValueError for a duration below a sample or without trim."""
+    def __init__(
+        self, p: TwinJetParams, air: TwinJetAir, seed: int, duration_s: float, dt: float = 0.02,
+        free: tuple[float, float] = (0.0, 0.0),
+    ) -> None:  # fmt: skip
+        """Trimmed on the slope in the wind of the start; free: that of the air mass [m/s], along x and up (see `breathe`).
+
+        Raises ValueError for a duration below a sample or without trim."""
         self.samples = round(duration_s / dt) + 1
         if self.samples < 2 or not dt > 0.0:
             raise ValueError(f"duration_s = {duration_s}, dt = {dt}; allowed: a sample or more, > 0")
@@ -105,6 +121,7 @@ class TwinJet:
         self._factors(p)
         self.gusts = air.series(p.ground_mps, self.samples + 1, dt, seed)
         self._noise = generator(seed, "twinjet.sensors").standard_normal((self.samples, kt.NR)) * p.sensors.sigmas()
+        self.free = np.array(free)
         self._W = np.zeros((6, kt.NF))
         self._clean, self.reading, self.truth = np.zeros(kt.NR), np.zeros(kt.NR), np.zeros(NT)
         self.f, self.controls = np.zeros(kt.NF), np.zeros(2)
@@ -124,7 +141,7 @@ class TwinJet:
         p, f, u, W = self.p, self.f, self.controls, self._W
         climb = -p.ground_mps * math.tan(p.slope_deg * RAD)
         f[: kt.F_PITCH] = p.x_m, p.height_m, p.ground_mps, climb
-        gx, gh = self.gusts[0]
+        gx, gh = self.gusts[0] + self.free
 
         def out_of_balance(v: Arr) -> list[float]:
             f[kt.F_PITCH], f[kt.F_THRUST], u[0], u[1] = v[0], 1e5 * v[1], 1e5 * v[1], v[2]
@@ -135,17 +152,27 @@ class TwinJet:
         if np.abs(out_of_balance(found.x)).max() > 1e-6:
             raise ValueError(f"no steady flight at {p.ground_mps} m/s over the ground, {p.height_m} m: {found.message}")
 
+    def breathe(self, along: float, up: float) -> None:
+        """Wind of the air mass [m/s] at this sample and until the next, on top of downburst, turbulence and gusts of its own. Not
+        in the truth's rates of the wind."""
+        if self.free[0] != along or self.free[1] != up:
+            self.free[:] = along, up
+            self._observe()
+
     def step(self, u: Arr) -> None:
         """Go to the next sample with controls u [2] (thrust command [N], elevator [rad]) in force meanwhile."""
         if self.k + 1 >= self.samples:
             raise ValueError(f"flight of {self.samples} samples is over")
         self.controls[:] = u
-        kt.advance(self.f, self.controls, self.gusts[self.k], self.gusts[self.k + 1], self.dt, self.a, self.m, self._W)
+        g0, g1 = self.gusts[self.k] + self.free, self.gusts[self.k + 1] + self.free
+        kt.advance(self.f, self.controls, g0, g1, self.dt, self.a, self.m, self._W)
         self.k += 1
         self._observe()
 
     def _observe(self) -> None:
         k = self.k
         slope = (self.gusts[k + 1] - self.gusts[k]) / self.dt
-        kt.observe(self.f, self.controls, self.gusts[k], slope, self.a, self.m, self._W, self._clean, self.truth)
+        kt.observe(
+            self.f, self.controls, self.gusts[k] + self.free, slope, self.a, self.m, self._W, self._clean, self.truth
+        )
         self.reading[:] = self._clean + self._noise[k]

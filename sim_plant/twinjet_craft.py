@@ -1,6 +1,6 @@
 """The twin-jet transport in the plant's world: twinjet.py behind the house's sensors, faults and command path.
 
-Flight along a fixed heading, x along it from the frame's origin: the downburst's axis is at its x_m. Throttle 0 to 1 is thrust
+x is along the heading from the frame's origin: the downburst's axis is at its x_m. Throttle 0 to 1 is thrust
 from none to that at rest, and the engine gives between idle and its limit of it. start.V_mps is the speed over the ground.
 """
 
@@ -10,11 +10,12 @@ import math
 from dataclasses import dataclass, field
 from typing import Annotated
 
-from flightsw.aircraft import Airframe
+from flightsw.aircraft import TwinJet as Record
 from flightsw.strict import ConfigError, Range
 from sim_plant.alexis_wind import Gust
-from sim_plant.craft import Craft, plant_table
+from sim_plant.craft import Craft, Mean, plant_table
 from sim_plant.kernels import layout as n
+from sim_plant.kernels import microburst as km
 from sim_plant.kernels import twinjet as kt
 from sim_plant.kernels.atmosphere import isa
 from sim_plant.microburst import Microburst
@@ -49,21 +50,20 @@ class TwinJetCraft(Craft):
 
     table = TwinJetTable
 
-    def __init__(self, cfg: AircraftCfg, ac: Airframe, sc: Scenario, seed: int) -> None:
+    def __init__(self, cfg: AircraftCfg, ac: Record, sc: Scenario, seed: int, mean: Mean) -> None:
         """Raises ConfigError for a start without steady flight, or a table the model does not take."""
-        super().__init__(cfg, ac, sc, seed, NOT_YET)
+        super().__init__(cfg, ac, sc, seed, NOT_YET, mean)
         t: TwinJetTable = plant_table(TwinJetCraft, cfg)
         north, east, down = cfg.start.pos_n_m
-        psi = math.radians(cfg.start.psi_deg)
-        self._psi, self._ahead = psi, (math.cos(psi), math.sin(psi))
-        c, e = self._ahead
+        c, e = self.ahead
         x = c * north + e * east
         self._aside = (north - c * x, east - e * x)
-        p = TwinJetParams(t.lift_factor, t.drag_factor, x, -down, cfg.start.V_mps, t.slope_deg, PERFECT)
+        p = TwinJetParams(t.lift_factor, t.drag_factor, x, -down, cfg.start.V_mps, t.slope_deg, PERFECT, ac)
         air = TwinJetAir(t.burst, t.sigma_u_mps, t.sigma_w_mps, t.L_u_m, t.L_w_m, t.gusts)
         ticks = round(sc.meta.duration_s * sc.clock.base_rate_hz) + 1
+        along, _, sinking = self.along(self.free)
         try:
-            self.flight = TwinJet(p, air, seed, ticks * self.dt_s, self.dt_s)
+            self.flight = TwinJet(p, air, seed, ticks * self.dt_s, self.dt_s, (along, -sinking))
         except ValueError as problem:
             raise ConfigError(f"aircraft.{cfg.name}.start: {problem}") from None
         self._full = float(self.flight.a[kt.A_TMAX])
@@ -77,38 +77,41 @@ class TwinJetCraft(Craft):
         self.trim = (0.0, elevator, 0.0, thrust / self._full, False, 0.0)
         self.path.current = self.trim
         self._elevator = elevator
+        self._travel = tuple(math.radians(v) for v in ac.controls.elevator_deg)
+        self._slope = 0.5 * ac.air.rho_kgpm3 * ac.geometry.S_m2 * ac.side.CY_beta / ac.mass.kg  # per airspeed squared
+        self._offset = float(self.flight.m[km.M_Y])
+
+    @property
+    def height_m(self) -> float:
+        """Height [m]."""
+        return float(self.flight.f[kt.F_H])
 
     def observe(self) -> None:
         a, s, o = self.flight, self.view.s, self.view.o
+        free, cross, sinking = self.along(self.free)
+        a.breathe(free, -sinking)
         height, vx, airspeed, alpha, pitch, rate, vup, ax, ah = (float(v) for v in a.reading)
-        c, e = self._ahead
-        ch, cp, sh, sp = (
-            math.cos(0.5 * self._psi), math.cos(0.5 * pitch), math.sin(0.5 * self._psi), math.sin(0.5 * pitch),
-        )  # fmt: skip
-        s[n.S_Q : n.S_Q + 4] = ch * cp, -sh * sp, ch * sp, sh * cp
-        s[n.S_W : n.S_W + 3] = 0.0, rate, 0.0
-        s[n.S_V : n.S_V + 3] = c * vx, e * vx, -vup
-        x = float(a.f[kt.F_X])
-        s[n.S_P : n.S_P + 3] = self._aside[0] + c * x, self._aside[1] + e * x, -height
+        self.attitude(pitch, rate, vx, vup)
+        north, east = self.level(float(a.f[kt.F_X]), self.side_m)
+        s[n.S_P : n.S_P + 3] = self._aside[0] + north, self._aside[1] + east, -height
         s[n.S_T] = float(a.f[kt.F_THRUST])
         s[n.S_SURF : n.S_SURF + 3] = 0.0, float(a.controls[1]), 0.0
         up = ah + float(a.a[kt.A_GRAV])
         ct, st = math.cos(pitch), math.sin(pitch)
-        o[0:3] = ax * ct + up * st, 0.0, ax * st - up * ct
-        o[n.O_ACC : n.O_ACC + 3] = c * ax, e * ax, -ah
-        o[n.O_V], o[n.O_ALPHA], o[n.O_MASS] = airspeed, alpha, float(a.a[kt.A_MASS])
-        o[n.O_PRESS] = isa(height)[1]
+        aside = self.flow(airspeed, alpha, self._slope * airspeed * airspeed)
+        o[0:3] = ax * ct + up * st, aside, ax * st - up * ct
+        o[n.O_ACC : n.O_ACC + 3] = *self.level(ax, aside), -ah
+        o[n.O_MASS], o[n.O_PRESS] = float(a.a[kt.A_MASS]), isa(height)[1]
         o[n.O_AVAIL] = kt.full_thrust(airspeed, a.a)
-        o[n.O_EULER : n.O_EULER + 3] = self._psi, pitch, 0.0
-        for i in range(len(self.probes)):  # the probe is told the flow at the centre of gravity
-            o[n.O_PROBE + 3 * i : n.O_PROBE + 3 * i + 3] = airspeed, alpha, 0.0
         along, rise = float(a.truth[7]), float(a.truth[8])
-        self.wind[:3] = c * along, e * along, -rise
+        self.wind[:3] = *self.level(along, cross), -rise
 
     def advance(self, jam: list[float]) -> None:
         _, elevator, _, throttle, _, _ = self.path.current
         if jam[1] <= 0.5:
-            self._elevator = elevator
+            self._elevator = min(max(elevator, self._travel[0]), self._travel[1])
         a = self.flight
         a.controls[:] = throttle * self._full, self._elevator
         a.step(a.controls)
+        self.carry()
+        a.m[km.M_Y] = self._offset - self.side_m  # the downburst stays where it is

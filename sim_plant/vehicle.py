@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from flightsw.aircraft import Aircraft
+from flightsw.strict import ConfigError
 from flightsw.types import SensorFrame
 from sim_plant.actuators import CommandPath, Values
 from sim_plant.kernels import layout as n
@@ -32,7 +33,7 @@ class Vehicle:
         self.rel = np.zeros(n.NR)
         self.scratch = np.zeros((4, n.NS))
         self.work = np.zeros(n.N_RIGID)
-        self.probes = np.array([p.position_m for p in ac.probe]).reshape(-1, 3)[: n.MAX_PROBES]
+        self.probes = np.array([p.position_m for p in ac.probe]).reshape(-1, 3)
         self.probe_wake = np.zeros((len(self.probes), 3))
         self.points, self.weight, self.n_span, self.n_frame = airframe_points(ac, self.probes)
         w = sc.wind.wake
@@ -64,4 +65,9 @@ class Vehicle:
         self.path: CommandPath  # set once trimmed
         self.trim: Values
         fuel = cfg.fuel_kg if cfg.fuel_kg >= 0.0 else ac.mass.default_fuel_kg
-        self.s[n.S_FUEL] = min(fuel, ac.mass.fuel_capacity_kg)
+        most = min(ac.mass.fuel_capacity_kg, ac.mass.max_kg - ac.mass.empty_kg)
+        if fuel > most:
+            raise ConfigError(
+                f"aircraft.{cfg.name}.fuel_kg = {fuel:g}: allowed by {cfg.file!r}: up to {most:g} kg of tanks and mass"
+            )
+        self.s[n.S_FUEL] = fuel

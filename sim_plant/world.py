@@ -28,6 +28,7 @@ from sim_plant.kernels.observe import observe
 from sim_plant.kernels.rot import quat_dcm
 from sim_plant.lost import AircraftLostError, Watches
 from sim_plant.scenario import SIXDOF, Scenario
+from sim_plant.sensors.airdata import AirSensor
 from sim_plant.traffic import Traffic
 from sim_plant.trim import throttle_for, trim
 from sim_plant.truth import Truth, truth_of
@@ -65,12 +66,13 @@ class World:
         six = [(c, ac) for c, ac in records if c.model == SIXDOF and isinstance(ac, Aircraft)]
         lead = six[0][1] if six else None
         self.vehicles = [Vehicle(i, c, a, lead if i else None, scenario, self.seed) for i, (c, a) in enumerate(six)]
-        # aircraft of another kind fly by themselves: without leader, wake and boom, in air of their own
-        self.crafts = [make_craft(c, ac, scenario, self.seed) for c, ac in records if c.model != SIXDOF]
+        # aircraft of another kind fly by themselves, without leader, wake and boom
+        others = [(c, ac) for c, ac in records if c.model != SIXDOF]
+        self.air = AirMass(scenario.wind, self.vehicles, self.seed, self.dt_s, tuple(c.name for c, _ in others))
+        self.crafts = [make_craft(c, ac, scenario, self.seed, self.air.steady(-c.start.pos_n_m[2])) for c, ac in others]
         both: list[Vehicle | Craft] = [*self.vehicles, *self.crafts]
         self.members = sorted(both, key=lambda v: scenario.aircraft.index(v.cfg))
         self.watches = Watches(self.members, self.vehicles, self.dt_s)
-        self.air = AirMass(scenario.wind, self.vehicles, self.seed, self.dt_s)
         for v in self.vehicles:
             self._start(v)
         self.air.fill_history(self.vehicles)
@@ -79,6 +81,10 @@ class World:
         self.traffic = Traffic(tf, scenario.track, wind, self.seed, self.dt_s) if tf.on else None
         self._tuned = [v for v in self.vehicles if v.cfg.tacan_to]
         self._receiver = next((v for v in self.vehicles if v.cfg.boom_to), None)
+        for c in self.crafts:
+            c.observe()
+        for m in self.members:
+            self._within_limits(m)
         self.boom: BoomCoupling | None = None
         if self._receiver is not None:
             leader = self._vehicle(self._receiver.cfg.boom_to)
@@ -86,9 +92,19 @@ class World:
                 at = f"aircraft.{self._receiver.cfg.name}.boom_to = {leader.cfg.name!r}"
                 raise ConfigError(f"{at}: that aircraft's file needs a [boom] and this one's a [receptacle]")
             self.boom = BoomCoupling(leader.ac.boom, scenario.refuel, self.dt_s)
+        for m in self.members:
+            for s in m.sensors:
+                if isinstance(s, AirSensor):
+                    s.names = [p.name for p in m.ac.probe]
         self.faults = FaultPlan(
             scenario, {v.cfg.name: {s.group: s for s in v.sensors} for v in self.members}, self.rate_hz, self.seed
         )
+        for k, e in enumerate(scenario.event):
+            for c in self.crafts:
+                if e.kind == "jam" and e.target == c.cfg.name and e.surface not in c.surfaces:
+                    raise ConfigError(
+                        f"event[{k}].surface = {e.surface!r}: {e.target} (model = {c.cfg.model!r}) has {', '.join(c.surfaces)}"
+                    )
         self.injected: list[Injected] = []  # commands to the plant; whoever records them empties it
         self._to_plant: dict[int, list[tuple[int, Command]]] = {}
         self._commands: dict[int, list[tuple[Vehicle | Craft, Command]]] = {}
@@ -183,6 +199,16 @@ class World:
             v.trim,
         )
 
+    def _within_limits(self, v: Vehicle | Craft) -> None:
+        """Raise ConfigError for a start beyond the limits of the aircraft's file."""
+        o, limits = (v.obs if isinstance(v, Vehicle) else v.view.o), v.ac.limits
+        V, alpha = float(o[n.O_V]), math.degrees(o[n.O_ALPHA])
+        if not limits.V_min_mps <= V <= limits.V_max_mps or not abs(alpha) <= limits.alpha_max_deg:
+            raise ConfigError(
+                f"aircraft.{v.cfg.name}.start: {V:.1f} m/s of airspeed at {alpha:.1f} deg of incidence; allowed by the limits of "
+                f"{v.cfg.file!r}: {limits.V_min_mps:g} to {limits.V_max_mps:g} m/s, up to {limits.alpha_max_deg:g} deg"
+            )
+
     def trim_cmd(self, i: int) -> ActuatorCmd:
         """The command that holds aircraft i in its initial trim."""
         a, e, r, t, _, flap = self.members[i].trim
@@ -193,6 +219,7 @@ class World:
 
     def _evaluate(self) -> None:
         """Wind and everything instruments could see, at the current tick."""
+        self.air.begin()
         for v in self.vehicles:
             if v.index:
                 relative(self.vehicles[0].s, v.s, v.geo, v.rel)
@@ -203,6 +230,7 @@ class World:
             if v.index:
                 view.rel = v.rel.tolist()
         for c in self.crafts:
+            self.air.over(c)
             c.observe()
         self.watches.step(self.t_us, self.tick)
         for v in self._tuned:

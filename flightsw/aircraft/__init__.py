@@ -5,22 +5,17 @@ plant and the onboard software read the same files and must share no mathematics
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
+from functools import lru_cache
 from typing import Annotated
 
-from flightsw.aircraft.structure import Structure
+from flightsw.aircraft.base import V3, Airframe, Controls, Limits, Meta, Pair, Pos, Probe, find, load_as
+from flightsw.aircraft.planar import Alexis, TwinJet
 from flightsw.strict import ConfigError, OneOf, Range, load, read_toml
 
-HERE = Path(__file__).parent
-Pos = Annotated[float, Range(1e-9)]
-Pair = tuple[float, float]
-V3 = tuple[float, float, float]
-
-
-@dataclass(frozen=True)
-class Meta:
-    name: str
-    title: str
+__all__ = [
+    "Aero", "Aircraft", "Airframe", "Alexis", "Boom", "Controls", "Engine", "Geometry", "Inertia", "Limits", "Mass", "Meta",
+    "Probe", "Receptacle", "TwinJet", "WakePoints", "alexis", "load_aircraft", "load_airframe", "load_as", "twinjet",
+]  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -96,27 +91,6 @@ class Engine:
 
 
 @dataclass(frozen=True)
-class Controls:
-    elevator_deg: Pair
-    aileron_deg: Pair
-    rudder_deg: Pair
-    elevator_rate_degps: Pos
-    aileron_rate_degps: Pos
-    rudder_rate_degps: Pos
-    servo_wn_radps: Pos
-    servo_zeta: Pos
-    flap_deg: Pair = (0.0, 0.0)  # lifting surfaces moved in flight, + trailing edge down; none: zeros
-
-
-@dataclass(frozen=True)
-class Limits:
-    alpha_max_deg: Pos
-    bank_max_deg: Pos
-    V_min_mps: Pos
-    V_max_mps: Pos
-
-
-@dataclass(frozen=True)
 class Boom:
     """Pivot in tanker body axes; elevation negative below the longitudinal axis, azimuth positive to the right."""
 
@@ -141,28 +115,14 @@ class WakePoints:
     nose_m: V3 = (0.0, 0.0, 0.0)
 
 
-@dataclass(frozen=True)
-class Probe:
-    name: str
-    position_m: V3
-
-
-@dataclass(frozen=True)
-class Airframe:
-    """What both ends of a link must know of any aircraft, whatever equations it flies by."""
-
-    meta: Meta
-    mass: Mass
-    controls: Controls
-    limits: Limits
-    structure: Structure
-    probe: tuple[Probe, ...]
+SERVOED = ("aileron_deg", "rudder_deg", "elevator_rate_degps", "aileron_rate_degps", "rudder_rate_degps")
 
 
 @dataclass(frozen=True)
 class Aircraft(Airframe):
     """An aircraft flown by the six-degree-of-freedom equations."""
 
+    mass: Mass
     geometry: Geometry
     inertia: Inertia
     aero: Aero
@@ -171,21 +131,44 @@ class Aircraft(Airframe):
     boom: Boom | None = None
     receptacle: Receptacle | None = None
 
+    def __post_init__(self) -> None:
+        """Raises ConfigError for what these equations need and the file leaves out, or have no use for."""
+        super().__post_init__()
+        at = f"aircraft {self.meta.name}"
+        self.controls.needs(at, "elevator_deg", *SERVOED, "servo_wn_radps", "servo_zeta")
+        self.controls.none_of(at, "flap_deg", "flap_rate_degps")
 
-def _file(name: str) -> Path:
-    path = Path(name) if name.endswith(".toml") else HERE / f"{name}.toml"
-    if not path.exists():
-        have = ", ".join(sorted(p.stem for p in HERE.glob("*.toml")))
-        raise ConfigError(f"aircraft file {str(path)!r} does not exist; available: {have}")
-    return path
+    @property
+    def fuel_capacity_kg(self) -> float:
+        """Of all tanks."""
+        return self.mass.fuel_capacity_kg
+
+
+RECORDS: dict[str, type[Airframe]] = {"sixdof": Aircraft, "alexis": Alexis, "twinjet": TwinJet}
 
 
 def load_aircraft(name: str) -> Aircraft:
-    """Aircraft record by file stem ("kc135r") or path. Raises ConfigError naming what is wrong and what exists."""
-    return load(_file(name), Aircraft)
+    """Six-degree-of-freedom record by file stem ("kc135r") or path. Raises ConfigError naming what is wrong and what exists."""
+    return load_as(name, Aircraft, "sixdof")
 
 
 def load_airframe(name: str) -> Airframe:
-    """As `load_aircraft`; a file without [aero] gives the bare record of an aircraft with equations of its own."""
-    path = _file(name)
-    return load(path, Aircraft if "aero" in read_toml(path) else Airframe)
+    """As `load_aircraft`, of whatever model the file names."""
+    path = find(name)
+    meta = read_toml(path).get("meta", {})
+    model = meta.get("model", "sixdof") if isinstance(meta, dict) else "sixdof"
+    if model not in RECORDS:
+        raise ConfigError(f"{path}: meta.model = {model!r}: allowed: {', '.join(RECORDS)}")
+    return load(path, RECORDS[model])
+
+
+@lru_cache(maxsize=1)
+def alexis() -> Alexis:
+    """The small UAV as published: what studies and tests fly. A mission and the plant are given the record they are to fly."""
+    return load_as("alexis", Alexis, "alexis")
+
+
+@lru_cache(maxsize=1)
+def twinjet() -> TwinJet:
+    """The jet transport as published; see `alexis`."""
+    return load_as("twinjet", TwinJet, "twinjet")

@@ -15,7 +15,7 @@ from scipy.linalg import solve_discrete_are
 
 from flightsw.ctrl.lqr import DesignError
 from flightsw.kernels import gust as k
-from flightsw.models.gust import GustAircraft, LinearModel, Turbulence, linear_model
+from flightsw.models.gust import GustAircraft, LinearModel, Turbulence, linear_model, published
 from flightsw.models.gust_design import van_loan
 from flightsw.models.gust_servo import GustServos
 from flightsw.strict import Range
@@ -145,7 +145,7 @@ class GustAlleviation:
         dt: float = 0.02,
     ) -> None:  # fmt: skip
         """dt [s]: sample period the gain is made for. Raises DesignError when there is no stabilising gain."""
-        self.p, self.ac = p or AlleviationParams(), ac or GustAircraft()
+        self.p, self.ac = p or AlleviationParams(), ac or published()
         model = linear_model(self.ac, t or Turbulence())
         self.K, self.radius = alleviation_gain(self.p, model, self.ac, dt)
         if not self.p.feed_wind:
@@ -216,7 +216,7 @@ class GustHold:
     """Pitch and height hold from pitch rate, pitch and height deviations: the comparison, and what flies without an estimate."""
 
     def __init__(self, p: HoldParams | None = None, ac: GustAircraft | None = None) -> None:
-        self.p, self.ac = p or HoldParams(), ac or GustAircraft()
+        self.p, self.ac = p or HoldParams(), ac or published()
         self.command = np.zeros(3)
 
     def step(self, q: float, Theta: float, dH: float, dV: float = 0.0) -> Array:

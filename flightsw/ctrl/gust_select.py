@@ -11,15 +11,20 @@ from flightsw.ctrl.gust import AlleviationParams, GustAlleviation, GustHold, Hol
 from flightsw.kernels import gust as k
 from flightsw.models.gust import GustAircraft, Turbulence
 from flightsw.models.gust_servo import GustServos
-from flightsw.strict import OneOf
+from flightsw.strict import ConfigError, OneOf, Range
 
 Array = np.ndarray
 LAWS = ("hold", "alleviation", "elevator")  # index: WKF_GUST_LAW, and param1 of MAV_CMD_USER_2
 LIMIT_EDGE = 0.999  # share of the travel from which a command counts as limited
 
 
-def _elevator_alone() -> AlleviationParams:
-    return AlleviationParams(use_flap=False, H=50.0, V_K=50.0)
+@dataclass(frozen=True)
+class ElevatorParams(AlleviationParams):
+    """Weights of the law with the elevator alone; what a file leaves out is its own default, not the other law's."""
+
+    H: Annotated[float, Range(1e-3, 1e4)] = 50.0  # [m]
+    V_K: Annotated[float, Range(1e-3, 1e4)] = 50.0  # [m/s]
+    use_flap: bool = False
 
 
 @dataclass(frozen=True)
@@ -28,8 +33,20 @@ class GustCtrlTable:
 
     law: Annotated[str, OneOf(LAWS)] = "alleviation"
     alleviation: AlleviationParams = field(default_factory=AlleviationParams)
-    elevator: AlleviationParams = field(default_factory=_elevator_alone)
+    elevator: ElevatorParams = field(default_factory=ElevatorParams)
     hold: HoldParams = field(default_factory=HoldParams)
+
+    def __post_init__(self) -> None:
+        """Raises ConfigError for what is given from elsewhere or has no place in a law."""
+        for name, q in (("alleviation", self.alleviation), ("elevator", self.elevator)):
+            if q.late_steps != AlleviationParams.late_steps:
+                raise ConfigError(
+                    f"ctrl.{name}.late_steps = {q.late_steps}: given by link.delay_ticks; allowed: left out"
+                )
+        if self.elevator.use_flap or self.elevator.flap != AlleviationParams.flap:
+            raise ConfigError(
+                "ctrl.elevator.use_flap, flap: this law has no flap; allowed: left out, or use_flap = false"
+            )
 
 
 class GustLaws:

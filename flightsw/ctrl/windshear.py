@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import math
+from dataclasses import dataclass, replace
 from typing import Annotated
 
 import numpy as np
 
+from flightsw.aircraft import TwinJet, twinjet
 from flightsw.kernels import windshear_nid as kn
-from flightsw.models.windshear import MODES, PathDemand, TwinJetModel, parameter_vector
+from flightsw.models.windshear import MODES, PathDemand, parameter_vector
 from flightsw.strict import Range
 
 Array = np.ndarray
@@ -27,7 +29,6 @@ class NidParams:
     q_max_radps: Annotated[float, Range(0.01, 1.0)] = 0.12
     elevator_max_rad: Annotated[float, Range(0.05, 1.0)] = 0.35
     alpha_min_rad: Annotated[float, Range(-0.3, 0.1)] = -0.08
-    aircraft: TwinJetModel = field(default_factory=TwinJetModel)
 
     def vector(self) -> Array:
         """Gains [NG] of the kernel."""
@@ -40,10 +41,13 @@ class NidParams:
 class WindshearControl:
     """`step` once per sample. `u` [2]: commanded thrust [kN] and elevator [rad] now in force (start: `reset`)."""
 
-    def __init__(self, p: NidParams | None = None) -> None:
-        """Raises nothing; parameters check themselves when they are read from a file."""
-        self.p = p = p or NidParams()
-        self._par, self._g = parameter_vector(p.aircraft), p.vector()
+    def __init__(self, p: NidParams | None = None, ac: TwinJet | None = None) -> None:
+        """ac: record of the aircraft (default: as published), whose elevator bounds elevator_max_rad. Raises nothing; parameters
+        check themselves when they are read from a file."""
+        p, ac = p or NidParams(), ac or twinjet()
+        travel = math.radians(min(map(abs, ac.controls.elevator_deg)))
+        self.p = p = replace(p, elevator_max_rad=min(p.elevator_max_rad, travel))
+        self._par, self._g = parameter_vector(ac), p.vector()
         self._d, self._out = np.zeros(kn.ND), np.zeros(kn.NO)
         self.u = np.zeros(2)
 

@@ -17,7 +17,7 @@ INIT, LEG, TURN = 0, 10, 11
 class RacetrackParams:
     """Pattern geometry."""
 
-    V_mps: Annotated[float, Range(150.0, 235.0)] = 195.0
+    V_mps: Annotated[float, Range(1.0)] = 195.0  # within the limits of the aircraft
     alt_m: Annotated[float, Range(0.0, 12000.0)] = 7010.0
     first_leg_s: Annotated[float, Range(1.0)] = 400.0
     leg_s: Annotated[float, Range(1.0)] = 300.0

@@ -74,7 +74,7 @@ class PlantCodec:
         self._station = Sender(GROUND_SYSID, COMP_PLANT)
         self._map = WireMap(origin)
         self._scale = ControlScale(aircraft)
-        self._capacity_kg = aircraft.mass.fuel_capacity_kg
+        self._capacity_kg = aircraft.fuel_capacity_kg
 
     def sensors(self, frame: SensorFrame, extra: Sequence[bytes] = ()) -> bytes:
         """One tick's datagram: the groups set in `frame.updated`, `extra` packets verbatim, HIL_SENSOR last and always.

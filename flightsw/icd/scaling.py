@@ -14,13 +14,13 @@ PROBES = 4  # entries of AIR_DATA
 
 
 class ControlScale:
-    """Largest travel of each surface [rad]: the wire carries deflection over this."""
+    """Largest travel of each surface [rad]: the wire carries deflection over this. 1 for a surface the aircraft has not."""
 
     __slots__ = ("aileron", "elevator", "flap", "rudder")
 
     def __init__(self, aircraft: Airframe) -> None:
         c = aircraft.controls
-        self.aileron = math.radians(max(map(abs, c.aileron_deg)))
-        self.elevator = math.radians(max(map(abs, c.elevator_deg)))
-        self.rudder = math.radians(max(map(abs, c.rudder_deg)))
-        self.flap = math.radians(max(map(abs, c.flap_deg))) or 1.0  # 1.0: it has none
+        self.aileron, self.elevator, self.rudder, self.flap = (
+            math.radians(max(map(abs, pair))) or 1.0
+            for pair in (c.aileron_deg, c.elevator_deg, c.rudder_deg, c.flap_deg)
+        )

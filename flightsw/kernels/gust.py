@@ -51,7 +51,7 @@ def lift_drag(VA: float, alpha: float, q: float, u: np.ndarray, p: np.ndarray) -
 
 @jit
 def rates(x: np.ndarray, u: np.ndarray, p: np.ndarray, a: np.ndarray, out: np.ndarray) -> None:
-    """out [9] <- dx/dt of the state x [9] under controls u [3]; a [4] is workspace. Its linearisation is models.gust.A_AC."""
+    """out [9] <- dx/dt of the state x [9] under controls u [3]; a [4] is workspace. Its linearisation: the aircraft file."""
     air(x, p, a)
     VA, alpha, gamma, dg = a[0], a[1], a[2], a[3]
     lift, drag = lift_drag(VA, alpha, x[Q], u, p)

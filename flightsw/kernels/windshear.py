@@ -18,7 +18,7 @@ TC, DE, NU = 0, 1, 2
 (Y_H, Y_VG, Y_VA, Y_AL, Y_TH, Y_Q, Y_HD, Y_XDD, Y_HDD, NY) = range(10)
 # parameter vector: inertia and geometry, lift, drag, moment, engine, scales of lift and drag where they are not states
 (P_M, P_S, P_C, P_I, P_RHO, P_G, P_L0, P_LA, P_LE, P_A1, P_A2, P_D0, P_DK, P_DS, P_M0, P_MA, P_MQ, P_ME, P_TAU, P_T0, P_TV,
- P_TI, P_KL, P_KD, NP) = range(25)  # fmt: skip
+ P_TI, P_KL, P_KD, P_FALL, P_FALL_RAD, NP) = range(27)  # fmt: skip
 
 
 @jit
@@ -31,7 +31,7 @@ def lift_curve(alpha: float, p: np.ndarray) -> float:
     if alpha <= a2 + w:
         y = (alpha - a1) / w
         return p[P_L0] + s * (a1 + w * (y - 0.5 * y * y))
-    return p[P_L0] + s * a1 - 0.44 * (1.0 - math.exp(-(alpha - a2 - w) / 0.1))
+    return p[P_L0] + s * a1 - p[P_FALL] * (1.0 - math.exp(-(alpha - a2 - w) / p[P_FALL_RAD]))
 
 
 @jit
@@ -43,7 +43,7 @@ def lift_slope(alpha: float, p: np.ndarray) -> float:
     w = a2 - a1
     if alpha <= a2 + w:
         return s * (1.0 - (alpha - a1) / w)
-    return -4.4 * math.exp(-(alpha - a2 - w) / 0.1)
+    return -p[P_FALL] / p[P_FALL_RAD] * math.exp(-(alpha - a2 - w) / p[P_FALL_RAD])
 
 
 @jit

@@ -18,7 +18,13 @@ class Mission:
     one_rate = False  # whether the mission runs at every base tick, and at no other rate
     air_used = 0  # AIR_* bits of health for the air-data readings it takes one by one; 0: whole probes
     cruise = (195.0, 7010.0)  # [m/s], [m] of the level flight the warm-up feeds it
+    watch: int  # HF_* flags of what the aircraft depends on now
     ctrl: Any
+
+    @property
+    def may_watch(self) -> int:
+        """HF_* flags it depends on at one time or another."""
+        return self.watch
 
     @staticmethod
     def load(aircraft: str) -> Airframe:

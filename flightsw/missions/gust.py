@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
 
-from flightsw.aircraft import Airframe, load_airframe
+from flightsw.aircraft import Airframe, Alexis, load_as
 from flightsw.ctrl.gust_select import LAWS, GustCtrlTable, GustLaws
 from flightsw.health import AIR_ALPHA, AIR_V
 from flightsw.kernels import gust as k
@@ -22,7 +22,6 @@ from flightsw.models.gust import GustAircraft
 from flightsw.models.gust_servo import GustServos
 from flightsw.nav.gust_select import ESTIMATORS, GustNavTable, make_gust_nav
 from flightsw.nav.gust_trust import Trust
-from flightsw.strict import Range
 from flightsw.types import (
     ACCEPTED,
     DENIED,
@@ -49,19 +48,11 @@ AIRSPEED_BAD, VANE_BAD = 1, 1 << 6  # bits of SensorFrame.air_bad: probe 0, V an
 
 
 @dataclass(frozen=True)
-class GustGuidTable:
-    """[guid] of a gust flight file. throttle_span: throttle settings of the model from no thrust to full (trim half-way)."""
-
-    throttle_span: Annotated[float, Range(1.0, 1e5)] = 460.0
-
-
-@dataclass(frozen=True)
 class GustMissionParams:
-    """[nav], [ctrl] and [guid] of a gust flight file."""
+    """[nav] and [ctrl] of a gust flight file."""
 
     nav: GustNavTable = field(default_factory=GustNavTable)
     ctrl: GustCtrlTable = field(default_factory=GustCtrlTable)
-    guid: GustGuidTable = field(default_factory=GustGuidTable)
 
 
 class GustActuators:
@@ -91,19 +82,19 @@ class GustMission(Mission):
     controls = 5
     air_used = AIR_V | AIR_ALPHA
     one_rate = True  # servos and law are stepped together: their mean and delay are per sample
-    cruise = (20.0, 100.0)
     ctrl: GustLaws
 
-    def __init__(self, ac: Airframe, p: GustMissionParams, period_s: float) -> None:
-        """Raises ValueError for an aircraft file the model cannot hold, DesignError for weights that give no law."""
-        self.ac = GustAircraft.of(ac.controls)
+    def __init__(self, ac: Alexis, p: GustMissionParams, period_s: float) -> None:
+        """Raises DesignError for weights that give no law."""
+        self.ac = GustAircraft.of(ac)
+        self.cruise = (self.ac.V0_mps, self.ac.H0_m)
         self.trust = Trust(p.nav.trust)
         self.nav = make_gust_nav(p.nav, self.ac)
         self.channels = p.nav.channels
         self.p, self._period_s = p, period_s
         self._late = 1
         self.ctrl = self._laws()
-        self.span = p.guid.throttle_span
+        self.span = 2.0 * self.ac.thrust[0] / self.ac.thrust[1]  # settings from no thrust to full, trim half-way
         self.guid = GuidanceCmd(V=self.ac.V0_mps, alt_m=self.ac.H0_m, reason="waiting for readings")
         self._estimator = ESTIMATORS.index(p.nav.estimator)
         self._y = np.zeros(k.NY)
@@ -115,13 +106,13 @@ class GustMission(Mission):
 
     @staticmethod
     def load(aircraft: str) -> Airframe:
-        """Record of an aircraft with equations of its own."""
-        return load_airframe(aircraft)
+        """Record of an aircraft of the model this mission flies."""
+        return load_as(aircraft, Alexis, "alexis")
 
     @staticmethod
     def actuators(ac: Any, delay_ticks: int) -> GustActuators:
         """Elevator and flap servos."""
-        return GustActuators(GustAircraft.of(ac.controls), delay_ticks)
+        return GustActuators(GustAircraft.of(ac), delay_ticks)
 
     @property
     def saturated(self) -> bool:

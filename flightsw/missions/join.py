@@ -16,6 +16,7 @@ from flightsw.aircraft import Aircraft
 from flightsw.ctrl.common import ScheduleParams
 from flightsw.ctrl.receiver import ReceiverControl
 from flightsw.ctrl.tanker import TankerControl, TankerCtrlParams
+from flightsw.guid.envelope import Envelope
 from flightsw.guid.joinup import JOIN_UP, JoinUpGuidance, JoinUpParams, Sight
 from flightsw.guid.sequence import Sequence, SequenceParams
 from flightsw.kernels.rotations import euler_from_dcm, to_parent
@@ -83,6 +84,10 @@ class JoinMission(Mission):
     def __init__(self, ac: Aircraft, p: JoinParams, period_s: float) -> None:
         j = p.join
         self.p = j
+        e, g = Envelope(ac), j.guid
+        for key in ("V_mps", "V_min_mps", "V_max_mps"):
+            e.speed(f"join.guid.{key}", getattr(g, key))
+        e.turn("join.guid.turn_max_degps", g.turn_max_degps, g.V_max_mps)
         self.nav = make_airframe_nav(ac, j.nav)
         self.guid = JoinUpGuidance(j.guid)
         self.free = TankerControl(ac, j.ctrl, period_s)
@@ -99,7 +104,12 @@ class JoinMission(Mission):
         self._texts: list[Text] = []
 
     @property
-    def watch(self) -> int:
+    def may_watch(self) -> int:
+        """See Mission."""
+        return OWN | HF_REL | HF_PEER
+
+    @property
+    def watch(self) -> int:  # type: ignore[override]
         """HF_* flags of what the aircraft depends on: the tanker's only from join-up on."""
         return OWN | HF_REL | HF_PEER if self.joined or self.guid.phase == JOIN_UP else OWN
 

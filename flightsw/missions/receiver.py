@@ -20,6 +20,7 @@ from flightsw.models.actuators import ActuatorModel
 from flightsw.nav.airdata import AirData, AirDataParams
 from flightsw.nav.common import NavParams
 from flightsw.nav.relative_variants import make_relative_nav
+from flightsw.strict import ConfigError, changed
 from flightsw.types import (
     ACCEPTED,
     DENIED,
@@ -66,6 +67,8 @@ class ReceiverMission(Mission):
         if p.airdata.on:
             self.air = AirData(ac, p.airdata)
             self.nav.use_aid(p.airdata.aid)
+        elif (idle := changed(p.airdata, AirDataParams())) is not None:
+            raise ConfigError(f"airdata.{idle[0]} = {idle[1]!r}: nothing obeys it while airdata.on = false")
         tanker = load_aircraft(p.tanker)
         self.guid = RefuelGuidance(p.guid, Surroundings(tanker, ac))
         self.ctrl = ReceiverControl(ac, tanker, p.ctrl, period_s)

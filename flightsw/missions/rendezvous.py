@@ -15,6 +15,7 @@ import numpy as np
 from flightsw.aircraft import Aircraft
 from flightsw.ctrl.common import ScheduleParams
 from flightsw.ctrl.tanker import TankerControl, TankerCtrlParams
+from flightsw.guid.envelope import Envelope
 from flightsw.guid.racetrack import RacetrackGuidance, RacetrackParams
 from flightsw.guid.rendezvous_pilot import PilotParams, RendezvousPilot
 from flightsw.kernels.rotations import wrap_pi
@@ -75,7 +76,14 @@ class RendezvousMission(Mission):
         self.pilot = RendezvousPilot(p.rendezvous.pilot)
         self.guid = RacetrackGuidance(p.guid)
         self.ctrl = TankerControl(ac, p.ctrl, period_s)
-        self.limits = ac.limits
+        self.envelope = e = Envelope(ac)
+        e.speed("guid.V_mps", p.guid.V_mps)
+        e.turn("guid.turn_rate_degps", p.guid.turn_rate_degps, p.guid.V_mps)
+        g = p.rendezvous.pilot.guidance
+        for key in ("bank_max_deg", "steer_bank_deg"):
+            e.bank(f"rendezvous.pilot.guidance.{key}", getattr(g, key))
+        for speed in (g.speed_mps - g.trim_mps, g.speed_mps + g.trim_mps):
+            e.speed("rendezvous.pilot.guidance.speed_mps less or plus trim_mps", speed)
         self.alt_m = p.guid.alt_m
         self.V0 = p.rendezvous.pilot.guidance.speed_mps
         self.out = GuidanceCmd(V=self.V0, alt_m=self.alt_m, reason="waiting for navigation")
@@ -144,7 +152,7 @@ class RendezvousMission(Mission):
         """MAV_RESULT and reason for one of the mission's commands."""
         if not self.joined:
             return TEMPORARILY_REJECTED, "speed is the rendezvous's until roll-out"
-        return speed_command(c, self.guid, self.limits)
+        return speed_command(c, self.guid, self.envelope)
 
     def texts(self) -> list[Text]:
         """Messages since the last call."""

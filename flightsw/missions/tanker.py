@@ -10,9 +10,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from flightsw.aircraft import Aircraft, Limits
+from flightsw.aircraft import Aircraft
 from flightsw.ctrl.common import ScheduleParams
 from flightsw.ctrl.tanker import TankerControl, TankerCtrlParams
+from flightsw.guid.envelope import Envelope
 from flightsw.guid.racetrack import RacetrackGuidance, RacetrackParams
 from flightsw.missions.base import Mission
 from flightsw.models.actuators import ActuatorModel
@@ -56,7 +57,9 @@ class TankerMission(Mission):
         self.nav = make_airframe_nav(ac, p.nav)
         self.guid = RacetrackGuidance(p.guid)
         self.ctrl = TankerControl(ac, p.ctrl, period_s)
-        self.limits = ac.limits
+        self.envelope = e = Envelope(ac)
+        e.speed("guid.V_mps", p.guid.V_mps)
+        e.turn("guid.turn_rate_degps", p.guid.turn_rate_degps, p.guid.V_mps)
         self.alt_m = p.guid.alt_m
 
     def step(
@@ -77,7 +80,7 @@ class TankerMission(Mission):
 
     def obey(self, c: Command) -> tuple[int, str]:
         """MAV_RESULT and reason for one of the mission's commands."""
-        return speed_command(c, self.guid, self.limits)
+        return speed_command(c, self.guid, self.envelope)
 
     def texts(self) -> list[Text]:
         """Messages since the last call."""
@@ -85,12 +88,12 @@ class TankerMission(Mission):
         return out
 
 
-def speed_command(c: Command, guid: RacetrackGuidance, limits: Limits) -> tuple[int, str]:
+def speed_command(c: Command, guid: RacetrackGuidance, envelope: Envelope) -> tuple[int, str]:
     """MAV_RESULT and reason for MAV_CMD_DO_CHANGE_SPEED on the racetrack: airspeed only, the throttle left alone."""
     kind, speed, throttle = c.params[:3]
     if kind != 0.0:
         return DENIED, f"speed type {kind:g}: allowed 0 airspeed"
     if throttle not in (-1.0, 0.0) and not math.isnan(throttle):
         return DENIED, f"throttle {throttle:g}: allowed -1 no change"
-    ok, why = guid.set_speed(speed, limits.V_min_mps, limits.V_max_mps)
+    ok, why = guid.set_speed(speed, envelope.limits.V_min_mps, envelope.fastest(guid.p.turn_rate_degps))
     return (ACCEPTED if ok else DENIED), why

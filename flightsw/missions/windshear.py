@@ -14,8 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from flightsw.aircraft import Airframe, load_airframe
+from flightsw.aircraft import Airframe, TwinJet, load_as
 from flightsw.ctrl.windshear import NidParams, WindshearControl
+from flightsw.guid.envelope import Envelope
 from flightsw.guid.windshear import LAWS, PHASES, WindshearGuidance, WindshearGuidanceParams, with_law
 from flightsw.health import AIR_ALPHA, AIR_V
 from flightsw.kernels import windshear as k
@@ -106,15 +107,22 @@ class WindshearMission(Mission):
     cruise = (75.0, 350.0)
     ctrl: WindshearControl
 
-    def __init__(self, ac: Airframe, p: WindshearMissionParams, period_s: float) -> None:
+    def __init__(self, ac: TwinJet, p: WindshearMissionParams, period_s: float) -> None:
         """Raises ValueError for parameters no filter can run."""
         self.p = p
-        self.nav, self.monitor = WindshearNav(p.nav), WindshearMonitor(p.nav.monitor)
-        self.guidance, self.ctrl = WindshearGuidance(p.guid), WindshearControl(p.ctrl)
-        a = p.guid.approach
-        self._trim = approach_trim(p.ctrl.aircraft, a.ground_mps, -math.radians(a.slope_deg))
+        self.nav, self.monitor = WindshearNav(p.nav, ac), WindshearMonitor(p.nav.monitor)
+        self.guidance, self.ctrl = WindshearGuidance(p.guid), WindshearControl(p.ctrl, ac)
+        a, escape = p.guid.approach, p.guid.escape
+        e = Envelope(ac)
+        for key in ("speed_min_mps", "speed_max_mps"):
+            e.speed(f"guid.approach.{key}", getattr(a, key))
+        e.incidence("guid.approach.alpha_max_rad", a.alpha_max_rad)
+        for key in ("alpha_max_rad", "managed_alpha_max_rad"):
+            e.incidence(f"guid.escape.{key}", getattr(escape, key))
+        e.speed("guid.escape.protect_mps", escape.protect_mps)
+        self._trim = approach_trim(ac, a.ground_mps, -math.radians(a.slope_deg), p.nav.lift_scale, p.nav.drag_scale)
         self.ctrl.reset(*self._trim)
-        self.full_kN = p.ctrl.aircraft.thrust_max_kN
+        self.full_kN, self._g = ac.engine.thrust_N / 1e3, ac.air.gravity_mps2
         self.guid = GuidanceCmd(V=a.ground_mps, reason="waiting for readings")
         self._estimator = ESTIMATORS.index(p.nav.filter)
         self._z, self._u = np.zeros(k.NY), self.first_command()
@@ -128,8 +136,8 @@ class WindshearMission(Mission):
 
     @staticmethod
     def load(aircraft: str) -> Airframe:
-        """Record of an aircraft with equations of its own."""
-        return load_airframe(aircraft)
+        """Record of an aircraft of the model this mission flies."""
+        return load_as(aircraft, TwinJet, "twinjet")
 
     @staticmethod
     def actuators(ac: Any, delay_ticks: int) -> WindshearActuators:
@@ -139,7 +147,7 @@ class WindshearMission(Mission):
     @property
     def saturated(self) -> bool:
         """Whether the elevator is asked for more than its travel."""
-        return bool(abs(self.ctrl.u[1]) > LIMIT_EDGE * self.p.ctrl.elevator_max_rad)
+        return bool(abs(self.ctrl.u[1]) > LIMIT_EDGE * self.ctrl.p.elevator_max_rad)
 
     def step(
         self, f: SensorFrame, act: WindshearActuators, updated: int, health: Health, dt: float
@@ -236,7 +244,7 @@ class WindshearMission(Mission):
             along, down = f.acc_mean_b[0], f.acc_mean_b[2]
             z[k.Y_Q] = f.gyro_mean_b[1]
             z[k.Y_XDD] = along * math.cos(pitch) + down * math.sin(pitch)
-            z[k.Y_HDD] = along * math.sin(pitch) - down * math.cos(pitch) - self.p.nav.aircraft.gravity_mps2
+            z[k.Y_HDD] = along * math.sin(pitch) - down * math.cos(pitch) - self._g
             ok |= 1 << k.Y_Q
             if updated & UPD_ATT:
                 ok |= 1 << k.Y_XDD | 1 << k.Y_HDD

@@ -1,74 +1,74 @@
 """What the gust mission believes of its aircraft and its air: linear matrices and the vector of the nonlinear model.
 
-The small UAV ALEXIS at 20 m/s and 100 m, longitudinal motion with Dryden turbulence and a vane bias (Hoffmann and Luckner
-2010; appendix and equations (4)-(11)). Corrected against the print: E(V_K, alpha_W) is -10.36 (printed +10.36; every entry
-of E is minus the aerodynamic entry of A beside it), and x1 is an auxiliary state, not the rate of alpha_W.
+Longitudinal motion of a small UAV with Dryden turbulence and a vane bias (Hoffmann and Luckner 2010; appendix and equations
+(4)-(11)); the aircraft's numbers are those of its file. Corrected against the print: x1 is an auxiliary state, not the rate of
+alpha_W.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Annotated
 
 import numpy as np
 
-from flightsw.aircraft import Controls
+from flightsw.aircraft import Alexis, alexis
 from flightsw.kernels import gust as k
-from flightsw.models.gust_print import E_VK_ALPHAW_PRINTED, SEED_SIGMA_U, SEED_SIGMA_W
+from flightsw.models.gust_print import SEED_SIGMA_U, SEED_SIGMA_W
 from flightsw.strict import Range
 
 Array = np.ndarray
 
-# rows q, alpha_K, V_K, Theta, H
-A_AC = np.array(
-    [
-        [-10.5, -50.0, 0.0, 0.0, 0.0],
-        [0.9, -11.0, -0.049, 0.0, 0.0],
-        [-0.36, 10.37, -0.092, -9.81, 0.0],
-        [1.0, 0.0, 0.0, 0.0, 0.0],
-        [0.0, -20.0, 0.0, 20.0, 0.0],
-    ]
-)
-B_AC = np.array([[-134.0, 0.0, -8.0], [-1.0, 0.0, -4.0], [-0.09, 0.004, -0.3], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
-E_AC = np.array([[50.0, 0.0], [11.0, 0.049], [-E_VK_ALPHAW_PRINTED, 0.092], [0.0, 0.0], [0.0, 0.0]])
-F_AC = np.array([[0.0, 0.0], [-1.0, 0.0], [0.0, -1.0], [0.0, 0.0], [0.0, 0.0]])
+F_AC = np.array(
+    [[0.0, 0.0], [-1.0, 0.0], [0.0, -1.0], [0.0, 0.0], [0.0, 0.0]]
+)  # q, alpha, V_A, Theta, H of alpha_W, V_W
 
 
 @dataclass(frozen=True)
 class GustAircraft:
-    """The nonlinear model's numbers, chosen so that its linearisation at trim is A_AC, B_AC, E_AC (forces per mass [m/s^2] per
-    rad, moments per inertia [1/s^2] per rad). The flap column is an assumption: the source has no flap."""
+    """The numbers of an aircraft file in the units of the kernels: forces per mass [m/s^2] per rad, moments per inertia [1/s^2]
+    per rad. The nonlinear ones are chosen so that their linearisation at trim is A, B, E [5,5], [5,3], [5,2] (rows q, alpha_K,
+    V_K, Theta, H), which are the source's but for the flap column: it has no flap."""
 
-    V0_mps: Annotated[float, Range(5.0, 100.0)] = 20.0
-    H0_m: Annotated[float, Range(-500.0, 5000.0)] = 100.0
-    gravity: Annotated[float, Range(9.7, 9.9)] = 9.81
-    lift: tuple[float, float, float, float, float] = (9.81, 219.08, 2.0, 20.0, 80.0)  # trim, alpha, q, elevator, flap
-    drag: tuple[float, float, float, float, float] = (0.92, -0.56, 0.36, 0.09, 0.3)
-    thrust: tuple[float, float] = (0.92, 0.004)  # trim, per unit of throttle setting
-    pitch: tuple[float, float, float, float] = (-10.5, -50.0, -134.0, -8.0)  # q [1/s], alpha, elevator, flap
-    elevator_limit_rad: Annotated[float, Range(0.0, 1.0)] = math.radians(15.0)
-    flap_limit_rad: Annotated[float, Range(0.0, 1.0)] = math.radians(20.0)
-    servo_wn_radps: Annotated[float, Range(1.0, 500.0)] = 40.0
-    servo_zeta: Annotated[float, Range(0.1, 2.0)] = 0.7
-    servo_rate_radps: Annotated[float, Range(0.01, 100.0)] = math.radians(300.0)
+    V0_mps: float
+    H0_m: float
+    gravity: float
+    lift: tuple[float, float, float, float, float]  # trim, alpha, q, elevator, flap
+    drag: tuple[float, float, float, float, float]
+    thrust: tuple[float, float]  # trim, per unit of throttle setting
+    pitch: tuple[float, float, float, float]  # q [1/s], alpha, elevator, flap
+    A: tuple[tuple[float, ...], ...]
+    B: tuple[tuple[float, ...], ...]
+    E: tuple[tuple[float, ...], ...]
+    elevator_limit_rad: float
+    flap_limit_rad: float
+    servo_wn_radps: float
+    servo_zeta: float
+    elevator_rate_radps: float
+    flap_rate_radps: float
 
     @staticmethod
-    def of(c: Controls) -> GustAircraft:
-        """The model with travel and servos of an aircraft file. Raises ValueError for what the model cannot hold."""
+    def of(ac: Alexis) -> GustAircraft:
+        """The numbers of a record."""
+        c, t, lift, drag, pitch = ac.controls, ac.trim, ac.lift, ac.drag, ac.pitch
         return GustAircraft(
-            elevator_limit_rad=math.radians(_travel("elevator_deg", c.elevator_deg)),
-            flap_limit_rad=math.radians(_travel("flap_deg", c.flap_deg)),
-            servo_wn_radps=c.servo_wn_radps,
-            servo_zeta=c.servo_zeta,
-            servo_rate_radps=math.radians(c.elevator_rate_degps),
-        )
+            t.V_mps, t.height_m, t.gravity_mps2,
+            (lift.trim, lift.alpha, lift.q, lift.elevator, lift.flap),
+            (drag.trim, drag.alpha, drag.q, drag.elevator, drag.flap),
+            (ac.thrust.trim, ac.thrust.setting),
+            (pitch.q, pitch.alpha, pitch.elevator, pitch.flap),
+            ac.linear.A, ac.linear.B, ac.linear.E,
+            math.radians(c.elevator_deg[1]), math.radians(c.flap_deg[1]), c.servo_wn_radps, c.servo_zeta,
+            math.radians(c.elevator_rate_degps), math.radians(c.flap_rate_degps),
+        )  # fmt: skip
 
 
-def _travel(name: str, pair: tuple[float, float]) -> float:
-    if pair[0] != -pair[1]:
-        raise ValueError(f"controls.{name} = {list(pair)}; allowed: the same travel up and down")
-    return pair[1]
+@lru_cache(maxsize=1)
+def published() -> GustAircraft:
+    """The aircraft as published."""
+    return GustAircraft.of(alexis())
 
 
 @dataclass(frozen=True)
@@ -113,16 +113,15 @@ def dryden(V0: float, t: Turbulence) -> tuple[Array, Array]:
     return A, B
 
 
-def linear_model(ac: GustAircraft | None = None, t: Turbulence | None = None, *, E: Array = E_AC) -> LinearModel:
-    """The printed matrices with flap, ground speed and a_z = V0 (q - d alpha_K/dt) appended; seed (10), (11).
+def linear_model(ac: GustAircraft | None = None, t: Turbulence | None = None, *, E: Array | None = None) -> LinearModel:
+    """The aircraft's linear matrices with ground speed and a_z = V0 (q - d alpha_K/dt) appended; seed (10), (11).
 
-    E [5,2] other than E_AC serves the study of the printed sign. Only speed and turbulence are taken from the arguments:
-    the derivatives are the printed ones.
+    E [5,2] other than the aircraft's serves the study of the printed sign.
     """
-    ac, t = ac or GustAircraft(), t or Turbulence()
+    ac, t = ac or published(), t or Turbulence()
     A, B, Br = np.zeros((9, 9)), np.zeros((9, 3)), np.zeros((9, 2))
     A[:3, :3], Br[:3] = dryden(ac.V0_mps, t)
-    A[3:8, 1:3], A[3:8, 3:8], B[3:8] = E, A_AC, B_AC
+    A[3:8, 1:3], A[3:8, 3:8], B[3:8] = ac.E if E is None else E, ac.A, ac.B
     C, D = np.zeros((7, 9)), np.zeros((7, 3))
     C[:5, 1:3], C[:5, 3:8], C[k.Y_ALPHA, k.AB] = F_AC, np.eye(5), 1.0
     C[k.Y_GROUND, k.VK] = 1.0

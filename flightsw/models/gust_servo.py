@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from flightsw.models.actuators import servo_step
-from flightsw.models.gust import GustAircraft
+from flightsw.models.gust import GustAircraft, published
 
 Array = np.ndarray
 PARTS = 4  # the mean deflection over a step is taken over this many parts
@@ -18,9 +18,11 @@ class GustServos:
         """late_steps: steps between sending a command and its reaching the servos, >= 0. Raises ValueError below 0."""
         if late_steps < 0:
             raise ValueError(f"late_steps = {late_steps}; allowed >= 0")
-        self.ac = ac or GustAircraft()
-        e, f, r = self.ac.elevator_limit_rad, self.ac.flap_limit_rad, self.ac.servo_rate_radps
-        self._lim = np.array([[-e, e, r], [0.0, 0.0, r], [-f, f, r]])
+        self.ac = ac or published()
+        e, f, a = self.ac.elevator_limit_rad, self.ac.flap_limit_rad, self.ac
+        self._lim = np.array(
+            [[-e, e, a.elevator_rate_radps], [0.0, 0.0, a.elevator_rate_radps], [-f, f, a.flap_rate_radps]]
+        )
         self._fifo = np.zeros((late_steps + 1, 3))
         self.now, self.mean, self.rate = np.zeros(3), np.zeros(3), np.zeros(3)
 

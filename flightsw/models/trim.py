@@ -14,8 +14,6 @@ from flightsw.kernels.rotations import dcm_from_euler
 from flightsw.models.airframe import free_rates, relative_rates, relative_velocity
 from flightsw.models.params import parameter_vector
 
-ALPHA_MAX = 0.35  # [rad] beyond this the linear build-up has roots no wing flies at
-
 
 class TrimError(RuntimeError):
     """No equilibrium found; the text names aircraft, condition and residual."""
@@ -81,10 +79,11 @@ def trim_free(ac: Aircraft, mass_kg: float, h_m: float, V: float, psi_dot: float
         f"{ac.meta.name} at {V:g} m/s, {psi_dot:.4g} rad/s",
     )
     xx, u = fill(z)
-    if not (abs(xx[2]) <= ALPHA_MAX and u[3] > 0.0):
+    top = math.radians(ac.limits.alpha_max_deg)  # beyond, the linear build-up has roots no wing flies at
+    if not (abs(xx[2]) <= top and u[3] > 0.0):
         raise TrimError(
             f"{ac.meta.name} at {V:g} m/s, {psi_dot:.4g} rad/s: no trim the linear aerodynamics hold for "
-            f"(alpha {xx[2]:.3g} rad, allowed +-{ALPHA_MAX:g}; thrust {u[3]:.4g} N)"
+            f"(alpha {xx[2]:.3g} rad, allowed +-{top:.3g}; thrust {u[3]:.4g} N)"
         )
     return Trim(xx.copy(), u)
 

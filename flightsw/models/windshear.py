@@ -1,7 +1,7 @@
 """What the wind-shear mission believes of its aircraft, its instruments and the wind; and what guidance asks of control.
 
 Corrected against the print (Jing et al. 2007): R and Q are in feet and degrees; the ninth output is the acceleration along x;
-Q_f has three entries, one each for Va, gamma and alpha; (4) divides by Va; (8) holds w_x'. Aircraft: jing.md section 4.
+Q_f has three entries, one each for Va, gamma and alpha; (4) divides by Va; (8) holds w_x'. Numbers of the aircraft: its file.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from typing import Annotated
 
 import numpy as np
 
+from flightsw.aircraft import TwinJet
 from flightsw.kernels import windshear as k
 from flightsw.strict import OneOf, Range
 
@@ -21,45 +22,21 @@ DEG = math.pi / 180.0
 MODES = ("approach", "climb", "pitch", "open")
 
 
-@dataclass(frozen=True)
-class TwinJetModel:
-    """Aircraft as the software knows it. lift_scale and drag_scale are its belief where they are not estimated."""
-
-    mass_kg: Annotated[float, Range(1e4, 1e5)] = 38500.0
-    area_m2: Annotated[float, Range(10.0, 500.0)] = 91.04
-    chord_m: Annotated[float, Range(0.5, 20.0)] = 3.41
-    inertia_kgm2: Annotated[float, Range(1e4, 1e8)] = 1.19e6
-    rho_kgpm3: Annotated[float, Range(0.5, 1.5)] = 1.225
-    gravity_mps2: Annotated[float, Range(9.7, 9.9)] = 9.81
-    lift: tuple[float, float, float] = (0.875, 4.4, 0.2)  # C_L: zero incidence, per rad of alpha, per rad of elevator
-    stall_rad: tuple[float, float] = (0.20, 0.23)  # end of the straight part, top of the curve
-    drag: tuple[float, float, float] = (
-        0.07925,
-        0.043,
-        1.5,
-    )  # C_D: constant, C_L^2, square of alpha beyond the straight part
-    pitch: tuple[float, float, float, float] = (0.045, -0.6, -27.0, -1.2)  # C_m: constant, alpha, q c/2V, elevator
-    thrust_lag_s: Annotated[float, Range(0.1, 20.0)] = 2.0
-    thrust_max_kN: Annotated[float, Range(10.0, 1000.0)] = 107.0  # at rest
-    thrust_lapse_spm: Annotated[float, Range(0.0, 0.01)] = 0.002  # [s/m]
-    thrust_idle: Annotated[float, Range(0.0, 0.5)] = 0.06  # share of the largest
-    lift_scale: Annotated[float, Range(0.5, 2.0)] = 1.0
-    drag_scale: Annotated[float, Range(0.5, 2.0)] = 1.0
-
-    def __post_init__(self) -> None:
-        if not 0.0 < self.stall_rad[0] < self.stall_rad[1] < 0.6:
-            raise ValueError(f"stall_rad = {self.stall_rad}; allowed: ascending, 0 to 0.6")
-
-
-def parameter_vector(ac: TwinJetModel) -> Array:
-    """Vector [NP] of flightsw.kernels.windshear."""
+def parameter_vector(r: TwinJet, lift_scale: float = 1.0, drag_scale: float = 1.0) -> Array:
+    """Vector [NP] of flightsw.kernels.windshear for a record; the scales of lift and drag hold where they are not states."""
     p = np.zeros(k.NP)
-    p[k.P_M], p[k.P_S], p[k.P_C], p[k.P_I] = ac.mass_kg, ac.area_m2, ac.chord_m, ac.inertia_kgm2
-    p[k.P_RHO], p[k.P_G] = ac.rho_kgpm3, ac.gravity_mps2
-    p[k.P_L0 : k.P_LE + 1], p[k.P_A1 : k.P_A2 + 1] = ac.lift, ac.stall_rad
-    p[k.P_D0 : k.P_DS + 1], p[k.P_M0 : k.P_ME + 1] = ac.drag, ac.pitch
-    p[k.P_TAU], p[k.P_T0], p[k.P_TV], p[k.P_TI] = ac.thrust_lag_s, ac.thrust_max_kN, ac.thrust_lapse_spm, ac.thrust_idle
-    p[k.P_KL], p[k.P_KD] = ac.lift_scale, ac.drag_scale
+    p[k.P_M], p[k.P_S], p[k.P_C], p[k.P_I] = r.mass.kg, r.geometry.S_m2, r.geometry.c_m, r.inertia.Iyy_kgm2
+    p[k.P_RHO], p[k.P_G] = r.air.rho_kgpm3, r.air.gravity_mps2
+    p[k.P_L0], p[k.P_LA], p[k.P_LE] = r.lift.CL0, r.lift.CL_alpha, r.lift.CL_de
+    p[k.P_A1], p[k.P_A2], p[k.P_FALL], p[k.P_FALL_RAD] = (
+        r.lift.straight_rad, r.lift.top_rad, r.lift.fall, r.lift.fall_rad,
+    )  # fmt: skip
+    p[k.P_D0], p[k.P_DK], p[k.P_DS] = r.drag.CD0, r.drag.K, r.drag.beyond
+    p[k.P_M0], p[k.P_MA], p[k.P_MQ], p[k.P_ME] = r.pitch.Cm0, r.pitch.Cm_alpha, r.pitch.Cm_q, r.pitch.Cm_de
+    p[k.P_TAU], p[k.P_T0], p[k.P_TV], p[k.P_TI] = (
+        r.engine.lag_s, r.engine.thrust_N / 1e3, r.engine.lapse_spm, r.engine.idle_frac,
+    )  # fmt: skip
+    p[k.P_KL], p[k.P_KD] = lift_scale, drag_scale
     return p
 
 
@@ -107,17 +84,19 @@ class WindshearNoise:
         return replace(self, fictitious_Va=speed, fictitious_gamma=angle, fictitious_alpha=angle)
 
 
-def approach_trim(ac: TwinJetModel, V: float, gamma: float) -> tuple[float, float]:
+def approach_trim(
+    r: TwinJet, V: float, gamma: float, lift_scale: float = 1.0, drag_scale: float = 1.0
+) -> tuple[float, float]:
     """Thrust [kN] and elevator [rad] of steady flight at airspeed V [m/s] on the air path gamma [rad], straight part of the
     lift curve; fixed-point iteration."""
-    push, weight = 0.5 * ac.rho_kgpm3 * V * V * ac.area_m2, ac.mass_kg * ac.gravity_mps2
+    push, weight = 0.5 * r.air.rho_kgpm3 * V * V * r.geometry.S_m2, r.mass.kg * r.air.gravity_mps2
     alpha = elevator = thrust = 0.0
     for _ in range(30):
-        lift = (weight * math.cos(gamma) - thrust * math.sin(alpha)) / (ac.lift_scale * push)
-        alpha = (lift - ac.lift[0] - ac.lift[2] * elevator) / ac.lift[1]
-        elevator = -(ac.pitch[0] + ac.pitch[1] * alpha) / ac.pitch[3]
-        clean = ac.lift[0] + ac.lift[1] * alpha
-        drag = ac.drag_scale * push * (ac.drag[0] + ac.drag[1] * clean * clean)
+        lift = (weight * math.cos(gamma) - thrust * math.sin(alpha)) / (lift_scale * push)
+        alpha = (lift - r.lift.CL0 - r.lift.CL_de * elevator) / r.lift.CL_alpha
+        elevator = -(r.pitch.Cm0 + r.pitch.Cm_alpha * alpha) / r.pitch.Cm_de
+        clean = r.lift.CL0 + r.lift.CL_alpha * alpha
+        drag = drag_scale * push * (r.drag.CD0 + r.drag.K * clean * clean)
         thrust = (drag + weight * math.sin(gamma)) / math.cos(alpha)
     return thrust * 1e-3, elevator
 

@@ -26,6 +26,7 @@ from flightsw.models.gust import (
     Turbulence,
     linear_model,
     parameter_vector,
+    published,
 )
 from flightsw.strict import OneOf, Range
 
@@ -43,7 +44,7 @@ class GustParams:
 
     filter: Annotated[str, OneOf(KINDS)] = "ekf"
     model: Annotated[str, OneOf(("nonlinear", "linear"))] = "nonlinear"
-    aircraft: GustAircraft = field(default_factory=GustAircraft)
+    aircraft: GustAircraft = field(default_factory=published)
     turbulence: Turbulence = field(default_factory=Turbulence)
     process: ProcessNoise = field(default_factory=ProcessNoise)
     sensors: SensorNoise = field(default_factory=SensorNoise)

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Protocol
 import numpy as np
 
 from flightsw.kernels import gust as k
-from flightsw.models.gust import GustAircraft, ProcessNoise, SensorNoise, Turbulence
+from flightsw.models.gust import GustAircraft, ProcessNoise, SensorNoise, Turbulence, linear_model, published
 from flightsw.nav.gust import BASIC, GROUND, VERTICAL, GustEstimate, GustNav, GustParams
 from flightsw.nav.gust_constant import ConstantGainGust
 from flightsw.nav.gust_trust import TrustParams
@@ -60,7 +60,7 @@ class PrintedGain:
 
     def __init__(self, ac: GustAircraft, join: bool = False) -> None:
         """join: readings are joined by straight lines instead of held."""
-        self.core = ConstantGainGust(V0_mps=ac.V0_mps, H0_m=ac.H0_m, join=join)
+        self.core = ConstantGainGust(model=linear_model(ac), V0_mps=ac.V0_mps, H0_m=ac.H0_m, join=join)
         self._H0 = ac.H0_m
         self._sigma = np.full(k.NX, math.nan)
 
@@ -93,7 +93,7 @@ class PrintedGain:
 
 def make_gust_nav(p: GustNavTable, ac: GustAircraft | None = None) -> Estimator:
     """Estimator of a table. Raises ValueError for scales that make no bank."""
-    ac = ac or GustAircraft()
+    ac = ac or published()
     if p.estimator.startswith("printed"):
         return PrintedGain(ac, join=p.estimator == "printed_joined")
     kind: dict[str, Any] = {"filter": p.estimator, "model": "nonlinear", "scales": (p.scale,)}

@@ -37,6 +37,9 @@ def make_airframe_nav(ac: Aircraft, p: NavParams) -> AirframeNav:
     for name in ("rotational_wind", "local_probes"):
         if getattr(p, name):
             raise ConfigError(f"nav.{name} = true: allowed for a receiver only")
+    for name in ("r_own_vel", "rot_sigma", "rot_tau_s", "rot_q_rate", "r_peer_rate"):
+        if getattr(p, name) != getattr(NavParams, name):
+            raise ConfigError(f"nav.{name} = {getattr(p, name):g}: allowed for a receiver only")
     if p.state_form == "velocity" and p.adapt_wind != "off":
         raise ConfigError(f"nav.adapt_wind = {p.adapt_wind!r}: allowed with state_form = velocity: off")
     rw = p.wind_model == "random_walk" and p.state_form == "wind"

@@ -13,6 +13,7 @@ from typing import Annotated
 
 import numpy as np
 
+from flightsw.aircraft import TwinJet, twinjet
 from flightsw.filters.adaptive import AdaptParams, NoiseAdapter
 from flightsw.filters.covariance import chol_psd
 from flightsw.filters.factory import make_filter
@@ -20,7 +21,6 @@ from flightsw.filters.gate import ChannelGate
 from flightsw.kernels import windshear as k
 from flightsw.models.windshear import (
     DEG,
-    TwinJetModel,
     WindshearNoise,
     WindshearSensors,
     parameter_vector,
@@ -41,7 +41,9 @@ class WindshearParams:
 
     filter: Annotated[str, OneOf(("ekf", "ukf", "srckf", "srukf"))] = "ekf"
     states: Annotated[int, Range(13, 15)] = 15
-    aircraft: TwinJetModel = field(default_factory=TwinJetModel)
+    # scales of lift and drag: as believed at the start, and for good with 13 states
+    lift_scale: Annotated[float, Range(0.5, 2.0)] = 1.0
+    drag_scale: Annotated[float, Range(0.5, 2.0)] = 1.0
     sensors: WindshearSensors = field(default_factory=WindshearSensors)
     noise: WindshearNoise = field(default_factory=WindshearNoise)
     # turbulence: white steps of the wind beside its smooth rates [m/s/sqrt(s)], along x
@@ -92,11 +94,13 @@ class WindshearEstimate:
 class WindshearNav:
     """`step` once per sample. `x` [15] is the present estimate, `P` [n,n] its covariance (n = 13 or 15)."""
 
-    def __init__(self, p: WindshearParams | None = None) -> None:
-        """Raises ValueError for parameters no filter can run."""
+    def __init__(self, p: WindshearParams | None = None, ac: TwinJet | None = None) -> None:
+        """ac: record of the aircraft (default: as published). Raises ValueError for parameters no filter can run."""
         self.p = p = p or WindshearParams()
+        ac = ac or twinjet()
+        self._g = ac.air.gravity_mps2
         self.n = n = p.states
-        self._par = parameter_vector(p.aircraft)
+        self._par = parameter_vector(ac, p.lift_scale, p.drag_scale)
         self._r9 = p.sensors.sigmas()
         self.f = make_filter(p.filter, n, k.NY, n + 2, alpha=p.spread if p.filter == "ukf" else 1.0)
         lo, hi = p.turbulence_range
@@ -107,7 +111,7 @@ class WindshearNav:
         self._W = np.zeros((2, n))
         self._SQ, self._dt = np.zeros((n, n)), 0.0
         self.x = np.zeros(k.NX)
-        self.x[k.KL], self.x[k.KD] = p.aircraft.lift_scale, p.aircraft.drag_scale
+        self.x[k.KL], self.x[k.KD] = p.lift_scale, p.drag_scale
         self._sigma = np.zeros(k.NX)
         self.started = False
         self.restarts = 0
@@ -216,7 +220,7 @@ class WindshearNav:
         n = self.n
         self.x[:n] = self.f.x
         self._sigma[:n] = self.f.sigmas()
-        F = k.f_factor(self.x, self.p.aircraft.gravity_mps2)
+        F = k.f_factor(self.x, self._g)
         out = [NAMES[c] for c in self.gate.benched]
         reason = "refused: " + ", ".join(out) if out else ""
         return WindshearEstimate(True, reason, self.x.copy(), self._sigma.copy(), F, nis, m)
@@ -241,7 +245,7 @@ class WindshearNav:
             1.0, 10.0 * r[k.Y_H], 10.0 * r[k.Y_VA], a, a, 10.0 * r[k.Y_Q], 15.0,
             10.0 * r[k.Y_VG], V * a, 1.0, 1.0, 0.3, 0.3,
         )  # fmt: skip
-        believed = np.array([self.p.aircraft.lift_scale, self.p.aircraft.drag_scale])
+        believed = np.array([self.p.lift_scale, self.p.drag_scale])
         if not (np.abs(x[k.KL :] - believed) <= 3.0 * self.p.start_scale_sigma).all():
             x[k.KL :] = believed  # else a restart keeps what was learnt of the aircraft
         s[k.KL] = s[k.KD] = self.p.start_scale_sigma

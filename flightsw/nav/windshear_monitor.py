@@ -26,12 +26,20 @@ NEEDED = tuple(c for c in range(k.NY) if c != k.Y_H)  # what the wind is made of
 
 
 @dataclass(frozen=True)
+class MonitorNoise:
+    """Process noise as in WindshearNoise; this filter has two of its densities."""
+
+    wind: Annotated[float, Range(0.0)] = WindshearNoise.wind
+    h_m: Annotated[float, Range(0.0)] = WindshearNoise.h_m
+
+
+@dataclass(frozen=True)
 class MonitorParams:
     """Tuning of WindshearMonitor."""
 
     filter: Annotated[str, OneOf(("ekf", "ukf", "srckf", "srukf"))] = "ekf"
     sensors: WindshearSensors = field(default_factory=WindshearSensors)
-    noise: WindshearNoise = field(default_factory=WindshearNoise)
+    noise: MonitorNoise = field(default_factory=MonitorNoise)
     gravity_mps2: Annotated[float, Range(9.7, 9.9)] = 9.81
     disagree_sigma: Annotated[float, Range(1.0)] = 4.0  # of the two wind estimates' summed variance
     disagree_s: Annotated[float, Range(0.0)] = 2.0  # how long before it counts

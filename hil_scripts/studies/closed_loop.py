@@ -1,4 +1,4 @@
-"""Station keeping at the contact point in closed loop, in process: plant, both onboard applications, a delayed data link.
+"""Station keeping at the contact point in closed loop, in process: plant, both onboard applications, the plant's radio.
 
 The same applications as in flight; only the receiver's guidance is a fixed point, and its control law can be fed with its
 estimates (default), with raw readings, or with the true state.
@@ -7,24 +7,29 @@ estimates (default), with raw readings, or with the true state.
 from __future__ import annotations
 
 import math
-from collections import deque
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+import flightsw
 from flightsw.app import FlightApp
-from flightsw.strict import apply_overrides, read_toml
+from flightsw.config import load_flight
+from flightsw.node import make_app
+from flightsw.strict import ConfigError
 from flightsw.types import UPD_PEER, ActuatorCmd, GuidanceCmd, Health, NavState, PeerState, SensorFrame, Text
 from hil_scripts.studies.tanker_filters import wind_figures
+from sim_plant.radio import Radio
 from sim_plant.scenario import AircraftCfg, Scenario, load_scenario
 from sim_plant.world import AircraftLostError, Truth, World
 
 CONTACT = (-35.5, 0.0, 8.5)  # [m]
 SETTLE_S = 30.0  # statistics start
 LOST_M = 15.0  # any axis farther off ends the run as lost
-LINK_TICKS = 5  # 50 ms data link
-FLIGHT_FILES = {"tanker": "flightsw/params/tanker.toml", "receiver": "flightsw/params/receiver.toml"}
+PARAMS = Path(flightsw.__file__).parent / "params"
+# the plant's keys this study sets itself
+OWN = ("event", "expect", "traffic", "track", "aircraft.receiver.start", "aircraft.1.start")
 
 
 @dataclass(frozen=True)
@@ -100,6 +105,13 @@ def _relative(q_r: Any, C_t: np.ndarray, w_r: Any, w_t: Any) -> tuple[Any, Any]:
 
 
 def _scenario(c: LoopCase) -> Scenario:
+    """Raises ConfigError for a key that the study sets itself."""
+    for key in dict(c.plant):
+        for own in OWN:
+            if f"{key}.".startswith(f"{own}."):
+                raise ConfigError(
+                    f"closed loop: plant.{key}: set by the study, which holds the contact point from the start"
+                )
     over: dict[str, Any] = {"meta.duration_s": c.duration_s, **dict(c.plant)}
     sc = load_scenario("refueling", over)
     start = replace(sc.aircraft[1].start, xi_m=CONTACT)
@@ -108,19 +120,23 @@ def _scenario(c: LoopCase) -> Scenario:
 
 
 def _app(name: str, over: dict[str, Any], delay_ticks: int) -> FlightApp:
-    t = read_toml(FLIGHT_FILES[name])
-    apply_overrides(t, over, name)
-    app = t.pop("app")
-    t.pop("link", None)
-    return FlightApp(
-        app["mission"], app["aircraft"], t, mission_rate_hz=app["mission_rate_hz"], link_delay_ticks=delay_ticks
-    )
+    """The application of a flight file. Raises ConfigError for keys of the process around it, which this study does without."""
+    for key in over:
+        head = key.partition(".")[0]
+        if head in ("link", "telemetry", "origin", "app"):
+            raise ConfigError(
+                f"closed loop: {name}.{key}: nothing obeys it in this study, which flies the application alone"
+            )
+    app = make_app(load_flight(PARAMS / f"{name}.toml", {**over, "link.delay_ticks": delay_ticks}))
+    assert isinstance(app, FlightApp)
+    return app
 
 
 def fly(c: LoopCase, seed: int) -> tuple[dict[str, float], dict[str, np.ndarray]]:
     """One run: figures and traces at 20 Hz. `lost` is 1 when the receiver left the neighbourhood of the contact point
     or an aircraft was lost."""
-    world = World(_scenario(c), seed % 2**31)
+    sc = _scenario(c)
+    world = World(sc, seed % 2**31)
     tanker_over = {"guid.first_leg_s": c.turn_at_s or 1e6, **dict(c.tanker)}
     n = c.known_delay_ticks
     apps = [_app("tanker", tanker_over, n), _app("receiver", dict(c.receiver), n)]
@@ -128,7 +144,9 @@ def fly(c: LoopCase, seed: int) -> tuple[dict[str, float], dict[str, np.ndarray]
     apps[1].mission.guid = _HoldContact()
     if c.feedback != "estimated":
         apps[1].mission.nav = _OtherFeedback(apps[1].mission.nav, c.feedback, truth)
-    link: deque[tuple[int, PeerState]] = deque()
+    radio: Radio[PeerState] = Radio(
+        [v.cfg.name for v in world.members], world.seed, sc.link.radio_latency_ms, sc.link.radio_loss, world.rate_hz
+    )
     rows: list[list[float]] = []
     lost = False
     while not world.done and not lost:
@@ -139,8 +157,8 @@ def fly(c: LoopCase, seed: int) -> tuple[dict[str, float], dict[str, np.ndarray]
             break
         k = world.tick
         frames[1].commands = []
-        if link and link[0][0] <= k:
-            frames[1].peer = link.popleft()[1]
+        for heard in radio.receive(1, k):
+            frames[1].peer = heard
             frames[1].updated |= UPD_PEER
         slow = k % 5 == 0
         if slow:
@@ -155,7 +173,7 @@ def fly(c: LoopCase, seed: int) -> tuple[dict[str, float], dict[str, np.ndarray]
             o = snaps[0].nav
             if o.valid:
                 p = PeerState(o.t_us, o.pos_n, o.vel_n, o.acc_n, o.q_nb, o.w_b, o.wind_n, True)
-                link.append((k + LINK_TICKS, p))
+                radio.send(0, k, [p])
             r = truth[1]
             o = snaps[1].nav
             rows.append(

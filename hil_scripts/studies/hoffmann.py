@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from flightsw.kernels import gust as k
-from flightsw.models.gust import E_AC, ProcessNoise, linear_model
+from flightsw.models.gust import ProcessNoise, linear_model, published
 from flightsw.models.gust_design import discrete_gain, kalman_bucy, pbh_rank
 from flightsw.models.gust_print import (
     E_VK_ALPHAW_PRINTED,
@@ -41,7 +41,7 @@ PRINTED_XI = ProcessNoise(0.6 * hf.DEG, 0.5 * hf.DEG, 0.35, 0.2 * hf.DEG, 1.0, 0
 
 def run_gains(case: Case, seed: int) -> RunResult:
     """Riccati solution of the case's noise and E sign against the printed gain and covariance, entry by entry."""
-    E = E_AC.copy()
+    E = np.array(published().E)
     if case.params["E"] == "printed":
         E[2, 0] = E_VK_ALPHAW_PRINTED
     m = linear_model(E=E)

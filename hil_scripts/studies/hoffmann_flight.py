@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy import signal
 
 from flightsw.kernels import gust as k
-from flightsw.models.gust import E_AC, ProcessNoise, linear_model
+from flightsw.models.gust import ProcessNoise, linear_model, published
 from flightsw.models.gust_design import kalman_bucy
 from flightsw.models.gust_print import E_VK_ALPHAW_PRINTED, THETA, XI_PRINTED
 from flightsw.nav.gust import BASIC, GROUND, VERTICAL, GustNav, GustParams
@@ -175,7 +175,7 @@ def continuous(name: str) -> ConstantGainGust:
     xi_printed_e (also its E sign), bucy_unscaled, bucy."""
     if name.startswith("printed"):
         return ConstantGainGust(join=name == "printed_joined")
-    E = E_AC.copy()
+    E = np.array(published().E)
     if name == "xi_printed_e":
         E[2, 0] = E_VK_ALPHAW_PRINTED
     model = linear_model(E=E)

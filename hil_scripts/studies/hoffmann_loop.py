@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from scipy import signal
 
 from flightsw.ctrl.gust import AlleviationParams, GustAlleviation, GustHold
 from flightsw.kernels import gust as k
-from flightsw.models.gust import GustAircraft
+from flightsw.models.gust import GustAircraft, published
 from flightsw.models.gust_servo import GustServos
 from flightsw.nav.gust import GustNav, GustParams
 from flightsw.nav.gust_constant import ConstantGainGust
@@ -47,12 +48,17 @@ def alleviated(law: GustAlleviation, nav: GustNav | ConstantGainGust | None, cha
     return pilot
 
 
+def _servo(p: dict[str, Any]) -> float:
+    """Natural frequency of the case's servos [rad/s], default the aircraft's own."""
+    return float(p.get("servo_wn_radps", published().servo_wn_radps))
+
+
 def fly_loop(p: dict[str, Any], seed: int, ac: GustAircraft, pilot: Pilot) -> tuple[Arr, Arr, Arr]:
     """a_z [N] m/s^2 at 200 Hz, truth [M,9] and surfaces [M,2] rad at the samples of a flight with `pilot`, who believes `ac`."""
     dt = float(p.get("dt_s", 0.02))
     plant = AlexisParams(
         linear=bool(p["linear"]),
-        servo=AlexisServo(wn_radps=float(p.get("servo_wn_radps", 40.0))),
+        servo=AlexisServo(wn_radps=_servo(p)),
         lift_factor=float(p.get("lift_factor", 1.0)),
         moment_factor=float(p.get("moment_factor", 1.0)),
     )
@@ -141,7 +147,7 @@ def _loops(p: dict[str, Any], ac: GustAircraft) -> dict[str, tuple[dict[str, Any
 def run_alleviation(case: Case, seed: int) -> RunResult:
     """The same gusts with the hold and with each alleviating loop; reductions of the RMS of a_z in percent."""
     p = case.params
-    ac = GustAircraft(servo_wn_radps=float(p.get("servo_wn_radps", 40.0)))
+    ac = replace(published(), servo_wn_radps=_servo(p))
     pilots = {}
     for name, (change, nav, channels) in _loops(p, ac).items():
         law = GustAlleviation(

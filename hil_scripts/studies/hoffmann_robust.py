@@ -11,7 +11,8 @@ import numpy as np
 import flightsw
 from flightsw.app import FlightApp
 from flightsw.config import load_flight
-from flightsw.models.gust import GustAircraft
+from flightsw.missions.gust import GustMission
+from flightsw.models.gust import published
 from flightsw.models.gust_servo import GustServos
 from flightsw.types import UPD_AIR, UPD_ATT, UPD_BARO, UPD_GNSS, UPD_IMU, SensorFrame
 from hil_scripts.campaign.study import Case, RunResult, Study
@@ -30,7 +31,9 @@ def mission(**nav: Any) -> Pilot:
         c.mission, c.aircraft, flight.tables, base_rate_hz=c.base_rate_hz, mission_rate_hz=c.mission_rate_hz,
         link_delay_ticks=flight.link.delay_ticks, where=str(FLIGHT_FILE),
     )  # fmt: skip
-    span, gravity = float(flight.guid["throttle_span"]), GustAircraft().gravity
+    m = app.mission
+    assert isinstance(m, GustMission)
+    span, gravity = m.span, m.ac.gravity
     f = SensorFrame(air_mask=1)
     command = np.zeros(3)
 
@@ -55,7 +58,7 @@ def mission(**nav: Any) -> Pilot:
 def run_robustness(case: Case, seed: int) -> RunResult:
     """The mission with and without accelerometer and the hold in the same gusts on the aircraft of the case."""
     pilots = {name: mission(accelerometer=on) for name, on in (("accelerometer", True), ("no_accelerometer", False))}
-    return compared(case.params, seed, GustAircraft(), pilots)
+    return compared(case.params, seed, published(), pilots)
 
 
 OFF = LOOP | {"linear": False}

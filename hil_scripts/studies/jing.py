@@ -8,11 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from flightsw.ctrl.windshear import NidParams
 from flightsw.guid.windshear import ApproachParams, EscapeParams, HazardParams, WindshearGuidanceParams, with_law
 from flightsw.kernels import windshear as k
 from flightsw.kernels import windshear_kinematic as kk
-from flightsw.models.windshear import TwinJetModel, WindshearNoise, WindshearSensors
+from flightsw.models.windshear import WindshearNoise, WindshearSensors
 from flightsw.nav.windshear import NO_ACCELEROMETERS, WindshearParams
 from hil_scripts.campaign.study import Case, RunResult, Study
 from hil_scripts.studies import jing_flight as jf
@@ -62,16 +61,14 @@ def estimator(name: str, error: float = 1.0) -> WindshearParams | None:
     source has them. printed_noise: Q_f as clarified with the printed R; accel_1: accelerations believed to 1 m/s^2; no_accel: not
     used. A refused sample would hide the error studied, so the gate is open.
     """
-    ac = TwinJetModel(lift_scale=error, drag_scale=error)
-    plain = WindshearParams(
-        states=13, adaptive=False, turbulence=0.0, wind_gain_s2pm=0.0, aircraft=ac, gate=1e9, channel_gate=1e9
-    )
+    believed = WindshearParams(lift_scale=error, drag_scale=error)
+    plain = replace(believed, states=13, adaptive=False, turbulence=0.0, wind_gain_s2pm=0.0, gate=1e9, channel_gate=1e9)
     kind, _, remedy = name.partition("-")
     if kind == "perfect":
         return None
     if kind == "ekf15":
-        p = WindshearParams(aircraft=ac)
-        return replace(p, adaptive=False, turbulence=0.0, wind_gain_s2pm=0.0) if remedy == "fixed" else p
+        fixed = remedy == "fixed"
+        return replace(believed, adaptive=False, turbulence=0.0, wind_gain_s2pm=0.0) if fixed else believed
     p = replace(plain, filter={"ekf13": "ekf", "ukf13": "ukf", "srckf13": "srckf"}[kind])
     loose, fictitious = WindshearSensors(accel_mps2=1.0), WindshearNoise().with_fictitious()
     changes: dict[str, dict[str, Any]] = {
@@ -98,7 +95,6 @@ def run_encounter(case: Case, seed: int) -> RunResult:
         TwinJetParams(height_m=height),
         nav,
         law(name, base),
-        NidParams(aircraft=TwinJetModel(lift_scale=error, drag_scale=error)),
         feedback="monitor" if monitor else "nav",
         monitor=monitor,
     )

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flightsw.aircraft import twinjet
 from flightsw.ctrl.windshear import NidParams, WindshearControl
 from flightsw.guid.windshear import PHASES, WindshearGuidance, WindshearGuidanceParams
 from flightsw.kernels import windshear as k
 from flightsw.kernels import windshear_kinematic as kk
-from flightsw.models.windshear import TwinJetModel
 from flightsw.nav.windshear import ALL, WindshearNav, WindshearParams, start_sigma
 from flightsw.nav.windshear_monitor import WindshearMonitor
 from sim_plant.rng import generator
@@ -23,7 +23,7 @@ from sim_plant.twinjet import TwinJet, TwinJetAir, TwinJetParams
 Arr = NDArray[np.float64]
 DT = 0.02
 ESCAPE = PHASES.index("escape")
-GRAVITY = 9.81
+GRAVITY = twinjet().air.gravity_mps2
 
 
 @dataclass(frozen=True)
@@ -106,9 +106,9 @@ def true_F(truth: Arr) -> Arr:
 class _Reckoned:
     """State [15] out of the kinematic filter: thrust by its lag, position by its speed, pitch rate as read."""
 
-    def __init__(self, x0: Arr, ac: TwinJetModel) -> None:
-        self.x, self._tau = x0.copy(), ac.thrust_lag_s
-        self.x[k.KL], self.x[k.KD] = ac.lift_scale, ac.drag_scale
+    def __init__(self, x0: Arr, nav: WindshearParams) -> None:
+        self.x, self._tau = x0.copy(), twinjet().engine.lag_s
+        self.x[k.KL], self.x[k.KD] = nav.lift_scale, nav.drag_scale
 
     def step(self, m: Arr, z: Arr, u: Arr) -> Arr:
         x = self.x
@@ -143,7 +143,7 @@ class Loop:
         self.nav = self._prepared(x0, seed)
         steers = plan.feedback == "monitor"
         self.monitor = WindshearMonitor() if plan.monitor or steers else None
-        self.reckoned = _Reckoned(x0, plan.control.aircraft if plan.nav is None else plan.nav.aircraft)
+        self.reckoned = _Reckoned(x0, plan.nav or WindshearParams())
         self._clear, self._truth, self._u = 0.0, np.zeros(k.NX), np.zeros(2)
 
     def _prepared(self, x0: Arr, seed: int) -> WindshearNav | None:
@@ -155,7 +155,7 @@ class Loop:
             return nav
         mean, sigma = x0.copy(), start_sigma(plan.nav)
         mean[k.WXD : k.KL] = 0.0  # rates of the smooth wind; those of the turbulence are not states
-        mean[k.KL], mean[k.KD] = plan.nav.aircraft.lift_scale, plan.nav.aircraft.drag_scale
+        mean[k.KL], mean[k.KD] = plan.nav.lift_scale, plan.nav.drag_scale
         if plan.start == "drawn":
             mean[: k.KL] += sigma[: k.KL] * generator(seed, "jing.start").standard_normal(k.KL)
         nav.start(mean, sigma)

@@ -21,7 +21,7 @@ from flightsw.guid.rendezvous_pilot import RendezvousPilot
 from flightsw.missions.rendezvous import RendezvousMission, RendezvousParams
 from flightsw.nav.rendezvous import RangeEstimator
 from flightsw.node import Node
-from flightsw.strict import convert
+from flightsw.strict import ConfigError, convert
 from hil_scripts.runfolder import RunPlan, make_folder, resolve
 from sim_plant.kernels import rendezvous as tr
 from sim_plant.rng import NoiseRows
@@ -138,11 +138,13 @@ def fly(plan: RunPlan) -> Meeting:
 
 
 def fly_twin(plan: RunPlan) -> Meeting:
-    """The same rendezvous with the kinematic tanker."""
+    """The same rendezvous with the kinematic tanker. Raises ConfigError for a wind it cannot fly in."""
     sc = convert(plan.scenario, Scenario, "scenario")
     p = convert(plan.flights[0].config["rendezvous"], RendezvousParams, "rendezvous")
     craft = sc.aircraft[0]
     c = sc.suite(craft.name).tacan
+    if sc.wind.prevailing != "constant":
+        raise ConfigError(f"wind.prevailing = {sc.wind.prevailing!r}: the kinematic twin flies in a constant wind only")
     wind = sc.wind.constant_mps
     rate = sc.clock.base_rate_hz
     receiver = Traffic(sc.traffic, sc.track, wind, plan.seed, 1.0 / rate)

@@ -3,7 +3,7 @@
 State s [NS] of sim_plant.kernels.layout is not used: this aircraft moves in a vertical plane. State `f` [NF]: speed forward
 and up over the ground [m/s], pitch angle [rad], pitch rate [rad/s], height [m]. The linear motion keeps the same state and
 works with its deviations. Wind [2]: air moving down, air moving forward (tail wind) [m/s]. Controls [3]: elevator [rad]
-(trailing edge down, nose down), throttle setting, flap [rad] (lifts). Numbers: Hoffmann and Luckner (2010), appendix.
+(trailing edge down, nose down), throttle setting, flap [rad] (lifts). Equations: Hoffmann and Luckner (2010).
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ Arr = NDArray[np.float64]
 
 F_VX, F_VUP, F_PITCH, F_RATE, F_HEIGHT, NF = range(6)
 W_DOWN, W_TAIL = 0, 1
-# parameters: trim speed and height, gravity, lift and drag per mass, moment per inertia, thrust, which equations
-(A_V, A_H, A_G, A_L0, A_LALPHA, A_LRATE, A_LELEV, A_LFLAP, A_D0, A_DALPHA, A_DRATE, A_DELEV, A_DFLAP, A_MRATE,
- A_MALPHA, A_MELEV, A_MFLAP, A_T0, A_TSET, A_LINEAR, NA) = range(21)  # fmt: skip
+# parameters: trim speed, gravity, lift and drag per mass, moment per inertia, thrust, which equations
+(A_V, A_G, A_L0, A_LALPHA, A_LRATE, A_LELEV, A_LFLAP, A_D0, A_DALPHA, A_DRATE, A_DELEV, A_DFLAP, A_MRATE,
+ A_MALPHA, A_MELEV, A_MFLAP, A_T0, A_TSET, A_LINEAR, NA) = range(20)  # fmt: skip
 R_RATE, R_VANE, R_AIRSPEED, R_PITCH, R_HEIGHT, R_GROUND, R_VERTICAL, NR = range(8)
 
 

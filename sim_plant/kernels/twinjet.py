@@ -19,13 +19,13 @@ F_X, F_H, F_VX, F_VH, F_PITCH, F_RATE, F_THRUST, NF = 0, 1, 2, 3, 4, 5, 6, 7
 # readings: height, ground speed, airspeed, incidence, pitch, pitch rate, climb rate, accelerations along x and up
 (R_H, R_GROUND, R_AIR, R_ALPHA, R_PITCH, R_RATE, R_CLIMB, R_AX, R_AH, NR) = range(10)
 (A_MASS, A_GRAV, A_RHO, A_AREA, A_CHORD, A_INERTIA, A_CL0, A_CLA, A_CLE, A_STALL, A_PEAK, A_CD0, A_CDK, A_CDS, A_CM0, A_CMA,
- A_CMQ, A_CME, A_LAG, A_TMAX, A_LAPSE, A_IDLE, NA) = range(23)  # fmt: skip
-FALL, FALL_RAD = 0.44, 0.1  # [-], [rad] lift lost beyond the peak, and over how much incidence
+ A_CMQ, A_CME, A_LAG, A_TMAX, A_LAPSE, A_IDLE, A_FALL, A_FALL_RAD, NA) = range(25)  # fmt: skip
 
 
 @jit
 def lift_coefficient(alpha: float, a: Arr) -> float:
-    """C_L of the wing-body at incidence alpha [rad]: straight to A_STALL, a parabola to its top at A_PEAK, then falling."""
+    """C_L of the wing-body at incidence alpha [rad]: straight to A_STALL, a parabola to its top at A_PEAK, then falling by A_FALL
+    over about A_FALL_RAD."""
     d = alpha - a[A_STALL]
     straight = a[A_CL0] + a[A_CLA] * alpha
     if d <= 0.0:
@@ -35,7 +35,7 @@ def lift_coefficient(alpha: float, a: Arr) -> float:
     if d <= e:
         return straight - k * d * d
     edge = a[A_CL0] + a[A_CLA] * (a[A_STALL] + e) - k * e * e
-    return edge - FALL * (1.0 - math.exp(-(d - e) / FALL_RAD))
+    return edge - a[A_FALL] * (1.0 - math.exp(-(d - e) / a[A_FALL_RAD]))
 
 
 @jit

@@ -65,6 +65,7 @@ class AirSensor(Sensor):
     def __init__(self, *args: Any) -> None:
         super().__init__(*args)
         self.cells: list[Cells] = []  # in the order of ORDER
+        self.names: list[str] = []  # of the probes
 
     def sample(self, view: View, e: list[float]) -> Reading:
         o, m = view.o, 3 * view.probes

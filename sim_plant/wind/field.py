@@ -16,29 +16,41 @@ from sim_plant.wind.dryden import DrydenSeries
 from sim_plant.wind.prevailing import constant_table, sounding_table
 
 if TYPE_CHECKING:
+    from sim_plant.craft import Craft
     from sim_plant.vehicle import Vehicle
 
 RING = 1024  # ticks of gust history kept: at 100 Hz and 195 m/s about 2 km behind the leader
 
 
-class _Gusts:
-    """One gust series and the ring buffer of what its aircraft has flown through."""
+class _Rows:
+    """One gust series, row by row, at the intensity of the time."""
 
-    def __init__(self, series: DrydenSeries, level: IntensityProfile) -> None:
-        self.series, self.level = series, level
-        self.at = BLOCK
-        self.tick = 1 - RING  # of the next row: the history is laid first
-        self.ring = np.zeros((RING, 3))
+    def __init__(self, series: DrydenSeries, level: IntensityProfile, tick: int = 0) -> None:
+        """tick: that of the first row."""
+        self.series, self.level, self.tick = series, level, tick
+        self.at = BLOCK - 1
 
-    def lay(self, v: Vehicle, aligned: bool, k: int) -> None:
+    def next(self) -> int:
+        """Index in `series.rows` of the next row (u, v, w) [m/s]."""
+        self.at += 1
         if self.at == BLOCK:
             rows = self.series.advance()
             if self.level.steps:
                 rows *= self.level.factors(self.tick, len(rows))[:, None]
             self.tick += len(rows)
             self.at = 0
-        lay_gust(v.s, v.wind, aligned, self.series.rows, self.at, self.ring, k)
-        self.at += 1
+        return self.at
+
+
+class _Gusts(_Rows):
+    """A gust series and the ring buffer of what its aircraft has flown through."""
+
+    def __init__(self, series: DrydenSeries, level: IntensityProfile) -> None:
+        super().__init__(series, level, 1 - RING)  # the history is laid first
+        self.ring = np.zeros((RING, 3))
+
+    def lay(self, v: Vehicle, aligned: bool, k: int) -> None:
+        lay_gust(v.s, v.wind, aligned, self.series.rows, self.next(), self.ring, k)
 
 
 class IntensityProfile:
@@ -60,10 +72,13 @@ class AirMass:
     """Effective wind on every aircraft, evaluated once per tick.
 
     Frozen field: the leader's gusts stay where they are in the air; a follower xi_x behind meets them (-xi_x)/V
-    later. With `independent` each aircraft has its own series.
+    later. With `independent` each aircraft has its own series. Aircraft of the vertical plane (`planar`: their names) follow
+    nobody: they meet the same gusts at the same time, or each its own.
     """
 
-    def __init__(self, cfg: Wind, vehicles: list[Vehicle], seed: int, dt_s: float) -> None:
+    def __init__(
+        self, cfg: Wind, vehicles: list[Vehicle], seed: int, dt_s: float, planar: tuple[str, ...] = ()
+    ) -> None:
         self._table = (
             sounding_table(cfg.sounding) if cfg.prevailing == "sounding" else constant_table(*cfg.constant_mps)
         )
@@ -76,6 +91,12 @@ class AirMass:
             _Gusts(DrydenSeries(seed, f"{vehicles[i].cfg.name}.dryden", d.V_mps, d.L_m, level.reference, dt_s), level)
             for i in range(count)
         ]
+        self._planar = {
+            name: _Rows(DrydenSeries(seed, f"{name}.dryden", d.V_mps, d.L_m, level.reference, dt_s), level)
+            for name in (planar[:1] if self._frozen else planar)
+        }
+        self._row: dict[str, np.ndarray] = {}  # gust (u, v, w) of this tick
+        self._shared = planar[0] if planar and self._frozen else ""
         self._slow_cfg, self._sines, self._dt = cfg.slow, cfg.sine, dt_s
         self._slow = np.zeros((BLOCK, 3))  # north, east, down [m/s]
         self._slow_at = BLOCK
@@ -108,11 +129,26 @@ class AirMass:
             for k in range(1 - RING, 0):
                 g.lay(vehicles[i], self._aligned, k)
 
+    def begin(self) -> None:
+        """Go to the next tick; before the first `step` or `over` of it."""
+        self._next_slow()
+        for name, rows in self._planar.items():
+            i = rows.next()
+            self._row[name] = rows.series.rows[i]
+
+    def over(self, c: Craft) -> None:
+        """Wind on an aircraft of the vertical plane at this tick: fills c.free."""
+        north, east = self.steady(c.height_m)
+        u, v, w = self._row[self._shared or c.cfg.name].tolist()
+        if self._aligned:  # without sideslip to speak of the air-relative track is the heading
+            (a, b) = c.ahead
+            u, v = u * a - v * b, u * b + v * a
+        slow = self._slow[self._slow_at]
+        c.free[:] = north + slow[0] + u, east + slow[1] + v, slow[2] + w
+
     def step(self, v: Vehicle, k: int) -> None:
         """Wind on `v` at tick k: fills v.free, v.wind, v.probe_wake. Aircraft must come in order, the leader first."""
         lag, ring_of = 0.0, v.index
-        if v.index == 0:
-            self._next_slow()
         if v.index and self._frozen:
             ring_of = 0
             lag = max(0.0, -v.rel[0]) / max(1.0, self._lead.obs[n.O_V]) * self._rate

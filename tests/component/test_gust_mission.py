@@ -16,7 +16,7 @@ from flightsw.config import load_flight
 from flightsw.ctrl.gust_select import LAWS, GustCtrlTable, GustLaws
 from flightsw.kernels import gust as k
 from flightsw.missions.gust import ALLEVIATION, HOLD, MAV_CMD_USER_2
-from flightsw.models.gust import GustAircraft, Turbulence
+from flightsw.models.gust import Turbulence, published
 from flightsw.models.gust_servo import GustServos
 from flightsw.nav.gust_select import ESTIMATORS, GustNavTable, make_gust_nav
 from flightsw.strict import ConfigError
@@ -198,7 +198,7 @@ def test_a_saved_state_gives_the_same_bits_again() -> None:
 
 def test_a_longer_command_path_makes_another_gain() -> None:
     """Gains belong to the delay they were made for: two samples late is another design, not the same one used wrongly."""
-    ac, t = GustAircraft(), Turbulence()
+    ac, t = published(), Turbulence()
     one, two = (GustLaws(GustCtrlTable(), ac, t, DT, n) for n in (1, 2))
     y = np.array([0.0, 0.0, 20.0, 0.0, 100.0, 20.0, 0.0])
     x = np.zeros(k.NX)

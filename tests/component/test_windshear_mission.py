@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import flightsw
+from flightsw.aircraft import twinjet
 from flightsw.app import FlightApp
 from flightsw.config import load_flight
 from flightsw.guid.windshear import LAWS, PHASES
@@ -23,7 +24,7 @@ from flightsw.missions.windshear import (
     MAV_CMD_USER_3,
     WindshearActuators,
 )
-from flightsw.models.windshear import TwinJetModel, approach_trim
+from flightsw.models.windshear import approach_trim
 from flightsw.strict import ConfigError
 from flightsw.types import HF_AIR, HF_SAT, UPD_AIR, UPD_ATT, UPD_BARO, UPD_GNSS, UPD_IMU, Command, SensorFrame, Snapshot
 from sim_plant.microburst import MICROBURSTS
@@ -273,7 +274,7 @@ def test_lost_air_data_is_reported_and_the_estimate_goes_on() -> None:
 
 def test_a_wrong_model_makes_the_monitor_speak() -> None:
     """13 states believe their aerodynamics: with 25 % wrong lift and drag their wind is not that of the kinematic filter."""
-    wrong = {"nav__states": 13, "nav__aircraft__lift_scale": 1.25, "nav__aircraft__drag_scale": 1.25, "nav__adaptive": False,
+    wrong = {"nav__states": 13, "nav__lift_scale": 1.25, "nav__drag_scale": 1.25, "nav__adaptive": False,
              "nav__gate": 1e6}  # fmt: skip
     flight = Flight(make(**wrong))
     flight.fly(20.0)
@@ -295,7 +296,7 @@ def test_commands_take_force_a_sample_late() -> None:
 
 def test_the_trim_it_begins_with_is_that_of_the_plant() -> None:
     jet = TwinJet(TwinJetParams(), TwinJetAir(), 1, 1.0, DT)
-    thrust, elevator = approach_trim(TwinJetModel(), 75.0 / math.cos(math.radians(3.0)), -math.radians(3.0))
+    thrust, elevator = approach_trim(twinjet(), 75.0 / math.cos(math.radians(3.0)), -math.radians(3.0))
     assert (thrust, elevator) == pytest.approx((jet.controls[0] * 1e-3, jet.controls[1]), rel=1e-6)
 
 

@@ -13,7 +13,7 @@ import pytest
 
 from flightsw.aircraft import load_aircraft
 from flightsw.models.actuators import surface_limits
-from flightsw.models.gust import GustAircraft, Turbulence, linear_model
+from flightsw.models.gust import Turbulence, linear_model, published
 from flightsw.models.gust import parameter_vector as gust_vector
 from flightsw.models.params import parameter_vector
 from flightsw.models.wake import WakeParams, stations, wake_vector
@@ -27,7 +27,7 @@ AC = load_aircraft("learjet24")
 P = parameter_vector(AC, 5000.0)
 LIM = surface_limits(AC)
 WAKE = wake_vector(WakeParams(nu_m2ps=5.0))
-GUST = gust_vector(GustAircraft(), Turbulence())
+GUST = gust_vector(published(), Turbulence())
 GUST_LINEAR = linear_model()
 
 

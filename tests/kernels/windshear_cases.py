@@ -6,15 +6,16 @@ from collections.abc import Callable
 
 import numpy as np
 
+from flightsw.aircraft import twinjet
 from flightsw.ctrl.windshear import NidParams
 from flightsw.kernels import windshear as k
 from flightsw.kernels import windshear_kinematic as kk
 from flightsw.kernels import windshear_nid as kn
-from flightsw.models.windshear import TwinJetModel, parameter_vector
+from flightsw.models.windshear import parameter_vector
 
 Rng = np.random.Generator
 Args = list
-P = parameter_vector(TwinJetModel())
+P = parameter_vector(twinjet())
 G = NidParams().vector()
 SPREAD = np.array([100.0, 20.0, 3.0, 0.05, 0.04, 0.02, 5.0, 5.0, 3.0, 0.5, 0.5, 0.1, 0.1, 0.05, 0.05])
 MEAN = np.array([-3000.0, 200.0, 75.0, -0.05, 0.08, 0.0, 40.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0])

@@ -11,12 +11,12 @@ from scipy.integrate import solve_ivp
 from flightsw.ctrl import gust as law
 from flightsw.ctrl.lqr import DesignError
 from flightsw.kernels import gust as k
-from flightsw.models.gust import GustAircraft, linear_model
+from flightsw.models.gust import linear_model, published
 from flightsw.models.gust_servo import GustServos
 from sim_plant.kernels import layout as n
 from sim_plant.kernels.servo import servo_step
 
-AC, M = GustAircraft(), linear_model()
+AC, M = published(), linear_model()
 DT = 0.02
 P = law.AlleviationParams(wind_triangle=False)
 

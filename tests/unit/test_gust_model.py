@@ -18,7 +18,7 @@ from flightsw.nav.gust import GustNav, GustParams
 
 M = model.linear_model()
 C5 = M.C[:5]
-PAR = model.parameter_vector(model.GustAircraft(), model.Turbulence())
+PAR = model.parameter_vector(model.published(), model.Turbulence())
 
 
 def jacobians() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -54,9 +54,10 @@ def test_the_nonlinear_model_linearises_to_the_printed_matrices_and_settles_the_
 
 def test_every_disturbance_entry_is_minus_the_aerodynamic_entry_beside_it() -> None:
     # Theta column of A tilts gravity, not the air: the aerodynamic part of (V_K, alpha_K) is 10.37 with +9.81 from lift
-    assert model.E_AC[:2, 0] == pytest.approx(-model.A_AC[:2, 1])
-    assert model.E_AC[:3, 1] == pytest.approx(-model.A_AC[:3, 2])
-    assert model.E_AC[2, 0] == pytest.approx(-model.A_AC[2, 1], abs=0.011)
+    A, E = np.array(model.published().A), np.array(model.published().E)
+    assert E[:2, 0] == pytest.approx(-A[:2, 1])
+    assert E[:3, 1] == pytest.approx(-A[:3, 2])
+    assert E[2, 0] == pytest.approx(-A[2, 1], abs=0.011)
 
 
 def test_stationary_turbulence_has_the_asked_strength() -> None:
@@ -112,7 +113,7 @@ def test_printed_gain_follows_from_the_back_fitted_noise_with_the_positive_sign(
 def test_printed_noise_and_printed_sign_of_e_do_not_give_the_printed_gain() -> None:
     K, _ = kalman_bucy(M.A, C5, printed.XI_PRINTED, printed.THETA)
     assert np.sum(np.abs(K / printed.H_PRINTED - 1.0) <= 0.05) == 8
-    E = model.E_AC.copy()
+    E = np.array(model.published().E)
     E[2, 0] = printed.E_VK_ALPHAW_PRINTED
     other = model.linear_model(E=E)
     K, _ = kalman_bucy(other.A, C5, printed.XI_BACK_FITTED, printed.THETA)

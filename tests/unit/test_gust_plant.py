@@ -9,7 +9,7 @@ import pytest
 from scipy.linalg import expm
 
 from flightsw.kernels import gust as onboard
-from flightsw.models.gust import GustAircraft, Turbulence, linear_model, parameter_vector
+from flightsw.models.gust import Turbulence, linear_model, parameter_vector, published
 from sim_plant.alexis import Alexis, AlexisParams, AlexisSensors
 from sim_plant.alexis_wind import AlexisWind, Gust, turbulence, wind_series
 from sim_plant.kernels import alexis as ka
@@ -46,7 +46,7 @@ def test_nonlinear_plant_and_onboard_model_agree_in_other_coordinates(seed: int)
     a.place(*(r.standard_normal(5) * np.array([0.2, 0.05, 1.0, 0.1, 5.0])).tolist())
     u = r.standard_normal(3) * np.array([0.05, 20.0, 0.1])
     x = a.truth.copy()
-    par = parameter_vector(GustAircraft(), Turbulence())
+    par = parameter_vector(published(), Turbulence())
     par[onboard.P_WW] = par[onboard.P_WU] = 1e-12  # the plant's wind is constant: the model's must not decay
     x[0] = 0.0
     X, W = x[None, :].copy(), np.zeros((6, 9))

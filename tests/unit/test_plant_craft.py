@@ -216,7 +216,7 @@ def test_aircraft_records() -> None:
     uav = load_airframe("alexis")
     assert not isinstance(uav, Aircraft) and uav.controls.flap_deg == (-20.0, 20.0)
     assert isinstance(load_airframe("kc135r"), Aircraft)
-    with pytest.raises(ConfigError, match="geometry: missing key"):
+    with pytest.raises(ConfigError, match=r"meta.model = 'alexis': allowed here: 'sixdof'"):
         load_aircraft("alexis")
 
 

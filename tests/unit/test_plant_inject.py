@@ -234,7 +234,10 @@ def test_without_commands_there_is_no_record(tmp_path: Path) -> None:
         ({"command": 511}, r"event\[0\]: command = 511: the plant takes command = 420"),
         ({"action": "hold"}, r"event\[0\]: action = 'hold': the plant takes"),
         ({"target": "plant.nobody"}, r"'plant\.nobody': allowed: tanker, receiver, plant, plant\.tanker, plant\.rec"),
-        ({"target": "plant.receiver", "kind": "jam", "surface": "rudder"}, r"allowed: tanker, receiver$"),
+        (
+            {"target": "plant.receiver", "kind": "jam", "surface": "rudder", "command": 0, "params": []},
+            r"allowed: tanker, receiver$",
+        ),
         ({"params": [8.0] * 8}, r"at most 7 values, got 8"),
     ],
 )

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from flightsw.kernels import gust as k
-from flightsw.models.gust import GustAircraft
+from flightsw.models.gust import published
 from hil_scripts.campaign.registry import all_studies
 from hil_scripts.campaign.study import Case, RunResult
 from hil_scripts.studies import hoffmann, hoffmann_loop, hoffmann_robust
 from hil_scripts.studies import hoffmann_flight as hf
 
-AC = GustAircraft()
+AC = published()
 LOOPS = ("default", "vertical", "bank", "tuned_1", "printed", "printed_joined")
 NAMES = ["hoffmann", "hoffmann_gains", "hoffmann_observability", "hoffmann_spectra", "hoffmann_consistency"]
 

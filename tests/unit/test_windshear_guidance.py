@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
+from flightsw.aircraft import twinjet
 from flightsw.ctrl.windshear import NidParams, WindshearControl
 from flightsw.guid.windshear import (
     ApproachParams,
@@ -24,9 +25,9 @@ from flightsw.guid.windshear import (
 )
 from flightsw.kernels import windshear as k
 from flightsw.kernels import windshear_nid as kn
-from flightsw.models.windshear import PathDemand, TwinJetModel, parameter_vector
+from flightsw.models.windshear import PathDemand, parameter_vector
 
-P = parameter_vector(TwinJetModel())
+P = parameter_vector(twinjet())
 G = NidParams().vector()
 DT = 0.02
 X0 = np.array([-3000.0, 200.0, 76.0, -0.05, 0.07, 0.0, 30.0, -2.0, 0.5, 0.3, -0.2, 0.0, 0.0, 1.0, 1.0])

@@ -10,12 +10,12 @@ import pytest
 from scipy.linalg import expm
 from scipy.optimize import approx_fprime
 
+from flightsw.aircraft import twinjet
 from flightsw.kernels import windshear as k
 from flightsw.kernels import windshear_kinematic as kk
 from flightsw.models.windshear import (
     DEG,
     FOOT,
-    TwinJetModel,
     WindshearNoise,
     WindshearSensors,
     parameter_vector,
@@ -28,7 +28,7 @@ from hil_scripts.studies import jing_flight as jf
 from sim_plant.microburst import MICROBURSTS
 from sim_plant.twinjet import TwinJet, TwinJetAir, TwinJetParams
 
-P = parameter_vector(TwinJetModel())
+P = parameter_vector(twinjet())
 X0 = np.array([-3000.0, 200.0, 76.0, -0.05, 0.07, 0.01, 30.0, -2.0, 0.5, 0.3, -0.2, 0.05, 0.02, 1.05, 0.95])
 U = np.array([35.0, 0.01])
 DT = 0.02
@@ -162,12 +162,15 @@ def test_scaled_weights_are_the_corrected_ones() -> None:
 
 
 def test_scales_are_learnt_and_thirteen_states_cannot() -> None:
-    ac = TwinJetModel(lift_scale=1.1, drag_scale=1.1)
     air = TwinJetAir(MICROBURSTS["seed"])
     wrong = {}
     for n in (13, 15):
         r = jf.fly(
-            jf.FlightPlan(air, nav=WindshearParams(states=n, aircraft=ac, gate=1e6, channel_gate=1e6), duration_s=30.0),
+            jf.FlightPlan(
+                air,
+                nav=WindshearParams(states=n, lift_scale=1.1, drag_scale=1.1, gate=1e6, channel_gate=1e6),
+                duration_s=30.0,
+            ),
             3,
         )
         wrong[n] = float(np.sqrt(np.mean((r.x[500:, k.WH] - r.truth[500:, k.WH]) ** 2)))
@@ -282,8 +285,8 @@ def test_monitor_has_no_opinion_without_its_inputs() -> None:
 def test_monitor_accuses_a_wrong_aerodynamic_model_only() -> None:
     air = TwinJetAir(MICROBURSTS["seed"])
     for scale, states, accused in ((1.0, 13, False), (1.1, 13, True), (1.1, 15, False)):
-        ac = TwinJetModel(lift_scale=scale, drag_scale=scale)
-        p = WindshearParams(states=states, aircraft=ac, gate=1e6, channel_gate=1e6, adaptive=False, turbulence=0.0)
+        off = {"lift_scale": scale, "drag_scale": scale}
+        p = WindshearParams(states=states, gate=1e6, channel_gate=1e6, adaptive=False, turbulence=0.0, **off)
         r = jf.fly(jf.FlightPlan(air, nav=p, monitor=True, duration_s=40.0), 5)
         assert r.monitor_apart is accused, (scale, states)
 

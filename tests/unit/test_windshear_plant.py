@@ -9,8 +9,9 @@ import pytest
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import minimize
 
+from flightsw.aircraft import twinjet
 from flightsw.kernels import windshear as onboard
-from flightsw.models.windshear import TwinJetModel, parameter_vector
+from flightsw.models.windshear import parameter_vector
 from sim_plant.alexis_wind import Gust
 from sim_plant.kernels import microburst as km
 from sim_plant.kernels import twinjet as kt
@@ -129,7 +130,7 @@ def test_plant_and_onboard_model_agree_in_other_coordinates(seed: int) -> None:
     j.f[kt.F_PITCH] += r.uniform(0.0, 0.2)
     j.f[kt.F_RATE], j.f[kt.F_THRUST] = r.uniform(-0.05, 0.05), r.uniform(3e4, 8e4)
     u = np.array([6e4, r.uniform(-0.1, 0.1)])
-    model = parameter_vector(TwinJetModel(lift_scale=1.05, drag_scale=0.95))
+    model = parameter_vector(twinjet(), 1.05, 0.95)
     rows = []
     for _ in range(3):
         j.step(u)
@@ -153,7 +154,7 @@ def test_plant_and_onboard_model_agree_in_other_coordinates(seed: int) -> None:
 
 
 def test_lift_curves_of_plant_and_software_agree_and_are_smooth() -> None:
-    a, p = TwinJetParams().vector(), parameter_vector(TwinJetModel())
+    a, p = TwinJetParams().vector(), parameter_vector(twinjet())
     alpha = np.linspace(-0.1, 0.6, 1401)
     mine = np.array([kt.lift_coefficient(v, a) for v in alpha])
     theirs = np.array([onboard.lift_curve(v, p) for v in alpha])

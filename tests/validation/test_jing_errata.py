@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from flightsw.aircraft import twinjet
 from flightsw.ctrl.windshear import WindshearControl
 from flightsw.guid.windshear import ApproachParams, EscapeParams
 from flightsw.kernels import windshear as k
@@ -15,7 +16,6 @@ from flightsw.models.windshear import (
     FOOT,
     MODES,
     PathDemand,
-    TwinJetModel,
     WindshearNoise,
     WindshearSensors,
     parameter_vector,
@@ -28,7 +28,7 @@ from sim_plant.kernels import microburst as km
 from sim_plant.microburst import MICROBURSTS, Microburst
 from sim_plant.twinjet import TwinJet, TwinJetAir, TwinJetParams
 
-P = parameter_vector(TwinJetModel())
+P = parameter_vector(twinjet())
 DT = 0.02
 
 
@@ -79,7 +79,7 @@ def test_4_fictitious_noise_has_three_entries_for_what_lift_and_drag_move() -> N
     x = np.array([0.0, 200.0, 76.0, -0.05, 0.06, 0.0, 25.0] + [0.0] * 6)
     a, b = np.zeros(13), np.zeros(13)
     k.rates(x, np.array([25.0, 0.0]), P, a)
-    k.rates(x, np.array([25.0, 0.0]), parameter_vector(TwinJetModel(lift_scale=1.1, drag_scale=1.1)), b)
+    k.rates(x, np.array([25.0, 0.0]), parameter_vector(twinjet(), 1.1, 1.1), b)
     assert np.flatnonzero(np.abs(b - a) > 1e-9).tolist() == [k.VA, k.GA, k.AL]
 
 
@@ -222,7 +222,7 @@ def test_trap_identity_start_covariance_converges_in_the_sampled_form() -> None:
 
 
 def test_trap_commanded_incidence_stays_below_the_top_of_the_lift_curve() -> None:
-    top = TwinJetModel().stall_rad[1]
+    top = twinjet().lift.top_rad
     e, a = EscapeParams(), ApproachParams()
     assert max(e.alpha_max_rad, e.managed_alpha_max_rad, a.alpha_max_rad) < top
     assert k.lift_slope(e.managed_alpha_max_rad, P) > 0.0

@@ -1,0 +1,115 @@
+"""What a scenario sets and its world could not obey is refused by name: a table whose switch is off or whose member is not there
+may hold its defaults only, so that nothing is on record as flown that was not.
+
+An amplitude of zero is flown as zero: what shapes it may stand beside it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import TYPE_CHECKING, Any
+
+from flightsw.aircraft.base import SIXDOF
+from flightsw.strict import ConfigError, changed
+from sim_plant.sensors.config import Suite
+
+if TYPE_CHECKING:
+    from sim_plant.scenario import AircraftCfg, Scenario
+
+
+def refuse(at: str, value: Any, why: str, but: tuple[str, ...] = (), default: Any = None) -> None:
+    """Raise ConfigError naming the first key of table (or key) `at` that is not at its default; why: what would have to be there.
+
+    default: of a key that is not a record, or of a record whose class has no defaults of its own.
+    """
+    found = changed(value, type(value)() if default is None else default, but)
+    if found is not None:
+        key = f"{at}.{found[0]}" if found[0] else at
+        raise ConfigError(f"{key} = {found[1]!r}: nothing obeys it {why}")
+
+
+def check_obeyed(sc: Scenario) -> None:
+    """Raise ConfigError for a key of `sc` that its world has no use for."""
+    six = [a for a in sc.aircraft if a.model == SIXDOF]
+    for a in sc.aircraft:
+        _aircraft(a)
+        _sensors(sc, a)
+    _wind(sc, len(six), len(sc.aircraft))
+    if len(sc.aircraft) < 2:
+        link = sc.link
+        for key, value, default in (("latency_ms", link.radio_latency_ms, 50.0), ("loss", link.radio_loss, 0.0)):
+            refuse(f"link.radio_{key}", value, "with one aircraft: there is nobody to hear it", default=default)
+    if not any(a.boom_to for a in sc.aircraft):
+        refuse("refuel", sc.refuel, "without an aircraft that has boom_to")
+    if not sc.traffic.on:
+        refuse("traffic", sc.traffic, "while traffic.on = false")
+        if not any(a.tacan_to for a in sc.aircraft):
+            refuse("track", sc.track, "without [traffic] and without an aircraft that has tacan_to")
+    elif not any(a.tacan_to == sc.traffic.name for a in sc.aircraft):
+        raise ConfigError(f"traffic.on = true: allowed with an aircraft that has tacan_to = {sc.traffic.name!r}")
+    if sc.clock.base_rate_hz % sc.clock.truth_hz:
+        raise ConfigError(
+            f"clock.truth_hz = {sc.clock.truth_hz}: allowed: base_rate_hz = {sc.clock.base_rate_hz} divided by a whole number"
+        )
+
+
+def _aircraft(a: AircraftCfg) -> None:
+    at, st = f"aircraft.{a.name}", a.start
+    if st.relative_to:
+        refuse(
+            f"{at}.start",
+            st,
+            f"with relative_to = {st.relative_to!r}: position and velocity are that aircraft's",
+            ("relative_to", "xi_m"),
+        )
+    else:
+        refuse(f"{at}.start.xi_m", st.xi_m, "without relative_to", default=(0.0, 0.0, 0.0))
+    if a.model != SIXDOF:
+        refuse(f"{at}.fuel_kg", a.fuel_kg, f"with model = {a.model!r}: its mass is that of the file", default=-1.0)
+        refuse(
+            f"{at}.aero_error_frac",
+            a.aero_error_frac,
+            f"with model = {a.model!r}: its table [aircraft.plant] has factors",
+            default=0.0,
+        )
+
+
+def _sensors(sc: Scenario, a: AircraftCfg) -> None:
+    """Groups an aircraft does not carry."""
+    have = {"imu", "baro", "gnss", "air", "att"}
+    if a.model == SIXDOF:
+        have |= {"mag", "fuel"}
+    if a.rel_nav_to:
+        have.add("rel")
+    if a.boom_to or any(other.boom_to == a.name for other in sc.aircraft):
+        have.add("boom")
+    if a.tacan_to:
+        have |= {"tacan", "radar"}
+    suite = sc.suite(a.name)
+    for f in fields(Suite):
+        if f.name not in have:
+            refuse(
+                f"sensors.{a.name}.{f.name}",
+                getattr(suite, f.name),
+                f"on an aircraft that carries {', '.join(sorted(have))}",
+            )
+    if sc.traffic.on and a.tacan_to == sc.traffic.name:
+        refuse(
+            f"sensors.{a.name}.radar.sigma_m", suite.radar.sigma_m, "of a receiver in [traffic]: its y_sigma_m is the reading's",
+            default=0.0,
+        )  # fmt: skip
+
+
+def _wind(sc: Scenario, six: int, members: int) -> None:
+    w = sc.wind
+    if w.prevailing == "sounding":
+        refuse("wind.constant_mps", w.constant_mps, "with wind.prevailing = 'sounding'", default=(0.0, 0.0))
+    else:
+        refuse("wind.sounding", w.sounding, f"with wind.prevailing = {w.prevailing!r}", default=type(w)().sounding)
+    if members < 2:
+        refuse("wind.dryden.independent", w.dryden.independent, "with one aircraft", default=False)
+    if not w.wake.source:
+        refuse("wind.wake", w.wake, "without wind.wake.source")
+    elif six < 2 or members > six:
+        who = "another aircraft" if six < 2 else "aircraft of that model alone: the others would fly through it unmoved"
+        raise ConfigError(f"wind.wake.source = {w.wake.source!r}: allowed: with {who} (model = {SIXDOF!r})")

@@ -1,0 +1,124 @@
+"""Keys that act late in a flight, in rigs that get there at once: guidance on point masses, a rendezvous without the aircraft.
+
+A rig turns a record into the numbers its component gives; another value of a field must give others.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+from flightsw.guid.joinup import JoinUpParams
+from flightsw.guid.racetrack import RacetrackGuidance, RacetrackParams
+from flightsw.guid.refuel import CONTACT, OBSERVATION, RefuelParams
+from flightsw.guid.sequence import Sequence, SequenceParams
+from flightsw.types import NavState, SensorFrame
+from hil_scripts.runfolder import resolve
+from hil_scripts.studies.rivard_6dof_flight import fly_twin
+from tests.component.test_onboard_guidance import Flight as Refuelling
+from tests.unit.test_joinup import Flight as Joining
+
+Rig = Callable[[Any], list[Any]]
+
+
+def refuelling(p: RefuelParams) -> list[Any]:
+    """A whole refuelling with a small station error, then an error too large, a sensor and a link too old, a breakaway."""
+    out: list[Any] = []
+    f = Refuelling(p)
+    f.nav.rel_pos_t = (-70.0, 50.0, 3.0)
+    f.offset[:] = 0.1, -0.2, 0.1
+    f.until(OBSERVATION)
+    f.step(600)
+    for name in ("precontact", "contact", "disconnect", "observation"):
+        if not f.g.command({"precontact": 2, "contact": 3, "disconnect": 4, "observation": 6}[name])[0]:
+            out.append(name)
+        f.f.boom_contact = name == "contact"
+        for _ in range({"precontact": 3600, "contact": 1400}.get(name, 600)):
+            f.step()
+            out.append(f.g.out.measure)
+    out += [f.path[::20], f.g.phase]
+    for spoil in ("far", "far in contact", "rel", "link"):
+        g = Refuelling(p).at(CONTACT)
+        if spoil.startswith("far"):
+            g.offset[:] = 0.0, 3.2 if spoil == "far in contact" else 4.2, 0.0
+        for k in range(400):
+            g.nav.rel_age_s, g.nav.peer_age_s = (
+                (k * 0.05 if spoil == "rel" else 0.0),
+                (k * 0.05 if spoil == "link" else 0.0),
+            )
+            g.step()
+            out.append(g.g.phase)
+        out += g.path[-400::10]
+    waiting = Refuelling(p)
+    waiting.until(OBSERVATION)
+    waiting.order("precontact")
+    waiting.offset[:] = 0.0, 0.0, 4.1
+    waiting.step(200)
+    return out + waiting.path[::10]
+
+
+def joining(p: JoinUpParams) -> list[Any]:
+    """From far behind on both sides, from ahead, with the tanker turning at first and lost from sight for a while."""
+    out: list[Any] = []
+    for start in (
+        {},
+        {"x": -900.0, "y": -150.0, "z": 200.0},
+        {"x": -40.0, "y": 120.0, "z": 250.0},
+        {"x": -150.0, "y": 66.0, "z": 8.0},
+    ):
+        f = Joining(p=p, rate_bias=1e-4, heading_error=0.15, **start)  # type: ignore[arg-type]
+        f.turn_rate = math.radians(0.9)
+        f.fly(6.0)
+        f.turn_rate = 0.0
+        for seconds, seen in ((30.0, True), (3.4, False), (140.0 if start.get("x") == -150.0 else 40.0, True)):
+            f.seen = seen
+            for _ in range(round(seconds / 0.1)):
+                f.step()
+                out.append((f.track[-1], f.g.ready, f.g.phase))
+        f.wind = (f.wind[0] + 20.0, f.wind[1])
+        out += f.fly(20.0)[-100:].tolist()
+    return out
+
+
+def sequence(p: SequenceParams) -> list[Any]:
+    """Every order as it falls due; `auto` on unless that is what is asked."""
+    out: list[Any] = [p.auto]
+    for fuel in (0.0, 900.0):
+        s, f = Sequence(replace(p, auto=True)), SensorFrame(boom_contact=True, fuel_kg=fuel)
+        for phase in (OBSERVATION, 3, CONTACT, 3):
+            out += [s.step(f, phase, True, 0.5) for _ in range(800)]
+    return out
+
+
+def racetrack(p: RacetrackParams) -> list[Any]:
+    """Two legs and a turn of a tanker that turns as commanded, a little off its heading."""
+    g, f, nav = (
+        RacetrackGuidance(replace(p, first_leg_s=p.first_leg_s * 0.05, leg_s=p.leg_s * 0.05)),
+        SensorFrame(),
+        NavState(valid=True, V=190.0),
+    )
+    psi, out = 0.3, []
+    g.set_speed(p.V_mps + 2.0, 0.0, 1e3)
+    for _ in range(4000):
+        f.t_us += 50_000
+        nav.euler = (psi + 0.01, 0.05, 0.0)
+        o = g.step(f, nav, 0.05)
+        psi += (o.psi_dot + 1e-4) * 0.05
+        out.append((o.psi_dot, o.V, o.alt_m, o.phase))
+    return out
+
+
+RIGS: dict[type, tuple[Any, Rig]] = {
+    RefuelParams: (RefuelParams(), refuelling),
+    JoinUpParams: (JoinUpParams(track_deg=23.0, track_point_m=(6500.0, -21400.0)), joining),
+    SequenceParams: (SequenceParams(fuel_kg=800.0), sequence),
+    RacetrackParams: (RacetrackParams(), racetrack),
+}
+
+
+def meeting(sets: tuple[str, ...]) -> list[Any]:
+    """A whole rendezvous of the kinematic tanker with the flight file's own software; sets: as after --set."""
+    m = fly_twin(resolve("rendezvous", 1, list(sets), 420.0))
+    return [repr(v) for v in m.values("twin").values()] + [m.track]
