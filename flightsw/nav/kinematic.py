@@ -31,8 +31,9 @@ import numpy as np
 
 from flightsw.filters.srukf import SquareRootUKF, row_norms
 from flightsw.kernels.jit import jit
-from flightsw.kernels.linalg import forward_sub, tria
-from flightsw.kernels.rotations import dcm_from_euler, mul33_t, rotate_dcm, vec3
+from flightsw.kernels.linalg import forward_sub, gram, tria
+from flightsw.kernels.rotations import dcm_from_euler, mul33_t, rotate_dcm, to_child, to_parent, vec3
+from flightsw.models.discrete import multiply
 from flightsw.models.kinematic import G0, measure, probe_matrix, propagate
 from flightsw.nav.kinematic_ports import KinematicInput, KinematicParams, KinematicState
 
@@ -85,7 +86,7 @@ class KinematicNav:
         self.started = False
         self._w0 = np.zeros(3)
         self._w, self._R, self._Rg, self._R0, self._E = np.zeros(3), np.zeros(9), np.zeros(9), np.zeros(9), np.zeros(9)
-        self._C, self._slow = np.zeros(9), np.zeros(3)
+        self._C, self._slow, self._fast = np.zeros(9), np.zeros(3), np.zeros(3)
         self._codes = np.zeros(M, dtype=np.int64)
         self._y, self._r, self._nu, self._sd, self._e = (np.zeros(M) for _ in range(5))
         self._L, self._A = np.zeros((M, M)), np.zeros((M, 2 * N + 1 + M))
@@ -146,19 +147,23 @@ class KinematicNav:
             o.valid, o.reason = False, "waiting for attitude, air data and ground velocity"
             return o
         cb = math.cos(f.air[1])
-        u = f.air[0] * np.array([math.cos(f.air[2]) * cb, math.sin(f.air[1]), math.sin(f.air[2]) * cb])
+        u, u_n = (
+            f.air[0] * np.array([math.cos(f.air[2]) * cb, math.sin(f.air[1]), math.sin(f.air[2]) * cb]),
+            np.zeros(3),
+        )
         dcm_from_euler(*f.euler, self._R)
+        to_parent(self._R, u, u_n)
+        x[AIR], x[WIND], x[PROBE] = u, np.array(f.vel_n) - u_n, 0.0
         R = self._R.reshape(3, 3)
-        x[AIR], x[WIND], x[PROBE] = u, np.array(f.vel_n) - R.T @ u, 0.0
         x[FORCE] = np.cross(f.w_b, u) - G0 * R[:, 2]
         # what is wrong with u is wrong with the wind as well: the start covariance carries it, and needs no wide guess
         probe_matrix(u, self._C)
         C = self._C.reshape(3, 3)
         J = np.zeros((N, 12))
         J[PROBE, 0:3] = np.diag([p.probe_scale, p.probe_beta, p.probe_alpha])
-        J[AIR, 0:3] = -C @ J[PROBE, 0:3]
+        J[AIR, 0:3] = -C * np.diag(J[PROBE, 0:3])
         J[AIR, 3:6] = C * np.array([p.r_V / f.air[0], p.r_beta, p.r_alpha])
-        J[WIND, 0:6] = -R.T @ J[AIR, 0:6]
+        J[WIND, 0:6] = -multiply(R.T, J[AIR, 0:6])
         J[WIND, 6:9] = np.eye(3) * p.r_vel
         J[FORCE, 9:12] = np.eye(3) * p.force_sigma0
         A = np.ascontiguousarray(J)
@@ -215,7 +220,8 @@ class KinematicNav:
         ukf = self.ukf
         self._slow += (ukf.x[WIND] - self._slow) * min(1.0, dt / p.slow_s)
         # R (v - W_slow) with the predicted velocity: the noise of the measured one is in the innovation it would meet
-        probe_matrix(ukf.x[AIR] + self._R.reshape(3, 3) @ (ukf.x[WIND] - self._slow), self._C)
+        to_child(self._R, ukf.x[WIND] - self._slow, self._fast)
+        probe_matrix(ukf.x[AIR] + self._fast, self._C)
         measure(ukf.draw(), self._R, self._C, self._codes, m, ukf.Y)
         o.log_likelihood = float(
             innovate(ukf.Y, m, ukf.w0c, ukf.wi, self._y, self._r, self._nu, self._sd, self._e, self._L, self._A)
@@ -251,6 +257,5 @@ class KinematicNav:
         b = (V * p.bias_att) ** 2 + p.bias_vel**2
         o.wind_sigma = (math.sqrt(s[3] ** 2 + b), math.sqrt(s[4] ** 2 + b), math.sqrt(s[5] ** 2 + b))
         o.probe_sigma = (s[9], s[10], s[11])
-        SW = self.ukf.S[WIND]
-        o.wind_P[:] = SW @ SW.T
+        gram(self.ukf.S[WIND], o.wind_P)
         return o

@@ -128,5 +128,5 @@ def test_unknown_kind_and_sizes_are_named() -> None:
         make_filter("ukf", 3, 1, 1, kappa=-3.0)
     with pytest.raises(ValueError, match="indefinite"):
         make_filter("srukf_printed", 2, 1, 1).set_cov(np.diag([1.0, -1.0]))
-    with pytest.raises(ValueError, match="smallest eigenvalue"):
+    with pytest.raises(ValueError, match="indefinite"):
         make_filter("srukf", 2, 1, 1).set_cov(np.diag([1.0, -1.0]))
