@@ -239,8 +239,8 @@ class Scenario:
         return self.sensors.get(name, Suite())
 
     def load_aircraft(self) -> list[Airframe]:
-        """Aircraft records in scenario order; the tables of their models are checked. Raises ConfigError naming what is
-        wrong or what file does not exist."""
+        """Aircraft records in scenario order; the tables of their models and the sounding are checked. Raises ConfigError
+        naming what is wrong or what file does not exist."""
         out: list[Airframe] = []
         for a in self.aircraft:
             if a.model == SIXDOF:
@@ -250,7 +250,23 @@ class Scenario:
 
                 out.append(load_airframe(a.file))
                 check_craft(a)
+        self._check_sounding()
         return out
+
+    def _check_sounding(self) -> None:
+        """The file can be read, and its balloon measured wind where the aircraft start."""
+        if self.wind.prevailing != "sounding":
+            return
+        from sim_plant.wind.prevailing import read_sounding
+
+        ascent = read_sounding(self.wind.sounding)
+        for a in self.aircraft:
+            height = -a.start.pos_n_m[2]
+            if not a.start.relative_to and (why := ascent.lost(height)):
+                raise ConfigError(
+                    f"wind.sounding = {self.wind.sounding!r}: {why}, and aircraft.{a.name} starts at {height:.0f} m; "
+                    "allowed: an ascent that measured the wind there"
+                )
 
 
 def load_scenario(name: str, overrides: dict[str, Any] | None = None) -> Scenario:

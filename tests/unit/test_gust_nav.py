@@ -14,8 +14,8 @@ from flightsw.models import gust as model
 from flightsw.models.gust_design import discrete_gain
 from flightsw.models.gust_print import H_PRINTED, THETA
 from flightsw.nav.gust import BASIC, GROUND, VERTICAL, GustNav, GustParams
-from tests.sampled import transition_and_noise
 from flightsw.nav.gust_constant import ConstantGainGust
+from tests.sampled import transition_and_noise
 
 M = model.linear_model()
 DT = 0.02
