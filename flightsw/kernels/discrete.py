@@ -150,10 +150,10 @@ def riccati(A: np.ndarray, G: np.ndarray, H: np.ndarray) -> float:
         left = 0.0
         for i in range(n):
             for j in range(n):
+                if not abs(V[i, j]) < np.inf:  # NaN too
+                    return np.inf
                 A[i, j] = V[i, j]
                 left = max(left, abs(V[i, j]))
-        if not left < np.inf:
-            return np.inf
         if change <= 1e-16 and left < 1e-6:
             break
     return left
@@ -172,9 +172,11 @@ def spectral_radius(M: np.ndarray) -> float:
         size = 0.0
         for i in range(n):
             for j in range(n):
+                if not abs(M[i, j]) < np.inf:  # NaN too
+                    return np.inf
                 size = max(size, abs(M[i, j]))
-        if not 0.0 < size < np.inf:
-            return 0.0 if size == 0.0 else np.inf
+        if size == 0.0:
+            return 0.0
         log += weight * math.log(size)
         for i in range(n):
             for j in range(n):
