@@ -229,30 +229,6 @@ class Scenario:
         if self.wind.wake.source in alone:
             raise ConfigError(f"wind.wake.source = {self.wind.wake.source!r}: allowed: aircraft of model = {SIXDOF!r}")
 
-    @property
-    def traffic_name(self) -> str:
-        """What `tacan_to` says for the receiver of [traffic]."""
-        return self.traffic.name
-
-    def suite(self, name: str) -> Suite:
-        """Sensor settings of an aircraft."""
-        return self.sensors.get(name, Suite())
-
-    def load_aircraft(self) -> list[Airframe]:
-        """Aircraft records in scenario order; the tables of their models and the sounding are checked. Raises ConfigError
-        naming what is wrong or what file does not exist."""
-        out: list[Airframe] = []
-        for a in self.aircraft:
-            if a.model == SIXDOF:
-                out.append(load_aircraft(a.file))
-            else:
-                from sim_plant.crafts import check_craft  # slow to import (numba): only where there is one
-
-                out.append(load_airframe(a.file))
-                check_craft(a)
-        self._check_sounding()
-        return out
-
     def _check_sounding(self) -> None:
         """The file can be read, and its balloon measured wind where the aircraft start."""
         if self.wind.prevailing != "sounding":
@@ -267,6 +243,30 @@ class Scenario:
                     f"wind.sounding = {self.wind.sounding!r}: {why}, and aircraft.{a.name} starts at {height:.0f} m; "
                     "allowed: an ascent that measured the wind there"
                 )
+
+    @property
+    def traffic_name(self) -> str:
+        """What `tacan_to` says for the receiver of [traffic]."""
+        return self.traffic.name
+
+    def suite(self, name: str) -> Suite:
+        """Sensor settings of an aircraft."""
+        return self.sensors.get(name, Suite())
+
+    def load_aircraft(self) -> list[Airframe]:
+        """Aircraft records in scenario order; the tables of their models and the sounding are checked. Raises ConfigError
+        naming what is wrong or what file does not exist."""
+        self._check_sounding()
+        out: list[Airframe] = []
+        for a in self.aircraft:
+            if a.model == SIXDOF:
+                out.append(load_aircraft(a.file))
+            else:
+                from sim_plant.crafts import check_craft  # slow to import (numba): only where there is one
+
+                out.append(load_airframe(a.file))
+                check_craft(a)
+        return out
 
 
 def load_scenario(name: str, overrides: dict[str, Any] | None = None) -> Scenario:
