@@ -2,7 +2,7 @@
 
 The linear algebra library is told which processor's kernels to use, numpy which instructions it may. All scenarios fly half a
 second each, in one process per setting: start-up designs, trims and every rate group. A setting this processor cannot run says
-so and is left out.
+so and is left out. With PROCESSORS=all the kernels are also compiled for no processor in particular, which takes minutes.
 """
 
 from __future__ import annotations
@@ -28,6 +28,8 @@ SETTINGS = {
     "Zen": {"OPENBLAS_CORETYPE": "Zen"},
     "SkylakeX": {"OPENBLAS_CORETYPE": "SkylakeX"},
 }
+if os.environ.get("PROCESSORS") == "all":
+    SETTINGS["generic"] = {**SETTINGS["Nehalem"], "NUMBA_CPU_NAME": "generic"}
 FLAGS = {"Haswell": "avx2", "Zen": "avx2", "SkylakeX": "avx512f"}
 FLY = """
 import hashlib, json, sys, tempfile
