@@ -11,12 +11,11 @@ from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cholesky, solve_continuous_lyapunov
 
 from flightsw.strict import Range
 from sim_plant.kernels.air import linear_block
 from sim_plant.rng import generator
-from sim_plant.wind.dryden import discretise, shaping
+from sim_plant.wind.dryden import discretise, noise_factor, shaping, stationary_draw
 
 Arr = NDArray[np.float64]
 AXES = {"down": 0, "tail": 1}
@@ -45,7 +44,7 @@ class Gust:
         s = np.clip((t - self.start_s) / self.length_s, 0.0, 1.0)
         if self.shape == "ramp":
             return self.size_mps * s
-        return 0.5 * self.size_mps * (1.0 - np.cos(2.0 * math.pi * s))
+        return 0.5 * self.size_mps * (1.0 - np.array([math.cos(v) for v in (2.0 * math.pi * s).tolist()]))
 
 
 @dataclass(frozen=True)
@@ -102,13 +101,11 @@ def turbulence(w: AlexisWind, V: float, count: int, dt: float, seed: int) -> tup
 
 def _series(a: Arr, bbt: Arr, c: Arr, count: int, dt: float, seed: int, name: str) -> Arr:
     phi, q = discretise(a, bbt, dt)
-    ridge = np.diag(np.maximum(np.diag(q), 1e-300) * 1e-13)
     g = generator(seed, name)
-    x = cholesky(solve_continuous_lyapunov(a, -bbt), lower=True) @ g.standard_normal(len(a))
-    chol = np.ascontiguousarray(cholesky(q + ridge, lower=True))
+    x = stationary_draw(phi, q, g)
     out = np.zeros((count, len(c)))
     noise = g.standard_normal((count, len(a)))
-    linear_block(x, np.ascontiguousarray(phi), chol, np.ascontiguousarray(c), noise, np.zeros(len(a)), out)
+    linear_block(x, phi, noise_factor(q), np.ascontiguousarray(c), noise, np.zeros(len(a)), out)
     return out
 
 

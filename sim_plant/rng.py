@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +33,7 @@ class NoiseRows:
         self._rng = generator(seed, name + ".noise")
         self._std = np.array(std, dtype=np.float64)
         self.bias = generator(seed, name + ".bias").standard_normal(len(bias_std)) * np.array(bias_std)
-        self._e = float(np.exp(-period_s / tau_s)) if tau_s > 0.0 else 0.0
+        self._e = math.exp(-period_s / tau_s) if tau_s > 0.0 else 0.0
         self._x: NDArray[np.float64] = self._rng.standard_normal(len(std)) if tau_s > 0.0 else np.zeros(len(std))
         self._rows: list[list[float]] = []
         self._i = 0

@@ -229,6 +229,21 @@ class Scenario:
         if self.wind.wake.source in alone:
             raise ConfigError(f"wind.wake.source = {self.wind.wake.source!r}: allowed: aircraft of model = {SIXDOF!r}")
 
+    def _check_sounding(self) -> None:
+        """The file can be read, and its balloon measured wind where the aircraft start."""
+        if self.wind.prevailing != "sounding":
+            return
+        from sim_plant.wind.prevailing import read_sounding
+
+        ascent = read_sounding(self.wind.sounding)
+        for a in self.aircraft:
+            height = -a.start.pos_n_m[2]
+            if not a.start.relative_to and (why := ascent.lost(height)):
+                raise ConfigError(
+                    f"wind.sounding = {self.wind.sounding!r}: {why}, and aircraft.{a.name} starts at {height:.0f} m; "
+                    "allowed: an ascent that measured the wind there"
+                )
+
     @property
     def traffic_name(self) -> str:
         """What `tacan_to` says for the receiver of [traffic]."""
@@ -239,8 +254,9 @@ class Scenario:
         return self.sensors.get(name, Suite())
 
     def load_aircraft(self) -> list[Airframe]:
-        """Aircraft records in scenario order; the tables of their models are checked. Raises ConfigError naming what is
-        wrong or what file does not exist."""
+        """Aircraft records in scenario order; the tables of their models and the sounding are checked. Raises ConfigError
+        naming what is wrong or what file does not exist."""
+        self._check_sounding()
         out: list[Airframe] = []
         for a in self.aircraft:
             out.append(load_airframe(a.file))

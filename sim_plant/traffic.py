@@ -82,7 +82,7 @@ class Traffic:
         """For the log; xi from the aircraft at `own` [m] whose rotation to body axes is `attitude` [3,3]."""
         pos, vel = self.position, self.velocity
         psi = math.atan2(vel[1] - self._wind[1], vel[0] - self._wind[0])
-        xi = attitude @ (np.array(pos) - np.array(own))
+        xi = (attitude * (np.array(pos) - np.array(own))).sum(axis=1)
         airspeed = math.hypot(vel[0] - self._wind[0], vel[1] - self._wind[1])
         zero = (0.0, 0.0, 0.0)
         return Truth(

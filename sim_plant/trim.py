@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
+from scipy.optimize import root
 
 from flightsw.strict import ConfigError
 from sim_plant.kernels import layout as n
@@ -26,12 +28,13 @@ def trim(pos_n: Arr, vel_n: Arr, wind: Arr, fuel_kg: float, par: Arr) -> Arr:
     """State vector [NS] of steady, non-rotating flight at position [m] and inertial velocity [m/s] in wind `wind` [NW].
 
     Unknown: heading, pitch, bank, three surfaces, thrust. Wanted zero: linear and angular acceleration, sideslip.
-    Solved by least squares on `derivative`; raises ConfigError if no trim exists within the aircraft's limits.
+    Powell's hybrid method (MINPACK: no linear algebra library, whose last digits differ from processor to processor) on
+    `derivative`; raises ConfigError if no trim exists within the aircraft's limits.
     """
     s = np.zeros(n.NS)
     s[n.S_P : n.S_P + 3], s[n.S_V : n.S_V + 3], s[n.S_FUEL] = pos_n, vel_n, fuel_kg
     air = vel_n - wind[:3]
-    psi0 = float(np.arctan2(air[1], air[0]))
+    psi0 = math.atan2(air[1], air[0])
     k = np.zeros(n.N_RIGID)
     t_scale = 0.1 * par[n.P_T0]
 
@@ -47,22 +50,14 @@ def trim(pos_n: Arr, vel_n: Arr, wind: Arr, fuel_kg: float, par: Arr) -> Arr:
         return np.array([*k[n.S_V : n.S_V + 3], *(10.0 * k[n.S_W : n.S_W + 3]), 10.0 * beta])
 
     z0 = np.array([0.0, 0.03, 0.0, 0.0, 0.0, 0.0, 1.5])
-    fit = least_squares(
-        residual, z0, xtol=1e-15, ftol=1e-15, gtol=1e-15, x_scale=np.array([0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 1.0])
-    )
-    put(fit.x)
+    z = root(residual, z0, method="hybr", tol=1e-14).x
+    off = float(np.max(np.abs(residual(z))))
     lo, hi = par[n.P_LO : n.P_LO + 3], par[n.P_HI : n.P_HI + 3]
     avail = observation(s, wind, par)[n.O_AVAIL]
-    if (
-        np.max(np.abs(fit.fun)) > 1e-6
-        or np.any(fit.x[3:6] < lo)
-        or np.any(fit.x[3:6] > hi)
-        or not 0.0 < s[n.S_T] <= avail
-    ):
+    if not off <= 1e-6 or np.any(z[3:6] < lo) or np.any(z[3:6] > hi) or not 0.0 < s[n.S_T] <= avail:
         raise ConfigError(
-            f"no trim at airspeed {np.linalg.norm(air):.1f} m/s, height {-pos_n[2]:.0f} m: "
-            f"residual {np.max(np.abs(fit.fun)):.2g}, "
-            f"surfaces {np.degrees(fit.x[3:6]).round(2)} deg, thrust {s[n.S_T]:.0f} N of {avail:.0f} N available"
+            f"no trim at airspeed {math.hypot(*air):.1f} m/s, height {-pos_n[2]:.0f} m: residual {off:.2g}, "
+            f"surfaces {np.degrees(z[3:6]).round(2)} deg, thrust {s[n.S_T]:.0f} N of {avail:.0f} N available"
         )
     return s
 

@@ -175,12 +175,13 @@ class World:
             pos = np.array(st.pos_n_m)
             v.s[n.S_P : n.S_P + 3] = pos
             self.air.mean(v)
-            psi = np.radians(st.psi_deg)
-            vel = v.free + st.V_mps * np.array([np.cos(psi), np.sin(psi), 0.0])
+            psi = math.radians(st.psi_deg)
+            vel = v.free + st.V_mps * np.array([math.cos(psi), math.sin(psi), 0.0])
             vel[2] = 0.0
         else:
             q = other.s
-            pos = q[n.S_P : n.S_P + 3] + np.array(quat_dcm(q[0], q[1], q[2], q[3])).reshape(3, 3) @ np.array(st.xi_m)
+            C_nb = np.array(quat_dcm(q[0], q[1], q[2], q[3])).reshape(3, 3)
+            pos = q[n.S_P : n.S_P + 3] + (C_nb * st.xi_m).sum(axis=1)
             vel = other.s[n.S_V : n.S_V + 3].copy()
             v.s[0:4] = other.s[0:4]
         fuel = float(v.s[n.S_FUEL])

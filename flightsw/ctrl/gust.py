@@ -11,12 +11,11 @@ from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
-from scipy.linalg import solve_discrete_are
 
-from flightsw.ctrl.lqr import DesignError
+from flightsw.ctrl.lqr import regulator
 from flightsw.kernels import gust as k
+from flightsw.models.discrete import sampled
 from flightsw.models.gust import GustAircraft, LinearModel, Turbulence, linear_model, published
-from flightsw.models.gust_design import van_loan
 from flightsw.models.gust_servo import GustServos
 from flightsw.strict import Range
 
@@ -92,7 +91,7 @@ def alleviation_gain(p: AlleviationParams, model: LinearModel, ac: GustAircraft,
     n, late = NZ, p.late_steps
     M, big = np.zeros((n + 2, n + 2)), np.zeros((n + 2, n + 2))
     M[:n, :n], M[:n, n:], big[:n, :n] = A, B, Q
-    FT, cost = van_loan(M.T, big, dt)
+    FT, _, cost = sampled(M.T, None, big, dt)
     F, size = FT.T, n + 2 * late
     Ad, Bd = np.zeros((size, size)), np.zeros((size, 2))
     Ad[:n, :n] = F[:n, :n]
@@ -108,17 +107,7 @@ def alleviation_gain(p: AlleviationParams, model: LinearModel, ac: GustAircraft,
         Bd[:n] = F[:n, n:]
         Qd[:n, :n], S[:n], R = cost[:n, :n], cost[:n, n:], R + cost[n:, n:]
     Qd += 1e-9 * np.eye(size)
-    try:
-        P = solve_discrete_are(Ad, Bd, Qd, R, s=S)
-    except (np.linalg.LinAlgError, ValueError) as e:
-        raise DesignError(f"gust alleviation: no stabilising Riccati solution ({e})") from None
-    K = np.linalg.solve(R + Bd.T @ P @ Bd, Bd.T @ P @ Ad + S.T)
-    # six decimals per typical size of each state: the same bits in every process whatever the library's rounding
-    unit = np.concatenate(
-        (np.array([0.1, 0.1, 1, 0.1, 0.1, 1, 0.1, 10, 0.1, 1, 0.1, 1, 1, 10]), np.full(2 * late, 0.1))
-    )
-    K = np.round(K * unit, 6) / unit
-    return K, float(np.abs(np.linalg.eigvals(Ad - Bd @ K)).max())
+    return regulator(Ad, Bd, Qd, R, S, "gust alleviation")
 
 
 def equivalent(x: Array, V0: float, z: Array) -> None:
@@ -152,8 +141,7 @@ class GustAlleviation:
             self.K[:, :3] = 0.0
         A, _, self._row = plant_matrices(model, self.ac, self.p.low_pass_hz)
         i = slice(LOW, NZ)
-        F, _ = van_loan(A[i, i], np.zeros((2, 2)), dt)
-        self._low_F = np.round(F, 12)
+        self._low_F = sampled(A[i, i], None, None, dt)[0]
         # input held at the mean of two samples: steady gain one
         self._low_G = (np.eye(2) - self._low_F)[:, 0]
         self._low = np.zeros(2)

@@ -6,9 +6,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import expm, solve_discrete_are
 
 from flightsw.aircraft import Aircraft
+from flightsw.kernels.discrete import riccati, spectral_radius
+from flightsw.kernels.linalg import solve
+from flightsw.models.discrete import multiply, sampled
 
 
 class DesignError(RuntimeError):
@@ -58,18 +60,40 @@ def discretise(A: np.ndarray, B: np.ndarray, T: float, delay: float) -> tuple[np
     """
     if not 0.0 <= delay <= T:
         raise ValueError(f"delay = {delay:g} s: allowed 0 to one control period {T:g} s")
-    n, m = A.shape[0], B.shape[1]
+    phi = sampled(A, B, None, T)[0]
+    phi_new, g_new, _ = sampled(A, B, None, T - delay)
+    g_old = sampled(A, B, None, delay)[1]
+    return phi, g_new, multiply(phi_new, g_old)
 
-    def phi_gamma(t: float) -> tuple[np.ndarray, np.ndarray]:
-        M = np.zeros((n + m, n + m))
-        M[:n, :n], M[:n, n:] = A, B
-        E = expm(M * t)
-        return E[:n, :n], E[:n, n:]
 
-    phi, _ = phi_gamma(T)
-    phi_new, g_new = phi_gamma(T - delay)
-    _, g_old = phi_gamma(delay)
-    return phi, g_new, phi_new @ g_old
+def regulator(
+    A: np.ndarray, B: np.ndarray, Q: np.ndarray, R: np.ndarray, S: np.ndarray | None, what: str
+) -> tuple[np.ndarray, float]:
+    """Gain K [m,n] of u = -K x that minimises sum x'Qx + u'Ru + 2 x'Su over x+ = A x + B u, and the loop's spectral radius.
+
+    A [n,n], B [n,m], Q [n,n], R [m,m], S [n,m] or None. Raises DesignError naming `what` without a stabilising solution.
+    Astrom and Wittenmark, section 11.2. The same bits in every process: a flight, its replay and another processor agree.
+    """
+    n, m = B.shape
+    # in units of the weights: thrust in newtons beside angles would cost six digits
+    d = np.diag(Q)
+    size = 1.0 / np.sqrt(np.where(d > 0.0, d, 1.0))
+    A, B, Q = A * size / size[:, None], B / size[:, None], Q * np.outer(size, size)
+    S = np.zeros((n, m)) if S is None else S * size[:, None]
+    right = np.hstack((B.T, S.T))
+    if not solve(R.copy(), right):
+        raise DesignError(f"{what}: the weight of the input is singular")
+    Ri_Bt, Ri_St = right[:, :n], right[:, n:]
+    P = Q - multiply(S, Ri_St)
+    left = riccati(A - multiply(B, Ri_St), multiply(B, Ri_Bt), P)
+    BtP = multiply(B.T, P)
+    K = multiply(BtP, A) + S.T
+    if not (left < 1e-6 and solve(R + multiply(BtP, B), K)):
+        raise DesignError(f"{what}: no stabilising Riccati solution")
+    radius = float(spectral_radius(A - multiply(B, K)))
+    if not radius < 1.0:
+        raise DesignError(f"{what}: closed loop has spectral radius {radius:.6f}, allowed < 1")
+    return K / size, radius
 
 
 def design(
@@ -98,26 +122,5 @@ def design(
         Ad[nz + 4 * k : nz + 4 * k + 4, nz + 4 * (k - 1) : nz + 4 * k] = np.eye(4)
     Q = np.diag(np.concatenate((q, np.full(4 * n_old, 1e-9))))
     R = np.diag(r)
-    try:
-        P = solve_discrete_are(Ad, Bd, Q, R)
-    except (np.linalg.LinAlgError, ValueError) as e:
-        raise DesignError(f"{what}: no stabilising Riccati solution ({e})") from None
-    K = _repeatable(np.linalg.solve(R + Bd.T @ P @ Bd, Bd.T @ P @ Ad), q, r, n_old)
-    radius = float(np.abs(np.linalg.eigvals(Ad - Bd @ K)).max())
-    if not radius < 1.0:
-        raise DesignError(f"{what}: closed loop has spectral radius {radius:.6f}, allowed < 1")
-    z0, u0 = np.round(z0, 9), np.round(u0, 9)
+    K, radius = regulator(Ad, Bd, Q, R, None, what)
     return Design(K, np.concatenate((z0, np.tile(u0, n_old))), u0, radius)
-
-
-def _repeatable(K: np.ndarray, q: np.ndarray, r: np.ndarray, n_old: int) -> np.ndarray:
-    """K [4,nz+4 n_old] to five decimals in Bryson units: the same bits in every process.
-
-    The last digits of a Riccati solution depend on how the linear algebra library found its arrays aligned in memory; a
-    flight and its replay must not.
-    """
-    size = 1.0 / np.sqrt(q)
-    size = np.where(size >= 1e6, 1e4, np.where(size >= 1e3, 0.1, size))  # unweighted: thrust [N], servos [rad]
-    u = 1.0 / np.sqrt(r)
-    unit = np.concatenate((size, np.tile(u, n_old))) / u[:, None]
-    return np.asarray(np.round(K * unit, 5) / unit)

@@ -15,9 +15,11 @@ import numpy as np
 
 from flightsw.aircraft import Aircraft
 from flightsw.ctrl.common import ControlCore, Node3, Pos, ScheduleParams
-from flightsw.ctrl.lqr import Design, augment, design
+from flightsw.ctrl.lqr import Design, DesignError, augment, design
 from flightsw.ctrl.schedule import GainSchedule
+from flightsw.kernels.linalg import solve
 from flightsw.models.actuators import ActuatorModel
+from flightsw.models.discrete import multiply
 from flightsw.models.trim import linearise_relative, trim_free, trim_relative
 from flightsw.strict import ConfigError, Range
 from flightsw.types import GuidanceCmd, NavState
@@ -84,8 +86,10 @@ class ReceiverControl:
         # coordinates [xi_dot, w_rel, euler, xi] from [V, beta, alpha, w_rel, euler, xi]: constant at a trim
         M = np.eye(N)
         M[:3] = Cv[:, :N]
-        Mi = np.linalg.inv(M)
-        A12, B12 = M @ A[:N, :N] @ Mi, M @ B[:N]
+        Mi = np.eye(N)
+        if not solve(M.copy(), Mi):
+            raise DesignError(f"receiver at {V:g} m/s: motion relative to the tanker does not show in the air data")
+        A12, B12 = multiply(multiply(M, A[:N, :N]), Mi), multiply(M, B[:N])
         C = np.zeros((3, N))
         C[:, 9:12] = np.eye(3)
         Aa, Ba = augment(A12, B12, C, np.zeros((3, 4)), ac)

@@ -6,6 +6,7 @@ import numpy as np
 
 from flightsw.ctrl.lqr import Design
 from flightsw.kernels.jit import jit
+from flightsw.kernels.linalg import vecmat
 
 
 @jit
@@ -64,4 +65,6 @@ class GainSchedule:
 
     def trim_command(self) -> np.ndarray:
         """Feed-forward u [4] of the current condition without feedback."""
-        return np.asarray(self.w @ self.u0)
+        u = np.zeros(4)
+        vecmat(self.w, self.u0, u)
+        return u

@@ -20,6 +20,7 @@ from flightsw.filters.covariance import add_factor, apply_innovation, chol_psd, 
 from flightsw.filters.srukf import _weighted_mean
 from flightsw.filters.ukf import own_cov, weighted_cov, weights
 from flightsw.kernels.jit import jit
+from flightsw.kernels.linalg import gram
 
 Array = np.ndarray
 
@@ -215,7 +216,7 @@ class AugmentedUKF(AugmentedPoints):
 
     def set_factor(self, S: Array) -> None:
         """P <- S S^T for any S [n,k]."""
-        self._C[:] = S @ S.T
+        gram(np.ascontiguousarray(S), self._C)
 
     def set_cov(self, P: Array) -> None:
         """P [n,n] <- symmetric part of the argument."""

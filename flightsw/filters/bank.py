@@ -12,6 +12,7 @@ import numpy as np
 
 from flightsw.filters.base import PointFilter
 from flightsw.filters.covariance import log_likelihood
+from flightsw.kernels.linalg import gram, vecmat
 
 Array = np.ndarray
 P_MIN = 1e-30  # [-] least probability of a filter
@@ -72,15 +73,16 @@ class FilterBank:
 
     def mix(self) -> None:
         """Before the time update: probabilities through the transition, and with mixing each filter's start from all."""
-        c = self.mu @ self.T
+        c = np.zeros(self.k)
+        vecmat(self.mu, self.T, c)
         if self.interact and self.k > 1:
             W = (self.mu[:, None] * self.T) / c  # W[i,j]: share of filter i in the start of filter j
             xs = np.array([f.x for f in self.filters])
             Ss = [f.S.copy() for f in self.filters]
             for j, f in enumerate(self.filters):
-                x0 = W[:, j] @ xs
-                f.x[:] = x0
-                f.set_factor(self._stack(W[:, j], xs - x0, Ss))
+                share = W[:, j].copy()
+                vecmat(share, xs, f.x)
+                f.set_factor(self._stack(share, xs - f.x, Ss))
         self.mu[:] = c
 
     @staticmethod
@@ -94,22 +96,24 @@ class FilterBank:
             for i, f in enumerate(self.filters):
                 self._ll[i] = log_likelihood(f.nu, f.Sy, m, self._w)
             if np.isfinite(self._ll).all():
-                p = self.mu * np.exp(self._ll - self._ll.max())
+                p = self.mu * [math.exp(v) for v in (self._ll - self._ll.max()).tolist()]
                 # a filter ruled out by one wild reading keeps a trace, or `mix` would divide by a probability of zero
                 p = np.maximum(p / p.sum(), P_MIN)
                 self.mu[:] = p / p.sum()
-        self.x[:] = self.mu @ np.array([f.x for f in self.filters])
+        vecmat(self.mu, np.array([f.x for f in self.filters]), self.x)
 
     @property
     def q(self) -> float:
         """Probability-weighted intensity (geometric mean, the natural one for a scale)."""
-        return math.exp(float(self.mu @ np.log(self.q_values)))
+        return math.exp(sum(m * math.log(q) for m, q in zip(self.mu.tolist(), self.q_values.tolist(), strict=True)))
 
     @property
     def P(self) -> Array:
         """Covariance [n,n] of the mixture."""
         A = self._stack(self.mu, np.array([f.x for f in self.filters]) - self.x, [f.S for f in self.filters])
-        return A @ A.T
+        P = np.zeros((self.n, self.n))
+        gram(np.ascontiguousarray(A), P)
+        return P
 
     def sigmas(self) -> list[float]:
         """1-sigma of every state [n] of the mixture."""

@@ -12,6 +12,7 @@ from typing import Protocol
 import numpy as np
 
 from flightsw.filters.covariance import chol_psd, root_diagonal
+from flightsw.kernels.linalg import gram
 
 Array = np.ndarray
 Points = Callable[[Array], Array]
@@ -130,7 +131,7 @@ class CovarianceFilter(FilterBase):
 
     def set_factor(self, S: Array) -> None:
         """P <- S S^T for any S [n,k]."""
-        self.P[:] = S @ S.T
+        gram(np.ascontiguousarray(S), self.P)
 
     def set_cov(self, P: Array) -> None:
         """P [n,n] <- symmetric part of the argument."""

@@ -16,7 +16,7 @@ import numpy as np
 
 from flightsw.filters.kalman import CBRT_EPS
 from flightsw.kernels.jit import jit
-from flightsw.kernels.linalg import tria
+from flightsw.kernels.linalg import gram, tria
 
 Array = np.ndarray
 
@@ -97,7 +97,9 @@ class PosteriorBound:
     @property
     def P(self) -> Array:
         """Bound of the error covariance [n,n]."""
-        return self.S @ self.S.T
+        P = np.zeros((self.n, self.n))
+        gram(self.S, P)
+        return P
 
     def sigmas(self) -> Array:
         """Bound of every state's RMS error [n]."""

@@ -94,13 +94,14 @@ class Differencer:
         return True
 
     def _coefficients(self, T: float) -> None:
-        a = T / self.tau
-        self.r[:] = self.s * np.sqrt(-np.expm1(-2.0 * a)) / T
-        if self.form == "exact":
-            self.cf[:] = np.exp(-a)
-            self.cx[:] = -np.expm1(-a) / T
-        else:
-            self.cx[:] = 1.0 / self.tau
+        for i, (s, tau) in enumerate(zip(self.s.tolist(), self.tau.tolist(), strict=True)):
+            e, q = first_order(T, tau, s)
+            self.r[i] = q / T
+            if self.form == "exact":
+                self.cf[i] = e
+                self.cx[i] = -math.expm1(-T / tau) / T
+            else:
+                self.cx[i] = 1.0 / tau
 
     def inflated(self, q: Array, T: float) -> Array:
         """1-sigma [k] of yN for rows whose rate contains a wind increment of intensity q [k] per sqrt(s), in row units.
@@ -143,7 +144,7 @@ class NoiseStates:
 
     def propagate(self, X: Array, T: float) -> None:
         """Noise columns of the points X [p,n+k] decay over T [s], in place."""
-        X[:, self.states] *= np.exp(-T / self.tau)
+        X[:, self.states] *= [math.exp(-T / tau) for tau in self.tau.tolist()]
 
     def fill(self, SQ: Array, T: float) -> None:
         """Process noise s sqrt(1-e^2) of the noise states into SQ [n+k, nq+k]."""

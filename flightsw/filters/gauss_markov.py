@@ -10,8 +10,10 @@ import math
 
 import numpy as np
 
+from flightsw.filters.covariance import chol_psd
+from flightsw.kernels.discrete import discretise
+
 Array = np.ndarray
-_NODE, _WEIGHT = np.polynomial.legendre.leggauss(12)  # exact to rounding for omega T <= 1
 
 
 def _positive(**values: float) -> None:
@@ -47,13 +49,11 @@ def critically_damped(T: float, w: float) -> tuple[Array, Array]:
     """
     wT = w * T
     Phi = math.exp(-wT) * np.array([[1.0 + wT, T], [-w * wT, 1.0 - wT]])
-    if wT > 1.0:
-        P = np.diag([0.25 / w**3, 0.25 / w])
-        return Phi, P - Phi @ P @ Phi.T
-    # quadrature of a smooth integrand: the closed form loses half its digits for small wT
-    s = 0.5 * T * (_NODE + 1.0)
-    c = np.exp(-w * s) * np.stack((s, 1.0 - w * s))
-    return Phi, (0.5 * T * _WEIGHT * c) @ c.T
+    A, Xi = np.array([[0.0, 1.0], [-w * w, -2.0 * w]]), np.diag([0.0, 1.0])
+    F, G, Q = np.zeros((2, 2)), np.zeros((2, 0)), np.zeros((2, 2))
+    # by series and doubling: the closed form of the integral loses half its digits for small wT
+    discretise(A, np.zeros((2, 0)), Xi, T, F, G, Q, np.zeros((4, 2, 2)))
+    return Phi, Q
 
 
 def dryden(T: float, V: float, L: float | Array, sigma: float | Array) -> tuple[Array, Array, Array, Array]:
@@ -75,7 +75,9 @@ def dryden(T: float, V: float, L: float | Array, sigma: float | Array) -> tuple[
         w = V / Ls[axis]
         b = slice(i, i + 2)
         Phi[b, b], Q = critically_damped(T, w)
-        SQ[b, b] = np.linalg.cholesky(Q)
+        L = np.zeros((2, 2))
+        chol_psd(Q, 2, L)
+        SQ[b, b] = L
         C[axis, b] = sg[axis] * w**1.5, sg[axis] * math.sqrt(3.0 * w)
         P0[b, b] = np.diag([0.25 / w**3, 0.25 / w])
     return Phi, SQ, C, P0

@@ -11,6 +11,7 @@ import numpy as np
 from flightsw.filters.base import CovarianceFilter
 from flightsw.filters.covariance import add_factor, apply_innovation, chol_psd, gain, root_diagonal
 from flightsw.kernels.jit import jit
+from flightsw.kernels.linalg import matvec
 
 Array = np.ndarray
 CBRT_EPS = 6.055454452393343e-06  # [-] cube root of the double rounding unit: the balance of a central difference
@@ -162,14 +163,17 @@ class KalmanFilter(CovarianceFilter):
     def predict_linear(self, F: Array, SQ: Array, b: Array | float = 0.0) -> None:
         """x <- F x + b, P <- F P F^T + SQ SQ^T; F [n,n], SQ [n,any], b [n]."""
         self.F[:] = F
-        self.x[:] = F @ self.x + b
+        was = self.x.copy()
+        matvec(self.F, was, self.x)
+        self.x += b
         time_update(self.F, np.ascontiguousarray(SQ, dtype=float), self.P, self._W)
 
     def update_linear(self, H: Array, y: Array, r: Array) -> float:
         """Measurement y [k] = H x + v, H [k,n], v of 1-sigma r [k], k <= m; returns NIS (-1: refused)."""
         k = len(y)
         self.H[:k] = H
-        self.nu[:k] = y - H @ self.x
+        matvec(self.H, self.x, self.nu)
+        self.nu[:k] = y - self.nu[:k]
         if measurement_update(self.H, np.asarray(r, dtype=float), k, self.P, self.K, self.Sy, self._W, self._A):
             self.failures += 1
             return -1.0

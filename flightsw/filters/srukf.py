@@ -13,8 +13,9 @@ from collections.abc import Callable
 
 import numpy as np
 
+from flightsw.filters.covariance import chol_psd
 from flightsw.kernels.jit import jit
-from flightsw.kernels.linalg import backward_sub_t, forward_sub, tria
+from flightsw.kernels.linalg import backward_sub_t, forward_sub, gram, tria
 
 
 @jit
@@ -231,7 +232,9 @@ class SquareRootUKF:
     @property
     def P(self) -> np.ndarray:
         """Covariance [n,n]."""
-        return self.S @ self.S.T
+        P = np.zeros((self.n, self.n))
+        gram(self.S, P)
+        return P
 
     def set_factor(self, S: np.ndarray) -> None:
         """S [n,n] <- lower-triangular factor of S S^T for any S [n,k]."""
@@ -240,11 +243,6 @@ class SquareRootUKF:
         tria(A, self.n, A.shape[1], self.S)
 
     def set_cov(self, P: np.ndarray) -> None:
-        """S <- factor of the symmetric P [n,n] by its eigenvalues, so zero variances are allowed.
-
-        Raises ValueError when P is indefinite.
-        """
-        w, V = np.linalg.eigh(0.5 * (P + P.T))
-        if not w[0] >= -1e-9 * w[-1]:
-            raise ValueError(f"covariance: smallest eigenvalue {w[0]:.4g}; allowed: positive semi-definite")
-        self.set_factor(V * np.sqrt(np.maximum(w, 0.0)))
+        """S <- factor of the symmetric P [n,n]; zero variances are allowed. Raises ValueError when P is indefinite."""
+        if chol_psd(np.ascontiguousarray(0.5 * (P + P.T)), self.n, self.S):
+            raise ValueError("covariance is indefinite; allowed: symmetric, positive semi-definite")

@@ -17,7 +17,7 @@ from flightsw.filters.covariance import apply_innovation, chol_psd, gain
 from flightsw.filters.srukf import _weighted_mean, row_norms
 from flightsw.filters.ukf import weighted_cov
 from flightsw.kernels.jit import jit
-from flightsw.kernels.linalg import tria
+from flightsw.kernels.linalg import gram, tria
 
 Array = np.ndarray
 
@@ -171,7 +171,9 @@ class PrintedSquareRootUKF(AugmentedPoints):
     @property
     def P(self) -> Array:
         """Covariance [n,n]."""
-        return self._C @ self._C.T
+        P = np.zeros((self.n, self.n))
+        gram(self._C, P)
+        return P
 
     def factor(self) -> Array:
         """The factor itself."""

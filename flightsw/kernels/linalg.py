@@ -1,4 +1,8 @@
-"""Small dense linear algebra with explicit loops: bit-stable from machine to machine, allocation-free."""
+"""Small dense linear algebra with explicit loops: bit-stable from machine to machine, allocation-free.
+
+Whatever flies uses these and not the linear algebra library, whose last digits depend on the processor and on how arrays lie in
+memory.
+"""
 
 from __future__ import annotations
 
@@ -64,3 +68,90 @@ def backward_sub_t(L: np.ndarray, n: int, b: np.ndarray) -> None:
         for j in range(i + 1, n):
             s -= L[j, i] * b[j]
         b[i] = s / L[i, i]
+
+
+@jit
+def product(A: np.ndarray, B: np.ndarray, out: np.ndarray) -> None:
+    """out [n,m] <- A [n,k] B [k,m]."""
+    for i in range(A.shape[0]):
+        for j in range(B.shape[1]):
+            s = 0.0
+            for k in range(A.shape[1]):
+                s += A[i, k] * B[k, j]
+            out[i, j] = s
+
+
+@jit
+def matvec(A: np.ndarray, x: np.ndarray, out: np.ndarray) -> None:
+    """out [n] <- A [n,m] x [m]; out is not x."""
+    for i in range(A.shape[0]):
+        s = 0.0
+        for j in range(A.shape[1]):
+            s += A[i, j] * x[j]
+        out[i] = s
+
+
+@jit
+def vecmat(w: np.ndarray, A: np.ndarray, out: np.ndarray) -> None:
+    """out [m] <- w [n] A [n,m], the weighted sum of the rows; out is not w."""
+    for j in range(A.shape[1]):
+        s = 0.0
+        for i in range(A.shape[0]):
+            s += w[i] * A[i, j]
+        out[j] = s
+
+
+@jit
+def inner(a: np.ndarray, b: np.ndarray) -> float:
+    """Sum of a_i b_i over [n]."""
+    s = 0.0
+    for i in range(a.shape[0]):
+        s += a[i] * b[i]
+    return s
+
+
+@jit
+def gram(A: np.ndarray, out: np.ndarray) -> None:
+    """out [n,n] <- A A^T of A [n,k], both triangles; out is not A."""
+    for i in range(A.shape[0]):
+        for j in range(i + 1):
+            s = 0.0
+            for k in range(A.shape[1]):
+                s += A[i, k] * A[j, k]
+            out[i, j] = s
+            out[j, i] = s
+
+
+@jit
+def solve(A: np.ndarray, B: np.ndarray) -> bool:
+    """B [n,k] <- A^-1 B by elimination with row pivots; A [n,n] is overwritten. False, B spoilt, for a singular A.
+
+    Golub and Van Loan, Matrix Computations, 4th ed., sec. 3.4.
+    """
+    n, k = B.shape
+    for c in range(n):
+        p = c
+        for i in range(c + 1, n):
+            if abs(A[i, c]) > abs(A[p, c]):
+                p = i
+        if not abs(A[p, c]) > 0.0:
+            return False
+        if p != c:
+            for j in range(c, n):
+                A[c, j], A[p, j] = A[p, j], A[c, j]
+            for j in range(k):
+                B[c, j], B[p, j] = B[p, j], B[c, j]
+        for i in range(c + 1, n):
+            f = A[i, c] / A[c, c]
+            if f != 0.0:
+                for j in range(c + 1, n):
+                    A[i, j] -= f * A[c, j]
+                for j in range(k):
+                    B[i, j] -= f * B[c, j]
+    for j in range(k):
+        for i in range(n - 1, -1, -1):
+            s = B[i, j]
+            for c in range(i + 1, n):
+                s -= A[i, c] * B[c, j]
+            B[i, j] = s / A[i, i]
+    return True

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import expm, solve_continuous_are, solve_discrete_are
+from scipy.linalg import solve_continuous_are, solve_discrete_are
+
+from flightsw.models.discrete import sampled
 
 Array = np.ndarray
 
@@ -17,20 +19,9 @@ def kalman_bucy(A: Array, C: Array, Xi: Array, Theta: Array) -> tuple[Array, Arr
     return S @ C.T @ np.linalg.inv(Theta), S
 
 
-def van_loan(A: Array, Xi: Array, dt: float) -> tuple[Array, Array]:
-    """F [n,n] = exp(A dt) and Qd [n,n], the covariance white noise of intensity Xi adds over dt [s] (van Loan 1978)."""
-    n = len(A)
-    big = np.zeros((2 * n, 2 * n))
-    big[:n, :n], big[:n, n:], big[n:, n:] = -A, Xi, A.T
-    e = expm(big * dt)
-    F = e[n:, n:].T
-    Q = F @ e[:n, n:]
-    return F, 0.5 * (Q + Q.T)
-
-
 def discrete_gain(A: Array, C: Array, Xi: Array, R: Array, dt: float) -> tuple[Array, Array]:
     """Steady gain K [n,k] of the sampled filter and its covariance after the update P [n,n]; R [k,k] variance per sample."""
-    F, Q = van_loan(A, Xi, dt)
+    F, _, Q = sampled(A, None, Xi, dt)
     M = solve_discrete_are(F.T, C.T, Q, R)
     K = M @ C.T @ np.linalg.inv(C @ M @ C.T + R)
     J = np.eye(len(A)) - K @ C

@@ -11,6 +11,7 @@ import math
 import numpy as np
 
 from flightsw.kernels.jit import jit
+from flightsw.kernels.linalg import solve
 
 G0 = 9.80665  # [m/s^2]
 
@@ -65,3 +66,57 @@ def measure(X: np.ndarray, R: np.ndarray, C: np.ndarray, codes: np.ndarray, m: i
             else:
                 i = c - 3
                 Y[s, j] = R[i] * x[0] + R[3 + i] * x[1] + R[6 + i] * x[2] + x[c]
+
+
+@jit
+def published(
+    x: np.ndarray, S: np.ndarray, prior: np.ndarray, share: np.ndarray, shown: np.ndarray, seen: np.ndarray, z: np.ndarray,
+    P: np.ndarray,
+) -> None:  # fmt: skip
+    """z [9], P [9,9] <- mean and covariance of (u, wind, probe errors) where only probe errors the flight has shown are used.
+
+    x [12], S [12,12] state and its factor; prior [3] start 1-sigma of the probe errors (0: not a state). shown [3] <- share of
+    the prior's variance that is gone; seen [3] <- 1 for one that has reached share [3], and for good. The others are put back
+    to N(0, prior^2): y given theta is y - G theta, G = P_yt P_tt^-1, so the rest is y - G theta_hat with the covariance
+    P_yy - G P_ty + G prior^2 G^T. It is what a filter says that carries them as consider states (Bierman 1977, chapter VIII).
+    """
+    for i in range(9):
+        a = i if i < 6 else i + 3
+        z[i] = x[a]
+        for j in range(i + 1):
+            b = j if j < 6 else j + 3
+            s = 0.0
+            for k in range(min(a, b) + 1):
+                s += S[a, k] * S[b, k]
+            P[i, j] = s
+            P[j, i] = s
+    held = np.zeros(3, dtype=np.int64)
+    m = 0
+    for c in range(3):
+        if prior[c] > 0.0:
+            shown[c] = 1.0 - P[6 + c, 6 + c] / (prior[c] * prior[c])
+            if shown[c] >= share[c]:
+                seen[c] = 1
+            if seen[c] == 0:
+                held[m] = 6 + c
+                m += 1
+    if m == 0:
+        return
+    A, G = np.zeros((m, m)), np.zeros((m, 9))  # G^T = P_tt^-1 P_ty
+    for a in range(m):
+        for b in range(m):
+            A[a, b] = P[held[a], held[b]]
+        for j in range(9):
+            G[a, j] = P[held[a], j]
+    if not solve(A, G):
+        return
+    was = P.copy()
+    for i in range(9):
+        for a in range(m):
+            z[i] -= G[a, i] * x[held[a] + 3]
+        for j in range(9):
+            for a in range(m):
+                q = prior[held[a] - 6]
+                P[i, j] += G[a, i] * (q * q * G[a, j] - was[held[a], j])
+    for a in range(m):
+        z[held[a]] = 0.0  # G is the unit matrix there, and what rounding leaves of it must not show

@@ -10,7 +10,7 @@ from scipy.optimize import root
 
 from flightsw.aircraft import Aircraft
 from flightsw.kernels.atmosphere import G0, density
-from flightsw.kernels.rotations import dcm_from_euler
+from flightsw.kernels.rotations import dcm_from_euler, to_parent
 from flightsw.models.airframe import free_rates, relative_rates, relative_velocity
 from flightsw.models.params import parameter_vector
 
@@ -95,7 +95,8 @@ def tanker_stage(x: np.ndarray) -> np.ndarray:
     tk[9:12] = x[3:6]
     cb = math.cos(x[1])
     ua = np.array([x[0] * math.cos(x[2]) * cb, x[0] * math.sin(x[1]), x[0] * math.sin(x[2]) * cb])
-    tk[15:18] = tk[:9].reshape(3, 3).T @ ua + x[12:15]
+    to_parent(tk[:9], ua, tk[15:18])
+    tk[15:18] += x[12:15]
     return tk
 
 

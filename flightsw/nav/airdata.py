@@ -15,6 +15,7 @@ import numpy as np
 from flightsw.aircraft import Aircraft
 from flightsw.fdi.monitor import Fdi, FdiParams
 from flightsw.kernels.atmosphere import G0, density
+from flightsw.kernels.linalg import gram
 from flightsw.kernels.rotations import (
     vec3,
 )
@@ -208,7 +209,9 @@ class AirData:
             return None, None
         J = self._by_rate.copy()
         J[3:9] /= self.frame.V_T
-        return prior[0], prior[1] + J @ J.T
+        S = np.zeros((len(J), len(J)))
+        gram(np.ascontiguousarray(J), S)
+        return prior[0], prior[1] + S
 
     def _shape(self) -> None:
         """The wake of the moment: its wing carries the tanker's load factor, from the transmitted acceleration (gusts of 0.39

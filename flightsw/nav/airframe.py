@@ -21,7 +21,7 @@ from flightsw.kernels.rotations import (
     vec3,
     wrap_pi,
 )
-from flightsw.models.airframe import free_rates, propagate_free
+from flightsw.models.airframe import air_velocity, free_rates, propagate_free
 from flightsw.models.measure import measure_free
 from flightsw.models.params import set_mass
 from flightsw.nav.common import EstimatorCore, NavParams, failed_bits, sane
@@ -106,8 +106,7 @@ class AirframeNav:
         dcm_from_quat(np.array(f.att_q_nb), self._R)
         euler_from_dcm(self._R, self._e)
         x[0:3], x[3:6], x[6:9], x[9:12] = c.air, f.gyro_b, self._e, f.gnss_pos_n
-        cb = np.cos(x[1])
-        ua = x[0] * np.array([np.cos(x[2]) * cb, np.sin(x[1]), np.sin(x[2]) * cb])
+        ua = np.array(air_velocity(x[0], x[1], x[2]))
         to_parent(self._R, ua, self._e)
         x[12:15] = np.array(f.gnss_vel_n) - self._e
         s = [p.r_V, p.r_beta, p.r_alpha, *[p.r_rate] * 3, *[p.r_euler] * 3, *[2 * p.r_pos] * 3, *[p.wind_sigma0] * 3]

@@ -18,6 +18,8 @@ from flightsw.filters.covariance import chol_psd
 from flightsw.filters.factory import KINDS, make_filter
 from flightsw.filters.gate import ChannelGate
 from flightsw.kernels import gust as k
+from flightsw.kernels.discrete import discretise
+from flightsw.kernels.linalg import inner
 from flightsw.models.gust import (
     GustAircraft,
     LinearModel,
@@ -251,7 +253,7 @@ class GustNav:
         for i in range(m):
             if self._codes[i] == k.Y_AZ:
                 d = self.linear.D[k.Y_AZ] * rate * self.p.servo_slack_s
-                self._r[i] = math.sqrt(self._r[i] ** 2 + float(d @ d))
+                self._r[i] = math.sqrt(self._r[i] ** 2 + float(inner(d, d)))
 
     def _model(self, dt: float) -> None:
         """Transition and noise factors for steps of dt [s]."""
@@ -260,12 +262,12 @@ class GustNav:
         n = k.NX
         A, B, W = self.linear.A, self.linear.B, np.zeros((4, n, n))
         wind, rest, S = np.zeros((n, n)), np.zeros((n, n)), np.zeros((n, n))
-        k.discretise(A, B, self.p.process.intensity(), dt, self._F, self._G, rest, W)
+        discretise(A, B, self.p.process.intensity(), dt, self._F, self._G, rest, W)
         Br = self.linear.Br
         intensity = np.zeros((n, n))
         for j in range(2):
             intensity += Br[:, j : j + 1] * Br[:, j]
-        k.discretise(A, B, intensity, dt, self._F, self._G, wind, W)
+        discretise(A, B, intensity, dt, self._F, self._G, wind, W)
         for i, s in enumerate(self.p.scales):
             chol_psd(s * s * wind + rest, n, S)
             self._SQ[i] = S
@@ -300,8 +302,8 @@ class GustNav:
         P = self.P
         sigma = np.sqrt(np.maximum(np.diag(P), 0.0))
         mu = self.bank.mu
-        nis = float(mu @ self._nis) if m > 0 else math.nan
-        scale = math.exp(float(np.sum(mu * np.log(self.bank.q_values))))
+        nis = float(inner(mu, self._nis)) if m > 0 else math.nan
+        scale = self.bank.q
         used = sum(1 << int(c) for c in self._codes[:m])
         return GustEstimate(True, "", x.copy(), sigma, nis, m, scale, tuple(mu.tolist()), used, self._left_out)
 

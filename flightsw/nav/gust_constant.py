@@ -12,6 +12,7 @@ import math
 import numpy as np
 
 from flightsw.kernels import gust as k
+from flightsw.kernels.linalg import matvec
 from flightsw.models.gust import LinearModel, linear_model
 from flightsw.models.gust_print import H_PRINTED
 
@@ -43,7 +44,7 @@ class ConstantGainGust:
     def start(self, x: Array) -> None:
         """Begin from x [9], as if the last reading had been what x predicts."""
         self.x[:] = x
-        self._y[:] = self._C @ self.x
+        matvec(self._C, self.x, self._y)
         self.started = True
 
     def get_state(self) -> dict[str, Array]:

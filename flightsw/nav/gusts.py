@@ -11,6 +11,7 @@ import math
 import numpy as np
 
 from flightsw.filters.gauss_markov import dryden
+from flightsw.models.discrete import multiply
 from flightsw.nav.common import NavParams
 
 GUSTS = 5  # u; v, v'; w, w' (filters.gauss_markov.dryden)
@@ -30,7 +31,7 @@ class GustStates:
         if key != self._key:
             self._key = key
             self.Phi, self.L, C, _ = dryden(dt, float(key[1]), self.p.gust_L_m, self.p.gust_sigma)
-            self.Cd, self.CL = C @ (self.Phi - np.eye(GUSTS)), C @ self.L
+            self.Cd, self.CL = multiply(C, self.Phi - np.eye(GUSTS)), multiply(C, self.L)
 
     def start(self, x: np.ndarray, S: np.ndarray) -> None:
         """Stationary turbulence into the state x and the factor S, in place."""
@@ -55,15 +56,15 @@ class GustStates:
         heading = x[6] if psi is None else psi
         c, s = math.cos(heading), math.sin(heading)
         T = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])  # track axes (heading) to NED
-        dW = X[:, i] @ (T @ self.Cd).T
+        dW = multiply(X[:, i], multiply(T, self.Cd).T)
         if wind:
             X[:, 12:15] += dW
-        X[:, 0:3] += dW @ G.T
-        X[:, i] = X[:, i] @ self.Phi.T
+        X[:, 0:3] += multiply(dW, G.T)
+        X[:, i] = multiply(X[:, i], self.Phi.T)
         slow = self.p.q_slow * math.sqrt(dt)
         SQ[12:15, 15:18] = np.eye(3) * slow
         SQ[0:3, 15:18] = G * slow
         j = slice(self.column, self.column + GUSTS)
         SQ[i, j] = self.L
-        SQ[12:15, j] = T @ self.CL
-        SQ[0:3, j] = G @ SQ[12:15, j]
+        SQ[12:15, j] = multiply(T, self.CL)
+        SQ[0:3, j] = multiply(G, SQ[12:15, j])

@@ -18,6 +18,9 @@ The turn between samples is that of the attitude; the integrated rates fill in w
 does: an increment that disagrees with them is an attitude correction, not motion, and that step's noise u x d grows by the
 disagreement. Turning by the rates alone would let a rate scale error of 2 % walk u away from R_BI (v - W) for good.
 
+What is published uses a probe error only once the flight itself says more about it than the prior did (`published`): until then
+it stays at zero with the prior's sigma, and wind and sigma are those of a probe taken as it reads whose errors are considered.
+
 C is formed at the slow air velocity R_BI (v - W_slow) and not at u: with V (1 + k) the turbulence itself, seen in u,
 would count as excitation of k, although it is the very noise k is weighed against (errors in variables). What identifies
 k, b, a is the manoeuvre alone.
@@ -32,12 +35,14 @@ import numpy as np
 from flightsw.filters.srukf import SquareRootUKF, row_norms
 from flightsw.kernels.jit import jit
 from flightsw.kernels.linalg import forward_sub, tria
-from flightsw.kernels.rotations import dcm_from_euler, mul33_t, rotate_dcm, vec3
-from flightsw.models.kinematic import G0, measure, probe_matrix, propagate
-from flightsw.nav.kinematic_ports import KinematicInput, KinematicParams, KinematicState
+from flightsw.kernels.rotations import dcm_from_euler, mul33_t, rotate_dcm, to_child, to_parent, vec3
+from flightsw.models.discrete import multiply
+from flightsw.models.kinematic import G0, measure, probe_matrix, propagate, published
+from flightsw.nav.kinematic_ports import KinematicInput, KinematicParams, KinematicState, Vec3
 
 AIR, WIND, FORCE, PROBE = slice(0, 3), slice(3, 6), slice(6, 9), slice(9, 12)
 N, M, NQ = 12, 6, 12
+NO_AIR = (math.nan, math.nan, math.nan)
 
 
 @jit
@@ -85,10 +90,14 @@ class KinematicNav:
         self.started = False
         self._w0 = np.zeros(3)
         self._w, self._R, self._Rg, self._R0, self._E = np.zeros(3), np.zeros(9), np.zeros(9), np.zeros(9), np.zeros(9)
-        self._C, self._slow = np.zeros(9), np.zeros(3)
+        self._C, self._slow, self._fast = np.zeros(9), np.zeros(3), np.zeros(3)
         self._codes = np.zeros(M, dtype=np.int64)
         self._y, self._r, self._nu, self._sd, self._e = (np.zeros(M) for _ in range(5))
         self._L, self._A = np.zeros((M, M)), np.zeros((M, 2 * N + 1 + M))
+        self._prior = np.array([params.probe_scale, params.probe_beta, params.probe_alpha])
+        self._share = np.array(params.observed_share)
+        self._shown, self._seen = np.zeros(3), np.zeros(3, dtype=np.int64)  # what the flight shows of the probe errors
+        self._z, self._P = np.zeros(9), np.zeros((9, 9))  # published: u, wind, probe errors
         self._since = np.zeros(M)  # [s] how long each measurement has been refused without a break
 
     def reset(self) -> None:
@@ -100,11 +109,13 @@ class KinematicNav:
         """Copy of the state."""
         head = np.array([float(self.started), float(self.out.t_us)])
         return {"x": self.ukf.x.copy(), "S": self.ukf.S.copy(), "w": self._w0.copy(), "R": self._R.copy(),
-                "since": self._since.copy(), "slow": self._slow.copy(), "C": self._C.copy(), "head": head}  # fmt: skip
+                "since": self._since.copy(), "seen": self._seen.astype(float), "slow": self._slow.copy(), "C": self._C.copy(),
+                "head": head}  # fmt: skip
 
     def set_state(self, s: dict[str, np.ndarray]) -> None:
         """Restore what `get_state` returned."""
         self.ukf.x[:], self.ukf.S[:], self._w0[:], self._R[:] = s["x"], s["S"], s["w"], s["R"]
+        self._seen[:] = s["seen"]
         self._since[:], self._slow[:], self._C[:] = s["since"], s["slow"], s["C"]
         self.started, self.out.t_us = bool(s["head"][0]), int(s["head"][1])
 
@@ -115,7 +126,7 @@ class KinematicNav:
         if not all(map(math.isfinite, f.w_b)):
             o.valid, o.reason, o.codes = False, "body rate not finite", ()
             return o
-        air_ok = f.air_ok and all(map(math.isfinite, f.air)) and f.air[0] >= p.min_airspeed
+        air = f.air if f.air_ok and (math.isnan(f.air[0]) or p.min_airspeed <= f.air[0] < math.inf) else NO_AIR
         vel_ok = f.vel_ok and all(map(math.isfinite, f.vel_n))
         dt = (f.t_us - o.t_us) * 1e-6
         if self.started and (dt <= 0.0 or dt > p.max_gap_s):
@@ -124,9 +135,9 @@ class KinematicNav:
                 return o
             self.started = False
         if not self.started:
-            return self._start(f, att_ok and air_ok and vel_ok)
+            return self._start(f, air, att_ok and math.isfinite(air[0]) and vel_ok)
         self._predict(f, dt, att_ok)
-        self._fuse(f, dt, air_ok, vel_ok)
+        self._fuse(f, dt, air, vel_ok)
         x = self.ukf.x
         if not (np.isfinite(x).all() and np.isfinite(self.ukf.S).all() and p.min_airspeed < self.airspeed() < 400.0):
             self.started = False
@@ -139,31 +150,40 @@ class KinematicNav:
         x = self.ukf.x
         return math.sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2])
 
-    def _start(self, f: KinematicInput, usable: bool) -> KinematicState:
+    def _start(self, f: KinematicInput, air: Vec3, usable: bool) -> KinematicState:
         o, p, x = self.out, self.p, self.ukf.x
         o.t_us, o.codes = f.t_us, ()
         if not usable:
             o.valid, o.reason = False, "waiting for attitude, air data and ground velocity"
             return o
-        cb = math.cos(f.air[1])
-        u = f.air[0] * np.array([math.cos(f.air[2]) * cb, math.sin(f.air[1]), math.sin(f.air[2]) * cb])
+        V, (beta, r_beta), (alpha, r_alpha) = (
+            air[0],
+            *(
+                (a, r) if math.isfinite(a) else (0.0, p.flow_sigma0)
+                for a, r in ((air[1], p.r_beta), (air[2], p.r_alpha))
+            ),
+        )
+        cb = math.cos(beta)
+        u, u_n = V * np.array([math.cos(alpha) * cb, math.sin(beta), math.sin(alpha) * cb]), np.zeros(3)
         dcm_from_euler(*f.euler, self._R)
+        to_parent(self._R, u, u_n)
+        x[AIR], x[WIND], x[PROBE] = u, np.array(f.vel_n) - u_n, 0.0
         R = self._R.reshape(3, 3)
-        x[AIR], x[WIND], x[PROBE] = u, np.array(f.vel_n) - R.T @ u, 0.0
         x[FORCE] = np.cross(f.w_b, u) - G0 * R[:, 2]
         # what is wrong with u is wrong with the wind as well: the start covariance carries it, and needs no wide guess
         probe_matrix(u, self._C)
         C = self._C.reshape(3, 3)
         J = np.zeros((N, 12))
         J[PROBE, 0:3] = np.diag([p.probe_scale, p.probe_beta, p.probe_alpha])
-        J[AIR, 0:3] = -C @ J[PROBE, 0:3]
-        J[AIR, 3:6] = C * np.array([p.r_V / f.air[0], p.r_beta, p.r_alpha])
-        J[WIND, 0:6] = -R.T @ J[AIR, 0:6]
+        J[AIR, 0:3] = -C * np.diag(J[PROBE, 0:3])
+        J[AIR, 3:6] = C * np.array([p.r_V / V, r_beta, r_alpha])
+        J[WIND, 0:6] = -multiply(R.T, J[AIR, 0:6])
         J[WIND, 6:9] = np.eye(3) * p.r_vel
         J[FORCE, 9:12] = np.eye(3) * p.force_sigma0
         A = np.ascontiguousarray(J)
         tria(A, N, 12, self.ukf.S)
         self._since[:] = 0.0
+        self._seen[:] = 0
         self._slow[:] = x[WIND]
         self._w0[:] = f.w_b
         self.started = True
@@ -202,11 +222,11 @@ class KinematicNav:
         propagate(self.ukf.draw(), self._E, self._R0, self._R, dt)
         self.ukf.recombine()
 
-    def _fuse(self, f: KinematicInput, dt: float, air_ok: bool, vel_ok: bool) -> None:
+    def _fuse(self, f: KinematicInput, dt: float, air: Vec3, vel_ok: bool) -> None:
         o, p, m = self.out, self.p, 0
-        values, sigmas = (*f.air, *f.vel_n), (p.r_V, p.r_beta, p.r_alpha, p.r_vel, p.r_vel, p.r_vel)
+        values, sigmas = (*air, *f.vel_n), (p.r_V, p.r_beta, p.r_alpha, p.r_vel, p.r_vel, p.r_vel)
         for c in range(M):
-            if air_ok if c < 3 else vel_ok:
+            if math.isfinite(values[c]) and (c < 3 or vel_ok):
                 self._codes[m], self._y[m], self._r[m] = c, values[c], sigmas[c]
                 m += 1
         o.codes, o.softened, o.refused, o.log_likelihood = tuple(self._codes[:m].tolist()), 0, 0, 0.0
@@ -215,7 +235,8 @@ class KinematicNav:
         ukf = self.ukf
         self._slow += (ukf.x[WIND] - self._slow) * min(1.0, dt / p.slow_s)
         # R (v - W_slow) with the predicted velocity: the noise of the measured one is in the innovation it would meet
-        probe_matrix(ukf.x[AIR] + self._R.reshape(3, 3) @ (ukf.x[WIND] - self._slow), self._C)
+        to_child(self._R, ukf.x[WIND] - self._slow, self._fast)
+        probe_matrix(ukf.x[AIR] + self._fast, self._C)
         measure(ukf.draw(), self._R, self._C, self._codes, m, ukf.Y)
         o.log_likelihood = float(
             innovate(ukf.Y, m, ukf.w0c, ukf.wi, self._y, self._r, self._nu, self._sd, self._e, self._L, self._A)
@@ -242,15 +263,17 @@ class KinematicNav:
             ukf.correct(self._y, self._r, k)
 
     def _publish(self, f: KinematicInput) -> KinematicState:
-        o, p, x = self.out, self.p, self.ukf.x
+        o, p, x, P = self.out, self.p, self._z, self._P
+        published(self.ukf.x, self.ukf.S, self._prior, self._share, self._shown, self._seen, x, P)
         o.t_us, o.valid, o.reason = f.t_us, True, ""
-        V = self.airspeed()
+        V = math.sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2])
         o.air = (V, math.asin(max(-1.0, min(1.0, x[1] / V))), math.atan2(x[2], x[0]))
-        o.wind_n, o.force_b, o.probe = vec3(x[WIND]), vec3(x[FORCE]), vec3(x[PROBE])
-        s = self.ukf.sigmas()
+        o.wind_n, o.force_b, o.probe = vec3(x[3:6]), vec3(self.ukf.x[FORCE]), vec3(x[6:9])
         b = (V * p.bias_att) ** 2 + p.bias_vel**2
-        o.wind_sigma = (math.sqrt(s[3] ** 2 + b), math.sqrt(s[4] ** 2 + b), math.sqrt(s[5] ** 2 + b))
-        o.probe_sigma = (s[9], s[10], s[11])
-        SW = self.ukf.S[WIND]
-        o.wind_P[:] = SW @ SW.T
+        var = np.diag(P).tolist()
+        o.wind_sigma = (math.sqrt(var[3] + b), math.sqrt(var[4] + b), math.sqrt(var[5] + b))
+        o.probe_sigma = (math.sqrt(var[6]), math.sqrt(var[7]), math.sqrt(var[8]))
+        o.probe_shown = vec3(self._shown)
+        o.probe_held = (not self._seen[0], not self._seen[1], not self._seen[2])
+        o.P[:] = P[3:, 3:]
         return o

@@ -31,6 +31,9 @@ class KinematicParams:
     probe_scale: NonNeg = 0.02  # [-] start 1-sigma of the airspeed scale error
     probe_beta: NonNeg = 0.015  # [rad]
     probe_alpha: NonNeg = 0.015  # [rad]
+    # [-] of a probe error's prior variance the flight must take away before it is used (scale, beta, alpha); 1: never
+    observed_share: Annotated[Vec3, Range(0.0, 1.0)] = (0.5, 0.5, 0.5)
+    flow_sigma0: Pos = 0.1  # [rad] start 1-sigma of a flow angle that is not read
     bias_att: NonNeg = 0.005  # [rad] slow attitude error, not a state: added to the reported wind uncertainty
     bias_vel: NonNeg = 0.1  # [m/s] slow velocity error, likewise
     slow_s: Pos = 2.0  # [s] time constant of the slow wind in the probe-error matrix
@@ -44,7 +47,8 @@ class KinematicParams:
 
 @dataclass(slots=True)
 class KinematicInput:
-    """One sample. euler (psi, theta, phi) [rad], w_b [rad/s] body, vel_n [m/s] NED, air (V [m/s], beta, alpha [rad])."""
+    """One sample. euler (psi, theta, phi) [rad], w_b [rad/s] body, vel_n [m/s] NED, air (V [m/s], beta, alpha [rad]; one that
+    is not a number was not read)."""
 
     t_us: int = 0
     euler: Vec3 = (0.0, 0.0, 0.0)
@@ -58,7 +62,8 @@ class KinematicInput:
 
 @dataclass(slots=True)
 class KinematicState:
-    """Estimate after a step. wind_sigma includes the slow errors that are no state; wind_P [3,3] is the filter's own."""
+    """Estimate after a step. wind_sigma includes the slow errors that are no state; P [6,6] of wind and probe errors does not.
+    A probe error that is `held` is at its prior: zero, with the start's sigma."""
 
     t_us: int = 0
     valid: bool = False
@@ -66,10 +71,12 @@ class KinematicState:
     air: Vec3 = (0.0, 0.0, 0.0)  # V [m/s], beta, alpha [rad]
     wind_n: Vec3 = (0.0, 0.0, 0.0)  # [m/s]
     wind_sigma: Vec3 = (0.0, 0.0, 0.0)  # [m/s]
-    wind_P: np.ndarray = field(default_factory=lambda: np.zeros((3, 3)))  # [m^2/s^2]
+    P: np.ndarray = field(default_factory=lambda: np.zeros((6, 6)))
     force_b: Vec3 = (0.0, 0.0, 0.0)  # [m/s^2]
     probe: Vec3 = (0.0, 0.0, 0.0)  # airspeed scale [-], beta, alpha offset [rad]
     probe_sigma: Vec3 = (0.0, 0.0, 0.0)
+    probe_shown: Vec3 = (0.0, 0.0, 0.0)  # share of the prior's variance the flight has taken away
+    probe_held: tuple[bool, bool, bool] = (True, True, True)  # the flight has not shown it: at its prior
     codes: tuple[int, ...] = ()  # offered this step: 0..2 V, beta, alpha; 3..5 velocity N, E, D
     innovation: np.ndarray = field(default_factory=lambda: np.zeros(6))  # in the order of `codes`, before gating
     innovation_sigma: np.ndarray = field(default_factory=lambda: np.zeros(6))

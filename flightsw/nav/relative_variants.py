@@ -14,7 +14,8 @@ import numpy as np
 from flightsw.aircraft import Aircraft
 from flightsw.filters.gauss_markov import first_order
 from flightsw.kernels.atmosphere import density
-from flightsw.kernels.rotations import vec3
+from flightsw.kernels.linalg import inner
+from flightsw.kernels.rotations import to_parent, vec3
 from flightsw.models.airframe import air_velocity, propagate_relative
 from flightsw.models.measure import measure_relative
 from flightsw.models.rotational import PROBE_CODE, WIND_CODE, differenced_relative, measure_local
@@ -141,7 +142,7 @@ class RelativeVariant(RelativeNav):
         self._sort_rows()
         # The tanker's rates are taken as exact in w_T x xi. Beside velocity readings known to a hundredth of their noise
         # their scatter would be regressed on xi and pull it towards zero, by metres (errors in variables).
-        self.colour.floor[12:15] = p.r_peer_rate * math.sqrt(float(c.ukf.x[POS] @ c.ukf.x[POS]))
+        self.colour.floor[12:15] = p.r_peer_rate * math.sqrt(inner(c.ukf.x[POS], c.ukf.x[POS]))
         rot = self.rot is not None
         ukf = c.ukf
 
@@ -175,10 +176,11 @@ class RelativeVariant(RelativeNav):
         """
         tk = self._tks[2]
         self._relative_euler(f, tk)
-        R = self._Rn.reshape(3, 3)  # R_BRBT, measured
         w_t, xi = tk[9:12], np.array(f.rel_pos_t)
-        v = np.array(f.rel_vel_t) + np.cross(w_t, xi) - R.T @ np.array(air_velocity(*self.core.air))
-        return np.asarray(tk[15:18] + tk[:9].reshape(3, 3).T @ v)
+        u_a, out = np.zeros(3), np.zeros(3)
+        to_parent(self._Rn, np.array(air_velocity(*self.core.air)), u_a)  # R_BRBT, measured
+        to_parent(tk[:9], np.array(f.rel_vel_t) + np.cross(w_t, xi) - u_a, out)
+        return tk[15:18] + out
 
     def _queue_probes(self, f: SensorFrame) -> None:
         """Every valid probe's airspeed, sideslip and incidence, carried forward with the rates of the mean air data."""

@@ -195,7 +195,7 @@ class RangeEstimator:
         if self.three:
             s = self.s3
             return np.ones(1), np.array([[s[0], s[2]]]), np.array([[[s[3], s[5]], [s[5], s[8]]]])
-        w = np.exp(self.lw)
+        w = np.array([math.exp(v) for v in self.lw.tolist()])
         ix = [k8.X, k8.Y]
         return w / w.sum(), self.m[:, ix].copy(), self.P[:, ix][:, :, ix].copy()
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from flightsw.aircraft import Aircraft
 from flightsw.kernels.atmosphere import density
-from flightsw.kernels.rotations import dcm_from_quat
+from flightsw.kernels.rotations import dcm_from_quat, to_parent
 from flightsw.models.airframe import air_velocity, propagate_free
 from flightsw.models.measure import measure_free
 from flightsw.models.sensed import measure_differenced, propagate_sensed
@@ -125,8 +125,9 @@ class AirframeVariant(AirframeNav):
             self._q[:] = f.att_q_nb
             dcm_from_quat(self._q, self._R)
             # v - R_BI^T u_a from measured quantities (Lee 4.7)
-            ua = np.array(air_velocity(*c.air))
-            self.cmw.queue(c, np.array(f.gnss_vel_n) - self._R.reshape(3, 3).T @ ua)
+            ua = np.zeros(3)
+            to_parent(self._R, np.array(air_velocity(*c.air)), ua)
+            self.cmw.queue(c, np.array(f.gnss_vel_n) - ua)
         ukf, form = c.ukf, self.form
 
         def measure() -> None:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flightsw.kernels import wake_position as k
+from flightsw.kernels.linalg import solve
 from flightsw.models.wake import WakeParams, wake_vector
 from flightsw.strict import OneOf, Range
 
@@ -91,6 +92,10 @@ def ok_channels(mask: int, out: NDArray[np.int64]) -> int:
         out[c] = (mask >> c) & 1
         n += int(out[c])
     return n
+
+
+def _row_sum(A: Arr) -> float:
+    return float(np.abs(A).sum(axis=1).max())
 
 
 class WakeMl:
@@ -295,9 +300,11 @@ class WakeMl:
         if not (scale > 0.0).all():
             return None
         S = A[:n, :n] / np.outer(scale, scale)
-        if not np.linalg.cond(S) < 1e12:
+        inverse = np.eye(n)
+        # condition in the maximum norm: rows that tell the unknowns apart by rounding only
+        if not solve(S.copy(), inverse) or not _row_sum(S) * _row_sum(inverse) < 1e12:
             return None
-        cov[:n, :n] = np.linalg.inv(S) / np.outer(scale, scale)
+        cov[:n, :n] = inverse / np.outer(scale, scale)
         return cov
 
     def locate(

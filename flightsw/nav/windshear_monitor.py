@@ -16,6 +16,7 @@ from flightsw.filters.covariance import chol_psd
 from flightsw.filters.factory import make_filter
 from flightsw.kernels import windshear as k
 from flightsw.kernels import windshear_kinematic as kk
+from flightsw.models.discrete import multiply
 from flightsw.models.windshear import WindshearNoise, WindshearSensors, triple_integrator
 from flightsw.strict import OneOf, Range
 
@@ -147,7 +148,7 @@ class WindshearMonitor:
         Q = np.zeros((kk.NK, kk.NK))
         var = np.square(self._r_in)
         drive = np.array([[0.0, 0.5 * dt * dt, 0.0], [dt, 0.0, 0.0], [0.0, dt, 0.0], [0.0, 0.0, dt]])
-        Q[:4, :4] = drive @ np.diag(var) @ drive.T
+        Q[:4, :4] = multiply(drive * var, drive.T)
         Q[0, 0] += self.p.noise.h_m**2 * dt
         W = triple_integrator(self.p.noise.wind**2, dt)
         for at in (kk.K_WX, kk.K_WH):

@@ -9,8 +9,8 @@ from scipy.signal import welch
 from scipy.stats import chi2
 
 from flightsw.nav.kinematic import KinematicParams
-from hil_scripts.estimate.flightlog import FlightLog
-from hil_scripts.estimate.offline import CHANNELS, Array, Track, implied_air, run, triangle
+from hil_scripts.estimate.columns import Array, FlightLog
+from hil_scripts.estimate.offline import CHANNELS, Track, implied_air, run, triangle
 from hil_scripts.estimate.twin import SlowErrors, make
 
 AXES = "ned"
@@ -42,8 +42,9 @@ def _mean_wind(out: Values, key: str, w: Array) -> None:
     out[f"{key}.from_rad"] = float(np.arctan2(-e, -n) % (2.0 * np.pi))
 
 
-def _consistency(out: Values, tr: Track, keep: Array) -> None:
-    """Whiteness and normalised innovation squared with 95 % bands, over the samples at which all six channels came."""
+def _consistency(out: Values, tr: Track, keep: Array, vanes: tuple[bool, bool]) -> None:
+    """Whiteness and normalised innovation squared with 95 % bands, over the samples at which all six channels came; of
+    channels that were measured, not assumed."""
     z, e = tr.z[keep], tr.e[keep]
     ok = np.isfinite(z).all(axis=1)
     z, e = z[ok], e[ok]
@@ -51,14 +52,20 @@ def _consistency(out: Values, tr: Track, keep: Array) -> None:
     lags = np.arange(1, 26)
     out["innovation.n"] = float(n)
     out["innovation.lag_band95"] = float(1.96 / np.sqrt(n))
+    measured = [True, *vanes, True, True, True]
     for i, name in enumerate(CHANNELS):
+        if not measured[i]:
+            continue
         x = z[:, i] - z[:, i].mean()
         ac = np.array([x[k:] @ x[:-k] / (x @ x) for k in lags])
         out[f"innovation.{name}.std"] = float(z[:, i].std())
         out[f"innovation.{name}.lag1"] = float(ac[0])
         out[f"innovation.{name}.lags_inside95"] = float(np.mean(np.abs(ac) <= 1.96 / np.sqrt(n)))
     # the factor is lower triangular with the air data first: its first three whitened entries are those of the air data alone
-    for name, x, dof in (("air", e[:, :3], 3), ("velocity", e[:, 3:], 3), ("all", e, 6)):
+    sets = [("velocity", e[:, 3:], 3)]
+    if all(vanes):
+        sets += [("air", e[:, :3], 3), ("all", e, 6)]
+    for name, x, dof in sets:
         s = (x**2).sum(axis=1)
         out[f"nis.{name}.mean"] = float(s.mean())
         out[f"nis.{name}.median"] = float(np.median(s))
@@ -69,27 +76,44 @@ def _consistency(out: Values, tr: Track, keep: Array) -> None:
     out["gate.refused_share"] = tr.refused / (6.0 * n)
 
 
-def _delay(out: Values, log: FlightLog, wind: Array, keep: Array) -> None:
-    """By how much the logged horizontal wind lags the estimate: shift of least RMS difference within 0 to 2 s, and that RMS."""
+LAG_MAX_S = 2.0  # [s] how far back the logged wind is looked for
+
+
+def _delay(out: Values, log: FlightLog, wind: Array, keep: Array) -> Array:
+    """By how much the logged horizontal wind lags the raw triangle `wind` [n,3]: shift of least RMS difference within 0 to
+    LAG_MAX_S. Returns the logged wind [n,3] read that much later, not a number where the log is over; as logged where there is
+    no such shift. The triangle judges, not an estimate: the same shift is then fair to all."""
     assert log.wind_n is not None
     dt = float(np.median(np.diff(log.t)))
     k = np.flatnonzero(keep)
-    last = min(round(2.0 / dt), len(k) // 4)
-    a = wind[k[: len(k) - last], :2]
-    rms = np.array([np.mean((log.wind_n[k[i : len(k) - last + i], :2] - a) ** 2, axis=0) for i in range(last + 1)])
-    best = int(np.argmin(rms.sum(axis=1)))
-    out["delay.logged_s"] = round(best * dt, 6)
+    last = min(round(LAG_MAX_S / dt), len(k) // 4)
+    shifts = dt * np.arange(last + 1)
+    k = k[log.t[k] <= log.t[-1] - shifts[-1]]
+
+    def later(by: float) -> Array:
+        """The logged wind `by` seconds after every sample, held as it was logged."""
+        assert log.wind_n is not None
+        at = np.searchsorted(log.t, log.t + by + 1e-9, side="right") - 1
+        return np.where((log.t + by <= log.t[-1] + 0.5 * dt)[:, None], log.wind_n[at], np.nan)
+
+    ms = np.array([np.mean((later(float(s))[k, :2] - wind[k, :2]) ** 2, axis=0) for s in shifts])
+    best = int(np.argmin(ms.sum(axis=1)))
+    out["delay.found"] = float(best < last)
+    if best == last:  # it only gets better: a wind that is slow, not late
+        return log.wind_n
+    out["delay.logged_s"] = round(float(shifts[best]), 6)
     for i in range(2):
-        out[f"delay.{AXES[i]}.rms"] = float(np.sqrt(rms[best, i]))
-        out[f"delay.{AXES[i]}.rms_undelayed"] = float(np.sqrt(rms[0, i]))
+        out[f"delay.{AXES[i]}.rms"] = float(np.sqrt(ms[best, i]))
+        out[f"delay.{AXES[i]}.rms_undelayed"] = float(np.sqrt(ms[0, i]))
+    return later(float(shifts[best]))
 
 
 def spectra(log: FlightLog, winds: dict[str, Array]) -> dict[str, tuple[Array, Array]]:
     """One-sided power spectral densities of winds [n,3]: f [k] Hz, S [k,3] m^2/s^2/Hz; windows of 10 s, half overlapped."""
     dt = float(np.median(np.diff(log.t)))
-    m = min(len(next(iter(winds.values()))), round(10.24 / dt))
     out = {}
     for name, w in winds.items():
+        m = min(len(w), round(10.24 / dt))
         f, s = welch(w, 1.0 / dt, nperseg=m, axis=0, detrend="linear")
         out[name] = (f[1:], s[1:])
     return out
@@ -107,45 +131,54 @@ def _slopes(out: Values, psd: dict[str, tuple[Array, Array]]) -> None:
 def figures(log: FlightLog, tr: Track, read: Track, p: KinematicParams) -> Values:
     """All figures of a log; tr: estimate with probe errors, read: with the probe taken as it reads. Flat dotted keys, SI."""
     keep = (log.t - log.t[0] >= SETTLE_S) & np.isfinite(tr.wind).all(axis=1) & np.isfinite(read.wind).all(axis=1)
-    tri = triangle(log)
+    fresh = log.fresh("airspeed") & log.fresh("beta") & log.fresh("alpha") & log.fresh("velocity")
+    tri = np.where(fresh[:, None], triangle(log), np.nan)  # there is none of a reading that is frozen
     out: Values = {
         "log.samples": float(len(log)),
         "log.duration_s": float(log.t[-1] - log.t[0]),
         "log.step_s": float(np.median(np.diff(log.t))),
         "log.settle_s": SETTLE_S,
+        "log.rows_skipped": float(len(log.skipped)),
         "estimate.valid_share": float(np.isfinite(tr.wind).all(axis=1).mean()),
     }
-    winds = {"estimate": tr.wind[keep], "as_read": read.wind[keep], "triangle": tri[keep]}
+    for f in log.frozen:
+        key = f"log.frozen.{f.sensor}_s"
+        out[key] = out.get(key, 0.0) + f.end_s - f.start_s
+    both = keep & fresh
+    winds = {"estimate": tr.wind[keep], "as_read": read.wind[keep], "triangle": tri[both]}
     if log.wind_n is not None:
         winds["logged"] = log.wind_n[keep]
     for name, w in winds.items():
         _mean_wind(out, f"wind.{name}", w)
     for i, a in enumerate(AXES):
         out[f"wind.estimate.{a}.sigma_median"] = float(np.median(tr.sigma[keep, i]))
-    _pair(out, "diff.estimate_triangle", winds["estimate"] - winds["triangle"], tr.sigma[keep], AXES)
-    _pair(out, "diff.as_read_triangle", winds["as_read"] - winds["triangle"], None, AXES)
+    _pair(out, "diff.estimate_triangle", (tr.wind - tri)[both], tr.sigma[both], AXES)
+    _pair(out, "diff.as_read_triangle", (read.wind - tri)[both], None, AXES)
     if log.wind_n is not None:
         # an onboard estimate that is identically zero in the vertical is no estimate of it
         axes = AXES if float(np.ptp(log.wind_n[:, 2])) > 0.0 else "ne"
-        _pair(out, "diff.estimate_logged", winds["estimate"] - winds["logged"], tr.sigma[keep], axes)
-        _pair(out, "diff.as_read_logged", winds["as_read"] - winds["logged"], None, axes)
-        _pair(out, "diff.triangle_logged", winds["triangle"] - winds["logged"], None, axes)
-        _delay(out, log, read.wind, keep)
+        caught_up = _delay(out, log, tri, both)
+        for when, w in (("", caught_up), ("_undelayed", log.wind_n))[: 2 if out["delay.found"] else 1]:
+            k = both & np.isfinite(w).all(axis=1)
+            _pair(out, f"diff.estimate_logged{when}", (tr.wind - w)[k], tr.sigma[k], axes)
+            _pair(out, f"diff.as_read_logged{when}", (read.wind - w)[k], None, axes)
+            _pair(out, f"diff.triangle_logged{when}", (tri - w)[k], None, axes)
     for name, w in (("estimate", tr.wind), ("logged", log.wind_n)):
         if w is not None:
-            d = (log.air - implied_air(log, w))[keep]
+            d = (log.air - implied_air(log, w))[both]
             for i, c in enumerate(CHANNELS[:3]):
+                if i and not log.vanes[i - 1]:
+                    continue
                 out[f"residual.{name}.{c}.mean"] = float(d[:, i].mean())
                 out[f"residual.{name}.{c}.rms"] = float(np.sqrt(np.mean(d[:, i] ** 2)))
-    _consistency(out, tr, keep)
+    _consistency(out, tr, keep, log.vanes)
     for i, name in enumerate(PROBE):
         prior = (p.probe_scale, p.probe_beta, p.probe_alpha)[i]
         out[f"probe.{name}.value"] = float(tr.probe[-1, i])
         out[f"probe.{name}.sigma"] = float(tr.probe_sigma[-1, i])
         out[f"probe.{name}.prior_sigma"] = prior
-        out[f"probe.{name}.information_gained"] = (
-            1.0 - float(tr.probe_sigma[-1, i]) ** 2 / prior**2 if prior > 0.0 else 0.0
-        )
+        out[f"probe.{name}.held"] = float(tr.held[i])
+        out[f"probe.{name}.information_gained"] = float(tr.shown[i])
     _slopes(out, spectra(log, winds))
     return out
 
@@ -163,6 +196,8 @@ def sensitivity(log: FlightLog, tr: Track, read: Track, p: KinematicParams) -> V
     out: Values = {}
     keep = log.t - log.t[0] >= SETTLE_S
     for name, i, by in SHIFTS:
+        if i and not log.vanes[i - 1]:
+            continue
         air = log.air.copy()
         air[:, i] = air[:, i] * (1.0 + by) if i == 0 else air[:, i] + by
         wrong = replace(log, air=air)

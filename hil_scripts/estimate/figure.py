@@ -11,8 +11,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 
+from hil_scripts.estimate.columns import FlightLog
 from hil_scripts.estimate.compare import spectra
-from hil_scripts.estimate.flightlog import FlightLog
 from hil_scripts.estimate.offline import Track, implied_air, triangle
 
 TRI, LOGGED, EST = "#666666", "#d95f02", "#1f4e9c"

@@ -16,7 +16,7 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.transform import Rotation
 
 from flightsw.nav.kinematic import KinematicParams
-from hil_scripts.estimate.flightlog import FlightLog
+from hil_scripts.estimate.columns import FlightLog
 
 Array = np.ndarray
 
@@ -55,7 +55,7 @@ def _reverting(rng: np.random.Generator, n: int, dt: float, sigma: float, tau: f
 
 
 def make(log: FlightLog, p: KinematicParams, seed: int, slow: SlowErrors | None = None, smooth_s: float = 0.3) -> Twin:
-    """One synthetic flight; slow None: the exact kind. Same seed, same flight."""
+    """One synthetic flight of a log with both vanes; slow None: the exact kind. Same seed, same flight."""
     rng = np.random.default_rng([seed, 0 if slow is None else 1])
     n, dt = len(log), float(np.median(np.diff(log.t)))
     vel = gaussian_filter1d(log.vel_n, smooth_s / dt, axis=0)
@@ -86,5 +86,7 @@ def make(log: FlightLog, p: KinematicParams, seed: int, slow: SlowErrors | None 
         euler = (body * Rotation.from_rotvec(err)).as_euler("ZYX")
         vel_m = vel_m + _reverting(rng, n, dt, slow.vel, slow.vel_s)
         gyro = gyro * (1.0 + slow.gyro_scale * rng.normal(size=3))
-    twin = replace(log, name=f"twin {seed}", euler=euler, w_b=gyro, vel_n=vel_m, air=air, wind_n=wind, pos_n=None)
+    twin = replace(
+        log, name=f"twin {seed}", euler=euler, w_b=gyro, vel_n=vel_m, air=air, wind_n=wind, pos_n=None, stale={}
+    )
     return Twin(twin, wind, probe)

@@ -10,9 +10,9 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cholesky, expm, solve_continuous_lyapunov
 
 from sim_plant.kernels.air import linear_block
+from sim_plant.kernels.dense import lower_factor, sample, settle
 from sim_plant.rng import BLOCK, generator
 
 Arr = NDArray[np.float64]
@@ -23,30 +23,47 @@ def shaping(V: float, L: float, sigma: float) -> tuple[Arr, Arr, Arr]:
     scale length L [m]. Source: MIL-F-8785C Dryden forms; lee.md section 3.5."""
     w0 = V / L
     a = np.zeros((5, 5))
-    b = np.zeros((5, 3))
+    b = np.zeros(5)  # each state is driven by the noise of one axis
     c = np.zeros((3, 5))
     a[0, 0] = -w0
-    b[0, 0] = sigma * math.sqrt(2.0 * V / (math.pi * L))
+    b[0] = sigma * math.sqrt(2.0 * V / (math.pi * L))
     c[0, 0] = 1.0
     for axis, i in ((1, 1), (2, 3)):
         a[i, i + 1] = 1.0
         a[i + 1, i], a[i + 1, i + 1] = -w0 * w0, -2.0 * w0
-        b[i + 1, axis] = 1.0
+        b[i + 1] = 1.0
         c[axis, i] = sigma / math.sqrt(math.pi) * w0**1.5
         c[axis, i + 1] = sigma * math.sqrt(3.0 * w0 / math.pi)
-    return a, math.pi * b @ b.T, c
+    return a, math.pi * np.diag(b * b), c
 
 
 def discretise(a: Arr, bbt: Arr, dt: float) -> tuple[Arr, Arr]:
-    """Transition matrix and covariance of the noise added in one step dt [s]. Source: Van Loan (1978), block
-    exponential."""
-    n = a.shape[0]
-    big = np.zeros((2 * n, 2 * n))
-    big[:n, :n], big[:n, n:], big[n:, n:] = -a, bbt, a.T
-    e = expm(big * dt)
-    phi = e[n:, n:].T
-    q = phi @ e[:n, n:]
-    return phi, 0.5 * (q + q.T)
+    """Transition matrix and covariance of the noise added in one step dt [s]; both [n, n]."""
+    phi, q = np.zeros_like(a), np.zeros_like(a)
+    sample(np.ascontiguousarray(a), np.ascontiguousarray(bbt), dt, phi, q)
+    return phi, q
+
+
+def factor(p: Arr) -> Arr:
+    """Lower-triangular factor [n, n] of a covariance. Raises ArithmeticError when it is not positive definite."""
+    out = np.zeros_like(p)
+    if not lower_factor(p, out):
+        raise ArithmeticError(f"covariance {p.tolist()} is not positive definite")
+    return out
+
+
+def noise_factor(q: Arr) -> Arr:
+    """Factor [n, n] of a step's covariance; a tiny ridge keeps the nearly singular one of a short step alive."""
+    return factor(q + np.diag(np.maximum(np.diag(q), 1e-300) * 1e-13))
+
+
+def stationary_draw(phi: Arr, q: Arr, rng: np.random.Generator) -> Arr:
+    """State [n] drawn from the stationary distribution of x' = phi x + n, cov n = q. Raises ArithmeticError without one."""
+    p, unit, n = q.copy(), rng.standard_normal(len(q)), len(q)
+    if not settle(phi.copy(), p):
+        raise ArithmeticError(f"transition {phi.tolist()} does not decay")
+    low = factor(p)
+    return np.array([sum(low[i, j] * unit[j] for j in range(i + 1)) for i in range(n)])
 
 
 class DrydenSeries:
@@ -61,12 +78,8 @@ class DrydenSeries:
             return
         a, bbt, c = shaping(V, L, sigma)
         self._phi, q = discretise(a, bbt, dt)
-        # the tiny ridge keeps the factorisation of the nearly singular step covariance alive
-        ridge = np.diag(np.maximum(np.diag(q), 1e-300) * 1e-13)
-        self._phi, self._c = np.ascontiguousarray(self._phi), np.ascontiguousarray(c)
-        self._chol = np.ascontiguousarray(cholesky(q + ridge, lower=True))
-        p = solve_continuous_lyapunov(a, -bbt)
-        self._x = cholesky(p, lower=True) @ self._rng.standard_normal(5)
+        self._c, self._chol = c, noise_factor(q)
+        self._x = stationary_draw(self._phi, q, self._rng)
         self._tmp = np.zeros(5)
 
     def advance(self) -> Arr:

@@ -172,7 +172,8 @@ class AirMass:
             for w in self._sines:
                 for i in range(3):
                     a, period, phase = w.amplitude_mps[i], w.period_s[i], w.phase_rad[i]
-                    self._slow[:, i] += a * np.sin(2.0 * math.pi * t / period + phase)
+                    angle = 2.0 * math.pi * t / period + phase
+                    self._slow[:, i] += a * np.array([math.sin(v) for v in angle.tolist()])
         self._slow_block += 1
 
     def _add_wake(self, v: Vehicle) -> None:

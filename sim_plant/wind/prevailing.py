@@ -8,36 +8,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flightsw.strict import ConfigError
+from sim_plant.wind.sounding import Sounding, read
 
 DATA = Path(__file__).resolve().parent.parent / "data"
-KNOT = 0.514444  # [m/s]
 
 
-def sounding_table(name: str) -> NDArray[np.float64]:
-    """Rows (height [m], north, east component [m/s], air moves towards) of a University of Wyoming listing.
+def sounding_path(name: str) -> Path:
+    """Where a sounding lies: an absolute path, or a file of sim_plant/data."""
+    return Path(name) if Path(name).is_absolute() else DATA / name
 
-    `name`: file in sim_plant/data or a path. Fixed columns of 7 characters: HGHT second, DRCT (direction FROM, deg)
-    and SKNT (knots) seventh and eighth; rows without wind are left out. Raises ConfigError naming the file.
-    """
-    path = Path(name) if Path(name).is_absolute() else DATA / name
+
+def read_sounding(name: str) -> Sounding:
+    """The ascent a scenario names: a file in sim_plant/data or a path. Raises ConfigError naming file, line and value."""
+    path = sounding_path(name)
     try:
-        lines = path.read_text().splitlines()
+        return read(path)
     except OSError as e:
         have = ", ".join(sorted(p.name for p in DATA.glob("sounding*.txt")))
         raise ConfigError(f"sounding file {str(path)!r} cannot be read ({e.strerror}); shipped: {have}") from None
-    rows: list[tuple[float, float, float]] = []
-    for line in lines:
-        cells = [line[i : i + 7].strip() for i in range(0, 77, 7)]
-        try:
-            height, direction, knots = float(cells[1]), float(cells[6]), float(cells[7])
-        except (ValueError, IndexError):
-            continue
-        a, v = np.radians(direction), knots * KNOT
-        if not rows or height > rows[-1][0]:
-            rows.append((height, float(-v * np.cos(a)), float(-v * np.sin(a))))
-    if len(rows) < 2:
-        raise ConfigError(f"sounding file {str(path)!r} holds no levels with height, direction and speed")
-    return np.array(rows)
+
+
+def sounding_table(name: str) -> NDArray[np.float64]:
+    """Rows (height [m], north, east component [m/s], air moves towards) of a sounding. Raises ConfigError."""
+    return read_sounding(name).wind
 
 
 def constant_table(north: float, east: float) -> NDArray[np.float64]:

@@ -154,8 +154,7 @@ def test_lqr_gain_satisfies_the_cost_identity() -> None:
         return total
 
     best = cost(d.K)
-    # gains carry five decimals in Bryson units: second order in the cost
-    assert best == pytest.approx(float(x0 @ P @ x0), rel=1e-7)
+    assert best == pytest.approx(float(x0 @ P @ x0), rel=1e-9)
     rng = np.random.default_rng(1)
     assert all(cost(d.K + 1e-3 * rng.normal(size=d.K.shape)) > best for _ in range(5))
     assert d.radius == pytest.approx(np.abs(np.linalg.eigvals(Ad - Bd @ d.K)).max(), rel=1e-9)

@@ -11,10 +11,12 @@ from hypothesis import strategies as st
 from scipy.linalg import expm, solve_continuous_are, solve_continuous_lyapunov
 
 from flightsw.kernels import gust as k
+from flightsw.kernels.discrete import discretise
 from flightsw.models import gust as model
 from flightsw.models import gust_print as printed
-from flightsw.models.gust_design import discrete_gain, kalman_bucy, pbh_rank, van_loan
+from flightsw.models.gust_design import discrete_gain, kalman_bucy, pbh_rank
 from flightsw.nav.gust import GustNav, GustParams
+from tests.sampled import transition_and_noise
 
 M = model.linear_model()
 C5 = M.C[:5]
@@ -85,8 +87,8 @@ def test_observer_form_has_the_transfer_functions_of_the_source(w: float) -> Non
 def test_discretisation_equals_the_matrix_exponential(dt: float) -> None:
     Xi = M.Br @ M.Br.T + model.ProcessNoise().intensity()
     F, G, Q, W = np.zeros((9, 9)), np.zeros((9, 3)), np.zeros((9, 9)), np.zeros((4, 9, 9))
-    k.discretise(M.A, M.B, Xi, dt, F, G, Q, W)
-    Fv, Qv = van_loan(M.A, Xi, dt)
+    discretise(M.A, M.B, Xi, dt, F, G, Q, W)
+    Fv, Qv = transition_and_noise(M.A, Xi, dt)
     big = np.zeros((12, 12))
     big[:9, :9], big[:9, 9:] = M.A * dt, M.B * dt
     scale = np.sqrt(np.outer(np.diag(Qv), np.diag(Qv))) + 1e-30
@@ -145,7 +147,7 @@ def test_riccati_helpers_satisfy_their_equations() -> None:
     assert np.abs(residual).max() < 1e-6 * np.abs(S).max()
     assert solve_continuous_are(M.A.T, C5.T, Xi, printed.THETA) == pytest.approx(S)
     Kd, P = discrete_gain(M.A, C5, Xi, printed.THETA, 0.02)
-    F, Q = van_loan(M.A, Xi, 0.02)
+    F, Q = transition_and_noise(M.A, Xi, 0.02)
     prior = F @ P @ F.T + Q
     assert np.linalg.inv(np.linalg.inv(prior) + C5.T @ np.linalg.inv(printed.THETA) @ C5) == pytest.approx(
         P, rel=1e-5, abs=1e-9

@@ -11,10 +11,11 @@ from scipy.linalg import expm
 
 from flightsw.kernels import gust as k
 from flightsw.models import gust as model
-from flightsw.models.gust_design import discrete_gain, van_loan
+from flightsw.models.gust_design import discrete_gain
 from flightsw.models.gust_print import H_PRINTED, THETA
 from flightsw.nav.gust import BASIC, GROUND, VERTICAL, GustNav, GustParams
 from flightsw.nav.gust_constant import ConstantGainGust
+from tests.sampled import transition_and_noise
 
 M = model.linear_model()
 DT = 0.02
@@ -33,7 +34,7 @@ def test_linear_filter_equals_the_textbook_recursion() -> None:
     x = np.linspace(-0.05, 0.05, 9)
     nav.start(x, P)
     Xi = 0.09 * M.Br @ M.Br.T + model.ProcessNoise().intensity()
-    F, Q = van_loan(M.A, Xi, DT)
+    F, Q = transition_and_noise(M.A, Xi, DT)
     big = np.zeros((12, 12))
     big[:9, :9], big[:9, 9:] = M.A * DT, M.B * DT
     G = expm(big)[:9, 9:]
@@ -170,7 +171,7 @@ def test_bank_gives_the_weight_to_the_filter_that_fits() -> None:
     for scale, want in ((0.0, 0.01), (1.0, 1.0)):
         nav = GustNav(GustParams(filter="kalman", model="linear", scales=(0.01, 0.1, 1.0)))
         r = np.random.default_rng(2)
-        F, Q = van_loan(M.A, _xi(1.0) if scale else _xi(1e-3), DT)
+        F, Q = transition_and_noise(M.A, _xi(1.0) if scale else _xi(1e-3), DT)
         L = np.linalg.cholesky(Q + 1e-16 * np.eye(9))
         x = np.zeros(9)
         for _ in range(400):
@@ -183,7 +184,7 @@ def test_bank_gives_the_weight_to_the_filter_that_fits() -> None:
 
 def test_matched_filter_tells_the_truth_about_its_error() -> None:
     r = np.random.default_rng(4)
-    F, Q = van_loan(M.A, _xi(0.3), DT)
+    F, Q = transition_and_noise(M.A, _xi(0.3), DT)
     L = np.linalg.cholesky(Q + 1e-18 * np.eye(9))
     P0 = np.diag([1e-6, 1e-4, 0.1, 1e-4, 1e-4, 0.1, 1e-5, 0.5, 1e-4])
     nees, nis = [], []

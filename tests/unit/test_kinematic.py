@@ -14,6 +14,7 @@ from flightsw.nav.kinematic import KinematicInput, KinematicNav, KinematicParams
 
 Array = np.ndarray
 DT = 0.02
+AS_READ = replace(KinematicParams(), probe_scale=0.0, probe_beta=0.0, probe_alpha=0.0)
 
 
 class Flight:
@@ -68,11 +69,10 @@ def test_wind_error_matches_its_covariance() -> None:
         f, nav = Flight(p, seed, 20.0), KinematicNav(p)
         w = fly(nav, f)
         d = w[:, :3] - f.wind
-        S = nav.ukf.S
-        P = S @ S.T
-        e = nav.ukf.x[9:12] - f.probe
-        wind.append(d[-1] @ np.linalg.solve(P[3:6, 3:6], d[-1]))
-        probe.append(e @ np.linalg.solve(P[9:12, 9:12], e))
+        P = nav.out.P
+        e = np.array(nav.out.probe) - f.probe
+        wind.append(d[-1] @ np.linalg.solve(P[:3, :3], d[-1]))
+        probe.append(e @ np.linalg.solve(P[3:, 3:], e))
         mean_sq.append(np.mean(d[100:] ** 2))
         inside.append(np.mean(np.abs(d[100:]) < 3.0 * w[100:, 3:]))
     lo, hi = chi2.ppf([0.0125, 0.9875], 3 * n) / n
@@ -119,6 +119,75 @@ def test_turning_flight_finds_probe_errors_in_calm_air() -> None:
         s = np.array(nav.out.probe_sigma)
         assert (s < np.array([p.probe_scale, p.probe_beta, p.probe_alpha]) / 3.0).all()
         assert (np.abs(nav.ukf.x[9:12] - f.probe) < 4.0 * s).all()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_probe_error_the_flight_does_not_show_is_held_at_its_prior(seed: int) -> None:
+    """Straight flight: wind and sigma are those of a filter that takes the probe as it reads, whose sigma also holds the
+    errors the probe may have: V sigma_k along, V sigma_b across.
+    """
+    p = KinematicParams()
+    f, nav, read = Flight(p, seed, 20.0, walk=0.1, straight=True), KinematicNav(p), KinematicNav(AS_READ)
+    w, r = fly(nav, f), fly(read, f)
+    assert nav.out.probe == (0.0, 0.0, 0.0) and nav.out.probe_held == (True, True, True)
+    assert nav.out.probe_sigma == pytest.approx((p.probe_scale, p.probe_beta, p.probe_alpha), rel=1e-9)
+    assert max(nav.out.probe_shown) < p.observed_share[0]
+    assert np.abs(w[10:, :3] - r[10:, :3]).max() < 0.01
+    V = nav.out.air[0]
+    along, across = V * p.probe_scale, V * p.probe_beta
+    extra = np.sqrt(w[-1, 3:5] ** 2 - r[-1, 3:5] ** 2)
+    psi = math.atan2(*(f.vel[-1] - f.wind[-1])[1::-1])
+    want = [
+        math.hypot(along * math.cos(psi), across * math.sin(psi)),
+        math.hypot(along * math.sin(psi), across * math.cos(psi)),
+    ]
+    assert extra == pytest.approx(want, rel=0.05)
+
+
+def test_a_probe_error_once_shown_is_used_and_stays_used() -> None:
+    """Turns in calm air: from the step at which half of the prior's variance is gone, the value is the filter's own."""
+    p = replace(KinematicParams(), q_wind=0.1)
+    f, nav = Flight(p, 1, 20.0), KinematicNav(p)
+    held = []
+    for k in range(f.n):
+        o = nav.step(f.at(k))
+        held.append(o.probe_held[0])
+        assert o.probe_held[0] == (o.probe_shown[0] < 0.5) or not o.probe_held[0]
+    assert held[0] and not held[-1]
+    assert held == sorted(held, reverse=True)
+    assert nav.out.probe[0] == pytest.approx(nav.ukf.x[9], abs=1e-9)
+    never = KinematicNav(replace(p, observed_share=(1.0, 1.0, 1.0)))
+    fly(never, f)
+    assert never.out.probe == (0.0, 0.0, 0.0) and never.out.probe_shown == pytest.approx(nav.out.probe_shown)
+
+
+def test_channels_come_and_go_one_by_one() -> None:
+    """Airspeed missing for 2 s: flow angles and velocity carry on, and nothing is offered for what was not read."""
+    p = KinematicParams()
+    f, nav = Flight(p, 5, 8.0, walk=0.3), KinematicNav(p)
+    for k in range(f.n):
+        i = f.at(k)
+        if 100 <= k < 200:
+            i.air = (math.nan, *i.air[1:])
+        if 200 <= k < 300:
+            i.air = (i.air[0], math.nan, math.nan)
+        o = nav.step(i)
+        assert o.valid
+        assert (
+            o.codes == ((1, 2, 3, 4, 5) if 100 <= k < 200 else (0, 3, 4, 5) if 200 <= k < 300 else (0, 1, 2, 3, 4, 5))
+            or k == 0
+        )
+        assert np.abs(np.array(o.wind_n) - f.wind[k]).max() < 4.0 * max(o.wind_sigma)
+
+
+def test_a_start_without_flow_angles_knows_little_of_the_wind() -> None:
+    p = KinematicParams()
+    f = Flight(p, 5, 1.0)
+    i, nav, other = f.at(0), KinematicNav(p), KinematicNav(p)
+    full = max(other.step(f.at(0)).wind_sigma)
+    i.air = (i.air[0], math.nan, math.nan)
+    o = nav.step(i)
+    assert o.valid and max(o.wind_sigma) > 0.9 * p.flow_sigma0 * i.air[0] > 2.0 * full
 
 
 def test_outputs_are_air_data_of_the_truth() -> None:
@@ -199,7 +268,7 @@ def test_dropouts_coast_with_growing_uncertainty() -> None:
         i.att_ok = not 600 <= k < 620
         o, full = nav.step(i), whole.step(f.at(k))
         assert o.valid
-        ratio.append(math.sqrt(o.wind_P[0, 0] / full.wind_P[0, 0]))
+        ratio.append(math.sqrt(o.P[0, 0] / full.P[0, 0]))
         if k >= 600:
             worst = max(worst, float(np.abs(np.array(o.wind_n) - f.wind[k]).max()))
     assert ratio[299] == 1.0
