@@ -47,13 +47,14 @@ def record(
 @app.command()
 def metrics(run: Run, write: Annotated[bool, typer.Option(help="also write RUN/summary.json")] = False) -> None:
     """Figures of a run as flat JSON on stdout."""
+    from flightsw.files import write_whole
     from ground.columns import LogError
     from ground.metrics import compute
 
     try:
         text = json.dumps(compute(run), indent=1)
         if write:
-            (run / "summary.json").write_text(text + "\n")
+            write_whole(run / "summary.json", text + "\n")
     except (LogError, ValueError, OSError) as exc:
         _fail(exc)
     print(text)

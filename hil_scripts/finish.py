@@ -10,6 +10,7 @@ from typing import Any
 
 from rich.console import Console
 
+from flightsw.files import write_whole
 from flightsw.strict import ConfigError
 from hil_scripts import verdict
 from hil_scripts.mission import Outcome
@@ -38,23 +39,32 @@ def finish(plan: RunPlan, run: Path, outcome: Outcome, rrd: bool, console: Conso
     if outcome.reason:
         flown["run.reason"] = outcome.reason
     got_metrics = bool(summary)
+    flown |= dict(sorted(outcome.accounts.items()))
     summary = flown | {k: v for k, v in summary.items() if k not in flown}
     finite = {
         k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in summary.items()
     }  # JSON has no NaN
-    (run / "summary.json").write_text(json.dumps(finite, indent=2) + "\n")
-    verdict.show_summary(console, summary)
+    unwritten = ""
+    try:
+        write_whole(run / "summary.json", json.dumps(finite, indent=2) + "\n")
+    except OSError as e:
+        unwritten = str(e)
+    nothing_lost = {k for k, v in outcome.accounts.items() if not v}
+    verdict.show_summary(console, {k: v for k, v in summary.items() if k not in nothing_lost})
     code = 0
     if outcome.outcome == "aborted":
-        console.print(outcome.reason, style="yellow", highlight=False)
+        console.print(outcome.reason, style="yellow")
         code = 128 + outcome.signum
     elif outcome.outcome == "lost":
-        console.print(outcome.reason, style="red", markup=False, highlight=False)
+        console.print(outcome.reason, style="red")
         code = EXIT_FAILED
     elif outcome.outcome != "completed" or not got_metrics:
         code = EXIT_FAILED
     else:
         code = _judge(plan, summary, console)
+    if unwritten:
+        console.print(unwritten, style="red", soft_wrap=True)
+        return code or EXIT_FAILED
     _where(run, outcome, console)
     return 128 + stop.signum if stop and code == 0 else code
 
@@ -62,32 +72,30 @@ def finish(plan: RunPlan, run: Path, outcome: Outcome, rrd: bool, console: Conso
 def _judge(plan: RunPlan, summary: dict[str, Any], console: Console) -> int:
     if plan.shortened:
         text = f"bounds of the scenario hold for its full {plan.full_s:.0f} s and were not judged"
-        console.print(text, markup=False, highlight=False)
+        console.print(text)
     if not plan.expect:
         return 0
     try:
         checks = verdict.evaluate(plan.expect, summary)
     except ConfigError as e:
-        console.print(f"scenario.toml: {e}", style="red", markup=False)
+        console.print(f"scenario.toml: {e}", style="red")
         return EXIT_EXPECT
     verdict.show_checks(console, checks)
     bad = [c.key for c in checks if not c.ok]
     if bad:
-        console.print(f"bounds violated: {', '.join(bad)}", style="red", markup=False, highlight=False)
+        console.print(f"bounds violated: {', '.join(bad)}", style="red")
     return EXIT_EXPECT if bad else 0
 
 
 def _where(run: Path, outcome: Outcome, console: Console) -> None:
-    console.print(f"run folder: {run}", style="bold", markup=False, highlight=False, soft_wrap=True)
+    console.print(f"run folder: {run}", style="bold", soft_wrap=True)
     rerun = Path(sys.executable).with_name("rerun")
     if (run / "run.rrd").exists():
-        console.print(f"look at it: {_short(rerun)} {run / 'run.rrd'}", markup=False, highlight=False, soft_wrap=True)
+        console.print(f"look at it: {_short(rerun)} {run / 'run.rrd'}", soft_wrap=True)
     elif outcome.outcome not in ("completed", "lost"):
         ground = _short(Path(sys.executable).with_name("ground"))
         console.print(
             f"the logs up to the end are readable; to draw them: {ground} convert {run}",
-            markup=False,
-            highlight=False,
             soft_wrap=True,
         )
 
@@ -103,7 +111,7 @@ def _read_summary(run: Path, console: Console) -> dict[str, Any]:
     try:
         data = json.loads((run / "summary.json").read_text())
     except (OSError, ValueError) as e:
-        console.print(f"{run / 'summary.json'}: not readable after ground metrics: {e}", style="red", markup=False)
+        console.print(f"{run / 'summary.json'}: not readable after ground metrics: {e}", style="red")
         return {}
     return data if isinstance(data, dict) else {}
 
@@ -120,7 +128,7 @@ def _step(name: str, module_args: list[str], run: Path, console: Console, stop: 
             return True
         sup.stop()
         why = f"stopped by signal {stop.signum}" if stop else describe_exit(child.popen.returncode)
-        console.print("\n".join([f"ground {name}: {why}", *child.tail]), style="red", markup=False, highlight=False)
+        console.print("\n".join([f"ground {name}: {why}", *child.tail]), style="red")
         return False
 
 

@@ -6,18 +6,22 @@ import contextlib
 import gc
 import tempfile
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 
+from flightsw.accounts import accounts as flight_accounts
 from flightsw.config import load_flight
 from flightsw.icd.tlog import TlogWriter
 from flightsw.node import Node
 from flightsw.recorder import LinkRecorder
 from ground.receiver import Recorder
+from hil_scripts import screen
 from hil_scripts.mission import Outcome
 from hil_scripts.procs import StopFlag
 from hil_scripts.progress import Board
 from hil_scripts.runfolder import RunPlan, make_folder, resolve
+from sim_plant.accounts import accounts as plant_accounts
 from sim_plant.scenario import load_scenario
 from sim_plant.server import PlantServer
 from sim_plant.world import AircraftLostError
@@ -56,6 +60,12 @@ class InProcess:
             link.inbound(node.t_us, node.take_heard())
         self.close()
 
+    def accounts(self) -> dict[str, int | float]:
+        """What each program lost, under the keys separate processes have."""
+        parts: dict[str, dict[str, Any]] = {"plant": plant_accounts(self.server), "ground": self.ground.accounts()}
+        parts |= {f"flightsw.{n.cfg.app.name}": flight_accounts(n) for n in self.nodes}
+        return {f"{who}.{k}": v for who, part in parts.items() for k, v in part.items()}
+
     def close(self) -> None:
         """Close every log, whatever state the run is in. Raises the first OSError after all have been tried."""
         errors = []
@@ -86,13 +96,14 @@ def fly(plan: RunPlan, run: Path, console: Console, stop: StopFlag) -> Outcome:
         except OSError as e:
             with contextlib.suppress(OSError):
                 flight.close()
-            console.print(f"run failed at t = {board.sim_s:.1f} s: {e}", style="red", markup=False, highlight=False)
-            return Outcome("failed", str(e), board.sim_s, board.speed)
+            console.print(f"run failed at t = {board.sim_s:.1f} s: {e}", style="red")
+            return Outcome("failed", str(e), board.sim_s, board.speed, accounts=flight.accounts())
         finally:
             gc.enable()
+    speed, accounts = board.speed, flight.accounts()
     if stop:
-        return Outcome("aborted", stop.text(board.sim_s), board.sim_s, board.speed, stop.signum)
-    return Outcome("lost" if lost else "completed", lost, board.sim_s, board.speed)
+        return Outcome("aborted", stop.text(board.sim_s), board.sim_s, speed, stop.signum, accounts)
+    return Outcome("lost" if lost else "completed", lost, board.sim_s, speed, accounts=accounts)
 
 
 def _loop(flight: InProcess, board: Board, stop: StopFlag) -> None:
@@ -111,4 +122,4 @@ def fly_a_little(scenario: str, duration_s: float) -> None:
     """Fly the first seconds of a scenario in a folder that is thrown away: every kernel gets compiled."""
     with tempfile.TemporaryDirectory(prefix="wakefield-") as tmp, StopFlag() as stop:
         plan = resolve(scenario, None, [], duration_s)
-        fly(plan, make_folder(plan, Path(tmp) / "run"), Console(quiet=True), stop)
+        fly(plan, make_folder(plan, Path(tmp) / "run"), screen.console(quiet=True), stop)

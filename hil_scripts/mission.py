@@ -5,8 +5,10 @@ from __future__ import annotations
 import signal
 import sys
 import time
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 
@@ -15,10 +17,10 @@ from hil_scripts.procs import Child, StopFlag, Supervisor, describe_exit
 from hil_scripts.progress import Board
 from hil_scripts.runfolder import RunPlan
 
-GROUND_READY_S = 30.0  # [s] for the recorder to bind its port
 DRAIN_S = 10.0  # [s] for onboard processes to end after the plant has, and for the recorder to write its last packet
 COLLATERAL_S = 0.3  # [s] wait for further deaths, to name the cause and not a consequence
 AIRCRAFT_LOST = 4  # exit code of sim-plant
+OnMessage = Callable[[dict[str, Any]], None]
 PEER_SILENT = 3  # exit code of a program whose peer fell silent: a consequence, not a cause
 
 
@@ -32,24 +34,44 @@ class Outcome:
     sim_s: float  # [s] simulated
     speed: float  # simulated s per wall s
     signum: int = 0
+    accounts: dict[str, int | float] = field(default_factory=dict)  # what each process lost or was late with
 
 
 def fly(plan: RunPlan, run: Path, port_offset: int, console: Console, stop: StopFlag) -> Outcome:
     """Run the plan to its end. Everything started here has ended when this returns, also by an exception."""
+    accounts: dict[str, int | float] = {}
+    return replace(_fly(plan, run, port_offset, console, stop, accounts), accounts=accounts)
+
+
+def _fly(
+    plan: RunPlan, run: Path, port_offset: int, console: Console, stop: StopFlag, accounts: dict[str, int | float]
+) -> Outcome:
+    def account(who: str, then: OnMessage) -> OnMessage:
+        def on(msg: dict[str, Any]) -> None:
+            then(msg)
+            accounts.update({f"{who}.{k}": v for k, v in msg.get("accounts", {}).items()})
+
+        return on
+
     ports.check_free(ports.needed(plan.names, port_offset))
+    wait_s = float(plan.scenario["clock"]["startup_timeout_s"])
     with Supervisor(run) as sup, Board(console, plan.duration_s, plan.names) as board:
-        ground = sup.start("ground", _argv("ground", "record", "--out", run, *_offset(port_offset)), board.on_ground)
+        ground = sup.start(
+            "ground", _argv("ground", "record", "--out", run, *_offset(port_offset)), account("ground", board.on_ground)
+        )
         flights = []
         for f in plan.flights:
             args = ["--config", run / f"flight_{f.name}.toml", "--sysid", f.sysid, "--run-dir", run]
             args += ["--realtime"] if plan.realtime else []
-            flights.append(sup.start(f"flightsw-{f.name}", _argv("flightsw", *args, *_offset(port_offset))))
-        if not _await_ground(sup, ground, run, stop):
+            argv = _argv("flightsw", *args, *_offset(port_offset))
+            flights.append(sup.start(f"flightsw-{f.name}", argv, account(f"flightsw.{f.name}", _nothing)))
+        if not _await_ground(sup, ground, run, stop, wait_s):
             return _end(sup, board, ground, stop, console)
         args = ["--scenario", run / "scenario.toml", "--seed", plan.seed, "--run-dir", run]
         args += ["--realtime"] if plan.realtime else []
-        plant = sup.start("sim-plant", _argv("sim_plant", *args, *_offset(port_offset)), board.on_plant)
-        console.print("  ".join(f"{c.name} (pid {c.pid})" for c in sup.children), style="dim", highlight=False)
+        argv = _argv("sim_plant", *args, *_offset(port_offset))
+        plant = sup.start("sim-plant", argv, account("plant", board.on_plant))
+        console.print("  ".join(f"{c.name} (pid {c.pid})" for c in sup.children), style="dim")
         while not stop:
             sup.pump(0.05)
             board.draw()
@@ -73,9 +95,13 @@ def _offset(n: int) -> list[str]:
     return ["--port-offset", str(n)] if n else []
 
 
-def _await_ground(sup: Supervisor, ground: Child, run: Path, stop: StopFlag) -> bool:
+def _nothing(_msg: dict[str, Any]) -> None:
+    return None
+
+
+def _await_ground(sup: Supervisor, ground: Child, run: Path, stop: StopFlag, wait_s: float) -> bool:
     """Wait until the recorder has its log open; telemetry sent before would be lost. False if it died or stop came."""
-    end = time.monotonic() + GROUND_READY_S
+    end = time.monotonic() + wait_s
     while not stop and ground.popen.poll() is None and time.monotonic() < end:
         if (run / "tlm.tlog").exists():
             return True
@@ -122,9 +148,7 @@ def _end(
     lines = [f"{c.name} (pid {c.pid}) ended: {describe_exit(c.popen.returncode)}" for c in gone]
     lines += [f"{c.name} (pid {c.pid}) did not end when the run was over" for c in alive]
     if not lines:
-        lines = [f"{ground.name} (pid {ground.pid}) did not open its log within {GROUND_READY_S:.0f} s"]
+        lines = [f"{ground.name} (pid {ground.pid}) did not open its log in time"]
     tail = [f"  {c.name}: {line}" for c in dead for line in c.tail]
-    console.print(
-        "\n".join([f"run failed at t = {board.sim_s:.1f} s", *lines, *tail]), style="red", markup=False, highlight=False
-    )
+    console.print("\n".join([f"run failed at t = {board.sim_s:.1f} s", *lines, *tail]), style="red")
     return Outcome("failed", "; ".join(lines), board.sim_s, board.speed)

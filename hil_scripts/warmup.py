@@ -29,7 +29,7 @@ def warm(console: Console, stop: StopFlag, force: bool = False) -> bool:
     if kernel_cache.is_warm() and not force:
         return True
     t0 = time.monotonic()
-    console.print("compiling numerical kernels (once after every change of their sources) ...", highlight=False)
+    console.print("compiling numerical kernels (once after every change of their sources) ...")
     ok = True
     with Supervisor() as sup:
         child = sup.start("warm-up", [sys.executable, "-c", CODE, str(SECONDS), *SCENARIOS])
@@ -39,9 +39,9 @@ def warm(console: Console, stop: StopFlag, force: bool = False) -> bool:
             if c.popen.returncode != 0:
                 ok = False
                 text = [f"compiling failed, {describe_exit(c.popen.returncode)}", *c.tail]
-                console.print("\n".join(text), style="red", markup=False, highlight=False)
+                console.print("\n".join(text), style="red")
     if not ok or stop:
         return False
     kernel_cache.mark_warm()
-    console.print(f"kernels ready in {time.monotonic() - t0:.1f} s", highlight=False)
+    console.print(f"kernels ready in {time.monotonic() - t0:.1f} s")
     return True

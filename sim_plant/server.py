@@ -133,7 +133,8 @@ class PlantServer:
         reply = self.codecs[i].decode_reply(datagram)
         cmd = reply.cmd
         if cmd is None or cmd.t_us > self.t_us or (exact and (cmd.t_us != self.t_us or self._replies[i] is not None)):
-            self.rejected[i] += 1
+            if cmd is None or cmd.t_us:  # tick 0 is repeated until answered: more than one answer to it is no fault
+                self.rejected[i] += 1
             return False
         before = self._replies[i]
         if before is not None:  # real time: several replies in one tick; none of their packets may get lost

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from flightsw.strict import ConfigError, OneOf, Range, load, read_toml
+from flightsw.strict import ConfigError, OneOf, Range, load, near, read_toml
 
 HERE = Path(__file__).parent
 Pos = Annotated[float, Range(1e-9)]
@@ -170,20 +170,23 @@ class Aircraft(Airframe):
     receptacle: Receptacle | None = None
 
 
-def _file(name: str) -> Path:
+def find(name: str) -> Path:
+    """File of an aircraft by stem ("kc135r") or path. Raises ConfigError naming what exists."""
     path = Path(name) if name.endswith(".toml") else HERE / f"{name}.toml"
     if not path.exists():
-        have = ", ".join(sorted(p.stem for p in HERE.glob("*.toml")))
-        raise ConfigError(f"aircraft file {str(path)!r} does not exist; available: {have}")
+        have = sorted(p.stem for p in HERE.glob("*.toml"))
+        raise ConfigError(
+            f"aircraft file {str(path)!r} does not exist; {near(path.stem, have)}available: {', '.join(have)}"
+        )
     return path
 
 
 def load_aircraft(name: str) -> Aircraft:
     """Aircraft record by file stem ("kc135r") or path. Raises ConfigError naming what is wrong and what exists."""
-    return load(_file(name), Aircraft)
+    return load(find(name), Aircraft)
 
 
 def load_airframe(name: str) -> Airframe:
     """As `load_aircraft`; a file without [aero] gives the bare record of an aircraft with equations of its own."""
-    path = _file(name)
+    path = find(name)
     return load(path, Aircraft if "aero" in read_toml(path) else Airframe)

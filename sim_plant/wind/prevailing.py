@@ -13,13 +13,18 @@ DATA = Path(__file__).resolve().parent.parent / "data"
 KNOT = 0.514444  # [m/s]
 
 
+def sounding_path(name: str) -> Path:
+    """Where a sounding lies: an absolute path, or a file of sim_plant/data."""
+    return Path(name) if Path(name).is_absolute() else DATA / name
+
+
 def sounding_table(name: str) -> NDArray[np.float64]:
     """Rows (height [m], north, east component [m/s], air moves towards) of a University of Wyoming listing.
 
     `name`: file in sim_plant/data or a path. Fixed columns of 7 characters: HGHT second, DRCT (direction FROM, deg)
     and SKNT (knots) seventh and eighth; rows without wind are left out. Raises ConfigError naming the file.
     """
-    path = Path(name) if Path(name).is_absolute() else DATA / name
+    path = sounding_path(name)
     try:
         lines = path.read_text().splitlines()
     except OSError as e:
