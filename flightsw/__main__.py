@@ -6,7 +6,6 @@ be written, 130 / 143 ended by SIGINT / SIGTERM.
 
 from __future__ import annotations
 
-import sys
 import traceback
 from pathlib import Path
 from typing import Annotated
@@ -14,7 +13,7 @@ from typing import Annotated
 import typer
 
 from flightsw.accounts import accounts
-from flightsw.cli import Version, make, report
+from flightsw.cli import Version, make, report, tell
 from flightsw.clock import RealtimeClock, monotonic_us, realtime_priority
 from flightsw.config import FlightConfig, load_flight
 from flightsw.executive import no_time
@@ -47,7 +46,7 @@ def open_process(cfg: FlightConfig, run_dir: Path, realtime: bool, port_offset: 
     name, sysid = cfg.app.name, cfg.app.sysid
 
     def say(text: str) -> None:
-        print(f"flightsw {name} (sysid {sysid}): {text}", file=sys.stderr, flush=True)
+        tell(f"flightsw {name} (sysid {sysid}): {text}")
 
     plant = UdpLink(
         cfg.link.plant_port or plant_port(sysid, port_offset), f"plant link of {name}, sysid {sysid}", cfg.link.host
@@ -105,7 +104,7 @@ def fly(config: Path, run_dir: Path, sysid: int | None, sets: list[str], realtim
         ArithmeticError,
         RuntimeError,
     ) as e:  # no trim, no control law
-        print(f"flightsw: {e}", file=sys.stderr, flush=True)
+        tell(f"flightsw: {e}")
         return EXIT_CONFIG
     if stop.signum:
         process.close()

@@ -32,6 +32,14 @@ def _show(wanted: bool) -> None:
 Version = Annotated[bool, typer.Option("--version", callback=_show, is_eager=True, help="Show the version and exit.")]
 
 
+def tell(text: str) -> None:
+    """One line for people on stderr; a reader that went away, or a full disk behind it, must not keep a log from being closed."""
+    try:
+        print(text, file=sys.stderr, flush=True)
+    except OSError:
+        return
+
+
 def report(record: dict[str, Any]) -> bool:
     """One JSON line on stdout for the launcher. False if nobody reads it any more: the launcher was killed."""
     try:

@@ -13,7 +13,7 @@ from rich.console import Console
 from flightsw.files import write_whole
 from flightsw.strict import ConfigError
 from hil_scripts import verdict
-from hil_scripts.mission import Outcome
+from hil_scripts.mission import Outcome, deleted
 from hil_scripts.procs import StopFlag, Supervisor, describe_exit
 from hil_scripts.runfolder import RunPlan
 
@@ -44,6 +44,8 @@ def finish(plan: RunPlan, run: Path, outcome: Outcome, rrd: bool, console: Conso
     finite = {
         k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in summary.items()
     }  # JSON has no NaN
+    if outcome.outcome == "failed" and deleted(run):  # said already; there is nowhere to write to
+        return EXIT_FAILED
     unwritten = ""
     try:
         write_whole(run / "summary.json", json.dumps(finite, indent=2) + "\n")

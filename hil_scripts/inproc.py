@@ -11,13 +11,14 @@ from typing import Any
 from rich.console import Console
 
 from flightsw.accounts import accounts as flight_accounts
+from flightsw.app import FlightApp
 from flightsw.config import load_flight
 from flightsw.icd.tlog import TlogWriter
-from flightsw.node import Node
+from flightsw.node import Node, make_app
 from flightsw.recorder import LinkRecorder
 from ground.receiver import Recorder
 from hil_scripts import screen
-from hil_scripts.mission import Outcome
+from hil_scripts.mission import Outcome, deleted
 from hil_scripts.procs import StopFlag
 from hil_scripts.progress import Board
 from hil_scripts.runfolder import RunPlan, make_folder, resolve
@@ -96,8 +97,9 @@ def fly(plan: RunPlan, run: Path, console: Console, stop: StopFlag) -> Outcome:
         except OSError as e:
             with contextlib.suppress(OSError):
                 flight.close()
-            console.print(f"run failed at t = {board.sim_s:.1f} s: {e}", style="red")
-            return Outcome("failed", str(e), board.sim_s, board.speed, accounts=flight.accounts())
+            reason = deleted(run) or str(e)
+            console.print(f"run failed at t = {board.sim_s:.1f} s: {reason}", style="red", soft_wrap=True)
+            return Outcome("failed", reason, board.sim_s, board.speed, accounts=flight.accounts())
         finally:
             gc.enable()
     speed, accounts = board.speed, flight.accounts()
@@ -119,7 +121,13 @@ def _loop(flight: InProcess, board: Board, stop: StopFlag) -> None:
 
 
 def fly_a_little(scenario: str, duration_s: float) -> None:
-    """Fly the first seconds of a scenario in a folder that is thrown away: every kernel gets compiled."""
+    """Warm up the onboard software of a scenario and fly its first seconds in a folder that is thrown away: every kernel gets
+    compiled."""
     with tempfile.TemporaryDirectory(prefix="wakefield-") as tmp, StopFlag() as stop:
         plan = resolve(scenario, None, [], duration_s)
-        fly(plan, make_folder(plan, Path(tmp) / "run"), screen.console(quiet=True), stop)
+        run = make_folder(plan, Path(tmp) / "run")
+        for f in plan.flights:
+            app = make_app(load_flight(run / f"flight_{f.name}.toml"))
+            assert isinstance(app, FlightApp)
+            app.warmup()
+        fly(plan, run, screen.console(quiet=True), stop)

@@ -66,7 +66,7 @@ def _fly(
             argv = _argv("flightsw", *args, *_offset(port_offset))
             flights.append(sup.start(f"flightsw-{f.name}", argv, account(f"flightsw.{f.name}", _nothing)))
         if not _await_ground(sup, ground, run, stop, wait_s):
-            return _end(sup, board, ground, stop, console)
+            return _end(sup, run, board, ground, stop, console)
         args = ["--scenario", run / "scenario.toml", "--seed", plan.seed, "--run-dir", run]
         args += ["--realtime"] if plan.realtime else []
         argv = _argv("sim_plant", *args, *_offset(port_offset))
@@ -77,14 +77,14 @@ def _fly(
             board.draw()
             ended = sup.newly_ended()
             if plant in ended and plant.popen.returncode in (0, AIRCRAFT_LOST):
-                return _finish(sup, board, ground, flights, [c for c in ended if c is not plant], stop, console)
+                return _finish(sup, run, board, ground, flights, [c for c in ended if c is not plant], stop, console)
             bad = [c for c in ended if c.popen.returncode != 0 or c is ground]
             early = [c for c in ended if c in flights and c.popen.returncode == 0]
             if early and not sup.wait([plant], 3.0, stop):  # normal at the end, when the plant is still closing its log
                 bad += early
-            if bad:
-                return _end(sup, board, ground, stop, console, bad)
-        return _end(sup, board, ground, stop, console)
+            if bad or deleted(run):
+                return _end(sup, run, board, ground, stop, console, bad)
+        return _end(sup, run, board, ground, stop, console)
 
 
 def _argv(module: str, *args: object) -> list[str]:
@@ -111,6 +111,7 @@ def _await_ground(sup: Supervisor, ground: Child, run: Path, stop: StopFlag, wai
 
 def _finish(
     sup: Supervisor,
+    run: Path,
     board: Board,
     ground: Child,
     flights: list[Child],
@@ -124,15 +125,21 @@ def _finish(
     bad = [c for c in ended if c.popen.returncode != 0 or c is ground]
     bad += [c for c in flights if c.popen.poll() is None]
     if bad:
-        return _end(sup, board, ground, stop, console, bad)
+        return _end(sup, run, board, ground, stop, console, bad)
     sup.signal([ground], signal.SIGTERM)
     if not sup.wait([ground], DRAIN_S, stop):
-        return _end(sup, board, ground, stop, console, [ground])
+        return _end(sup, run, board, ground, stop, console, [ground])
     return Outcome("lost" if board.lost else "completed", board.lost, board.sim_s, board.speed)
 
 
 def _end(
-    sup: Supervisor, board: Board, ground: Child, stop: StopFlag, console: Console, bad: list[Child] | None = None
+    sup: Supervisor,
+    run: Path,
+    board: Board,
+    ground: Child,
+    stop: StopFlag,
+    console: Console,
+    bad: list[Child] | None = None,
 ) -> Outcome:
     """Stop what runs and say why."""
     if stop and not bad:
@@ -145,10 +152,27 @@ def _end(
     # a signal first (somebody killed it), then an error of its own, then those who only missed a peer
     gone.sort(key=lambda c: (c.popen.returncode >= 0, c.popen.returncode == PEER_SILENT))
     sup.stop(last=[ground], stop=stop)
-    lines = [f"{c.name} (pid {c.pid}) ended: {describe_exit(c.popen.returncode)}" for c in gone]
+    if deleted(run):
+        return _fail(board, console, deleted(run))
+    lines = [f"{c.name} (pid {c.pid}) ended: {describe_exit(c.popen.returncode)}{_last_words(c)}" for c in gone]
     lines += [f"{c.name} (pid {c.pid}) did not end when the run was over" for c in alive]
     if not lines:
         lines = [f"{ground.name} (pid {ground.pid}) did not open its log in time"]
-    tail = [f"  {c.name}: {line}" for c in dead for line in c.tail]
-    console.print("\n".join([f"run failed at t = {board.sim_s:.1f} s", *lines, *tail]), style="red")
-    return Outcome("failed", "; ".join(lines), board.sim_s, board.speed)
+    tail = [f"  {c.name}: {line}" for c in dead if len(c.tail) > 1 for line in c.tail]
+    return _fail(board, console, "; ".join(lines), [*lines, *tail])
+
+
+def _fail(board: Board, console: Console, reason: str, lines: list[str] | None = None) -> Outcome:
+    text = f"run failed at t = {board.sim_s:.1f} s"
+    console.print("\n".join([text, *lines]) if lines else f"{text}: {reason}", style="red", soft_wrap=True)
+    return Outcome("failed", reason, board.sim_s, board.speed)
+
+
+def deleted(run: Path) -> str:
+    """What to say of a run whose folder has been deleted under it; "" if it is there."""
+    return "" if run.is_dir() else f"run folder {run} has been deleted"
+
+
+def _last_words(c: Child) -> str:
+    """What it said last, where that is why it ended."""
+    return f": {c.tail[-1]}" if c.tail and c.popen.returncode > 0 else ""

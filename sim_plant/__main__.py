@@ -9,14 +9,13 @@ from __future__ import annotations
 
 import gc
 import signal
-import sys
 from pathlib import Path
 from types import FrameType
 from typing import Annotated, Any
 
 import typer
 
-from flightsw.cli import Version, make, report
+from flightsw.cli import Version, make, report, tell
 from flightsw.strict import ConfigError
 from sim_plant.accounts import accounts
 from sim_plant.loops import PeerLostError, StoppedError, UdpPlant
@@ -50,7 +49,7 @@ class Stop:
 
 
 def _say(text: str) -> None:
-    print(f"sim-plant: {text}", file=sys.stderr, flush=True)
+    tell(f"sim-plant: {text}")
 
 
 def _overrides(pairs: list[str]) -> dict[str, Any]:
