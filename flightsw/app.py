@@ -52,7 +52,7 @@ def check(
     anything. Raises ConfigError naming the key."""
     if mission not in MISSIONS:
         raise ConfigError(
-            f"{where}: app.mission = {mission!r}: {near(mission, MISSIONS)}allowed: {', '.join(MISSIONS)}"
+            f"{where}: app.mission = {mission!r}: allowed: {', '.join(MISSIONS)}{near(mission, MISSIONS)}"
         )
     if base_rate_hz % mission_rate_hz:
         raise ConfigError(

@@ -26,10 +26,10 @@ class ConfigError(ValueError):
 
 
 def near(word: object, known: Iterable[str]) -> str:
-    """ "did you mean 'x'? " for the name of `known` closest to what was written, "" if none is close."""
+    """The words "; did you mean 'x'?" for the name of `known` closest to what was written, "" if none is close."""
     lower = {k.lower(): k for k in known}
     found = get_close_matches(str(word).lower(), lower, n=1)
-    return f"did you mean {lower[found[0]]!r}? " if found else ""
+    return f"; did you mean {lower[found[0]]!r}?" if found else ""
 
 
 @dataclass(frozen=True)
@@ -118,7 +118,7 @@ def _list_item(node: list[Any], part: str, key: str, where: str) -> Any:
             return item
     names = [str(i.get("name", k)) if isinstance(i, dict) else str(k) for k, i in enumerate(node)]
     raise ConfigError(
-        f"{where}: override {key!r}: no entry {part!r}; {near(part, names)}allowed: {', '.join(names) or 'none'}"
+        f"{where}: override {key!r}: no entry {part!r}; allowed: {', '.join(names) or 'none'}{near(part, names)}"
     )
 
 
@@ -196,7 +196,7 @@ def _convert_table(v: Any, cls: Any, where: str, key: str) -> Any:
     for k in v:
         if k not in fields:
             at = _at(where, f"{key}.{k}" if key else k)
-            raise ConfigError(f"{at}: unknown key; {near(k, fields)}allowed: {', '.join(fields)}")
+            raise ConfigError(f"{at}: unknown key; allowed: {', '.join(fields)}{near(k, fields)}")
     out = {}
     for name, f in fields.items():
         sub = f"{key}.{name}" if key else name
@@ -218,4 +218,4 @@ def _check(v: Any, c: Any, where: str, key: str) -> None:
             if x is not None and not c.lo <= x <= c.hi:
                 raise ConfigError(f"{_at(where, key)} = {x!r}: allowed {c.lo:g} to {c.hi:g}")
     elif isinstance(c, OneOf) and v not in c.allowed:
-        raise ConfigError(f"{_at(where, key)} = {v!r}: {near(v, c.allowed)}allowed: {', '.join(c.allowed)}")
+        raise ConfigError(f"{_at(where, key)} = {v!r}: allowed: {', '.join(c.allowed)}{near(v, c.allowed)}")

@@ -21,11 +21,15 @@ EXIT_FAILED = 1
 EXIT_EXPECT = 4  # completed, but a bound of the scenario is violated
 
 
-def finish(plan: RunPlan, run: Path, outcome: Outcome, rrd: bool, console: Console, stop: StopFlag) -> int:
-    """Write summary.json and run.rrd, print what came out, return the exit code of `sil run`."""
+def finish(
+    plan: RunPlan, run: Path, outcome: Outcome, rrd: bool, console: Console, stop: StopFlag, in_process: bool = False
+) -> int:
+    """Write summary.json and run.rrd, print what came out, return the exit code of `sil run`. `in_process`: the figures too."""
     summary: dict[str, Any] = {}
     if outcome.outcome in ("completed", "lost"):
-        if _step("metrics", ["ground", "metrics", "--write", str(run)], run, console, stop):
+        if in_process:
+            summary = _figures(run, console)
+        elif _step("metrics", ["ground", "metrics", "--write", str(run)], run, console, stop):
             summary = _read_summary(run, console)
         if rrd and not stop:
             _step("convert", ["ground", "convert", str(run)], run, console, stop)
@@ -107,6 +111,18 @@ def _short(path: Path) -> Path:
         return path.relative_to(Path.cwd())
     except ValueError:
         return path
+
+
+def _figures(run: Path, console: Console) -> dict[str, Any]:
+    """What `ground metrics` writes."""
+    from ground.columns import LogError
+    from ground.metrics import compute
+
+    try:
+        return compute(run)
+    except (LogError, ValueError, OSError) as e:
+        console.print(f"ground metrics: {e}", style="red", soft_wrap=True)
+        return {}
 
 
 def _read_summary(run: Path, console: Console) -> dict[str, Any]:

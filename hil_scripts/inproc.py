@@ -19,6 +19,7 @@ from flightsw.recorder import LinkRecorder
 from ground.receiver import Recorder
 from hil_scripts import screen
 from hil_scripts.mission import Outcome, deleted
+from hil_scripts.preflight import Built
 from hil_scripts.procs import StopFlag
 from hil_scripts.progress import Board
 from hil_scripts.runfolder import RunPlan, make_folder, resolve
@@ -31,14 +32,18 @@ LOOK_EVERY = 64  # ticks between looks at the stop flag and the screen
 
 
 class InProcess:
-    """Plant, onboard nodes and ground recorder of a run folder, stepped together.
+    """Plant, onboard nodes and ground recorder of a run folder, stepped together; `built`: from the plan, not from the folder.
 
     Raises ConfigError or OSError naming what cannot be read or written.
     """
 
-    def __init__(self, plan: RunPlan, run: Path) -> None:
-        self.server = PlantServer(load_scenario(str(run / "scenario.toml")), plan.seed, run)
-        self.nodes = [Node(load_flight(run / f"flight_{f.name}.toml")) for f in plan.flights]
+    def __init__(self, plan: RunPlan, run: Path, built: Built | None = None) -> None:
+        world = built.world if built is not None else None
+        self.server = PlantServer(load_scenario(str(run / "scenario.toml")), plan.seed, run, world)
+        if built is not None:
+            self.nodes = built.nodes
+        else:
+            self.nodes = [Node(load_flight(run / f"flight_{f.name}.toml")) for f in plan.flights]
         self.links = [LinkRecorder(run / f"link_{f.name}.tlog", f.sysid) for f in plan.flights]
         self.ground = Recorder(TlogWriter(run / "tlm.tlog"))
 
@@ -79,10 +84,11 @@ class InProcess:
             raise errors[0]
 
 
-def fly(plan: RunPlan, run: Path, console: Console, stop: StopFlag) -> Outcome:
-    """Run the plan in this process. A log that cannot be written is a failed outcome; others come out as they are."""
+def fly(plan: RunPlan, run: Path, console: Console, stop: StopFlag, built: Built | None = None) -> Outcome:
+    """Run the plan in this process, with what is built of it already. A log that cannot be written is a failed outcome; other
+    errors come out as they are."""
     with Board(console, plan.duration_s, plan.names) as board:
-        flight = InProcess(plan, run)
+        flight = InProcess(plan, run, built)
         gc.collect()
         gc.freeze()
         gc.disable()  # as the separate processes do
@@ -102,6 +108,7 @@ def fly(plan: RunPlan, run: Path, console: Console, stop: StopFlag) -> Outcome:
             return Outcome("failed", reason, board.sim_s, board.speed, accounts=flight.accounts())
         finally:
             gc.enable()
+            gc.unfreeze()
     speed, accounts = board.speed, flight.accounts()
     if stop:
         return Outcome("aborted", stop.text(board.sim_s), board.sim_s, speed, stop.signum, accounts)

@@ -12,7 +12,7 @@ from typing import Any
 
 from flightsw import aircraft
 from flightsw.missions import MISSIONS
-from flightsw.strict import read_toml
+from flightsw.strict import ConfigError, read_toml
 from hil_scripts import tomlout
 from sim_plant.wind.prevailing import sounding_path
 
@@ -65,12 +65,16 @@ def _flight(kept: Kept, f: dict[str, Any]) -> dict[str, Any]:
 
 
 def keep(scenario: dict[str, Any], flights: list[dict[str, Any]]) -> tuple[Kept, dict[str, Any], list[dict[str, Any]]]:
-    """What to keep, and the tables of a scenario and its flights changed to name it. Raises ConfigError or OSError naming a
-    file that cannot be read."""
+    """What to keep, and the tables of a scenario and its flights changed to name it. Raises ConfigError naming a file that
+    cannot be read."""
     kept = Kept()
     own = {**scenario, "aircraft": [{**a, "file": _aircraft(kept, a["file"])} for a in scenario["aircraft"]]}
     wind = own["wind"]
     if wind["prevailing"] == "sounding":
         path = sounding_path(wind["sounding"])
-        own["wind"] = {**wind, "sounding": kept.name(SOUNDINGS, path, path.read_bytes())}
+        try:
+            data = path.read_bytes()
+        except OSError as e:
+            raise ConfigError(f"wind.sounding = {wind['sounding']!r}: {path} cannot be read: {e.strerror}") from None
+        own["wind"] = {**wind, "sounding": kept.name(SOUNDINGS, path, data)}
     return kept, own, [_flight(kept, f) for f in flights]

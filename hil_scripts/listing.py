@@ -47,7 +47,7 @@ def campaigns() -> Rows:
     """Studies of `sil campaign`."""
     from hil_scripts.campaign.registry import all_studies  # slow: imports every study
 
-    return [(s.name, s.title) for s in all_studies().values()]
+    return [(s.name, f"{s.title}: {s.purpose}") for s in all_studies().values()]
 
 
 KINDS: dict[str, tuple[str, Callable[[], Rows]]] = {
@@ -63,7 +63,7 @@ def show(console: Console, kinds: Iterable[str]) -> None:
     wanted = list(kinds) or list(KINDS)
     for kind in wanted:
         if kind not in KINDS:
-            raise ConfigError(f"{kind!r}: {near(kind, KINDS)}allowed: {', '.join(KINDS)}")
+            raise ConfigError(f"{kind!r}: allowed: {', '.join(KINDS)}{near(kind, KINDS)}")
     for kind in wanted:
         use, rows = KINDS[kind]
         t = Table(title=f"{kind}: {use}", title_justify="left", title_style="bold", box=None, pad_edge=False)

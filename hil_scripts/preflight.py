@@ -2,35 +2,44 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
 from flightsw.config import FlightConfig
 from flightsw.node import Node
 from flightsw.strict import ConfigError, convert
-from hil_scripts.runfolder import FlightPlan, RunPlan
+from hil_scripts.runfolder import RunPlan
 from sim_plant.scenario import Scenario
 from sim_plant.world import World
 
 
-def check(plan: RunPlan) -> None:
-    """Build the plant's world and every onboard process of a plan, and throw them away.
+@dataclass(frozen=True)
+class Built:
+    """The plant's world and the onboard nodes of a plan, in its order, not yet flown."""
 
-    Raises ConfigError naming the aircraft and what is wrong: a value alone, values that do not go together, no trim, no
-    control law.
+    world: World
+    nodes: list[Node]
+
+
+def build(plan: RunPlan) -> Built:
+    """Build the world and every onboard process of a plan.
+
+    Raises ConfigError naming scenario or aircraft and what is wrong: a value alone, values that do not go together, no trim,
+    no control law.
     """
-    sc = convert(plan.scenario, Scenario, plan.scenario_name)
-    try:
-        World(sc, plan.seed)
-    except ConfigError:
-        raise
-    except (ValueError, ArithmeticError, RuntimeError) as e:
-        raise ConfigError(f"scenario {plan.scenario_name}: {e}") from None
+    with _naming(f"scenario {plan.scenario_name}"):
+        world = World(convert(plan.scenario, Scenario, plan.scenario_name), plan.seed)
+    nodes = []
     for f in plan.flights:
-        _node(f)
+        with _naming(f"aircraft {f.name}"):
+            nodes.append(Node(convert(f.config, FlightConfig, "flight configuration")))
+    return Built(world, nodes)
 
 
-def _node(f: FlightPlan) -> None:
+@contextmanager
+def _naming(what: str) -> Iterator[None]:
     try:
-        Node(convert(f.config, FlightConfig, f"flight configuration {f.name!r}"))
-    except ConfigError:
-        raise
+        yield
     except (ValueError, ArithmeticError, RuntimeError) as e:
-        raise ConfigError(f"aircraft {f.name}: {e}") from None
+        raise ConfigError(f"{what}: {e}") from None

@@ -85,7 +85,7 @@ def find_scenario(text: str) -> Path:
             return p
     known = scenario_names()
     raise ConfigError(
-        f"scenario {text!r}: no such name or file; {near(text, known)}known names: {', '.join(known) or 'none'}"
+        f"scenario {text!r}: no such name or file; known names: {', '.join(known) or 'none'}{near(text, known)}"
     )
 
 
@@ -119,8 +119,8 @@ def _flight_config_path(aircraft: dict[str, Any], scenario: Path) -> Path:
             return p
     known = sorted(p.stem for p in PARAMS.glob("*.toml"))
     raise ConfigError(
-        f"{scenario}: aircraft.{aircraft['name']}.mission = {text!r}: no such flight configuration; {near(text, known)}"
-        f"in flightsw/params: {', '.join(known) or 'none'}"
+        f"{scenario}: aircraft.{aircraft['name']}.mission = {text!r}: no such flight configuration; "
+        f"in flightsw/params: {', '.join(known) or 'none'}{near(text, known)}"
     )
 
 
@@ -152,7 +152,7 @@ def resolve(
     if unknown:
         owners = [PLANT_KEY, *names]
         raise ConfigError(
-            f"--set {unknown[0]}.…: no such owner; {near(unknown[0], owners)}allowed: {', '.join(owners)}"
+            f"--set {unknown[0]}.…: no such owner; allowed: {', '.join(owners)}{near(unknown[0], owners)}"
         )
     origin = resolved.get("origin", {})
     flights = []

@@ -116,16 +116,16 @@ def _fly(
     console = screen.console()
     if not warmup.warm(console, stop):
         return 128 + stop.signum if stop else finish.EXIT_FAILED
-    preflight.check(plan)
+    built = preflight.build(plan)
     run_dir = runfolder.make_folder(plan, out)
     runfolder.write_meta(run_dir, plan, mode="in-process" if in_process else scenario_mode(plan.realtime))
     if in_process:
         from hil_scripts import inproc
 
-        outcome = inproc.fly(plan, run_dir, console, stop)
+        outcome = inproc.fly(plan, run_dir, console, stop, built)
     else:
         outcome = mission.fly(plan, run_dir, port_offset, console, stop)
-    return finish.finish(plan, run_dir, outcome, rrd, console, stop)
+    return finish.finish(plan, run_dir, outcome, rrd, console, stop, in_process)
 
 
 def scenario_mode(realtime: bool) -> str:

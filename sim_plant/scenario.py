@@ -206,7 +206,7 @@ class Scenario:
             )
         for key in self.sensors:
             if key not in names:
-                raise ConfigError(f"sensors.{key}: no such aircraft; {near(key, names)}allowed: {', '.join(names)}")
+                raise ConfigError(f"sensors.{key}: no such aircraft; allowed: {', '.join(names)}{near(key, names)}")
         for i, e in enumerate(self.event):
             check_event(f"event[{i}]", e, names)
 
@@ -263,7 +263,7 @@ def load_scenario(name: str, overrides: dict[str, Any] | None = None) -> Scenari
     path = Path(name) if name.endswith(".toml") else HERE / f"{name}.toml"
     if not path.exists():
         have = sorted(p.stem for p in HERE.glob("*.toml"))
-        raise ConfigError(f"scenario {str(path)!r} does not exist; {near(path.stem, have)}available: {', '.join(have)}")
+        raise ConfigError(f"scenario {str(path)!r} does not exist; available: {', '.join(have)}{near(path.stem, have)}")
     sc = load(path, Scenario, overrides)
     craft = tuple(replace(a, file=beside(path, a.file)) for a in sc.aircraft)
     return replace(sc, aircraft=craft, wind=replace(sc.wind, sounding=beside(path, sc.wind.sounding)))

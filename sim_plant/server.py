@@ -25,12 +25,15 @@ class PlantServer:
 
     Per tick: begin_tick() -> datagrams; offer each reply to accept() (or pass all to end_tick); end_tick(). With
     `run_dir` it writes truth.tlog and the resolved scenario.toml there; raises TlogError or OSError naming the file
-    if it cannot. `notes` collects lines for the operator (refused scripted commands); whoever shows them empties it.
+    if it cannot. `world`: one of an equal scenario and this seed, not yet flown. `notes` collects lines for the operator
+    (refused scripted commands); whoever shows them empties it.
     """
 
-    def __init__(self, scenario: Scenario, seed: int | None = None, run_dir: str | Path | None = None) -> None:
+    def __init__(
+        self, scenario: Scenario, seed: int | None = None, run_dir: str | Path | None = None, world: World | None = None
+    ) -> None:
         self.scenario = scenario
-        self.world = World(scenario, seed)
+        self.world = World(scenario, seed) if world is None else world
         origin = Origin(scenario.origin.lat_deg, scenario.origin.lon_deg)
         self.names = [v.cfg.name for v in self.world.members]
         self.sysids = [v.cfg.sysid for v in self.world.members]

@@ -176,7 +176,7 @@ def find(name: str) -> Path:
     if not path.exists():
         have = sorted(p.stem for p in HERE.glob("*.toml"))
         raise ConfigError(
-            f"aircraft file {str(path)!r} does not exist; {near(path.stem, have)}available: {', '.join(have)}"
+            f"aircraft file {str(path)!r} does not exist; available: {', '.join(have)}{near(path.stem, have)}"
         )
     return path
 

@@ -47,5 +47,5 @@ def find(name: str) -> Study:
     """The study called `name`. Raises CampaignError listing the known names."""
     known = all_studies()
     if name not in known:
-        raise CampaignError(f"study {name!r}: no such study; {near(name, known)}known: {', '.join(known) or 'none'}")
+        raise CampaignError(f"study {name!r}: no such study; known: {', '.join(known) or 'none'}{near(name, known)}")
     return known[name]

@@ -80,7 +80,7 @@ class Study:
         for name in wanted:
             if name not in known:
                 raise CampaignError(
-                    f"case {name!r}: study {self.name} has no such case; {near(name, known)}known: {', '.join(known)}"
+                    f"case {name!r}: study {self.name} has no such case; known: {', '.join(known)}{near(name, known)}"
                 )
         return tuple(c for c in self.cases if c.name in wanted)
 

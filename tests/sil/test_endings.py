@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 import resource
+import shutil
 import signal
 import subprocess
 from collections.abc import Iterator
@@ -15,7 +16,7 @@ from pathlib import Path
 import pytest
 
 from flightsw.icd.tlog import read
-from tests.sil.launch import processes, sil, start, summary, wait_for
+from tests.sil.launch import processes, sil_alone, start, summary, wait_for
 
 LOGS = ("link_tanker.tlog", "link_receiver.tlog", "tlm.tlog", "truth.tlog")
 END_S = 30.0  # [s] patience for an end that takes about one second
@@ -109,10 +110,21 @@ def test_ctrl_c_in_flight(flight: Flight, signum: signal.Signals) -> None:
     flight.assert_clean()
 
 
-def test_the_launcher_killed_outright_leaves_no_orphan(flight: Flight) -> None:
+def test_the_launcher_killed_outright_leaves_no_orphan_and_whole_logs(flight: Flight) -> None:
+    """Nobody reads what the children say any more: they end all the same with every log written to its last tick."""
     flight.sil.kill()
     flight.sil.wait()
     flight.assert_clean()
+    last = {name: max(t for t, _, _ in read(flight.run / name)) for name in LOGS}
+    assert max(last.values()) - min(last.values()) <= 150_000, last  # [us] the slowest log has a record every 0.1 s
+
+
+def test_a_run_whose_folder_is_deleted_ends_in_one_line(flight: Flight) -> None:
+    shutil.rmtree(flight.run)
+    assert flight.sil.wait(END_S) == 1
+    assert f"run folder {flight.run} has been deleted" in flight.text() and "Traceback" not in flight.text()
+    assert wait_for(lambda: not processes(flight.run), END_S)
+    assert not flight.run.exists()
 
 
 @pytest.mark.parametrize("at", ["folder", "processes"])
@@ -139,7 +151,7 @@ def test_a_full_disk_is_named_with_its_file(tmp_path: Path, port_offset: int, fl
     args += () if flags else ("--port-offset", port_offset)
     resource.setrlimit(resource.RLIMIT_FSIZE, (400_000, limit[1]))
     try:
-        ended = sil(*args)
+        ended = sil_alone(*args)
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limit)
     assert ended.code == 1, ended.text
