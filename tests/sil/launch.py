@@ -41,13 +41,6 @@ def sil(*args: object, cwd: Path | None = None) -> Ended:
     return Ended(r.exit_code, r.output)
 
 
-def sil_alone(*args: object) -> Ended:
-    """Run `sil ARGS` to its end in a process of its own."""
-    env = {**os.environ, "COLUMNS": "200"}
-    r = subprocess.run(command(*args), capture_output=True, text=True, timeout=TIMEOUT_S, env=env, check=False)
-    return Ended(r.returncode, r.stdout + r.stderr)
-
-
 def start(*args: object, out: Path) -> subprocess.Popen[bytes]:
     """Start `sil ARGS`; its words go to the file `out`."""
     with out.open("wb") as f:
