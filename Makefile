@@ -28,7 +28,7 @@ fly: env
 
 test: env
 	$(BIN)/sil warmup
-	$(BIN)/python -m pytest -q -n 2 --dist loadgroup -m "not rt" $(TESTS)
+	$(BIN)/python -m pytest -q -n 2 -m "not rt" $(TESTS)
 
 check: env
 	$(BIN)/ruff check .

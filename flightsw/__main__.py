@@ -6,22 +6,26 @@ be written, 130 / 143 ended by SIGINT / SIGTERM.
 
 from __future__ import annotations
 
-import sys
 import traceback
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from flightsw.accounts import accounts
+from flightsw.cli import Version, make, report, tell
 from flightsw.clock import RealtimeClock, monotonic_us, realtime_priority
 from flightsw.config import FlightConfig, load_flight
 from flightsw.executive import no_time
 from flightsw.icd.link import LinkError, UdpLink, plant_port, telemetry_port
+from flightsw.icd.overrun import overrun
 from flightsw.icd.tlog import TlogError
 from flightsw.loop import Process, Stop
 from flightsw.node import Node
 from flightsw.recorder import LinkRecorder
 from flightsw.strict import ConfigError
+
+app = make()
 
 EXIT_UNEXPECTED, EXIT_CONFIG, EXIT_LOG = 1, 2, 4
 
@@ -42,7 +46,7 @@ def open_process(cfg: FlightConfig, run_dir: Path, realtime: bool, port_offset: 
     name, sysid = cfg.app.name, cfg.app.sysid
 
     def say(text: str) -> None:
-        print(f"flightsw {name} (sysid {sysid}): {text}", file=sys.stderr, flush=True)
+        tell(f"flightsw {name} (sysid {sysid}): {text}")
 
     plant = UdpLink(
         cfg.link.plant_port or plant_port(sysid, port_offset), f"plant link of {name}, sysid {sysid}", cfg.link.host
@@ -69,6 +73,7 @@ def open_process(cfg: FlightConfig, run_dir: Path, realtime: bool, port_offset: 
     return Process(cfg, node, plant, telemetry, log, stop, say, port_offset)
 
 
+@app.command()
 def run(
     config: Annotated[Path, typer.Option(help="Flight file (TOML).")],
     run_dir: Annotated[Path, typer.Option(help="Folder for link_<name>.tlog; must exist.")],
@@ -76,6 +81,7 @@ def run(
     sets: Annotated[list[str], typer.Option("--set", help="Override, key=value; repeatable.")] = [],  # noqa: B006
     realtime: Annotated[bool, typer.Option(help="Run against the wall clock instead of in lockstep.")] = False,
     port_offset: Annotated[int, typer.Option(help="Added to every port, for parallel runs.")] = 0,
+    version: Version = False,
 ) -> None:
     """Fly one aircraft."""
     raise typer.Exit(fly(config, run_dir, sysid or None, sets, realtime, port_offset))
@@ -90,8 +96,15 @@ def fly(config: Path, run_dir: Path, sysid: int | None, sets: list[str], realtim
             overrides["app.sysid"] = sysid
         cfg = load_flight(config, overrides)
         process = open_process(cfg, run_dir, realtime, port_offset, stop)
-    except (ConfigError, LinkError, TlogError, ValueError, ArithmeticError) as e:
-        print(f"flightsw: {e}", file=sys.stderr, flush=True)
+    except (
+        ConfigError,
+        LinkError,
+        TlogError,
+        ValueError,
+        ArithmeticError,
+        RuntimeError,
+    ) as e:  # no trim, no control law
+        tell(f"flightsw: {e}")
         return EXIT_CONFIG
     if stop.signum:
         process.close()
@@ -107,6 +120,7 @@ def fly(config: Path, run_dir: Path, sysid: int | None, sets: list[str], realtim
         traceback.print_exc()
         process.say(f"stopped at t = {process.node.t_us / 1e6:.2f} s by {type(e).__name__}: {e}")
     finally:
+        lost = overrun(process.plant.sock) + overrun(process.ground.link.sock)
         try:
             process.close()
         except TlogError as e:
@@ -115,6 +129,7 @@ def fly(config: Path, run_dir: Path, sysid: int | None, sets: list[str], realtim
                 code = EXIT_LOG
     if stop.signum and code == stop.exit_code:
         process.say(f"stopped by signal {stop.signum} at t = {max(process.node.t_us, 0) / 1e6:.2f} s; log closed")
+    report({"done": True, "accounts": accounts(process.node, lost)})
     return code
 
 
@@ -134,7 +149,7 @@ def _loop(process: Process, realtime: bool) -> int:
 
 def main() -> None:
     """Entry point of the command."""
-    typer.run(run)
+    app()
 
 
 if __name__ == "__main__":

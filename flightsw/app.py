@@ -15,7 +15,7 @@ import numpy as np
 from flightsw.health import HealthMonitor, HealthParams, refuse_unwatched
 from flightsw.kernels.atmosphere import calibrated_airspeed
 from flightsw.missions import MISSIONS
-from flightsw.strict import ConfigError, convert
+from flightsw.strict import ConfigError, convert, near
 from flightsw.types import (
     HF_ACT,
     HF_SAT,
@@ -48,6 +48,29 @@ V_TOP, H_TOP = 600.0, 20e3  # [m/s], [m] beyond which there is no calibrated air
 MAX_STEP_S = 0.25  # [s] longest control step integrated at once, however late the tick
 
 
+def check(
+    mission: str, tables: dict[str, Any], base_rate_hz: int, mission_rate_hz: int, where: str
+) -> tuple[Any, Any, HealthParams]:
+    """Class, parameters and health limits of `mission` from its tables, rates checked: all that can be told without building
+    anything. Raises ConfigError naming the key."""
+    if mission not in MISSIONS:
+        raise ConfigError(
+            f"{where}: app.mission = {mission!r}: allowed: {', '.join(MISSIONS)}{near(mission, MISSIONS)}"
+        )
+    if base_rate_hz % mission_rate_hz:
+        raise ConfigError(
+            f"{where}: app.mission_rate_hz = {mission_rate_hz}: must divide base_rate_hz = {base_rate_hz}"
+        )
+    cls: Any = MISSIONS[mission]
+    if cls.one_rate and base_rate_hz != mission_rate_hz:
+        raise ConfigError(
+            f"{where}: app.mission_rate_hz = {mission_rate_hz}: allowed for mission {mission}: base_rate_hz = {base_rate_hz}"
+        )
+    own = dict(tables)
+    health = convert(own.pop("health", {}), HealthParams, f"{where}: health")
+    return cls, convert(own, cls.params_type, where), health
+
+
 class FlightApp:
     """Everything between a sensor frame and an actuator command."""
 
@@ -59,19 +82,7 @@ class FlightApp:
 
         Raises ConfigError (unknown mission, bad key), TrimError or DesignError (control design).
         """
-        if mission not in MISSIONS:
-            raise ConfigError(f"{where}: app.mission = {mission!r}: allowed: {', '.join(MISSIONS)}")
-        if base_rate_hz % mission_rate_hz:
-            raise ConfigError(
-                f"{where}: app.mission_rate_hz = {mission_rate_hz}: must divide base_rate_hz = {base_rate_hz}"
-            )
-        cls: Any = MISSIONS[mission]
-        if cls.one_rate and base_rate_hz != mission_rate_hz:
-            raise ConfigError(
-                f"{where}: app.mission_rate_hz = {mission_rate_hz}: allowed for mission {mission}: base_rate_hz = {base_rate_hz}"
-            )
-        own = dict(tables)
-        health = convert(own.pop("health", {}), HealthParams, f"{where}: health")
+        cls, params, health = check(mission, tables, base_rate_hz, mission_rate_hz, where)
         self._again = partial(
             FlightApp, mission, aircraft, tables, base_rate_hz=base_rate_hz, mission_rate_hz=mission_rate_hz,
             link_delay_ticks=link_delay_ticks, where=where,
@@ -82,7 +93,6 @@ class FlightApp:
             self.ac = cls.load(aircraft)
         except ConfigError as e:
             raise ConfigError(f"{where}: app.mission = {mission!r}, app.aircraft = {aircraft!r}: {e}") from None
-        params = convert(own, cls.params_type, where)
         try:
             self.mission = cls(self.ac, params, 1.0 / mission_rate_hz)
         except ConfigError as e:

@@ -1,9 +1,13 @@
-"""What the command lines of all programs have in common: `-h`, `--version`, completion, help in which [m/s] stays [m/s]."""
+"""What the command lines of all programs have in common: `-h`, `--version`, completion, help in which [m/s] stays [m/s], and
+status lines."""
 
 from __future__ import annotations
 
+import json
+import os
+import sys
 from importlib.metadata import version
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -26,3 +30,21 @@ def _show(wanted: bool) -> None:
 
 
 Version = Annotated[bool, typer.Option("--version", callback=_show, is_eager=True, help="Show the version and exit.")]
+
+
+def tell(text: str) -> None:
+    """One line for people on stderr; a reader that went away, or a full disk behind it, must not keep a log from being closed."""
+    try:
+        print(text, file=sys.stderr, flush=True)
+    except OSError:
+        return
+
+
+def report(record: dict[str, Any]) -> bool:
+    """One JSON line on stdout for the launcher. False if nobody reads it any more: the launcher was killed."""
+    try:
+        print(json.dumps(record), flush=True)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # closing it at exit is then no error either
+        return False
+    return True

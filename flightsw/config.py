@@ -6,10 +6,11 @@ plain tree; `FlightApp` converts it, as strictly.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any
 
+from flightsw.files import beside
 from flightsw.icd.geo import Origin
 from flightsw.icd.link import GROUND_PORT, OPERATOR_PORT
 from flightsw.icd.rates import DEFAULT_RATES, MAX_RATE_HZ
@@ -133,7 +134,9 @@ def parse_target(text: str) -> tuple[str, int]:
 
 
 def load_flight(path: str | Path, overrides: dict[str, Any] | None = None) -> FlightConfig:
-    """Read a flight file; `overrides` maps dotted keys to values. Raises ConfigError naming file, key and what is
-    allowed.
+    """Read a flight file; `overrides` maps dotted keys to values. Aircraft files it names lie beside it, or are known by
+    name. Raises ConfigError naming file, key and what is allowed.
     """
-    return load(path, FlightConfig, overrides)
+    cfg = load(path, FlightConfig, overrides)
+    tanker = None if cfg.tanker is None else beside(path, cfg.tanker)
+    return replace(cfg, app=replace(cfg.app, aircraft=beside(path, cfg.app.aircraft)), tanker=tanker)

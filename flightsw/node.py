@@ -208,7 +208,7 @@ class Node:
             ctx = tel.ctx
             self.exec.fill(ctx.timing)
             ctx.late_p999_us = self.exec.late_p999_us if self.realtime else 0.0
-            ctx.excess = self._excess
+            ctx.excess = self.excess
             if tick % self.cfg.app.base_rate_hz == 0:
                 self._tell(snap.texts)
         acks = snap.acks + services.acks
@@ -305,7 +305,7 @@ class Node:
             self._last_reply += b"".join(map(self.codec.answer, acks))
 
     @property
-    def _excess(self) -> int:
+    def excess(self) -> int:
         """Datagrams and packets dropped unread so far, both links."""
         return self.unread_plant + self.unread_ground + self.count.excess + self.services.count.excess
 
@@ -313,7 +313,7 @@ class Node:
         """Once a second: what was dropped or slipped since, so that a warning cannot flood."""
         if n := self.exec.new_slips():
             texts.append(Text(WARNING, f"loop slipped {n} periods"))
-        now = [self.count.ahead + self.count.stale, self._excess]
+        now = [self.count.ahead + self.count.stale, self.excess]
         for what, n, before in zip(("refused for their time stamp", "dropped unread"), now, self._told, strict=True):
             if n != before:
                 texts.append(Text(WARNING, f"{n - before} packets {what}"))

@@ -12,7 +12,9 @@ import math
 import tomllib
 import types
 import typing
+from collections.abc import Iterable
 from dataclasses import dataclass
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated, Any, TypeVar, get_args, get_origin
 
@@ -21,6 +23,13 @@ T = TypeVar("T")
 
 class ConfigError(ValueError):
     """A configuration value is unknown, missing, of the wrong type or out of range. The text names key and value."""
+
+
+def near(word: object, known: Iterable[str]) -> str:
+    """The words "; did you mean 'x'?" for the name of `known` closest to what was written, "" if none is close."""
+    lower = {k.lower(): k for k in known}
+    found = get_close_matches(str(word).lower(), lower, n=1)
+    return f"; did you mean {lower[found[0]]!r}?" if found else ""
 
 
 @dataclass(frozen=True)
@@ -108,7 +117,9 @@ def _list_item(node: list[Any], part: str, key: str, where: str) -> Any:
         if isinstance(item, dict) and item.get("name") == part:
             return item
     names = [str(i.get("name", k)) if isinstance(i, dict) else str(k) for k, i in enumerate(node)]
-    raise ConfigError(f"{where}: override {key!r}: no entry {part!r}; allowed: {', '.join(names) or 'none'}")
+    raise ConfigError(
+        f"{where}: override {key!r}: no entry {part!r}; allowed: {', '.join(names) or 'none'}{near(part, names)}"
+    )
 
 
 def parse_value(text: str) -> Any:
@@ -205,7 +216,8 @@ def _convert_table(v: Any, cls: Any, where: str, key: str, base: Any) -> Any:
     fields = {f.name: f for f in dataclasses.fields(cls) if f.init}
     for k in v:
         if k not in fields:
-            raise ConfigError(f"{_at(where, f'{key}.{k}' if key else k)}: unknown key; allowed: {', '.join(fields)}")
+            at = _at(where, f"{key}.{k}" if key else k)
+            raise ConfigError(f"{at}: unknown key; allowed: {', '.join(fields)}{near(k, fields)}")
     out = {}
     for name, f in fields.items():
         sub = f"{key}.{name}" if key else name
@@ -231,4 +243,4 @@ def _check(v: Any, c: Any, where: str, key: str) -> None:
             if x is not None and not c.lo <= x <= c.hi:
                 raise ConfigError(f"{_at(where, key)} = {x!r}: allowed {c.lo:g} to {c.hi:g}")
     elif isinstance(c, OneOf) and v not in c.allowed:
-        raise ConfigError(f"{_at(where, key)} = {v!r}: allowed: {', '.join(c.allowed)}")
+        raise ConfigError(f"{_at(where, key)} = {v!r}: allowed: {', '.join(c.allowed)}{near(v, c.allowed)}")

@@ -59,6 +59,7 @@ def metrics(
     write: Annotated[bool, typer.Option(help="also write RUN/summary.json")] = False,
 ) -> None:
     """Figures of a run as flat JSON on stdout."""
+    from flightsw.files import write_whole
     from ground.columns import LogError, load
     from ground.folder import contents
     from ground.metrics import compute
@@ -67,7 +68,7 @@ def metrics(
         one = run.is_file() and not write
         text = json.dumps(contents(load(run)) if one else compute(run), indent=1)
         if write:
-            (run / "summary.json").write_text(text + "\n")
+            write_whole(run / "summary.json", text + "\n")
     except (LogError, ValueError) as exc:
         _fail(exc, 2)
     except OSError as exc:

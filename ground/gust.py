@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal
 
 from flightsw.icd import mav
 from ground.align import align
@@ -88,6 +87,8 @@ class GustFlight:
 
     def low(self) -> Array:
         """a_z [N] below 2 Hz (fourth-order Butterworth, both ways); zero where the flight is too short for it."""
+        from scipy import signal  # slow to import: only where there is a gust flight
+
         if len(self.t_us) < 32:
             return np.zeros(len(self.t_us))
         rate = 1e6 / float(np.median(np.diff(self.t_us)))

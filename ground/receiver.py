@@ -16,6 +16,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TextIO
 
+from flightsw.icd.overrun import overrun
 from flightsw.icd.tlog import TlogError, TlogWriter
 from ground.merge import Merger, SequenceGaps
 from ground.packets import MISSION_STATUS, packet_id, packet_time_us, phase_name, phase_of, split
@@ -109,6 +110,17 @@ class Recorder:
             self.writer.write(t_us, packet)
         self.writer.close()
 
+    def accounts(self, overrun: int = 0) -> dict[str, int]:
+        """For the summary of a run: packets recorded, lost by their sequence numbers, refused as junk, come too late for their
+        place in the log; datagrams dropped at the socket."""
+        return {
+            "packets": self.packets,
+            "lost_packets": sum(self.gaps.dropped.values()),
+            "junk_packets": sum(self.junk.values()),
+            "late_packets": self.merger.late,
+            "overrun_datagrams": overrun,
+        }
+
     def status(self) -> dict[str, object]:
         """Counters for a status line; sysids as text because JSON keys are."""
         return {
@@ -187,7 +199,8 @@ def run(
             recorder.finish()
         except OSError as exc:
             raise RecordError(_words(path, exc)) from exc
-        _say(status_to, {"done": True, **recorder.status(), "junk_kinds": recorder.junk})
+        accounts = recorder.accounts(overrun(sock))
+        _say(status_to, {"done": True, **recorder.status(), "junk_kinds": recorder.junk, "accounts": accounts})
         return recorder
     finally:
         sock.close()

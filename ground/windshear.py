@@ -14,8 +14,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal
-from scipy.optimize import brentq
 
 from flightsw.icd import mav
 from ground.align import align
@@ -62,6 +60,8 @@ class Downburst:
 
     def wind(self, x: Array, h: Array) -> tuple[Array, Array]:
         """Wind along x and up [m/s] at x, h [m]."""
+        from scipy.optimize import brentq  # slow to import: only where there is a windshear flight
+
         top = self.outflow_height_m * (LAYERS - 1.0) / math.log(LAYERS)
         low = top / LAYERS
         a = brentq(lambda r: 2.0 * r * r + 1.0 - math.exp(r * r), 0.8, 1.5)  # radius of the largest outflow
@@ -106,6 +106,8 @@ class WindshearFlight:
 
     def low(self, tau_s: float) -> Array:
         """True hazard index [N] in a first-order low-pass, as the alerting takes its own."""
+        from scipy import signal
+
         a = -math.expm1(-self.dt / tau_s)
         return np.asarray(signal.lfilter([a], [1.0, a - 1.0], self.F))
 

@@ -11,9 +11,10 @@ from typing import Any
 
 from rich.console import Console
 
+from flightsw.files import write_whole
 from flightsw.strict import ConfigError
 from hil_scripts import verdict
-from hil_scripts.mission import Outcome
+from hil_scripts.mission import Outcome, deleted
 from hil_scripts.procs import StopFlag, Supervisor, describe_exit
 from hil_scripts.runfolder import RunPlan
 
@@ -21,12 +22,16 @@ EXIT_FAILED = 1
 EXIT_EXPECT = 4  # completed, but a bound of the scenario is violated
 
 
-def finish(plan: RunPlan, run: Path, outcome: Outcome, rrd: bool, console: Console, stop: StopFlag) -> int:
-    """Write summary.json and run.rrd, print what came out, return the exit code of `sil run`."""
+def finish(
+    plan: RunPlan, run: Path, outcome: Outcome, rrd: bool, console: Console, stop: StopFlag, in_process: bool = False
+) -> int:
+    """Write summary.json and run.rrd, print what came out, return the exit code of `sil run`. `in_process`: the figures too."""
     summary: dict[str, Any] = {}
     _write(run, {"run.outcome": outcome.outcome, "run.sim_s": round(outcome.sim_s, 3)})  # what the logs must reach
     if outcome.outcome in ("completed", "lost"):
-        if _step("metrics", ["ground", "metrics", "--write", str(run)], run, console, stop):
+        if in_process:
+            summary = _figures(run, console)
+        elif _step("metrics", ["ground", "metrics", "--write", str(run)], run, console, stop):
             summary = _read_summary(run, console)
         if rrd and not stop:
             _step("convert", ["ground", "convert", str(run)], run, console, stop)
@@ -44,60 +49,70 @@ def finish(plan: RunPlan, run: Path, outcome: Outcome, rrd: bool, console: Conso
     if plan.warnings:
         flown["run.warnings"] = "; ".join(plan.warnings)
     got_metrics = bool(summary)
+    flown |= dict(sorted(outcome.accounts.items()))
     summary = flown | {k: v for k, v in summary.items() if k not in flown}
-    _write(run, summary)
-    verdict.show_summary(console, summary)
+    if outcome.outcome == "failed" and deleted(run):  # said already; there is nowhere to write to
+        return EXIT_FAILED
+    unwritten = _write(run, summary)
+    nothing_lost = {k for k, v in outcome.accounts.items() if not v}
+    verdict.show_summary(console, {k: v for k, v in summary.items() if k not in nothing_lost})
     code = 0
     if outcome.outcome == "aborted":
-        console.print(outcome.reason, style="yellow", highlight=False)
+        console.print(outcome.reason, style="yellow")
         code = 128 + outcome.signum
     elif outcome.outcome in ("lost", "truncated"):
-        console.print(outcome.reason, style="red", markup=False, highlight=False)
+        console.print(outcome.reason, style="red")
         code = EXIT_FAILED
     elif outcome.outcome != "completed" or not got_metrics:
         code = EXIT_FAILED
     else:
         code = _judge(plan, summary, console)
+    if unwritten:
+        console.print(unwritten, style="red", soft_wrap=True)
+        return code or EXIT_FAILED
     _where(run, outcome, console)
     return 128 + stop.signum if stop and code == 0 else code
 
 
-def _write(run: Path, summary: dict[str, Any]) -> None:
+def _write(run: Path, summary: dict[str, Any]) -> str:
+    """summary.json, whole or not at all; what the disk says against it."""
     finite = {
         k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in summary.items()
     }  # JSON has no NaN
-    (run / "summary.json").write_text(json.dumps(finite, indent=2) + "\n")
+    try:
+        write_whole(run / "summary.json", json.dumps(finite, indent=2) + "\n")
+    except OSError as e:
+        return str(e)
+    return ""
 
 
 def _judge(plan: RunPlan, summary: dict[str, Any], console: Console) -> int:
     if plan.shortened:
         text = f"bounds of the scenario hold for its full {plan.full_s:.0f} s and were not judged"
-        console.print(text, markup=False, highlight=False)
+        console.print(text)
     if not plan.expect:
         return 0
     try:
         checks = verdict.evaluate(plan.expect, summary)
     except ConfigError as e:
-        console.print(f"scenario.toml: {e}", style="red", markup=False)
+        console.print(f"scenario.toml: {e}", style="red")
         return EXIT_EXPECT
     verdict.show_checks(console, checks)
     bad = [c.key for c in checks if not c.ok]
     if bad:
-        console.print(f"bounds violated: {', '.join(bad)}", style="red", markup=False, highlight=False)
+        console.print(f"bounds violated: {', '.join(bad)}", style="red")
     return EXIT_EXPECT if bad else 0
 
 
 def _where(run: Path, outcome: Outcome, console: Console) -> None:
-    console.print(f"run folder: {run}", style="bold", markup=False, highlight=False, soft_wrap=True)
+    console.print(f"run folder: {run}", style="bold", soft_wrap=True)
     rerun = Path(sys.executable).with_name("rerun")
     if (run / "run.rrd").exists():
-        console.print(f"look at it: {_short(rerun)} {run / 'run.rrd'}", markup=False, highlight=False, soft_wrap=True)
+        console.print(f"look at it: {_short(rerun)} {run / 'run.rrd'}", soft_wrap=True)
     elif outcome.outcome not in ("completed", "lost"):
         ground = _short(Path(sys.executable).with_name("ground"))
         console.print(
             f"the logs up to the end are readable; to draw them: {ground} convert {run}",
-            markup=False,
-            highlight=False,
             soft_wrap=True,
         )
 
@@ -109,11 +124,23 @@ def _short(path: Path) -> Path:
         return path
 
 
+def _figures(run: Path, console: Console) -> dict[str, Any]:
+    """What `ground metrics` writes."""
+    from ground.columns import LogError
+    from ground.metrics import compute
+
+    try:
+        return compute(run)
+    except (LogError, ValueError, OSError) as e:
+        console.print(f"ground metrics: {e}", style="red", soft_wrap=True)
+        return {}
+
+
 def _read_summary(run: Path, console: Console) -> dict[str, Any]:
     try:
         data = json.loads((run / "summary.json").read_text())
     except (OSError, ValueError) as e:
-        console.print(f"{run / 'summary.json'}: not readable after ground metrics: {e}", style="red", markup=False)
+        console.print(f"{run / 'summary.json'}: not readable after ground metrics: {e}", style="red")
         return {}
     return data if isinstance(data, dict) else {}
 
@@ -130,7 +157,7 @@ def _step(name: str, module_args: list[str], run: Path, console: Console, stop: 
             return True
         sup.stop()
         why = f"stopped by signal {stop.signum}" if stop else describe_exit(child.popen.returncode)
-        console.print("\n".join([f"ground {name}: {why}", *child.tail]), style="red", markup=False, highlight=False)
+        console.print("\n".join([f"ground {name}: {why}", *child.tail]), style="red")
         return False
 
 

@@ -6,18 +6,24 @@ import contextlib
 import gc
 import tempfile
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 
+from flightsw.accounts import accounts as flight_accounts
+from flightsw.app import FlightApp
 from flightsw.config import load_flight
 from flightsw.icd.tlog import TlogWriter
-from flightsw.node import Node
+from flightsw.node import Node, make_app
 from flightsw.recorder import LinkRecorder
 from ground.receiver import Recorder
-from hil_scripts.mission import Outcome
+from hil_scripts import screen
+from hil_scripts.mission import Outcome, deleted
+from hil_scripts.preflight import Built
 from hil_scripts.procs import StopFlag
 from hil_scripts.progress import Board
 from hil_scripts.runfolder import RunPlan, make_folder, resolve
+from sim_plant.accounts import accounts as plant_accounts
 from sim_plant.scenario import load_scenario
 from sim_plant.server import PlantServer
 from sim_plant.world import AircraftLostError
@@ -26,14 +32,18 @@ LOOK_EVERY = 64  # ticks between looks at the stop flag and the screen
 
 
 class InProcess:
-    """Plant, onboard nodes and ground recorder of a run folder, stepped together.
+    """Plant, onboard nodes and ground recorder of a run folder, stepped together; `built`: from the plan, not from the folder.
 
     Raises ConfigError or OSError naming what cannot be read or written.
     """
 
-    def __init__(self, plan: RunPlan, run: Path) -> None:
-        self.server = PlantServer(load_scenario(str(run / "scenario.toml")), plan.seed, run)
-        self.nodes = [Node(load_flight(run / f"flight_{f.name}.toml")) for f in plan.flights]
+    def __init__(self, plan: RunPlan, run: Path, built: Built | None = None) -> None:
+        world = built.world if built is not None else None
+        self.server = PlantServer(load_scenario(str(run / "scenario.toml")), plan.seed, run, world)
+        if built is not None:
+            self.nodes = built.nodes
+        else:
+            self.nodes = [Node(load_flight(run / f"flight_{f.name}.toml")) for f in plan.flights]
         self.links = [LinkRecorder(run / f"link_{f.name}.tlog", f.sysid) for f in plan.flights]
         self.ground = Recorder(TlogWriter(run / "tlm.tlog"))
 
@@ -56,6 +66,12 @@ class InProcess:
             link.inbound(node.t_us, node.take_heard())
         self.close()
 
+    def accounts(self) -> dict[str, int | float]:
+        """What each program lost, under the keys separate processes have."""
+        parts: dict[str, dict[str, Any]] = {"plant": plant_accounts(self.server), "ground": self.ground.accounts()}
+        parts |= {f"flightsw.{n.cfg.app.name}": flight_accounts(n) for n in self.nodes}
+        return {f"{who}.{k}": v for who, part in parts.items() for k, v in part.items()}
+
     def close(self) -> None:
         """Close every log, whatever state the run is in. Raises the first OSError after all have been tried."""
         errors = []
@@ -68,10 +84,11 @@ class InProcess:
             raise errors[0]
 
 
-def fly(plan: RunPlan, run: Path, console: Console, stop: StopFlag) -> Outcome:
-    """Run the plan in this process. A log that cannot be written is a failed outcome; others come out as they are."""
+def fly(plan: RunPlan, run: Path, console: Console, stop: StopFlag, built: Built | None = None) -> Outcome:
+    """Run the plan in this process, with what is built of it already. A log that cannot be written is a failed outcome; other
+    errors come out as they are."""
     with Board(console, plan.duration_s, plan.names) as board:
-        flight = InProcess(plan, run)
+        flight = InProcess(plan, run, built)
         gc.collect()
         gc.freeze()
         gc.disable()  # as the separate processes do
@@ -86,13 +103,16 @@ def fly(plan: RunPlan, run: Path, console: Console, stop: StopFlag) -> Outcome:
         except OSError as e:
             with contextlib.suppress(OSError):
                 flight.close()
-            console.print(f"run failed at t = {board.sim_s:.1f} s: {e}", style="red", markup=False, highlight=False)
-            return Outcome("failed", str(e), board.sim_s, board.speed)
+            reason = deleted(run) or str(e)
+            console.print(f"run failed at t = {board.sim_s:.1f} s: {reason}", style="red", soft_wrap=True)
+            return Outcome("failed", reason, board.sim_s, board.speed, accounts=flight.accounts())
         finally:
             gc.enable()
+            gc.unfreeze()
+    speed, accounts = board.speed, flight.accounts()
     if stop:
-        return Outcome("aborted", stop.text(board.sim_s), board.sim_s, board.speed, stop.signum)
-    return Outcome("lost" if lost else "completed", lost, board.sim_s, board.speed)
+        return Outcome("aborted", stop.text(board.sim_s), board.sim_s, speed, stop.signum, accounts)
+    return Outcome("lost" if lost else "completed", lost, board.sim_s, speed, accounts=accounts)
 
 
 def _loop(flight: InProcess, board: Board, stop: StopFlag) -> None:
@@ -108,7 +128,13 @@ def _loop(flight: InProcess, board: Board, stop: StopFlag) -> None:
 
 
 def fly_a_little(scenario: str, duration_s: float) -> None:
-    """Fly the first seconds of a scenario in a folder that is thrown away: every kernel gets compiled."""
+    """Warm up the onboard software of a scenario and fly its first seconds in a folder that is thrown away: every kernel gets
+    compiled."""
     with tempfile.TemporaryDirectory(prefix="wakefield-") as tmp, StopFlag() as stop:
         plan = resolve(scenario, None, [], duration_s)
-        fly(plan, make_folder(plan, Path(tmp) / "run"), Console(quiet=True), stop)
+        run = make_folder(plan, Path(tmp) / "run")
+        for f in plan.flights:
+            app = make_app(load_flight(run / f"flight_{f.name}.toml"))
+            assert isinstance(app, FlightApp)
+            app.warmup()
+        fly(plan, run, screen.console(quiet=True), stop)

@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import os
 import platform
+import re
 import shutil
 import sys
 import tempfile
@@ -24,7 +25,7 @@ KEEP = 4  # older digests are removed
 def kernel_sources() -> list[Path]:
     """Every source file of the flying programs that mentions the `jit` decorator, sorted."""
     files = (p for pkg in PACKAGES for p in (ROOT / pkg).rglob("*.py"))
-    return sorted(p for p in files if b"jit" in p.read_bytes())
+    return sorted(p for p in files if re.search(rb"\bjit\b", p.read_bytes()))
 
 
 def digest() -> str:

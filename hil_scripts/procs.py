@@ -17,9 +17,10 @@ import time
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from io import FileIO
 from pathlib import Path
 from types import FrameType, TracebackType
-from typing import IO, Any
+from typing import Any
 
 PR_SET_PDEATHSIG = 1  # linux/prctl.h
 TAIL_LINES = 12  # stderr lines kept for the report of a death
@@ -77,7 +78,7 @@ class Child:
     name: str
     popen: subprocess.Popen[bytes]
     on_message: Callable[[dict[str, Any]], None]
-    log: IO[bytes] | None = None
+    log: FileIO | None = None
     tail: deque[str] = field(default_factory=lambda: deque(maxlen=TAIL_LINES))
     partial: dict[str, bytes] = field(default_factory=lambda: {"out": b"", "err": b""})
 
@@ -91,12 +92,22 @@ class Child:
         if stream == "err" and self.log is not None:
             try:
                 self.log.write(data)
-                self.log.flush()
             except OSError:  # a full disk must not keep us from stopping the children
-                self.log = None
+                self.close_log()
         *lines, self.partial[stream] = (self.partial[stream] + data).split(b"\n")
         for raw in lines:
             self._line(stream, raw.decode("utf-8", "replace").rstrip())
+
+    def close_log(self) -> None:
+        """Close the file of its stderr, and remove it if it is empty. Neither can fail: the disk may be full, the folder gone."""
+        log, self.log = self.log, None
+        if log is not None:
+            log.close()
+            try:
+                if Path(log.name).stat().st_size == 0:
+                    Path(log.name).unlink()
+            except OSError:
+                pass
 
     def flush(self) -> None:
         """Treat an unfinished last line as complete; called when the process has ended."""
@@ -149,10 +160,7 @@ class Supervisor:
         self._sel.close()
         for c in self.children:
             if c.log is not None:
-                c.log.close()
-                path = Path(c.log.name)
-                if path.stat().st_size == 0:
-                    path.unlink()
+                c.close_log()
 
     def start(
         self,
@@ -183,7 +191,7 @@ class Supervisor:
         child = Child(name, popen, on_message)
         self.children.append(child)
         if self._log_dir is not None:
-            child.log = open(self._log_dir / f"{name}.stderr.txt", "wb")  # noqa: SIM115
+            child.log = open(self._log_dir / f"{name}.stderr.txt", "wb", buffering=0)  # noqa: SIM115
         for stream, pipe in (("out", popen.stdout), ("err", popen.stderr)):
             assert pipe is not None
             os.set_blocking(pipe.fileno(), False)

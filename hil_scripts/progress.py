@@ -37,7 +37,7 @@ class Board:
             BarColumn(bar_width=30),
             TextColumn("{task.fields[speed]}"),
             TimeElapsedColumn(),
-            TextColumn("{task.fields[phase]}"),
+            TextColumn("{task.fields[phase]}", markup=False),
             console=console,
             auto_refresh=False,
             transient=True,
@@ -95,7 +95,7 @@ class Board:
             self._progress.refresh()
         elif now - self._plain > PLAIN_EVERY_S:
             self._plain = now
-            self._console.print(f"{sim}  {speed}  {phase}", highlight=False)
+            self._console.print(f"{sim}  {speed}  {phase}")
 
     def _name(self, sysid: str) -> str:
         return self._names.get(int(sysid), sysid) if sysid.isdigit() else sysid

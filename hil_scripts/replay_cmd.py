@@ -54,5 +54,5 @@ def show(console: Console, reports: dict[str, Report]) -> bool:
     for name, r in reports.items():
         if not r.ok:
             for line in r.lines():
-                console.print(f"{name}: {line}", style="red", markup=False, highlight=False, soft_wrap=True)
+                console.print(f"{name}: {line}", style="red", soft_wrap=True)
     return all(r.ok for r in reports.values())

@@ -9,6 +9,7 @@ import json
 import os
 import platform
 import re
+import shutil
 import subprocess
 import sys
 from dataclasses import dataclass, field
@@ -19,7 +20,8 @@ from typing import Any
 
 from flightsw.aircraft import load_airframe
 from flightsw.config import load_flight
-from flightsw.strict import ConfigError, changed, to_dict
+from flightsw.files import write_whole
+from flightsw.strict import ConfigError, changed, near, to_dict
 from hil_scripts import tomlout
 from sim_plant.obeyed import refuse
 from sim_plant.scenario import Link, load_scenario
@@ -74,13 +76,20 @@ class RunPlan:
         return dict(self.scenario.get("expect", {}))
 
 
+def scenario_names() -> list[str]:
+    """Scenarios that come with the project."""
+    return sorted(p.stem for p in SCENARIOS.glob("*.toml"))
+
+
 def find_scenario(text: str) -> Path:
     """Path of a scenario given by name or path. Raises ConfigError listing what exists."""
     for p in (Path(text), SCENARIOS / f"{text}.toml"):
         if p.is_file():
             return p
-    known = ", ".join(sorted(p.stem for p in SCENARIOS.glob("*.toml")))
-    raise ConfigError(f"scenario {text!r}: no such name or file; known names: {known or 'none'}")
+    known = scenario_names()
+    raise ConfigError(
+        f"scenario {text!r}: no such name or file; known names: {', '.join(known) or 'none'}{near(text, known)}"
+    )
 
 
 def parse_sets(sets: list[str]) -> dict[str, dict[str, str]]:
@@ -92,7 +101,7 @@ def parse_sets(sets: list[str]) -> dict[str, dict[str, str]]:
         if not eq or not dot or not rest:
             raise ConfigError(
                 f"--set {text!r}: expected plant.<key>=<value> or <aircraft name>.<key>=<value>, "
-                "for example plant.wind.turbulence.level=0.5"
+                "for example plant.wind.dryden.sigma_mps=1.0"
             )
         out.setdefault(who, {})[rest] = value.strip()
     return out
@@ -111,17 +120,20 @@ def _flight_config_path(aircraft: dict[str, Any], scenario: Path) -> Path:
     ):
         if p.is_file():
             return p
-    known = ", ".join(sorted(p.stem for p in PARAMS.glob("*.toml")))
+    known = sorted(p.stem for p in PARAMS.glob("*.toml"))
     raise ConfigError(
         f"{scenario}: aircraft.{aircraft['name']}.mission = {text!r}: no such flight configuration; "
-        f"in flightsw/params: {known or 'none'}"
+        f"in flightsw/params: {', '.join(known) or 'none'}{near(text, known)}"
     )
 
 
 def resolve(
     scenario_text: str, seed: int | None, sets: list[str], duration_s: float | None, realtime: bool = False
 ) -> RunPlan:
-    """Read, override and check scenario and flight configurations. Raises ConfigError naming file and key."""
+    """Read, override and check scenario and flight configurations, each mission's own tables too. Raises ConfigError naming
+    file and key."""
+    from flightsw.app import check  # slow to import (numba)
+
     path = find_scenario(scenario_text)
     by_owner = parse_sets(sets)
     plant_sets = dict(by_owner.pop(PLANT_KEY, {}))
@@ -141,7 +153,10 @@ def resolve(
     names = [a["name"] for a in resolved["aircraft"]]
     unknown = sorted(set(by_owner) - set(names))
     if unknown:
-        raise ConfigError(f"--set {unknown[0]}.…: no such owner; allowed: {', '.join([PLANT_KEY, *names])}")
+        owners = [PLANT_KEY, *names]
+        raise ConfigError(
+            f"--set {unknown[0]}.…: no such owner; allowed: {', '.join(owners)}{near(unknown[0], owners)}"
+        )
     origin = resolved.get("origin", {})
     flights = []
     for a in resolved["aircraft"]:
@@ -152,7 +167,9 @@ def resolve(
             raise ConfigError(
                 f"--set {a['name']}.{taken[0]}: given by the scenario; change it there with --set plant.…"
             )
-        cfg = load_flight(_flight_config_path(a, path), {**sets_of, **own})
+        file = _flight_config_path(a, path)
+        cfg = load_flight(file, {**sets_of, **own})
+        check(cfg.app.mission, cfg.tables, cfg.app.base_rate_hz, cfg.app.mission_rate_hz, str(file))
         flights.append(FlightPlan(a["name"], int(a["sysid"]), to_dict(cfg)))
     if not any(f.config["link"]["broadcast_peer"] for f in flights):
         for key, value, default in (
@@ -162,8 +179,15 @@ def resolve(
             refuse(
                 f"link.radio_{key}", value, "without an aircraft that broadcasts (link.broadcast_peer)", default=default
             )
+    # all wait for the one that starts slowest: whoever gave up earlier would end the run of the others
+    starts = [resolved["clock"], *(f.config["link"] for f in flights)]
+    longest_s = max(t["startup_timeout_s"] for t in starts)
+    for t in starts:
+        t["startup_timeout_s"] = longest_s
+    # a run folder's scenario.toml keeps the name of what it was made from
+    kept_name = path.name == "scenario.toml" and re.fullmatch(r"[\w.+-]+", scenario.meta.name)
     return RunPlan(
-        scenario_name=path.stem,
+        scenario_name=scenario.meta.name if kept_name else path.stem,
         scenario=resolved,
         seed=int(resolved["meta"]["seed"]),
         duration_s=float(resolved["meta"]["duration_s"]),
@@ -194,22 +218,31 @@ def _other_aircraft(plant: list[dict[str, Any]], flights: list[FlightPlan]) -> t
 
 
 def make_folder(plan: RunPlan, out: Path | None) -> Path:
-    """Create `out`, or runs/<scenario>-<seed>-<timestamp>; writes the resolved TOML files. Raises ConfigError."""
+    """Create `out`, or runs/<scenario>-<seed>-<timestamp>; writes the resolved TOML files and what they name. Nothing is left
+    of a folder that cannot be filled. Raises ConfigError."""
+    from hil_scripts.keep import keep  # slow to import (numba)
+
+    kept, scenario, flights = keep(plan.scenario, [f.config for f in plan.flights])
     stamp = datetime.now().strftime("%Y%m%d-%H%M%S")
     run = out if out is not None else Path("runs") / f"{plan.scenario_name}-{plan.seed}-{stamp}"
     n = 1
     while out is None and run.exists():  # two runs started within one second
         n += 1
         run = Path("runs") / f"{plan.scenario_name}-{plan.seed}-{stamp}-{n}"
+    began = False
     try:
         if run.is_dir() and any(run.iterdir()):
             raise ConfigError(f"run folder {run} exists and is not empty; name another with --out or remove it")
         run.mkdir(parents=True, exist_ok=True)
-        (run / "scenario.toml").write_text(tomlout.dumps(plan.scenario))
-        for f in plan.flights:
-            (run / f"flight_{f.name}.toml").write_text(tomlout.dumps(f.config))
+        began = True
+        write_whole(run / "scenario.toml", tomlout.dumps(scenario))
+        for f, tree in zip(plan.flights, flights, strict=True):
+            write_whole(run / f"flight_{f.name}.toml", tomlout.dumps(tree))
+        kept.write(run)
     except OSError as e:
-        raise ConfigError(f"run folder {run}: cannot be written: {e.strerror}") from None
+        if began:  # it was empty before
+            shutil.rmtree(run, ignore_errors=True)
+        raise ConfigError(f"run folder {run}: cannot be written: {e.strerror or e}") from None
     return run
 
 
@@ -258,4 +291,4 @@ def write_meta(run: Path, plan: RunPlan, **more: Any) -> None:
         "cpu_count": os.cpu_count(),
         **more,
     }
-    (run / "meta.json").write_text(json.dumps(meta, indent=2) + "\n")
+    write_whole(run / "meta.json", json.dumps(meta, indent=2) + "\n")

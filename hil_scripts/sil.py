@@ -6,17 +6,12 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.console import Console
 
-from hil_scripts import kernel_cache
+from flightsw.cli import Version, make
+from hil_scripts import kernel_cache, screen
 from hil_scripts.campaign.cli import campaign
 
-app = typer.Typer(
-    add_completion=False,
-    no_args_is_help=True,
-    context_settings={"help_option_names": ["-h", "--help"]},
-    help="Software in the loop: plant, onboard software and ground on this machine.",
-)
+app = make("Software in the loop: plant, onboard software and ground on this machine.", no_args_is_help=True)
 
 EXIT_CONFIG = 2
 
@@ -24,13 +19,45 @@ RunDir = Annotated[Path, typer.Argument(help="A run folder as left by `sil run`.
 
 
 def _fail(text: str) -> typer.Exit:
-    Console(stderr=True).print(f"sil: {text}", style="red", markup=False, highlight=False, soft_wrap=True)
+    screen.fail(text)
     return typer.Exit(EXIT_CONFIG)
+
+
+def _scenarios(incomplete: str) -> list[str]:
+    """Scenario names for the shell's completion."""
+    from hil_scripts.runfolder import scenario_names
+
+    return [n for n in scenario_names() if n.startswith(incomplete)]
+
+
+@app.callback()
+def common(version: Version = False) -> None:
+    """What all commands have."""
+
+
+@app.command("list")
+def list_(
+    kinds: Annotated[
+        list[str] | None,
+        typer.Argument(help="scenarios, missions, aircraft, campaigns (default: all).", metavar="KIND"),
+    ] = None,
+) -> None:
+    """Scenarios, missions, aircraft and campaigns, with a line about each."""
+    kernel_cache.use()
+    from hil_scripts import listing
+
+    try:
+        listing.show(screen.console(), kinds or [])
+    except ValueError as e:
+        raise _fail(str(e)) from None
 
 
 @app.command()
 def run(
-    scenario: Annotated[str, typer.Argument(help="Name in sim_plant/scenarios, or path of a scenario TOML.")],
+    scenario: Annotated[
+        str,
+        typer.Argument(help="Name (`sil list scenarios`), or path of a scenario TOML.", autocompletion=_scenarios),
+    ],
     seed: Annotated[
         int | None, typer.Option(help="Seed of every random draw (default: the scenario's).", min=0)
     ] = None,
@@ -79,7 +106,7 @@ def _fly(
     stop: Any,
 ) -> int:
     from flightsw.strict import ConfigError
-    from hil_scripts import finish, mission, ports, runfolder, warmup
+    from hil_scripts import finish, mission, ports, preflight, runfolder, warmup
 
     if realtime and in_process:
         raise ConfigError("--realtime and --in-process exclude each other: in one process there is no wall clock")
@@ -90,20 +117,21 @@ def _fly(
         )
     if not in_process:
         ports.check_free(ports.needed(plan.names, port_offset))
-    console = Console()
+    console = screen.console()
     for text in plan.warnings:
-        console.print(f"warning: {text}", style="yellow", markup=False, highlight=False)
+        console.print(f"warning: {text}", style="yellow")
     if not warmup.warm(console, stop):
         return 128 + stop.signum if stop else finish.EXIT_FAILED
+    built = preflight.build(plan)
     run_dir = runfolder.make_folder(plan, out)
     runfolder.write_meta(run_dir, plan, mode="in-process" if in_process else scenario_mode(plan.realtime))
     if in_process:
         from hil_scripts import inproc
 
-        outcome = inproc.fly(plan, run_dir, console, stop)
+        outcome = inproc.fly(plan, run_dir, console, stop, built)
     else:
         outcome = mission.fly(plan, run_dir, port_offset, console, stop)
-    return finish.finish(plan, run_dir, outcome, rrd, console, stop)
+    return finish.finish(plan, run_dir, outcome, rrd, console, stop, in_process)
 
 
 def scenario_mode(realtime: bool) -> str:
@@ -118,7 +146,7 @@ def warmup(force: Annotated[bool, typer.Option("--force", help="Also when nothin
     from hil_scripts.procs import StopFlag
 
     with StopFlag() as stop:
-        if not w.warm(Console(), stop, force):
+        if not w.warm(screen.console(), stop, force):
             raise typer.Exit(128 + stop.signum if stop else 1)
 
 
@@ -131,7 +159,7 @@ def replay(run: RunDir) -> None:
 
     say_damage("sil")
     try:
-        same = replay_cmd.show(Console(), replay_cmd.replay_run(run))
+        same = replay_cmd.show(screen.console(), replay_cmd.replay_run(run))
     except (ValueError, OSError) as e:
         raise _fail(str(e)) from None
     raise typer.Exit(0 if same else 1)
@@ -155,7 +183,7 @@ def bench(
     from hil_scripts import warmup as w
     from hil_scripts.procs import StopFlag
 
-    err = Console(stderr=True)
+    err = screen.console(stderr=True)
     with StopFlag() as stop:
         if not w.warm(err, stop):
             raise typer.Exit(128 + stop.signum if stop else 1)
@@ -165,14 +193,14 @@ def bench(
                 Path(tmp),
                 duration,
                 0.0 if no_realtime else b.REALTIME_S,
-                lambda text: err.print(f"measuring: {text} ...", highlight=False),
+                lambda text: err.print(f"measuring: {text} ..."),
             )
         except (ValueError, OSError, RuntimeError) as e:
             raise _fail(str(e)) from None
     if json_:
         print(b.as_json(rows, timing))
     else:
-        b.show(Console(), rows, timing)
+        b.show(screen.console(), rows, timing)
 
 
 app.command()(campaign)
@@ -189,7 +217,7 @@ def estimate(
     from hil_scripts.estimate import command
 
     try:
-        command.estimate(file, out or Path("runs") / f"estimate-{file.stem}", twins, Console())
+        command.estimate(file, out or Path("runs") / f"estimate-{file.stem}", twins, screen.console())
     except (ValueError, OSError) as e:
         raise _fail(str(e)) from None
 

@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from flightsw.strict import ConfigError
+from hil_scripts.screen import verdict
 
 
 @dataclass(frozen=True)
@@ -71,7 +72,7 @@ def show_checks(console: Console, checks: list[Check]) -> None:
     for head, just in (("quantity", "left"), ("bound", "right"), ("measured", "right"), ("", "left")):
         t.add_column(head, justify=just, no_wrap=True)  # type: ignore[arg-type]
     for c in checks:
-        t.add_row(c.key, c.bound, _text(c.measured), "[green]ok[/]" if c.ok else "[red]violated[/]")
+        t.add_row(c.key, c.bound, _text(c.measured), verdict(c.ok, "ok", "violated"))
     console.print(t)
 
 

@@ -8,42 +8,48 @@ Exit code 0: scenario complete; 2: bad configuration or file; 3: a peer was lost
 from __future__ import annotations
 
 import gc
-import json
 import signal
-import sys
 from pathlib import Path
 from types import FrameType
 from typing import Annotated, Any
 
 import typer
 
+from flightsw.cli import Version, make, report, tell
 from flightsw.strict import ConfigError
-from sim_plant.loops import PeerLostError, UdpPlant
-from sim_plant.scenario import load_scenario
+from sim_plant.accounts import accounts
+from sim_plant.loops import PeerLostError, StoppedError, UdpPlant
+from sim_plant.scenario import Scenario, load_scenario
 from sim_plant.server import PlantServer
 from sim_plant.world import AircraftLostError
 
-app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+app = make()
 
 
-class Stopped(BaseException):
-    """A signal asked the run to end."""
+class Stop:
+    """Signals as a flag that is looked at between two ticks. A reader of the status lines that went away (the launcher was
+    killed) counts as SIGPIPE: nobody is left to end the run."""
 
-    def __init__(self, number: int) -> None:
-        super().__init__(signal.Signals(number).name)
-        self.code = 128 + number
+    def __init__(self) -> None:
+        self.signum = 0
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, self._on)
 
+    def _on(self, number: int, _: FrameType | None) -> None:
+        self.signum = number
 
-def _stop(number: int, _: FrameType | None) -> None:
-    raise Stopped(number)
+    def say(self, record: dict[str, Any]) -> None:
+        """One status line."""
+        if not report(record):
+            self.signum = self.signum or signal.SIGPIPE
+
+    def status(self, t_us: int, tick: int) -> None:
+        """Where the run is."""
+        self.say({"t": t_us / 1e6, "tick": tick})
 
 
 def _say(text: str) -> None:
-    print(f"sim-plant: {text}", file=sys.stderr, flush=True)
-
-
-def _status(t_us: int, tick: int) -> None:
-    print(json.dumps({"t": t_us / 1e6, "tick": tick}), flush=True)
+    tell(f"sim-plant: {text}")
 
 
 def _overrides(pairs: list[str]) -> dict[str, Any]:
@@ -56,20 +62,27 @@ def _overrides(pairs: list[str]) -> dict[str, Any]:
     return out
 
 
+def _build(sc: Scenario, seed: int | None, run_dir: Path | None) -> PlantServer:
+    try:
+        return PlantServer(sc, seed, run_dir)
+    except (ValueError, ArithmeticError, RuntimeError) as e:  # no trim where the scenario starts
+        raise ConfigError(str(e)) from None
+
+
 def fly(
-    scenario: str, seed: int | None, run_dir: Path | None, realtime: bool, port_offset: int, sets: list[str]
+    scenario: str, seed: int | None, run_dir: Path | None, realtime: bool, port_offset: int, sets: list[str], stop: Stop
 ) -> int:
-    """Run one scenario against flightsw processes; the exit code. Signals must already raise Stopped."""
+    """Run one scenario against flightsw processes; the exit code."""
     server: PlantServer | None = None
     link: UdpPlant | None = None
-    outcome, code, lost = "completed", 0, ""
+    outcome, code, lost, told = "completed", 0, "", ""
     try:
         overrides = _overrides(sets)
         if realtime:
             overrides["clock.mode"] = '"realtime"'
         sc = load_scenario(scenario, overrides)
-        server = PlantServer(sc, seed, run_dir)
-        link = UdpPlant(server, port_offset, _status, _say)
+        server = _build(sc, seed, run_dir)
+        link = UdpPlant(server, port_offset, stop.status, _say, lambda: bool(stop.signum))
         gc.collect()
         gc.freeze()
         gc.disable()  # nothing here makes reference cycles; a collection would only show as a late tick
@@ -87,23 +100,25 @@ def fly(
         outcome, code, lost = "aircraft lost", 4, str(e)
         _say(lost)
     except OSError as e:
-        outcome, code = "file or port error", 2
-        _say(str(e))
-    except Stopped as e:
-        outcome, code = "stopped", e.code
-        _say(f"stopped by {e} at t = {server.t_us / 1e6 if server else 0.0:.2f} s")
+        outcome, code, told = "file or port error", 2, str(e)
+        _say(told)
+    except StoppedError:
+        outcome, code = "stopped", 128 + stop.signum
+        _say(f"stopped by {signal.Signals(stop.signum).name} at t = {server.t_us / 1e6 if server else 0.0:.2f} s")
     final: dict[str, Any] = {"done": True, "outcome": outcome} | ({"lost": lost} if lost else {})
     if server is not None:
-        final |= {"t": server.t_us / 1e6, "tick": server.tick, "rejected": sum(server.rejected)}
+        final |= {"t": server.t_us / 1e6, "tick": server.tick}
         try:
             server.close()
         except OSError as e:
             code = code or 2
-            _say(str(e))
+            if str(e) != told:
+                _say(str(e))
     if link is not None:
-        final |= {"missed": sum(link.missed), "late_ticks": link.late_ticks}
         link.finish()
-    print(json.dumps(final), flush=True)
+    if server is not None:
+        final["accounts"] = accounts(server, link)
+    stop.say(final)
     return code
 
 
@@ -115,11 +130,10 @@ def run(
     realtime: Annotated[bool, typer.Option("--realtime", help="paced by the wall clock instead of lockstep")] = False,
     port_offset: Annotated[int, typer.Option(min=0, max=50000, help="added to every UDP port")] = 0,
     sets: Annotated[list[str] | None, typer.Option("--set", help="override a scenario key: noise.scale=2")] = None,
+    version: Version = False,
 ) -> None:
     """Fly a scenario: the world, its sensors and the radio, against one flightsw process per aircraft."""
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, _stop)
-    raise typer.Exit(fly(scenario, seed, run_dir, realtime, port_offset, sets or []))
+    raise typer.Exit(fly(scenario, seed, run_dir, realtime, port_offset, sets or [], Stop()))
 
 
 def main() -> None:

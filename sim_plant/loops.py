@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable
 
 from flightsw.icd.link import MAX_DATAGRAM, Address, UdpLink, plant_command_port, plant_port
+from flightsw.icd.overrun import overrun
 from sim_plant.server import PlantServer
 
 REPEAT_S = 0.2  # [s, wall] a tick is repeated this often until answered: a datagram may get lost in a flood
@@ -19,16 +20,32 @@ NOTHING, RUBBISH, ANSWER = 0, 1, 2
 Status = Callable[[int, int], None]  # simulated time [us], tick
 
 
+class StoppedError(RuntimeError):
+    """The run was asked to end; the plant is between two ticks."""
+
+
+def _never() -> bool:
+    return False
+
+
 class PeerLostError(RuntimeError):
     """A flightsw never answered, or fell silent. The text names the aircraft and the last tick on each side."""
 
 
 class UdpPlant:
-    """Drives a PlantServer against one UDP peer per aircraft on 127.0.0.1. `status` is called about every STATUS_S."""
+    """Drives a PlantServer against one UDP peer per aircraft on 127.0.0.1. `status` is called about every STATUS_S; once
+    `stopped` says so the run ends with StoppedError, between two ticks: no packet is cut, no log written twice."""
 
-    def __init__(self, server: PlantServer, port_offset: int, status: Status, note: Callable[[str], None]) -> None:
+    def __init__(
+        self,
+        server: PlantServer,
+        port_offset: int,
+        status: Status,
+        note: Callable[[str], None],
+        stopped: Callable[[], bool] = _never,
+    ) -> None:
         self.server = server
-        self._status, self._note = status, note
+        self._status, self._note, self._stopped = status, note, stopped
         self._link = UdpLink(0, "plant")
         self._sock = self._link.sock
         try:
@@ -44,6 +61,7 @@ class UdpPlant:
         self._next_status = 0.0
         self.missed = [0] * len(self._peers)  # real time: ticks without a fresh reply
         self.late_ticks = 0  # real time: ticks that began after their deadline by a period or more
+        self.overrun = 0  # datagrams dropped at the sockets, known after `finish`
 
     def _timeout(self, seconds: float) -> None:
         """Receive timeout in the kernel: one system call per datagram instead of poll and receive."""
@@ -61,6 +79,15 @@ class UdpPlant:
             self._answered_tick[i] = self.server.tick
             return ANSWER
         return RUBBISH
+
+    @property
+    def unsent(self) -> int:
+        """Datagrams the system would not take."""
+        return self._link.dropped + self._orders.dropped
+
+    def _look(self) -> None:
+        if self._stopped():
+            raise StoppedError
 
     def _take_orders(self) -> None:
         """Commands of the ground to the plant: each is answered at once and takes effect at the next tick."""
@@ -113,6 +140,7 @@ class UdpPlant:
         limit = s.scenario.clock.startup_timeout_s
         out = s.begin_tick()
         while not all(s.answered(i) for i in range(len(self._peers))):
+            self._look()
             now = time.monotonic()
             if now - began > limit:
                 raise self._lost(now - began, True)
@@ -128,16 +156,20 @@ class UdpPlant:
         s, n = self.server, len(self._peers)
         self.start()
         s.end_tick()
-        limit = s.scenario.clock.peer_timeout_s
+        clock = s.scenario.clock
         while not s.done:
+            self._look()
             self._take_orders()
             out = s.begin_tick()
             self._send(out)
+            # as flightsw does: with the first ticks a peer may still be starting
+            limit = clock.peer_timeout_s if s.tick > 1 else max(clock.startup_timeout_s, clock.peer_timeout_s)
             waiting, began, sent = n, 0.0, 0.0
             while waiting:
                 if self._receive(True) == ANSWER:
                     waiting -= 1
                     continue
+                self._look()
                 now = time.monotonic()  # the clock is asked only when something is odd
                 began, sent = began or now, sent or now
                 if now - began > limit:
@@ -155,7 +187,6 @@ class UdpPlant:
         lockstep."""
         s, n = self.server, len(self._peers)
         self.start()
-        s.rejected = [0] * n  # answers repeated while another aircraft was still starting are no fault
         s.end_tick()
         period = 1.0 / s.world.rate_hz
         limit = s.scenario.clock.peer_timeout_s
@@ -163,6 +194,7 @@ class UdpPlant:
         deadline = time.monotonic()
         self._timeout(period)
         while not s.done:
+            self._look()
             self._take_orders()
             self._send(s.begin_tick())
             deadline += period
@@ -189,5 +221,6 @@ class UdpPlant:
         """Tell every flightsw that the run is over (three times: UDP may lose one), and close the socket."""
         for _ in range(3):
             self._send(self.server.shutdown())
+        self.overrun = overrun(self._sock) + overrun(self._orders.sock)
         self._link.close()
         self._orders.close()

@@ -4,13 +4,14 @@ naming it."""
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any
 
 from flightsw.aircraft import Airframe, load_airframe
 from flightsw.aircraft.base import MODELS, SIXDOF
-from flightsw.strict import ConfigError, OneOf, Range, load, to_dict
+from flightsw.files import beside
+from flightsw.strict import ConfigError, OneOf, Range, load, near, to_dict
 from sim_plant.events import ACTIONS, PLANT, SENSORS, Event, check_event
 from sim_plant.obeyed import check_obeyed, refuse
 from sim_plant.sensors.config import Latency, NoiseCfg, NonNeg, Suite
@@ -204,7 +205,7 @@ class Scenario:
             )
         for key in self.sensors:
             if key not in names:
-                raise ConfigError(f"sensors.{key}: no such aircraft; allowed: {', '.join(names)}")
+                raise ConfigError(f"sensors.{key}: no such aircraft; allowed: {', '.join(names)}{near(key, names)}")
         for i, e in enumerate(self.event):
             check_event(f"event[{i}]", e, names)
         check_obeyed(self)
@@ -275,15 +276,18 @@ class Scenario:
 
 
 def load_scenario(name: str, overrides: dict[str, Any] | None = None) -> Scenario:
-    """Scenario by name (file stem in sim_plant/scenarios) or path; `overrides` maps dotted keys to values.
+    """Scenario by name (file stem in sim_plant/scenarios) or path; `overrides` maps dotted keys to values. Files it names
+    lie beside it, or are known by name.
 
     Raises ConfigError naming the file, the key and what is allowed.
     """
     path = Path(name) if name.endswith(".toml") else HERE / f"{name}.toml"
     if not path.exists():
-        have = ", ".join(sorted(p.stem for p in HERE.glob("*.toml")))
-        raise ConfigError(f"scenario {str(path)!r} does not exist; available: {have}")
-    return load(path, Scenario, overrides)
+        have = sorted(p.stem for p in HERE.glob("*.toml"))
+        raise ConfigError(f"scenario {str(path)!r} does not exist; available: {', '.join(have)}{near(path.stem, have)}")
+    sc = load(path, Scenario, overrides)
+    craft = tuple(replace(a, file=beside(path, a.file)) for a in sc.aircraft)
+    return replace(sc, aircraft=craft, wind=replace(sc.wind, sounding=beside(path, sc.wind.sounding)))
 
 
 def dump(sc: Scenario, seed: int) -> str:

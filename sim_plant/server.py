@@ -27,12 +27,15 @@ class PlantServer:
 
     Per tick: begin_tick() -> datagrams; offer each reply to accept() (or pass all to end_tick); end_tick(). With
     `run_dir` it writes truth.tlog and the resolved scenario.toml there; raises TlogError or OSError naming the file
-    if it cannot. `notes` collects lines for the operator (refused scripted commands); whoever shows them empties it.
+    if it cannot. `world`: one of an equal scenario and this seed, not yet flown. `notes` collects lines for the operator
+    (refused scripted commands); whoever shows them empties it.
     """
 
-    def __init__(self, scenario: Scenario, seed: int | None = None, run_dir: str | Path | None = None) -> None:
+    def __init__(
+        self, scenario: Scenario, seed: int | None = None, run_dir: str | Path | None = None, world: World | None = None
+    ) -> None:
         self.scenario = scenario
-        self.world = World(scenario, seed)
+        self.world = World(scenario, seed) if world is None else world
         origin = Origin(scenario.origin.lat_deg, scenario.origin.lon_deg)
         self.names = [v.cfg.name for v in self.world.members]
         self.sysids = [v.cfg.sysid for v in self.world.members]
@@ -138,7 +141,8 @@ class PlantServer:
         cmd = reply.cmd
         late = 0 if cmd is None else self.t_us - cmd.t_us
         if cmd is None or not 0 <= late <= REPLY_AGE_US or (exact and (late or self._replies[i] is not None)):
-            self.rejected[i] += 1
+            if cmd is None or cmd.t_us:  # tick 0 is repeated until answered: more than one answer to it is no fault
+                self.rejected[i] += 1
             return False
         before = self._replies[i]
         if before is not None:  # real time: several replies in one tick; none of their packets may get lost

@@ -1,15 +1,17 @@
-"""Shared by all tests: one numerical thread, the launcher's kernel cache, ports that parallel workers do not share."""
+"""Shared by all tests: one numerical thread, the launcher's kernel cache, ports that parallel workers do not share, and how the
+tests are dealt out to the workers."""
 
 from __future__ import annotations
 
 import itertools
 import os
 from collections.abc import Callable
+from typing import Any
 
 import hypothesis
 import pytest
 
-from hil_scripts import kernel_cache
+from hil_scripts import kernel_cache, ports
 from hil_scripts.procs import SINGLE_THREAD
 
 # before numpy and numba are imported by any test
@@ -21,6 +23,24 @@ if os.environ.get("NUMBA_DISABLE_JIT") != "1":
 hypothesis.settings.register_profile("wakefield", deadline=None, derandomize=True)
 hypothesis.settings.load_profile("wakefield")
 
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """Deal the tests out by tests/scheduling.py."""
+    from tests.scheduling import Units
+
+    config.option.loadscopereorder = False  # the order is that of the collection
+    return Units(config, log)
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Long units first, where there are several workers."""
+    if hasattr(config, "workerinput"):
+        from tests.scheduling import rank, unit
+
+        items.sort(key=lambda item: rank(unit(item.nodeid)))
+
+
 FIRST_OFFSET = 3000
 PER_WORKER = 600  # ports of one xdist worker
 STEP = 30  # between two runs of a worker; never 39..42, 40 or 49..52: no port of one run is another port of the next
@@ -28,11 +48,16 @@ STEP = 30  # between two runs of a worker; never 39..42, 40 or 49..52: no port o
 
 @pytest.fixture(scope="session")
 def next_port_offset() -> Callable[[], int]:
-    """Call it for a --port-offset no other test of this session uses."""
+    """Call it for a --port-offset no other test of this session uses, nor any other program now."""
     worker = os.environ.get("PYTEST_XDIST_WORKER", "gw0")
     base = FIRST_OFFSET + PER_WORKER * int(worker[2:])
-    counter = itertools.count()
-    return lambda: base + STEP * (next(counter) % (PER_WORKER // STEP))
+    offsets = itertools.cycle(range(base, base + PER_WORKER, STEP))
+    everyone = {sysid: f"aircraft {sysid}" for sysid in range(1, 6)}
+
+    def one() -> int:
+        return ports.free_offset(everyone, itertools.islice(offsets, PER_WORKER // STEP))
+
+    return one
 
 
 @pytest.fixture

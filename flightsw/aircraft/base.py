@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Annotated, TypeVar
 
 from flightsw.aircraft.structure import Structure
-from flightsw.strict import ConfigError, OneOf, Range, load, read_toml
+from flightsw.strict import ConfigError, OneOf, Range, load, near, read_toml
 
 HERE = Path(__file__).parent
 Pos = Annotated[float, Range(1e-9)]
@@ -112,8 +112,10 @@ def find(name: str) -> Path:
     """File of an aircraft by stem ("kc135r") or path. Raises ConfigError naming what exists."""
     path = Path(name) if name.endswith(".toml") else HERE / f"{name}.toml"
     if not path.exists():
-        have = ", ".join(sorted(p.stem for p in HERE.glob("*.toml")))
-        raise ConfigError(f"aircraft file {str(path)!r} does not exist; available: {have}")
+        have = sorted(p.stem for p in HERE.glob("*.toml"))
+        raise ConfigError(
+            f"aircraft file {str(path)!r} does not exist; available: {', '.join(have)}{near(path.stem, have)}"
+        )
     return path
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.stats import chi2, ncx2
+from scipy.special import chdtri
 
 Array = np.ndarray
 
@@ -17,7 +17,7 @@ def threshold(p_false: float, dof: int = 2) -> float:
     """
     if not 0.0 < p_false < 1.0 or dof < 1:
         raise ValueError(f"p_false={p_false}, dof={dof}; allowed inside (0,1), >= 1")
-    return -2.0 * math.log(p_false) if dof == 2 else float(chi2.isf(p_false, dof))
+    return -2.0 * math.log(p_false) if dof == 2 else float(chdtri(dof, p_false))
 
 
 def noncentrality(fault: float, sigma: float, n: int = 1) -> float:
@@ -27,6 +27,8 @@ def noncentrality(fault: float, sigma: float, n: int = 1) -> float:
 
 def detection_probability(fault: float, sigma: float, p_false: float, n: int = 1) -> float:
     """Probability of an alarm per sample: noncentral chi-square with 2 degrees of freedom, window filled with the fault."""
+    from scipy.stats import ncx2  # a second of start-up, and theory only
+
     h = threshold(p_false)
     lam = noncentrality(fault, sigma, n)
     return p_false if lam == 0.0 else float(ncx2.sf(h, 2, lam))

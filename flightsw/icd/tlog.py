@@ -25,6 +25,7 @@ GROUND_IN = 2  # ground to flightsw
 GROUND_OUT = 3  # telemetry and answers
 
 _FLUSH_BYTES = 1 << 15
+_FLUSH_US = 1_000_000  # [us] of log time: a process killed outright loses no more
 
 
 class TlogError(OSError):
@@ -36,12 +37,15 @@ class LogDamageWarning(UserWarning):
 
 
 class TlogWriter:
-    """Buffered writer of one `.tlog`. Raises TlogError naming the file when folder or disk refuse."""
+    """Buffered writer of one `.tlog`, handed to the operating system every 32 kB and every second of log time. Raises TlogError
+    naming the file when folder or disk refuse, or when the file has been deleted.
+    """
 
     def __init__(self, path: str | Path, epoch_us: int = EPOCH_US) -> None:
         self.path = Path(path)
         self._epoch = epoch_us
         self._buffer = bytearray()
+        self._flushed_us = 0
         try:
             self._fd = os.open(self.path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_CLOEXEC, 0o644)
         except OSError as e:
@@ -52,7 +56,8 @@ class TlogWriter:
         buf = self._buffer
         buf += (((self._epoch + t_us) & ~3) | link).to_bytes(8, "big")
         buf += packet
-        if len(buf) >= _FLUSH_BYTES:
+        if len(buf) >= _FLUSH_BYTES or not 0 <= t_us - self._flushed_us < _FLUSH_US:
+            self._flushed_us = t_us
             self.flush()
 
     def write_datagram(self, t_us: int, datagram: bytes, link: int = 0) -> None:
@@ -65,11 +70,14 @@ class TlogWriter:
             buf += stamp
             buf += datagram[at:stop]
             at = stop
-        if len(buf) >= _FLUSH_BYTES:
+        if len(buf) >= _FLUSH_BYTES or not 0 <= t_us - self._flushed_us < _FLUSH_US:
+            self._flushed_us = t_us
             self.flush()
 
     def flush(self) -> None:
         """Hand everything to the operating system. Raises TlogError, for instance when the disk is full."""
+        if self._buffer and not os.fstat(self._fd).st_nlink:
+            raise TlogError(f"{self.path}: cannot be written: the file has been deleted")
         view = memoryview(self._buffer)
         try:
             while view:

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
@@ -70,10 +71,13 @@ def new_figure(width: float, height: float, rows: int, cols: int, **kw: Any) -> 
 
 def png_bytes(fig: Figure) -> bytes:
     """The figure as a palette PNG."""
-    raw, out = io.BytesIO(), io.BytesIO()
-    fig.savefig(raw, format="png", dpi=DPI)
-    with Image.open(raw) as picture:  # a palette: a third of the size, and the page holds some twenty of them
-        picture.convert("RGB").quantize(160, dither=Image.Dither.NONE).save(out, format="png", optimize=True)
+    fig.set_dpi(DPI)
+    canvas = FigureCanvasAgg(fig)
+    canvas.draw()  # once; savefig would lay out and draw everything twice
+    picture = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
+    out = io.BytesIO()
+    # a palette: a third of the size, and the page holds some twenty of them
+    picture.quantize(160, dither=Image.Dither.NONE).save(out, format="png", optimize=True)
     return out.getvalue()
 
 

@@ -10,6 +10,8 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
+from hil_scripts import screen
+
 EXIT_FAILED_RUNS = 1
 EXIT_CONFIG = 2
 
@@ -24,8 +26,20 @@ def _list(console: Console) -> None:
     console.print(table if studies else "no studies")
 
 
+def _names(incomplete: str) -> list[str]:
+    """Study names for the shell's completion."""
+    from hil_scripts import kernel_cache
+    from hil_scripts.campaign.registry import all_studies
+
+    kernel_cache.use()
+    return [n for n in all_studies() if n.startswith(incomplete)]
+
+
 def campaign(
-    name: Annotated[str | None, typer.Argument(help="Study; `sil campaign --list` shows them.", metavar="NAME")] = None,
+    name: Annotated[
+        str | None,
+        typer.Argument(help="Study; `sil campaign --list` shows them.", metavar="NAME", autocompletion=_names),
+    ] = None,
     runs: Annotated[int | None, typer.Option(help="Runs per case (default: the study's).", min=1)] = None,
     cases: Annotated[str | None, typer.Option(help="Only these cases, for example a,b.", metavar="A,B")] = None,
     seed: Annotated[int, typer.Option(help="Master seed; run i draws from (seed, study, i), alike in every case.")] = 1,
@@ -57,7 +71,7 @@ def campaign(
     from hil_scripts.campaign.registry import find
     from hil_scripts.campaign.study import CampaignError
 
-    console = Console()
+    console = screen.console()
     try:
         if list_ or name is None:
             _list(console)
@@ -83,11 +97,11 @@ def campaign(
                 console=console,
             )
     except CampaignError as e:
-        Console(stderr=True).print(f"sil: {e}", style="red", markup=False, highlight=False, soft_wrap=True)
+        screen.fail(e)
         raise typer.Exit(EXIT_CONFIG) from None
     text = f"{done.folder}: {done.rows} runs on record, {done.made} made now, {done.failed} failed"
-    console.print(text, highlight=False, soft_wrap=True)
+    console.print(text, soft_wrap=True)
     if not done.complete:
-        console.print("stopped; the same command goes on from here", highlight=False)
+        console.print("stopped; the same command goes on from here")
         raise typer.Exit(128 + stop.signum)
     raise typer.Exit(EXIT_FAILED_RUNS if done.failed else 0)

@@ -10,6 +10,7 @@ from typing import Any
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
+from hil_scripts import screen
 from hil_scripts.campaign import folder as fo
 from hil_scripts.campaign import table
 from hil_scripts.campaign.journal import Journal, read
@@ -65,7 +66,7 @@ class _Board:
             return
         if time.monotonic() - self._last > PLAIN_EVERY_S:
             self._last = time.monotonic()
-            self._console.print(f"{self._done}/{self._total} runs {text}", highlight=False)
+            self._console.print(f"{self._done}/{self._total} runs {text}")
 
 
 def run_campaign(
@@ -116,7 +117,7 @@ def run_campaign(
         with Journal(out) as journal:
             meta = fo.new_meta(keep, study, master_seed, runs, chosen)
             fo.write_meta(out, meta)
-            board = _Board(console or Console(), wanted, journal.rows, progress)
+            board = _Board(console or screen.console(), wanted, journal.rows, progress)
             return _run(study, wanted, pool, out, journal, meta, stop, board)
     except OSError as e:
         raise CampaignError(f"campaign folder {out}: {e.strerror or e} ({e.filename or 'writing'})") from None

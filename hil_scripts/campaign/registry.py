@@ -7,6 +7,7 @@ import importlib.util
 import pkgutil
 from types import ModuleType
 
+from flightsw.strict import near
 from hil_scripts.campaign.study import CampaignError, Study
 
 PACKAGE = "hil_scripts.studies"
@@ -46,5 +47,5 @@ def find(name: str) -> Study:
     """The study called `name`. Raises CampaignError listing the known names."""
     known = all_studies()
     if name not in known:
-        raise CampaignError(f"study {name!r}: no such study; known: {', '.join(known) or 'none'}")
+        raise CampaignError(f"study {name!r}: no such study; known: {', '.join(known) or 'none'}{near(name, known)}")
     return known[name]

@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flightsw.strict import near
+
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+-]*")  # names become file and folder names
 
 
@@ -77,7 +79,9 @@ class Study:
         known = [c.name for c in self.cases]
         for name in wanted:
             if name not in known:
-                raise CampaignError(f"case {name!r}: study {self.name} has no such case; known: {', '.join(known)}")
+                raise CampaignError(
+                    f"case {name!r}: study {self.name} has no such case; known: {', '.join(known)}{near(name, known)}"
+                )
         return tuple(c for c in self.cases if c.name in wanted)
 
 

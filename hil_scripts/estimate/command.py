@@ -7,9 +7,9 @@ from dataclasses import asdict
 from pathlib import Path
 
 from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
 
+from flightsw.files import write_whole
 from flightsw.nav.kinematic import KinematicParams
 from hil_scripts.estimate import compare, flightlog, offline
 from hil_scripts.estimate.columns import FlightLog
@@ -51,7 +51,7 @@ def estimate(path: Path, out: Path, twins: int, console: Console) -> dict[str, f
         v.update({f"params.{k}.{c}": float(y) for c, y in each} or {f"params.{k}": float(x)})
     out.mkdir(parents=True, exist_ok=True)
     text = json.dumps(dict(sorted(v.items())), indent=1, allow_nan=False)
-    (out / "summary.json").write_text(text + "\n", encoding="utf-8")
+    write_whole(out / "summary.json", text + "\n")
     from hil_scripts.estimate import figure
 
     figure.draw(log, tr, out / "wind.png")
@@ -61,9 +61,9 @@ def estimate(path: Path, out: Path, twins: int, console: Console) -> dict[str, f
 
 
 def _table(title: str, *heads: str) -> Table:
-    t = Table(title=escape(title), title_justify="left", title_style="bold")
+    t = Table(title=title, title_justify="left", title_style="bold")
     for k, h in enumerate(heads):
-        t.add_column(escape(h), justify="left" if k == 0 else "right")
+        t.add_column(h, justify="left" if k == 0 else "right")
     return t
 
 

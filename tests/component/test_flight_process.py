@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import socket
@@ -58,7 +59,11 @@ class Flight:
         (folder / "flight.toml").write_text(FLIGHT)
         argv = [sys.executable, "-c", RUNNER, "--config", str(folder / "flight.toml"), "--run-dir", str(folder)]
         self.popen = subprocess.Popen(
-            [*argv, "--port-offset", str(offset), *args], stderr=subprocess.PIPE, text=True, env=os.environ.copy()
+            [*argv, "--port-offset", str(offset), *args],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            env=os.environ.copy(),
         )
         self.plant = FakePlant()
         self.link = UdpLink(0, "plant of the test")
@@ -98,12 +103,19 @@ class Flight:
         assert self.popen.stderr is not None
         return self.popen.stderr.read()
 
+    def accounts(self) -> dict[str, float]:
+        """Last line of an ended process on stdout."""
+        assert self.popen.stdout is not None
+        return dict(json.loads(self.popen.stdout.read().splitlines()[-1])["accounts"])
+
     def close(self) -> None:
         if self.popen.poll() is None:
             self.popen.kill()
             self.popen.wait()
         assert self.popen.stderr is not None
         self.popen.stderr.close()
+        assert self.popen.stdout is not None
+        self.popen.stdout.close()
         self.link.close()
 
 
@@ -131,6 +143,8 @@ def test_lockstep_run_to_the_end_and_replay(flight: Flight, tmp_path: Path) -> N
     assert acked  # also to a station that is no configured target
     flight.link.send(flight.plant.codec.shutdown(), flight.to)
     assert flight.wait() == 0
+    a = flight.accounts()
+    assert a["ticks"] == flight.tick and a["refused_packets"] > 0 and a["slips"] == a["late_max_us"] == 0
     report = replay(tmp_path / "link_receiver.tlog", Node(config(), FakeApp()))
     assert report.ok and report.ticks == flight.tick, report.lines()
 
@@ -274,6 +288,9 @@ def test_realtime_run_answers_late_and_missing_frames_and_replays(tmp_path: Path
     assert f.wait() == 0
     err = f.err()
     assert replies > 50 and "real time at 100 Hz" in err and "slips" in err
+    a = f.accounts()
+    assert f"{a['ticks']} ticks, {a['slips']} slips" in err and a["late_max_us"] >= a["late_p99_us"] > 0.0
+    assert a["exec_max_us"] > 0.0 and a["unsent_datagrams"] == 0
     report = replay(tmp_path / "link_receiver.tlog", Node(config(), FakeApp(), realtime=True))
     assert report.ok and report.ticks > 50, report.lines()
     f.close()

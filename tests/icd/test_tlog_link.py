@@ -83,6 +83,31 @@ def test_full_disk_is_named() -> None:
         w.close()
 
 
+def test_a_second_of_log_time_is_not_held_back(tmp_path: Path) -> None:
+    """What a process killed outright has written is whole to the second, whichever way it writes; also if time steps back."""
+    path = tmp_path / "a.tlog"
+    for write in (tlog.TlogWriter.write, tlog.TlogWriter.write_datagram):
+        w = tlog.TlogWriter(path)
+        for k in range(451):
+            write(w, 10_000 * k, HEARTBEAT)
+        assert max(t for t, _, _ in tlog.read(path)) == 4_000_000
+        write(w, 1_000_000, HEARTBEAT)
+        assert [t for t, _, _ in tlog.read(path)][-2:] == [4_500_000, 1_000_000]
+        w.close()
+
+
+def test_a_deleted_file_is_told_instead_of_written(tmp_path: Path) -> None:
+    w = tlog.TlogWriter(tmp_path / "a.tlog")
+    w.write(0, HEARTBEAT)
+    w.flush()
+    (tmp_path / "a.tlog").unlink()
+    w.write(10, HEARTBEAT)
+    with pytest.raises(tlog.TlogError, match=r"a\.tlog: cannot be written: the file has been deleted"):
+        w.write(2_000_000, HEARTBEAT)
+    with pytest.raises(tlog.TlogError, match="deleted"):
+        w.close()
+
+
 def test_busy_port_is_named() -> None:
     a = UdpLink(0, "first")
     with pytest.raises(LinkError, match=rf"127\.0\.0\.1:{a.port} \(plant link of tanker\) is already in use"):

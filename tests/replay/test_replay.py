@@ -19,7 +19,6 @@ from hil_scripts.replay_cmd import names_of, replay_run
 from hil_scripts.runfolder import make_folder, resolve
 from tests.sil.launch import sil
 
-pytestmark = pytest.mark.xdist_group("replay")
 SECONDS = 8.0
 AT_US = 5_000_000  # [us] sample time of the mutation
 SENSOR = wire.BY_NAME["HIL_SENSOR"]

@@ -1,7 +1,8 @@
-"""How tests start the launcher: in a process of its own, with a bounded wait, as a user would."""
+"""How tests start the launcher: called in this process, or as a user would, in a process of its own with a bounded wait."""
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import subprocess
@@ -11,6 +12,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+from typer.testing import CliRunner
+
+from hil_scripts import sil as launcher
 
 TIMEOUT_S = 240.0  # generous: a cold machine compiles kernels first
 
@@ -28,10 +33,12 @@ def command(*args: object) -> list[str]:
 
 
 def sil(*args: object, cwd: Path | None = None) -> Ended:
-    """Run `sil ARGS` to its end."""
-    env = {**os.environ, "COLUMNS": "200"}
-    r = subprocess.run(command(*args), capture_output=True, text=True, timeout=TIMEOUT_S, cwd=cwd, env=env, check=False)
-    return Ended(r.returncode, r.stdout + r.stderr)
+    """Call `sil ARGS` here: no new interpreter, nothing imported twice. Runs of several processes start them all the same."""
+    with contextlib.chdir(cwd or Path.cwd()):
+        r = CliRunner().invoke(launcher.app, [str(a) for a in args], env={"COLUMNS": "200"})
+    if r.exception is not None and not isinstance(r.exception, SystemExit):
+        raise r.exception
+    return Ended(r.exit_code, r.output)
 
 
 def start(*args: object, out: Path) -> subprocess.Popen[bytes]:

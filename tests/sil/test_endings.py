@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 import resource
+import shutil
 import signal
 import subprocess
 from collections.abc import Iterator
@@ -17,24 +18,31 @@ import pytest
 from flightsw.icd.tlog import read
 from tests.sil.launch import processes, sil, start, summary, wait_for
 
-LOGS = ("link_tanker.tlog", "link_receiver.tlog", "tlm.tlog", "truth.tlog")
+ONE = "rendezvous"  # one aircraft: a process less to start
+TWO = "refueling"
 END_S = 30.0  # [s] patience for an end that takes about one second
+
+
+def logs(run: Path, scenario: str) -> list[Path]:
+    """Every log of a run."""
+    names = ("tanker", "receiver") if scenario == TWO else ("tanker",)
+    return [run / f"link_{n}.tlog" for n in names] + [run / "tlm.tlog", run / "truth.tlog"]
 
 
 class Flight:
     """A run in mid-flight."""
 
-    def __init__(self, tmp: Path, offset: int) -> None:
+    def __init__(self, tmp: Path, offset: int, scenario: str = ONE) -> None:
         self.run, self.words = tmp / "run", tmp / "words.txt"
-        args = ("run", "refueling", "--duration", 100000, "--no-rrd", "--out", self.run, "--port-offset", offset)
+        self.logs = logs(self.run, scenario)
+        args = ("run", scenario, "--duration", 100000, "--no-rrd", "--out", self.run, "--port-offset", offset)
         self.sil: subprocess.Popen[bytes] = start(*args, out=self.words)
 
     def airborne(self) -> bool:
         """Wait until every log holds something: what a killed process has not written yet is lost."""
 
         def all_written() -> bool:
-            logs = [self.run / name for name in LOGS]
-            return all(p.exists() and p.stat().st_size > 0 for p in logs)
+            return all(p.exists() and p.stat().st_size > 0 for p in self.logs)
 
         return wait_for(lambda: self.sil.poll() is not None or all_written())
 
@@ -50,13 +58,13 @@ class Flight:
     def assert_clean(self) -> None:
         """No process is left and every log reads."""
         assert wait_for(lambda: not processes(self.run), END_S), processes(self.run)
-        for name in LOGS:
-            assert sum(1 for _ in read(self.run / name)) > 0, name
+        for path in self.logs:
+            assert sum(1 for _ in read(path)) > 0, path
 
 
 @pytest.fixture
-def flight(tmp_path: Path, port_offset: int) -> Iterator[Flight]:
-    f = Flight(tmp_path, port_offset)
+def flight(request: pytest.FixtureRequest, tmp_path: Path, port_offset: int) -> Iterator[Flight]:
+    f = Flight(tmp_path, port_offset, getattr(request, "param", ONE))
     try:
         assert f.airborne()
         assert f.sil.poll() is None, f.text()
@@ -68,13 +76,13 @@ def flight(tmp_path: Path, port_offset: int) -> Iterator[Flight]:
 
 
 @pytest.mark.parametrize(
-    ("module", "extra", "name"),
+    ("flight", "module", "extra", "name"),
     [
-        ("-m flightsw", "flight_tanker", "flightsw-tanker"),
-        ("-m flightsw", "flight_receiver", "flightsw-receiver"),
-        ("-m sim_plant", "scenario.toml", "sim-plant"),
-        ("-m ground", "record", "ground"),
+        (TWO, "-m flightsw", "flight_receiver", "flightsw-receiver"),
+        (ONE, "-m sim_plant", "scenario.toml", "sim-plant"),
+        (ONE, "-m ground", "record", "ground"),
     ],
+    indirect=["flight"],
 )
 def test_killing_any_process_ends_the_run_and_names_it(flight: Flight, module: str, extra: str, name: str) -> None:
     pid = next(p for p, line in processes(flight.run).items() if module in line and extra in line)
@@ -86,6 +94,7 @@ def test_killing_any_process_ends_the_run_and_names_it(flight: Flight, module: s
     flight.assert_clean()
 
 
+@pytest.mark.parametrize("flight", [TWO], indirect=True)
 def test_a_frozen_process_is_named_by_the_one_that_waits_for_it(flight: Flight) -> None:
     pid = flight.pid("flight_receiver")
     os.kill(pid, signal.SIGSTOP)
@@ -100,28 +109,39 @@ def test_a_frozen_process_is_named_by_the_one_that_waits_for_it(flight: Flight) 
     assert wait_for(lambda: not processes(flight.run), END_S)
 
 
-@pytest.mark.parametrize("signum", [signal.SIGINT, signal.SIGTERM])
-def test_ctrl_c_in_flight(flight: Flight, signum: signal.Signals) -> None:
-    flight.sil.send_signal(signum)
-    assert flight.sil.wait(END_S) == 128 + signum
-    assert f"stopped by {signum.name}" in flight.text()
+def test_ctrl_c_in_flight(flight: Flight) -> None:
+    flight.sil.send_signal(signal.SIGINT)
+    assert flight.sil.wait(END_S) == 130
+    assert "stopped by SIGINT" in flight.text()
     assert summary(flight.run)["run.outcome"] == "aborted"
     flight.assert_clean()
 
 
-def test_the_launcher_killed_outright_leaves_no_orphan(flight: Flight) -> None:
+def test_the_launcher_killed_outright_leaves_no_orphan_and_whole_logs(flight: Flight) -> None:
+    """Nobody reads what the children say any more: they end all the same with every log written to its last tick."""
     flight.sil.kill()
     flight.sil.wait()
     flight.assert_clean()
+    last = {path.name: max(t for t, _, _ in read(path)) for path in flight.logs}
+    assert max(last.values()) - min(last.values()) <= 150_000, last  # [us] the slowest log has a record every 0.1 s
 
 
-@pytest.mark.parametrize("at", ["folder", "processes"])
-def test_ctrl_c_during_start_up(tmp_path: Path, port_offset: int, at: str) -> None:
+def test_a_run_whose_folder_is_deleted_ends_in_one_line(flight: Flight) -> None:
+    shutil.rmtree(flight.run)
+    assert flight.sil.wait(END_S) == 1
+    assert f"run folder {flight.run} has been deleted" in flight.text() and "Traceback" not in flight.text()
+    assert wait_for(lambda: not processes(flight.run), END_S)
+    assert not flight.run.exists()
+
+
+@pytest.mark.parametrize(("at", "signum"), [("folder", signal.SIGINT), ("processes", signal.SIGTERM)])
+def test_stopped_during_start_up(tmp_path: Path, port_offset: int, at: str, signum: signal.Signals) -> None:
     f = Flight(tmp_path, port_offset)
     try:
         assert wait_for(f.run.exists if at == "folder" else lambda: bool(processes(f.run)))
-        f.sil.send_signal(signal.SIGINT)
-        assert f.sil.wait(END_S) == 130
+        f.sil.send_signal(signum)
+        assert f.sil.wait(END_S) == 128 + signum
+        assert f"stopped by {signum.name}" in f.text()
         assert wait_for(lambda: not processes(f.run), END_S)
         assert summary(f.run)["run.outcome"] == "aborted"
     finally:
@@ -135,7 +155,7 @@ def test_a_full_disk_is_named_with_its_file(tmp_path: Path, port_offset: int, fl
     """A limit on file size stands for the full disk: writing on fails in the same call, with another reason."""
     run = tmp_path / "run"
     limit = resource.getrlimit(resource.RLIMIT_FSIZE)
-    args = ("run", "refueling", "--duration", 100000, "--no-rrd", "--out", run, *flags)
+    args = ("run", ONE, "--duration", 100000, "--no-rrd", "--out", run, *flags)
     args += () if flags else ("--port-offset", port_offset)
     resource.setrlimit(resource.RLIMIT_FSIZE, (400_000, limit[1]))
     try:
@@ -146,5 +166,5 @@ def test_a_full_disk_is_named_with_its_file(tmp_path: Path, port_offset: int, fl
     assert ".tlog: cannot be written" in ended.text and "Traceback" not in ended.text
     assert summary(run)["run.outcome"] == "failed"
     assert wait_for(lambda: not processes(run), END_S)
-    for name in LOGS:
-        assert sum(1 for _ in read(run / name)) > 0, name
+    for path in logs(run, ONE):
+        assert sum(1 for _ in read(path)) > 0, path

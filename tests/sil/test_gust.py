@@ -10,7 +10,6 @@ import pytest
 from ground.columns import load
 from tests.sil.launch import sil, summary
 
-pytestmark = pytest.mark.xdist_group("gust")  # one worker, so that the runs are flown once
 SECONDS = 8.0
 LOGS = ("link_alexis.tlog", "link_reference.tlog", "tlm.tlog", "truth.tlog")
 

@@ -9,7 +9,6 @@ import pytest
 
 from tests.sil.launch import sil, summary
 
-pytestmark = pytest.mark.xdist_group("repeatable")  # one worker, so that the runs are flown once
 SECONDS = 12.0
 SEED = 5
 LOGS = ("link_tanker.tlog", "link_receiver.tlog", "tlm.tlog", "truth.tlog")
@@ -62,6 +61,25 @@ def test_summaries_agree_in_everything_but_speed(runs: dict[str, Path]) -> None:
     a, b = summary(runs["first"]), summary(runs["single"])
     assert {k for k in a if a[k] != b.get(k)} <= {"run.sim_s_per_wall_s"}
     assert set(a) == set(b)
+
+
+def test_the_accounts_of_every_process_are_in_the_summary(runs: dict[str, Path]) -> None:
+    s = summary(runs["first"])
+    for who in ("tanker", "receiver"):
+        assert s[f"flightsw.{who}.ticks"] == round(SECONDS * 100)
+        lost = (
+            "slips",
+            "late_p99_us",
+            "unsent_datagrams",
+            "unlogged_datagrams",
+            "overrun_datagrams",
+            "refused_packets",
+        )
+        assert [s[f"flightsw.{who}.{k}"] for k in lost] == [0] * len(lost)
+        assert s[f"plant.missed_ticks.{who}"] == s[f"plant.rejected_datagrams.{who}"] == 0
+    assert s["plant.late_ticks"] == s["plant.overrun_datagrams"] == 0
+    assert s["ground.packets"] > 1000
+    assert [s[f"ground.{k}"] for k in ("lost_packets", "junk_packets", "late_packets", "overrun_datagrams")] == [0] * 4
 
 
 def test_replay_repeats_every_output(runs: dict[str, Path]) -> None:

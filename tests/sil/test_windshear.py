@@ -10,7 +10,6 @@ import pytest
 from ground.columns import load
 from tests.sil.launch import sil, summary
 
-pytestmark = pytest.mark.xdist_group("windshear")
 SECONDS = 8.0
 LOGS = ("link_twinjet.tlog", "tlm.tlog", "truth.tlog")
 KEY = "windshear.twinjet."

@@ -20,7 +20,6 @@ from sim_plant.kernels.microburst import wind
 from sim_plant.microburst import Microburst
 from tests.sil.launch import sil
 
-pytestmark = pytest.mark.xdist_group("windshear")
 SECONDS = 66.0
 
 

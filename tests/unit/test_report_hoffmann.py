@@ -22,7 +22,6 @@ from hil_scripts.campaign.engine import run_campaign
 from hil_scripts.campaign.study import Case, Study
 from hil_scripts.studies import hoffmann, hoffmann_loop, hoffmann_robust
 
-pytestmark = pytest.mark.xdist_group("report")  # one worker draws the report once
 LEE = runpy.run_path(str(Path(__file__).with_name("test_report_lee.py")))
 SHORT: dict[str, dict[str, Any]] = {
     "changing": {"duration_s": 24.0, "steps": [[0.0, 0.0], [8.0, 1.0], [16.0, 0.0]]},

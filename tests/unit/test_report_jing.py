@@ -20,7 +20,6 @@ from hil_scripts.campaign.engine import run_campaign
 from hil_scripts.campaign.study import Study
 from hil_scripts.studies import jing, jing_escape
 
-pytestmark = pytest.mark.xdist_group("report")  # one worker draws the report once
 LEE = runpy.run_path(str(Path(__file__).with_name("test_report_lee.py")))
 ALL = (*jing.STUDIES, *jing_escape.STUDIES)
 

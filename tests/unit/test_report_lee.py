@@ -17,7 +17,6 @@ from ground.report.build import lee_report
 from ground.report.load import ReportError, load
 from ground.report.page import number
 
-pytestmark = pytest.mark.xdist_group("report")  # one worker draws the report once
 SYNTH = runpy.run_path(str(Path(__file__).with_name("report_synth.py")))
 
 

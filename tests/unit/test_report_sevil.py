@@ -22,7 +22,6 @@ from hil_scripts.campaign.engine import run_campaign
 from hil_scripts.campaign.study import Case, RunResult, Study
 from hil_scripts.studies import sevil, sevil_dynamic, sevil_faults, sevil_static
 
-pytestmark = pytest.mark.xdist_group("report")  # one worker draws the report once
 LEE = runpy.run_path(str(Path(__file__).with_name("test_report_lee.py")))
 SHORT = {"legs_s": (30.0, 10.0, 10.0, 10.0, 20.0), "faults": False}
 SMALL: dict[str, dict[str, Any]] = {

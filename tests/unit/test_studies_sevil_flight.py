@@ -170,15 +170,15 @@ def test_turbulence_is_common_unless_points_are_separate() -> None:
 
 def test_separate_points_follow_the_exact_covariance() -> None:
     """Variance, difference between the tips, and lagged covariance of every pair against the isotropic tensor."""
-    pts, V, L, s, dt, n = np.array(SPEC_PROBES), 200.0, 53.0, 0.39, 0.05, 200_000
+    pts, V, L, s, dt, n = np.array(SPEC_PROBES), 200.0, 53.0, 0.39, 0.05, 1 << 17
     a = point_gusts(1, V, L, s, dt, pts, n)
     for lag in (0, 1, 5):
         for i in range(3):
             for j in range(3):
                 got = a[lag:, i].T @ a[: n - lag, j] / (n - lag)
                 r = pts[i] - pts[j] + np.array([V * dt * lag, 0.0, 0.0])
-                assert np.allclose(got, dryden_tensor(r, L, s), atol=0.004)
-    assert a.tobytes() == point_gusts(1, V, L, s, dt, pts, n).tobytes()
+                assert np.allclose(got, dryden_tensor(r, L, s), atol=0.005)
+    assert point_gusts(1, V, L, s, dt, pts, 999).tobytes() == point_gusts(1, V, L, s, dt, pts, 999).tobytes()
 
 
 def test_the_tensor_gives_the_one_point_dryden_correlations() -> None:

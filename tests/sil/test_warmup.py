@@ -1,0 +1,56 @@
+"""The warm-up is visible, uses both cores, and misses no kernel of the onboard software."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+
+import pytest
+from rich.console import Console
+
+from hil_scripts import kernel_cache, warmup
+from hil_scripts.procs import StopFlag
+from hil_scripts.runfolder import SCENARIOS
+
+COMPILES = """
+import os, sys, time
+from pathlib import Path
+for i in range(3):
+    time.sleep(0.2)
+    Path(os.environ["NUMBA_CACHE_DIR"], f"{sys.argv[2]}-{i}.nbc").touch()
+"""
+
+
+@pytest.fixture
+def cold(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A cache of the test's own, and lines without waiting."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    monkeypatch.setattr(warmup, "PLAIN_EVERY_S", 0.0)
+    monkeypatch.setattr(warmup, "CODE", COMPILES)
+    return tmp_path
+
+
+def warm(terminal: bool = False) -> tuple[bool, str]:
+    out = io.StringIO()
+    with StopFlag() as stop:
+        return warmup.warm(Console(file=out, force_terminal=terminal, highlight=False), stop), out.getvalue()
+
+
+@pytest.mark.parametrize("terminal", [False, True])
+def test_a_cold_start_shows_how_many_kernels_are_ready(cold: Path, terminal: bool) -> None:
+    ok, text = warm(terminal)
+    assert ok and "kernels compiled" in text and "6 kernels ready" in text
+    assert kernel_cache.is_warm()
+    assert warm() == (True, "")  # and a warm one nothing
+
+
+def test_a_failure_is_told_and_not_taken_for_warm(cold: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(warmup, "CODE", "raise SystemExit('no compiler here')")
+    ok, text = warm()
+    assert not ok and "compiling failed, exit code 1" in text and "no compiler here" in text
+    assert not kernel_cache.is_warm()
+
+
+def test_what_it_flies_exists() -> None:
+    names = [n for part in warmup.SCENARIOS for n in part]
+    assert set(names) <= {p.stem for p in SCENARIOS.glob("*.toml")} and len(warmup.SCENARIOS) == 2
