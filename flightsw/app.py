@@ -12,12 +12,12 @@ from typing import Any
 
 import numpy as np
 
+from flightsw.condition import Condition, ConditionParams
 from flightsw.health import HealthMonitor, HealthParams
 from flightsw.missions import MISSIONS
 from flightsw.strict import ConfigError, convert
 from flightsw.types import (
     HF_ACT,
-    HF_SAT,
     UPD_AIR,
     UPD_ATT,
     UPD_BARO,
@@ -69,6 +69,7 @@ class FlightApp:
             )
         own = dict(tables)
         health = convert(own.pop("health", {}), HealthParams, f"{where}: health")
+        condition = convert(own.pop("condition", {}), ConditionParams, f"{where}: condition")
         self._again = partial(
             FlightApp, mission, aircraft, tables, base_rate_hz=base_rate_hz, mission_rate_hz=mission_rate_hz,
             link_delay_ticks=link_delay_ticks, where=where,
@@ -78,6 +79,7 @@ class FlightApp:
         self.ac = cls.load(aircraft)
         self.mission = cls(self.ac, convert(own, cls.params_type, where), 1.0 / mission_rate_hz)
         self.health = HealthMonitor(health, self.mission.watch, self.mission.air_used)
+        self.condition = Condition(condition, cls.fuel_capacity(self.ac))
         self.act = cls.actuators(self.ac, link_delay_ticks)
         self.u = np.zeros(cls.controls)
         self._good = (0.0, 0.0, 0.0, 0.0, 0.0)
@@ -96,6 +98,7 @@ class FlightApp:
         texts: list[Text] = []
         acks = [self._answer(c, texts) for c in f.commands] if f.commands else []
         h = self.health.step(f)
+        h.rejected += self.condition.intake(f)
         self._updated |= f.updated
         if f.updated & UPD_IMU:
             self._imu.append((f.t_us, f.gyro_b, f.acc_b))
@@ -166,12 +169,20 @@ class FlightApp:
         c.latch = self.guid.latch
         # until navigation has been valid once the aircraft keeps the trim it came in; afterwards it is never handed back
         c.armed = c.armed or self.nav.valid
-        h = self.health.out
-        h.failed = h.failed | HF_SAT if self.mission.saturated else h.failed & ~HF_SAT
         texts += self.mission.texts()
-        if self.health.texts:
-            texts += self.health.texts
-            self.health.texts = []
+        self._report(dt, texts)
+
+    def _report(self, dt: float, texts: list[Text]) -> None:
+        """What inputs, navigation and the aircraft itself have to say, into the health report and `texts`."""
+        h, r, c = self.health.out, self.mission.refusals, self.condition
+        c.step(self.nav, self.mission.saturated, dt)
+        h.condition = c.flags
+        if r is not None:
+            h.held, h.kept_out, h.refused = r.flags, r.mask, r.counts
+        for source in (self.health, c) if r is None else (self.health, r, c):
+            if source.texts:
+                texts += source.texts
+                source.texts = []
 
     def _average_imu(self, f: SensorFrame) -> None:
         """Mean rate and specific force since the last mission step: five samples of noise are worth more than the last one."""

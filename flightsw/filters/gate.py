@@ -1,6 +1,13 @@
-"""Refusal of single readings: an innovation far outside its own sigma is left out, a channel that keeps doing it is benched."""
+"""Refusal of readings: an innovation far outside its own sigma is left out, and who keeps doing it is kept out.
+
+ChannelGate judges channel by channel, GroupGate the sensors an estimator is built of: groups of rows that stand or fall
+together, each with a memory of what it has been refused for.
+"""
 
 from __future__ import annotations
+
+import math
+from statistics import NormalDist
 
 import numpy as np
 
@@ -74,3 +81,125 @@ class ChannelGate:
         """Positions below m that may correct, None when none may because too many disagree; arguments as `judge`."""
         count = judge(codes, nu, Sy, m, self.limit, self.most, self.score, self._keep)
         return None if count < 0 else self._keep[:count]
+
+
+SCORE, HELD, REFUSED = 0, 1, 2  # columns of a group's row of state
+MEAN, SPREAD, FROZEN, NOW, RATIO = 0, 1, 2, 3, 4  # columns of a channel's row of state
+HELD_BAD = 0.25  # [-] of a refusal remembered per disagreeing sample of a group kept out
+SMOOTH = 0.05  # [-] share of a new sample in a channel's mean disagreement
+
+
+@jit
+def sift(
+    group: np.ndarray, codes: np.ndarray, nu: np.ndarray, Sy: np.ndarray, slack: np.ndarray, m: int, limit2: float,
+    gs: np.ndarray, cs: np.ndarray, bad: np.ndarray, keep: np.ndarray,
+) -> int:  # fmt: skip
+    """keep [>=m] <- positions below m that may correct; returns how many. bad [groups] <- -1 absent, 0 agrees, 1 disagrees.
+
+    group, codes [>=m] of each row, nu [>=m] innovation, Sy [>=m,>=m] lower factor of its covariance, slack [>=m] 1-sigma of
+    what the filter was not told of, limit2 [-] largest squared ratio; gs [groups,3], cs [channels,5] state, in place. A group
+    kept out is judged by the Sy of the moment it went: ignorance that has grown since does not let it back.
+    """
+    for g in range(gs.shape[0]):
+        bad[g] = -1
+    for i in range(m):
+        g, c = group[i], codes[i]
+        var = 0.0
+        for b in range(i + 1):
+            var += Sy[i, b] * Sy[i, b]
+        more = slack[i] * slack[i]
+        cs[c, NOW] = var + more
+        if gs[g, HELD] > 0.0:
+            var = min(var, cs[c, FROZEN])
+        else:
+            cs[c, FROZEN] = var
+        var += more
+        r = nu[i] * nu[i] / var if var > 0.0 else np.inf
+        cs[c, RATIO] = r
+        if bad[g] < 0:
+            bad[g] = 0
+        if not r <= limit2:  # also NaN
+            bad[g] = 1
+    for g in range(gs.shape[0]):
+        if bad[g] < 0:
+            continue
+        if gs[g, HELD] > 0.0:
+            s = gs[g, SCORE] + (HELD_BAD if bad[g] == 1 else -DECAY)
+            gs[g, SCORE] = min(max(s, 0.0), BENCH)
+            gs[g, HELD] = 1.0 if gs[g, SCORE] > 0.0 else 0.0
+        else:
+            s = gs[g, SCORE] + (1.0 if bad[g] == 1 else -DECAY)
+            gs[g, SCORE] = min(max(s, 0.0), BENCH)
+            gs[g, HELD] = 1.0 if gs[g, SCORE] >= BENCH else 0.0
+        if bad[g] == 1:
+            gs[g, REFUSED] += 1.0
+    count = 0
+    for i in range(m):
+        g, c = group[i], codes[i]
+        if bad[g] == 1 or gs[g, HELD] > 0.0:
+            # the first disagreement sets the mean, later ones move it; NaN must not stay in it
+            if np.isfinite(nu[i]):
+                new = cs[c, MEAN] == 0.0 and cs[c, SPREAD] == 0.0
+                d = nu[i] - cs[c, MEAN]
+                cs[c, MEAN] += d if new else SMOOTH * d
+                cs[c, SPREAD] += SMOOTH * ((0.0 if new else d * d) - cs[c, SPREAD])
+        else:
+            if gs[g, SCORE] <= 0.0:
+                cs[c, MEAN] = 0.0
+                cs[c, SPREAD] = 0.0
+            keep[count] = i
+            count += 1
+    return count
+
+
+class GroupGate:
+    """Judges the rows of one update, sensor by sensor, by the innovations of the prediction.
+
+    One refused reading is one refused reading. A group refused BENCH times within as many seconds as it takes to forget them is
+    kept out: its later readings only bear witness. It comes back by itself when they agree for long (100 samples, fewer than one
+    in six against) with a prediction that no longer contains them; how much they disagree, and whether by a constant, can be
+    asked; `admit` takes it back on the word of others.
+    """
+
+    def __init__(self, groups: int, channels: int, rows: int, false_alarm: float) -> None:
+        """Sizes, and the probability that a sound reading is refused. Raises ValueError when it is not between 0 and 1."""
+        if not 0.0 < false_alarm < 1.0:
+            raise ValueError(f"false_alarm = {false_alarm}; allowed between 0 and 1")
+        self.limit = NormalDist().inv_cdf(
+            1.0 - 0.5 * false_alarm
+        )  # [sigma] two-sided: chi-square of one degree of freedom
+        self.groups, self.channels = np.zeros((groups, 3)), np.zeros((channels, 5))
+        self.bad = np.zeros(groups, dtype=np.int64)
+        self._keep = np.zeros(rows, dtype=np.int64)
+
+    def kept(self, group: Array, codes: Array, nu: Array, Sy: Array, slack: Array, m: int) -> Array:
+        """Positions below m that may correct; arguments as `sift`."""
+        limit2 = self.limit * self.limit
+        count = sift(group, codes, nu, Sy, slack, m, limit2, self.groups, self.channels, self.bad, self._keep)
+        return self._keep[:count]
+
+    def held(self, group: int) -> bool:
+        """Whether a group is kept out."""
+        return bool(self.groups[group, HELD] > 0.0)
+
+    def refused(self, group: int) -> int:
+        """Readings of a group that disagreed, so far."""
+        return int(self.groups[group, REFUSED])
+
+    def offset(self, code: int) -> tuple[float, bool]:
+        """Mean disagreement of a channel refused now, and whether it is a constant rather than scatter."""
+        mean, spread = float(self.channels[code, MEAN]), float(self.channels[code, SPREAD])
+        return mean, mean * mean > 0.25 * spread
+
+    def sigma(self, code: int) -> float:
+        """1-sigma of a channel's last innovation as the filter and its slack have it, however much that has grown."""
+        return math.sqrt(float(self.channels[code, NOW]))
+
+    def admit(self, group: int) -> None:
+        """Take a group back."""
+        self.groups[group, SCORE] = self.groups[group, HELD] = 0.0
+
+    def forgive(self) -> None:
+        """Take all back, the counts stay."""
+        self.groups[:, SCORE : HELD + 1] = 0.0
+        self.channels[:] = 0.0

@@ -7,6 +7,7 @@ from typing import Any
 
 from flightsw.aircraft import Airframe, load_aircraft
 from flightsw.models.actuators import ActuatorModel
+from flightsw.nav.refusal import Refusals
 
 
 class Mission:
@@ -30,6 +31,16 @@ class Mission:
         Has reset(surfaces, thrust) and step(command, dt); what else is between it and the mission's step.
         """
         return ActuatorModel(ac, delay_ticks)
+
+    @staticmethod
+    def fuel_capacity(ac: Any) -> float:
+        """Of the tanks whose gauge this kind of aircraft has [kg]; 0: none."""
+        return float(ac.mass.fuel_capacity_kg)
+
+    @property
+    def refusals(self) -> Refusals | None:
+        """What the navigation in force refuses of its sensors; None: it keeps no such account."""
+        return None
 
     @property
     def saturated(self) -> bool:

@@ -120,6 +120,11 @@ class GustMission(Mission):
         """Elevator and flap servos."""
         return GustActuators(GustAircraft.of(ac.controls), delay_ticks)
 
+    @staticmethod
+    def fuel_capacity(ac: Any) -> float:
+        """Burns none that is measured."""
+        return 0.0
+
     @property
     def saturated(self) -> bool:
         """Whether elevator or flap is asked for more than its travel."""

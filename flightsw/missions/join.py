@@ -24,6 +24,7 @@ from flightsw.missions.receiver import ReceiverMission, ReceiverParams
 from flightsw.models.actuators import ActuatorModel
 from flightsw.nav.common import NavParams, failed_bits
 from flightsw.nav.peer import PeerTracker
+from flightsw.nav.refusal import Refusals
 from flightsw.nav.variants import make_airframe_nav
 from flightsw.strict import Range
 from flightsw.types import (
@@ -122,6 +123,11 @@ class JoinMission(Mission):
             self._join()
             self._texts.append(Text(6, f"station keeping from {math.hypot(*self.sight.pos):.0f} m"))
         return nav, g, u, throttle
+
+    @property
+    def refusals(self) -> Refusals | None:
+        """What the estimator in force refuses of its sensors."""
+        return (self.refuel.nav if self.joined else self.nav).core.refusals
 
     def rehearse(self) -> None:
         """Go on as if joined up: the application's warm-up runs the second half of the mission too."""

@@ -133,6 +133,11 @@ class WindshearMission(Mission):
         """Thrust command and elevator on their way."""
         return WindshearActuators(delay_ticks)
 
+    @staticmethod
+    def fuel_capacity(ac: Any) -> float:
+        """Burns none that is measured."""
+        return 0.0
+
     @property
     def saturated(self) -> bool:
         """Whether the elevator is asked for more than its travel."""

@@ -99,7 +99,7 @@ class AirData:
         fr.update(f, rel, dt, bool(updated & UPD_IMU) and f.gyro_count > 0)
         self._shape()
         peer = rel.peer
-        fresh = bool(updated & UPD_REL) and f.rel_valid
+        fresh = bool(updated & UPD_REL) and f.rel_valid and rel.fits(f)
         self._seen = nav.rel_valid and nav.rel_age_s < 0.5
         # a tanker carried on without data link has a wake where it is thought to be only while the relative sensor steers it
         self._wake_known = not peer.coasting or (peer.level and nav.rel_age_s < REL_MAX_S)

@@ -1,0 +1,252 @@
+"""Which readings an estimator of an aircraft refuses, what it says of it, and what a dispute adds to the published uncertainty.
+
+Every reading is judged by its innovation (filters.gate.GroupGate). A sensor that goes on disagreeing is kept out; from then on
+the estimate holds nothing of it, so that comparing both is a comparison of witnesses. It comes back
+- when it agrees again, for seconds, with what the estimate knew when it went: persistence of its own does not count;
+- when witnesses of another kind (nav.witness) say that it is right: the estimate is opened by the size of the dispute;
+- when nobody speaks against it and the estimate has become too uncertain to contradict it: under reservation.
+While nobody can tell, and after a return under reservation, the dispute is part of the published sigma.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+
+from flightsw.filters.gate import GroupGate
+from flightsw.strict import Range
+from flightsw.types import HF_AIR, HF_ATT, HF_GNSS, HF_IMU, HF_REL, Text
+
+# WKF_READING
+V, BETA, ALPHA, GYRO, ATT, GNSS_POS, GNSS_VEL, REL_POS, REL_VEL, WAKE, GNSS_DIFF, REL_RATE = range(12)
+_DEG = 180.0 / math.pi
+# name, factor and unit in texts, sensor in Health (0: an aid computed on board)
+KINDS = (
+    ("airspeed", 1.0, "m/s", HF_AIR), ("sideslip", _DEG, "deg", HF_AIR), ("incidence", _DEG, "deg", HF_AIR),
+    ("gyro", _DEG, "deg/s", HF_IMU), ("attitude", _DEG, "deg", HF_ATT), ("GNSS position", 1.0, "m", HF_GNSS),
+    ("GNSS velocity", 1.0, "m/s", HF_GNSS), ("relative position", 1.0, "m", HF_REL),
+    ("relative velocity", 1.0, "m/s", HF_REL), ("wake position", 1.0, "m", 0), ("GNSS difference", 1.0, "m", 0),
+    ("GNSS closure rate", 1.0, "m/s", 0),
+)  # fmt: skip
+AIR = (V, BETA, ALPHA)
+AGAINST, UNDECIDED, FOR = -1, 0, 1
+SAY_S = 10.0  # [s] between two texts on single refusals of a sensor
+ROUGH_TAU_S = 2.0  # [s] memory of how rough the air is
+FAMILIES_MAX = 3  # sensors out at once from which the estimate is in doubt and not they
+DECIDE_S = 2.0  # [s] out before a return under reservation
+DOUBT_SIGMA = 3.0  # [-] dispute within this many sigma of what is known: nothing speaks against the sensor any more
+
+Prob = Annotated[float, Range(0.0, 0.1)]
+Pos = Annotated[float, Range(1e-9)]
+NonNeg = Annotated[float, Range(0.0)]
+
+
+@dataclass(frozen=True)
+class GateParams:
+    """[nav.gate]: refusal of readings and what validity asks for."""
+
+    false_alarm: Prob = 1e-6  # probability that one sound reading is refused; 0: nothing is judged
+    loosen: Annotated[float, Range(1.0)] = (
+        10.0  # factor on the process noise of what is not measured now: the model alone
+    )
+    lift_sigma: Pos = 0.02  # [-] of airspeed from lift, against the lift seen while the airspeed was good
+    lift_error: Pos = 0.25  # [-] most the lift may differ from the model's; beyond, the first airspeed is not believed
+    peer_wind_sigma: Pos = 2.0  # [m/s] receiver only: of its wind from the tanker's, beside the wake
+    samples: Annotated[int, Range(1, 1000)] = 8  # accepted of every sensor before the estimate is valid
+    wind_sigma_max: Pos = 8.0  # [m/s] beyond: no wind is given out and the navigation is reported as failed
+    pos_sigma_max: Pos = 100.0  # [m] beyond: reported as failed
+    att_sigma_max: Pos = 0.05  # [rad] likewise
+    silent_s: Pos = 2.0  # [s] without any accepted reading: likewise
+
+
+class Refusals:
+    """Memory of one estimator's gate. The owner sets `t_us` every step and asks `judge` in every correction."""
+
+    def __init__(self, p: GateParams, channels: int, rows: int) -> None:
+        """channels: measurement codes; rows: measurements at most."""
+        n = len(KINDS)
+        self.p = p
+        self.gate = GroupGate(n, channels, rows, p.false_alarm)
+        self.t_us = 0
+        self.last_us = np.full(n, -1, dtype=np.int64)  # of the last accepted reading
+        self.accepted = np.zeros(n, dtype=np.int64)  # since the start
+        self.verdict = [UNDECIDED] * n  # of the witnesses, on who is kept out
+        self.reserved = [0.0] * n  # [unit of the reading] dispute at a return under reservation
+        self.opened: list[int] = []  # groups taken back by the witnesses in this step: the owner opens the estimate
+        self.rough = 0.0  # [m/s] gusts beyond those the filter expects, from one reading of air data to the next
+        self.texts: list[Text] = []
+        self.any = False  # somebody is refused or kept out now
+        self._held = [False] * n
+        self._codes: list[list[int]] = [[] for _ in range(n)]
+        self._said_us = [-(10**12)] * n
+        self._since_us = [0] * n
+        self._before = [0.0] * 3
+        self._excess = [0.0] * 3
+        self._seen = 0
+
+    def restart(self, t_us: int) -> None:
+        """The estimate begins anew from its sensors: all are taken back, nothing is earned yet."""
+        self.gate.forgive()
+        self.accepted[:] = 0
+        self.last_us[:] = t_us
+        n = len(KINDS)
+        self.verdict, self.reserved, self._held = [UNDECIDED] * n, [0.0] * n, [False] * n
+        self.any, self._seen, self.rough = False, 0, 0.0
+        self._excess = [0.0] * 3
+
+    # --- the correction ---------------------------------------------------------------------------------------------
+    def judge(
+        self, group: np.ndarray, codes: np.ndarray, nu: np.ndarray, Sy: np.ndarray, slack: np.ndarray, m: int, speed: float
+    ) -> np.ndarray:  # fmt: skip
+        """Positions below m that may correct. Arguments as filters.gate.sift; speed [m/s] turns flow angles into gusts."""
+        g = self.gate
+        for i in range(m):
+            k = group[i]
+            if k <= ALPHA:
+                w = self.rough if k == V else self.rough / speed
+                slack[i] = math.hypot(slack[i], w)
+        keep = g.kept(group, codes, nu, Sy, slack, m)
+        fine = g.bad == 0
+        self.last_us[fine] = self.t_us
+        self.accepted[fine] += 1
+        self._feel(group, nu, slack, codes, m, speed)
+        if self.any or len(keep) < m:
+            for i in range(m):
+                mine = self._codes[group[i]]
+                if int(codes[i]) not in mine:
+                    mine.append(int(codes[i]))
+            self._follow()
+        return keep
+
+    def _feel(
+        self, group: np.ndarray, nu: np.ndarray, slack: np.ndarray, codes: np.ndarray, m: int, speed: float
+    ) -> None:
+        """How rough the air is: what the innovations of air data change by, beyond their sigma.
+
+        Rough air moves all three readings by about the same velocity, a faulty one moves alone: the middle one counts. A
+        constant error does not show in changes. Successive innovations in rough air are correlated by about a half.
+        """
+        first = [-1, -1, -1]
+        for i in range(m - 1, -1, -1):
+            if group[i] <= ALPHA:
+                first[group[i]] = i
+        if min(first) < 0:
+            return
+        self._seen += 1
+        a = max(0.05 / ROUGH_TAU_S, 1.0 / self._seen)
+        limit2 = self.gate.limit**2
+        for k in range(3):
+            i = first[k]
+            scale = 1.0 if k == V else speed * speed
+            more = float(slack[i]) ** 2
+            own = max(self.gate.sigma(int(codes[i])) ** 2 - more, 0.0)
+            d = float(nu[i]) - self._before[k]
+            self._before[k] = float(nu[i])
+            if self._seen > 1:
+                change = min(0.5 * d * d, limit2 * (own + more))
+                self._excess[k] += a * ((change - own) * scale - self._excess[k])
+        self.rough = math.sqrt(max(2.0 * sorted(self._excess)[1], 0.0))
+
+    def _follow(self) -> None:
+        """Texts, and returns other than by agreement."""
+        self.any = False
+        for k, (name, scale, unit, _) in enumerate(KINDS):
+            held = self.gate.held(k)
+            off = abs(self.dispute(k)) * scale
+            if held and not self._held[k]:
+                self._since_us[k], self.verdict[k] = self.t_us, UNDECIDED
+                self._say(4, f"{name} kept out: {off:.1f} {unit} off")
+            elif self._held[k] and not held:
+                self._say(5, f"{name} back in use")
+                self.reserved[k] = 0.0
+            elif self.gate.bad[k] == 1 and not held and self.t_us - self._said_us[k] >= SAY_S * 1e6:
+                self._said_us[k] = self.t_us
+                self._say(5, f"{name} refused: {off:.1f} {unit} off")
+            if held and self.verdict[k] != AGAINST and self.t_us - self._since_us[k] > DECIDE_S * 1e6:
+                held = not self._admit(k, f"{off:.1f} {unit}")
+            self._held[k] = held
+            self.any = self.any or held or bool(self.gate.groups[k, 0] > 0.0)
+
+    def _admit(self, k: int, off: str) -> bool:
+        """Take sensor k back if the witnesses are for it, or if nothing known contradicts it any more."""
+        name = KINDS[k][0]
+        if self.verdict[k] == FOR:
+            self.opened.append(k)
+            self._say(4, f"{name} back, {off}: borne out by others")
+        else:
+            offsets = [self.gate.offset(c) for c in self._codes[k]]
+            if not all(
+                abs(d) < DOUBT_SIGMA * self.gate.sigma(c) for (d, _), c in zip(offsets, self._codes[k], strict=True)
+            ):
+                return False
+            if not any(steady for _, steady in offsets):
+                return False
+            self.reserved[k] = max(abs(d) for d, _ in offsets)
+            self._say(4, f"{name} back, {off} in doubt")
+        self.gate.admit(k)
+        return True
+
+    def _say(self, severity: int, text: str) -> None:
+        self.texts.append(Text(severity, text[:50]))
+
+    # --- what others ask --------------------------------------------------------------------------------------------
+    def held(self, k: int) -> bool:
+        """Whether sensor k is kept out."""
+        return self._held[k]
+
+    def dispute(self, k: int) -> float:
+        """Largest mean disagreement of a channel of sensor k [unit of the reading], with its sign; 0: none."""
+        return max((self.gate.offset(c)[0] for c in self._codes[k]), key=abs, default=0.0)
+
+    def offset(self, code: int) -> float:
+        """Mean disagreement of a channel refused now."""
+        return self.gate.offset(code)[0]
+
+    def doubt(self, k: int) -> float:
+        """What the dispute over sensor k adds to a sigma [unit of the reading]."""
+        d = self.reserved[k]
+        if self._held[k] and self.verdict[k] == UNDECIDED:
+            d = max([d, *(abs(m) for m, steady in map(self.gate.offset, self._codes[k]) if steady)])
+        return d
+
+    def age_s(self, k: int) -> float:
+        """Time since a reading of sensor k was accepted [s]."""
+        return float(self.t_us - self.last_us[k]) * 1e-6
+
+    def unmeasured(self, *kinds: int) -> bool:
+        """Whether one of the sensors is kept out or has not been heard for a second."""
+        return any(self._held[k] or self.t_us - self.last_us[k] > 1_000_000 for k in kinds)
+
+    @property
+    def flags(self) -> int:
+        """HF_* of the sensors kept out."""
+        bits = 0
+        if self.any:
+            for k, kind in enumerate(KINDS):
+                bits |= kind[3] if self._held[k] else 0
+        return bits
+
+    @property
+    def mask(self) -> int:
+        """Sensors kept out, bit = WKF_READING."""
+        return sum(1 << k for k in range(len(KINDS)) if self._held[k]) if self.any else 0
+
+    @property
+    def counts(self) -> tuple[int, ...]:
+        """Readings refused so far, per WKF_READING."""
+        return tuple(self.gate.groups[:, 2].astype(int).tolist())
+
+    @property
+    def contradicted(self) -> bool:
+        """Whether so many sensors are out that the estimate is in doubt and not they."""
+        return self.any and self.flags.bit_count() >= FAMILIES_MAX
+
+    def missing(self, *kinds: int) -> str:
+        """Which sensor has not had enough readings accepted yet, in words; empty: none."""
+        for k in kinds:
+            if self.accepted[k] < self.p.samples:
+                return f"{KINDS[k][0]}: {self.accepted[k]} of {self.p.samples} readings"
+        return ""

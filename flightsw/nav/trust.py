@@ -1,0 +1,202 @@
+"""An estimator core that judges its readings, and says what it knows: which sensors it uses, whether it may be believed, how far.
+
+With nav.gate.false_alarm = 0 nothing is judged: it is EstimatorCore, and validity is a matter of time alone.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from flightsw.aircraft import Aircraft
+from flightsw.nav import refusal as rd
+from flightsw.nav.common import WIND, EstimatorCore, NavParams, sane
+from flightsw.nav.refusal import Refusals
+from flightsw.nav.witness import Lift, verdict
+from flightsw.types import NavState, SensorFrame, Text
+
+CODES = 64  # measurement codes at most
+LATE_S = 0.5  # [s] without a reading from which dead reckoning counts
+
+
+class TrustedCore(EstimatorCore):
+    """EstimatorCore with a gate. Call `begin` every step, `update` for every correction, `hear` after it, then publish."""
+
+    def __init__(self, ac: Aircraft, p: NavParams, m: int, extra: int = 0) -> None:
+        super().__init__(ac, p, m, extra)
+        p = self.p
+        self.refusals = Refusals(p.gate, CODES, m) if p.gate.false_alarm > 0.0 else None
+        self.lift = Lift(p.gate.lift_sigma, p.gate.lift_error)
+        # kept wind needs entries 12..14 to be wind while the filter works, and a single filter
+        self._keeps = p.state_form == "wind" and p.adapt_wind != "bank"
+
+    # --- one step -----------------------------------------------------------------------------------------------------
+    def begin(self, t_us: int) -> None:
+        """A new step at t_us."""
+        if self.refusals is not None:
+            self.refusals.t_us = t_us
+
+    def restart(self, t_us: int) -> None:
+        """The estimate has been taken from the sensors anew."""
+        self.lift.reset()
+        if self.refusals is not None:
+            self.refusals.restart(t_us)
+
+    def noise_factor(self, R_bi: np.ndarray, dt: float) -> None:
+        """As EstimatorCore; where no sensor measures, the model alone has no say to its last digit: aerodynamics are 10 % off."""
+        super().noise_factor(R_bi, dt)
+        gate, SQ = self.refusals, self.ukf.SQ
+        if gate is None:
+            return
+        for kinds, first in ((rd.AIR, 0), ((rd.GYRO,), 3)):
+            if gate.unmeasured(*kinds):
+                for i in range(first, first + 3):
+                    SQ[i, i] *= gate.p.loosen
+
+    def update(self) -> float:
+        """Measurement update with the queued rows, their images in ukf.Y; NIS. Refused rows are left out and taken off."""
+        ukf, gate = self.ukf, self.refusals
+        if gate is None:
+            return super().update()
+        memory = ukf.memory()
+        was = [a.copy() for a in memory]
+        nis = ukf.correct(self.y, self.r, self.m)
+        if nis < 0.0:  # the filter itself refused it
+            return nis
+        speed = max(float(was[0][0]), 1.0)
+        keep = gate.judge(self.group, self.codes, ukf.nu, ukf.Sy, self.slack, self.m, speed)
+        out = [j for j, kind in enumerate(rd.AIR) if gate.unmeasured(kind)]
+        if len(keep) == self.m and not out:
+            return nis
+        for a, b in zip(memory, was, strict=True):
+            a[:] = b
+        before = self.ukf.P[WIND, WIND].copy() if out else None
+        ukf.Y[:, : len(keep)] = ukf.Y[:, keep]
+        self.pick(keep)
+        nis = ukf.correct(self.y, self.r, self.m) if self.m else 0.0
+        if before is not None and self._keeps and self.m:
+            self._keep_wind(was[0][WIND], before, out)
+        return nis
+
+    def _keep_wind(self, wind: np.ndarray, P: np.ndarray, out: list[int]) -> None:
+        """Give back to the wind what the correction took along the directions `out` of wind axes whose air data are not measured.
+
+        wind [3], P [3,3] before it. No other sensor measures that wind, but products in the model (incidence times airspeed) let
+        noise speak on it: the error of a regressor. So it is a memory, which ages as the wind's process noise says.
+        """
+        ukf = self.ukf
+        x, J = ukf.x, self.wind_jacobian
+        scale = np.array([1.0, x[0] * math.cos(x[1]), x[0]])
+        D = -(J * scale[:, None])[out].T  # [3,k] unit vectors NED
+        lost = D.T @ (P - ukf.P[WIND, WIND]) @ D
+        w, E = np.linalg.eigh(0.5 * (lost + lost.T))
+        column = np.zeros((ukf.n, len(out)))
+        column[WIND] = D @ E * np.sqrt(np.maximum(w, 0.0))
+        column[:3] = J @ column[WIND]
+        back = D @ (D.T @ (wind - x[WIND]))
+        ukf.set_factor(np.hstack([ukf.S, column]))
+        x[WIND] += back
+        x[:3] += J @ back
+
+    def hear(self, f: SensorFrame, fz: float, dt: float, peer_V: float | None = None) -> None:
+        """After a correction: let the witnesses speak on the airspeed, and open the estimate where they are for the sensor.
+
+        fz [m/s^2] the model's normal specific force at the estimate; peer_V [m/s] airspeed by another aircraft's wind.
+        """
+        gate, x = self.refusals, self.ukf.x
+        if gate is None:
+            return
+        if self.p.model == "aero" and f.gyro_count:
+            self.lift.step(f.acc_mean_b[2], fz, dt, not gate.any and not gate.unmeasured(rd.V))
+        if not gate.any:
+            return
+        if gate.held(rd.V):
+            V = float(x[0])
+            read = V + gate.dispute(rd.V)
+            said = [self.lift.airspeed(V)]
+            if peer_V is not None:
+                said.append((peer_V, gate.p.peer_wind_sigma))
+            gate.verdict[rd.V] = verdict([((read - v) / s, (V - v) / s) for v, s in said])
+        if rd.V in gate.opened:
+            gate.opened.remove(rd.V)
+            # airspeed may be wrong by that much, and wind by as much the other way; ground speed is not in question
+            column = np.zeros((self.ukf.n, 1))
+            column[0] = gate.dispute(rd.V)
+            column[WIND, 0] = self.wind_jacobian[0] * column[0]
+            self.ukf.set_factor(np.hstack([self.ukf.S, column]))
+
+    # --- validity -----------------------------------------------------------------------------------------------------
+    def lost(self, valid: bool) -> str:
+        """Why the estimate has to begin anew from its sensors; empty: it need not."""
+        gate = self.refusals
+        if not sane(self.ukf.x, self.ukf.S):
+            return "estimate left its domain, restarting"
+        if gate is not None and gate.any:
+            if not valid and gate.flags:
+                return "sensors contradict the first reading, restarting"
+            if gate.contradicted:
+                gate.texts.append(Text(3, "sensors contradict the estimate, restarting"))
+                return "sensors contradict the estimate, restarting"
+        return ""
+
+    def earned(self, o: NavState, started_us: int, *kinds: int) -> str:
+        """Why the estimate is not valid yet: `settle_s`, readings accepted of the sensors `kinds`, lift; empty: it is."""
+        gate = self.refusals
+        if o.t_us - started_us < self.p.settle_s * 1e6:
+            return "settling"
+        if gate is None or o.valid:
+            return ""
+        if why := gate.missing(*kinds):
+            return why
+        return "" if self.lift.plausible else "lift does not fit the airspeed"
+
+    # --- what is published --------------------------------------------------------------------------------------------
+    def drift(self, kind: int, rate: float) -> float:
+        """What is lost by dead reckoning at an error of `rate` since sensor `kind` was last accepted, unless it is kept out."""
+        gate = self.refusals
+        if gate is None or gate.held(kind):
+            return 0.0
+        age = gate.age_s(kind)
+        return rate * age if age > LATE_S else 0.0
+
+    def lasting(self, kind: int, bias: float) -> float:
+        """Error [m] of a published position that averaging leaves: the sensor's own, dead reckoning, what is disputed."""
+        gate = self.refusals
+        if gate is None:
+            return bias
+        return math.hypot(bias, self.p.bias_vel * max(gate.age_s(kind) - LATE_S, 0.0), gate.doubt(kind))
+
+    def publish_sigma(self, o: NavState) -> None:
+        """As EstimatorCore, with what is in dispute and with the drift of an attitude that is not measured."""
+        super().publish_sigma(o)
+        gate = self.refusals
+        if gate is None:
+            return
+        w = math.hypot(gate.doubt(rd.V), o.V * gate.doubt(rd.BETA), o.V * gate.doubt(rd.ALPHA))
+        a = math.hypot(gate.doubt(rd.ATT), self.p.bias_gyro * max(gate.age_s(rd.ATT) - LATE_S, 0.0))
+        if w > 0.0:
+            x, y, z = o.wind_sigma
+            o.wind_sigma = (math.hypot(x, w), math.hypot(y, w), math.hypot(z, w))
+        if a > 0.0:
+            x, y, z = o.att_sigma
+            o.att_sigma = (math.hypot(x, a), math.hypot(y, a), math.hypot(z, a))
+
+    def publish_trust(self, o: NavState) -> None:
+        """Whether the wind may be given out, and what is wrong with a valid estimate. The sigmas are filled."""
+        gate = self.refusals
+        o.wind_valid, o.trouble = o.valid, ""
+        if gate is not None and o.valid:
+            o.wind_valid = max(o.wind_sigma) <= gate.p.wind_sigma_max
+            o.trouble = self._trouble(o, gate)
+
+    def _trouble(self, o: NavState, gate: Refusals) -> str:
+        g = gate.p
+        for name, sigma, most, scale, unit in (
+            ("wind", o.wind_sigma, g.wind_sigma_max, 1.0, "m/s"), ("position", o.pos_sigma, g.pos_sigma_max, 1.0, "m"),
+            ("attitude", o.att_sigma, g.att_sigma_max, 180.0 / math.pi, "deg"),
+        ):  # fmt: skip
+            if not max(sigma) <= most:
+                return f"{name} sigma {max(sigma) * scale:.1f} {unit}"
+        silent = float(gate.t_us - gate.last_us.max()) * 1e-6
+        return f"no reading taken for {silent:.0f} s" if silent > g.silent_s else ""
