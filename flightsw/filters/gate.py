@@ -83,9 +83,11 @@ class ChannelGate:
         return None if count < 0 else self._keep[:count]
 
 
-SCORE, HELD, REFUSED = 0, 1, 2  # columns of a group's row of state
-MEAN, SPREAD, FROZEN, NOW, RATIO = 0, 1, 2, 3, 4  # columns of a channel's row of state
+ABSENT, AGREES, STRAINED, REFUSED = -1, 0, 1, 2  # what is found of a group; strained: it disagrees and is taken
+SCORE, HELD, REFUSALS = 0, 1, 2  # columns of a group's row of state
+MEAN, SPREAD, FROZEN, NOW, DRIFT = 0, 1, 2, 3, 4  # columns of a channel's row of state
 HELD_BAD = 0.25  # [-] of a refusal remembered per disagreeing sample of a group kept out
+FOLLOW = 0.3  # [-] share of a new sample in a channel's recent mean innovation
 SMOOTH = 0.05  # [-] share of a new sample in a channel's mean disagreement
 
 
@@ -94,14 +96,15 @@ def sift(
     group: np.ndarray, codes: np.ndarray, nu: np.ndarray, Sy: np.ndarray, slack: np.ndarray, m: int, limit2: float,
     gs: np.ndarray, cs: np.ndarray, bad: np.ndarray, keep: np.ndarray,
 ) -> int:  # fmt: skip
-    """keep [>=m] <- positions below m that may correct; returns how many. bad [groups] <- -1 absent, 0 agrees, 1 disagrees.
+    """keep [>=m] <- positions below m that may correct; returns how many. bad [groups] <- ABSENT, AGREES, REFUSED or STRAINED.
 
     group, codes [>=m] of each row, nu [>=m] innovation, Sy [>=m,>=m] lower factor of its covariance, slack [>=m] 1-sigma of
     what the filter was not told of, limit2 [-] largest squared ratio; gs [groups,3], cs [channels,5] state, in place. A group
-    kept out is judged by the Sy of the moment it went: ignorance that has grown since does not let it back.
+    with refusals remembered is judged by the Sy of before them: ignorance that has grown since does not let it back. Innovations
+    are judged about their recent mean: what comes by and by may be the prediction's fault, what jumps is the sensor's.
     """
     for g in range(gs.shape[0]):
-        bad[g] = -1
+        bad[g] = ABSENT
     for i in range(m):
         g, c = group[i], codes[i]
         var = 0.0
@@ -109,44 +112,47 @@ def sift(
             var += Sy[i, b] * Sy[i, b]
         more = slack[i] * slack[i]
         cs[c, NOW] = var + more
-        if gs[g, HELD] > 0.0:
+        if gs[g, SCORE] > 0.0:
             var = min(var, cs[c, FROZEN])
         else:
             cs[c, FROZEN] = var
         var += more
-        r = nu[i] * nu[i] / var if var > 0.0 else np.inf
-        cs[c, RATIO] = r
-        if bad[g] < 0:
-            bad[g] = 0
-        if not r <= limit2:  # also NaN
-            bad[g] = 1
+        # about what the innovations have come to by and by; who is kept out is compared with what was known
+        mid = 0.0 if gs[g, HELD] > 0.0 else cs[c, DRIFT]
+        found = AGREES
+        if not (nu[i] - mid) * (nu[i] - mid) <= limit2 * var:  # also NaN
+            found = REFUSED
+        elif nu[i] * nu[i] > limit2 * var:
+            found = STRAINED
+        bad[g] = max(bad[g], found)
     for g in range(gs.shape[0]):
         if bad[g] < 0:
             continue
-        if gs[g, HELD] > 0.0:
-            s = gs[g, SCORE] + (HELD_BAD if bad[g] == 1 else -DECAY)
-            gs[g, SCORE] = min(max(s, 0.0), BENCH)
-            gs[g, HELD] = 1.0 if gs[g, SCORE] > 0.0 else 0.0
-        else:
-            s = gs[g, SCORE] + (1.0 if bad[g] == 1 else -DECAY)
-            gs[g, SCORE] = min(max(s, 0.0), BENCH)
-            gs[g, HELD] = 1.0 if gs[g, SCORE] >= BENCH else 0.0
-        if bad[g] == 1:
-            gs[g, REFUSED] += 1.0
+        held = gs[g, HELD] > 0.0
+        s = gs[g, SCORE]
+        if bad[g] == REFUSED:
+            s += HELD_BAD if held else 1.0
+            gs[g, REFUSALS] += 1.0
+        elif bad[g] == AGREES:
+            s -= DECAY
+        s = gs[g, SCORE] = min(max(s, 0.0), BENCH)
+        gs[g, HELD] = 1.0 if s > 0.0 and (held or s >= BENCH) else 0.0
     count = 0
     for i in range(m):
         g, c = group[i], codes[i]
-        if bad[g] == 1 or gs[g, HELD] > 0.0:
+        out = bad[g] == REFUSED or gs[g, HELD] > 0.0
+        if out or bad[g] == STRAINED:
             # the first disagreement sets the mean, later ones move it; NaN must not stay in it
             if np.isfinite(nu[i]):
                 new = cs[c, MEAN] == 0.0 and cs[c, SPREAD] == 0.0
                 d = nu[i] - cs[c, MEAN]
                 cs[c, MEAN] += d if new else SMOOTH * d
                 cs[c, SPREAD] += SMOOTH * ((0.0 if new else d * d) - cs[c, SPREAD])
-        else:
-            if gs[g, SCORE] <= 0.0:
-                cs[c, MEAN] = 0.0
-                cs[c, SPREAD] = 0.0
+        elif gs[g, SCORE] <= 0.0:
+            cs[c, MEAN] = 0.0
+            cs[c, SPREAD] = 0.0
+        if not out:
+            cs[c, DRIFT] += FOLLOW * (nu[i] - cs[c, DRIFT])
             keep[count] = i
             count += 1
     return count
@@ -155,7 +161,7 @@ def sift(
 class GroupGate:
     """Judges the rows of one update, sensor by sensor, by the innovations of the prediction.
 
-    One refused reading is one refused reading. A group refused BENCH times within as many seconds as it takes to forget them is
+    One refused reading is one refused reading, and what drifts away is told and taken (see `sift`). A group refused BENCH times within as many seconds as it takes to forget them is
     kept out: its later readings only bear witness. It comes back by itself when they agree for long (100 samples, fewer than one
     in six against) with a prediction that no longer contains them; how much they disagree, and whether by a constant, can be
     asked; `admit` takes it back on the word of others.
@@ -184,7 +190,7 @@ class GroupGate:
 
     def refused(self, group: int) -> int:
         """Readings of a group that disagreed, so far."""
-        return int(self.groups[group, REFUSED])
+        return int(self.groups[group, REFUSALS])
 
     def offset(self, code: int) -> tuple[float, bool]:
         """Mean disagreement of a channel refused now, and whether it is a constant rather than scatter."""
@@ -194,6 +200,10 @@ class GroupGate:
     def sigma(self, code: int) -> float:
         """1-sigma of a channel's last innovation as the filter and its slack have it, however much that has grown."""
         return math.sqrt(float(self.channels[code, NOW]))
+
+    def disagrees(self, group: int) -> bool:
+        """Whether a group kept out still contradicts what was known when it went."""
+        return bool(self.groups[group, SCORE] > BENCH - 2.0 * HELD_BAD)
 
     def admit(self, group: int) -> None:
         """Take a group back."""

@@ -8,6 +8,7 @@ in the measurement vector.
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import numpy as np
 
@@ -79,7 +80,7 @@ class AirframeNav:
             self.out.valid, self.out.reason = False, why
             return self.out
         free_rates(x, u, rho, c.P, self._R, self._fm, self._d)
-        c.hear(f, float(self._fm[2]), dt)
+        c.hear(f, self._fm, partial(self._force, u, rho), dt)
         return self._publish(f, nis, m)
 
     def _predict(self, f: SensorFrame, u: np.ndarray, rho: float, dt: float) -> None:
@@ -160,6 +161,12 @@ class AirframeNav:
         if c.m == 0:
             return 0.0, 0
         return self._correct(f, u), c.m
+
+    def _force(self, u: np.ndarray, rho: float, x: np.ndarray) -> np.ndarray:
+        """Specific force [3] of the model at state x, body axes [m/s^2]."""
+        fm = np.zeros(9)
+        free_rates(x, u, rho, self.core.P, np.zeros(9), fm, np.zeros(15))
+        return fm[:3]
 
     def acceleration(self) -> np.ndarray:
         """Inertial acceleration [3] NED [m/s^2] at the current estimate (specific force rotated, plus gravity)."""

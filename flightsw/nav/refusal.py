@@ -16,7 +16,7 @@ from typing import Annotated
 
 import numpy as np
 
-from flightsw.filters.gate import GroupGate
+from flightsw.filters.gate import AGREES, REFUSED, STRAINED, GroupGate
 from flightsw.strict import Range
 from flightsw.types import HF_AIR, HF_ATT, HF_GNSS, HF_IMU, HF_REL, Text
 
@@ -36,12 +36,23 @@ AGAINST, UNDECIDED, FOR = -1, 0, 1
 SAY_S = 10.0  # [s] between two texts on single refusals of a sensor
 ROUGH_TAU_S = 2.0  # [s] memory of how rough the air is
 FAMILIES_MAX = 3  # sensors out at once from which the estimate is in doubt and not they
+RESTARTS, PATIENCE_S = 3, 10.0  # restarts, each within [s] of the last, after which all is taken for that time
+STRAIN_DECAY, STRAIN_MIN = 0.99, 1e-4  # [-] per step; [unit of the reading] below which it is over
 DECIDE_S = 2.0  # [s] out before a return under reservation
 DOUBT_SIGMA = 3.0  # [-] dispute within this many sigma of what is known: nothing speaks against the sensor any more
 
+# sensor -> whose readings its own are the integral or the rate of, and at what error dead reckoning drifts
+KINEMATIC = {
+    ATT: (GYRO, 3e-4),
+    GYRO: (ATT, 0.0),
+    GNSS_POS: (GNSS_VEL, 0.03),
+    GNSS_VEL: (GNSS_POS, 0.0),
+    REL_VEL: (REL_POS, 0.0),
+}
+
 Prob = Annotated[float, Range(0.0, 0.1)]
 Pos = Annotated[float, Range(1e-9)]
-NonNeg = Annotated[float, Range(0.0)]
+Factor = Annotated[float, Range(1.0)]
 
 
 @dataclass(frozen=True)
@@ -49,11 +60,11 @@ class GateParams:
     """[nav.gate]: refusal of readings and what validity asks for."""
 
     false_alarm: Prob = 1e-6  # probability that one sound reading is refused; 0: nothing is judged
-    loosen: Annotated[float, Range(1.0)] = (
-        10.0  # factor on the process noise of what is not measured now: the model alone
-    )
-    lift_sigma: Pos = 0.02  # [-] of airspeed from lift, against the lift seen while the airspeed was good
+    loosen: Factor = 10.0  # on the process noise of air data not measured now: the model alone is 10 % off
+    loose_rate: Pos = 0.1  # [rad/s] per sqrt(s) of body rates while attitude is not measured
+    lift_sigma: Pos = 0.04  # [-] of lift, against the lift seen while the air data were good: 2 % of airspeed, 0.2 deg
     lift_error: Pos = 0.25  # [-] most the lift may differ from the model's; beyond, the first airspeed is not believed
+    side_sigma: Pos = 0.2  # [m/s^2] of side force, likewise: 0.8 deg of sideslip
     peer_wind_sigma: Pos = 2.0  # [m/s] receiver only: of its wind from the tanker's, beside the wake
     samples: Annotated[int, Range(1, 1000)] = 8  # accepted of every sensor before the estimate is valid
     wind_sigma_max: Pos = 8.0  # [m/s] beyond: no wind is given out and the navigation is reported as failed
@@ -75,6 +86,7 @@ class Refusals:
         self.accepted = np.zeros(n, dtype=np.int64)  # since the start
         self.verdict = [UNDECIDED] * n  # of the witnesses, on who is kept out
         self.reserved = [0.0] * n  # [unit of the reading] dispute at a return under reservation
+        self.strained = [0.0] * n  # [unit of the reading] recent disagreement of what was taken all the same
         self.opened: list[int] = []  # groups taken back by the witnesses in this step: the owner opens the estimate
         self.rough = 0.0  # [m/s] gusts beyond those the filter expects, from one reading of air data to the next
         self.texts: list[Text] = []
@@ -83,17 +95,23 @@ class Refusals:
         self._codes: list[list[int]] = [[] for _ in range(n)]
         self._said_us = [-(10**12)] * n
         self._since_us = [0] * n
+        self._restart_us, self._again, self._open_us = -(10**12), 0, 0
         self._before = [0.0] * 3
         self._excess = [0.0] * 3
         self._seen = 0
 
     def restart(self, t_us: int) -> None:
         """The estimate begins anew from its sensors: all are taken back, nothing is earned yet."""
+        self._again = self._again + 1 if t_us - self._restart_us < PATIENCE_S * 1e6 else 0
+        self._restart_us = t_us
+        if self._again >= RESTARTS and t_us >= self._open_us:
+            self._open_us = t_us + round(PATIENCE_S * 1e6)
+            self._say(3, "sensors contradict each other: all are taken")
         self.gate.forgive()
         self.accepted[:] = 0
         self.last_us[:] = t_us
         n = len(KINDS)
-        self.verdict, self.reserved, self._held = [UNDECIDED] * n, [0.0] * n, [False] * n
+        self.verdict, self.reserved, self.strained, self._held = [UNDECIDED] * n, [0.0] * n, [0.0] * n, [False] * n
         self.any, self._seen, self.rough = False, 0, 0.0
         self._excess = [0.0] * 3
 
@@ -109,11 +127,17 @@ class Refusals:
                 w = self.rough if k == V else self.rough / speed
                 slack[i] = math.hypot(slack[i], w)
         keep = g.kept(group, codes, nu, Sy, slack, m)
-        fine = g.bad == 0
+        if self.t_us < self._open_us:
+            g.bad[g.bad == REFUSED] = STRAINED
+            g.groups[:, :2] = 0.0
+            keep = np.arange(m)
+        fine = (g.bad == AGREES) | (g.bad == STRAINED)
+        if self.any:
+            fine &= g.groups[:, 1] == 0.0
         self.last_us[fine] = self.t_us
         self.accepted[fine] += 1
         self._feel(group, nu, slack, codes, m, speed)
-        if self.any or len(keep) < m:
+        if self.any or len(keep) < m or g.bad.max() >= STRAINED:
             for i in range(m):
                 mine = self._codes[group[i]]
                 if int(codes[i]) not in mine:
@@ -150,6 +174,16 @@ class Refusals:
                 self._excess[k] += a * ((change - own) * scale - self._excess[k])
         self.rough = math.sqrt(max(2.0 * sorted(self._excess)[1], 0.0))
 
+    def _witness(self, k: int) -> None:
+        """A jump that a sensor's own rate or integral does not show is that sensor's, until dead reckoning has lost as much."""
+        who, rate = KINEMATIC[k]
+        if self._held[who] or self.age_s(who) > 1.0:
+            self.verdict[k] = UNDECIDED
+            return
+        lost = rate * self.age_s(k)
+        far = (abs(self.offset(c)) > DOUBT_SIGMA * math.hypot(self.gate.sigma(c), lost) for c in self._codes[k])
+        self.verdict[k] = AGAINST if any(far) else UNDECIDED
+
     def _follow(self) -> None:
         """Texts, and returns other than by agreement."""
         self.any = False
@@ -162,13 +196,20 @@ class Refusals:
             elif self._held[k] and not held:
                 self._say(5, f"{name} back in use")
                 self.reserved[k] = 0.0
-            elif self.gate.bad[k] == 1 and not held and self.t_us - self._said_us[k] >= SAY_S * 1e6:
+            elif self.gate.bad[k] >= STRAINED and not held and self.t_us - self._said_us[k] >= SAY_S * 1e6:
                 self._said_us[k] = self.t_us
-                self._say(5, f"{name} refused: {off:.1f} {unit} off")
+                what = "refused" if self.gate.bad[k] == REFUSED else "strained"
+                self._say(5, f"{name} {what}: {off:.1f} {unit} off")
+            old = self.strained[k] * STRAIN_DECAY
+            self.strained[k] = (
+                max(old, off / scale) if self.gate.bad[k] == STRAINED else old if old > STRAIN_MIN else 0.0
+            )
+            if held and k in KINEMATIC:
+                self._witness(k)
             if held and self.verdict[k] != AGAINST and self.t_us - self._since_us[k] > DECIDE_S * 1e6:
                 held = not self._admit(k, f"{off:.1f} {unit}")
             self._held[k] = held
-            self.any = self.any or held or bool(self.gate.groups[k, 0] > 0.0)
+            self.any = self.any or held or bool(self.gate.groups[k, 0] > 0.0) or self.strained[k] > 0.0
 
     def _admit(self, k: int, off: str) -> bool:
         """Take sensor k back if the witnesses are for it, or if nothing known contradicts it any more."""
@@ -177,6 +218,8 @@ class Refusals:
             self.opened.append(k)
             self._say(4, f"{name} back, {off}: borne out by others")
         else:
+            if not self.gate.disagrees(k):
+                return False  # on its way back by agreement
             offsets = [self.gate.offset(c) for c in self._codes[k]]
             if not all(
                 abs(d) < DOUBT_SIGMA * self.gate.sigma(c) for (d, _), c in zip(offsets, self._codes[k], strict=True)
@@ -207,7 +250,7 @@ class Refusals:
 
     def doubt(self, k: int) -> float:
         """What the dispute over sensor k adds to a sigma [unit of the reading]."""
-        d = self.reserved[k]
+        d = max(self.reserved[k], self.strained[k])
         if self._held[k] and self.verdict[k] == UNDECIDED:
             d = max([d, *(abs(m) for m, steady in map(self.gate.offset, self._codes[k]) if steady)])
         return d

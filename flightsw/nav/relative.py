@@ -7,6 +7,7 @@ velocity, own GNSS velocity. The tanker enters as a known input: its transmitted
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import numpy as np
 
@@ -111,7 +112,7 @@ class RelativeNav:
             o.valid, o.rel_valid, o.reason = False, False, why
             return o
         self._rates(u, rho)
-        self._hear(f, dt)
+        self._hear(f, u, rho, dt)
         return self._publish(f, nis, m)
 
     def _propagate(self, f: SensorFrame, u: np.ndarray, rho: float, dt: float) -> None:
@@ -238,8 +239,15 @@ class RelativeNav:
             for i in range(3):
                 c.add(12 + i, self.rate_fix[i], a.p.r_velocity_mps, rd.REL_RATE)
 
-    def _hear(self, f: SensorFrame, dt: float) -> None:
-        """The witnesses on airspeed and relative position, after the correction."""
+    def _force(self, u: np.ndarray, rho: float, x: np.ndarray) -> np.ndarray:
+        """Specific force [3] of the model at state x, body axes [m/s^2]."""
+        fm = np.zeros(9)
+        n = self.core.work.shape[1]
+        relative_rates(x[:n], u, rho, self.core.P, self._tks[2], np.zeros(9), fm, np.zeros(15))
+        return fm[:3]
+
+    def _hear(self, f: SensorFrame, u: np.ndarray, rho: float, dt: float) -> None:
+        """The witnesses on air data and relative position, after the correction."""
         c, tk, o = self.core, self._tks[2], self.out
         gate = c.refusals
         if gate is None:
@@ -248,7 +256,7 @@ class RelativeNav:
         linked = not self.peer.coasting and o.peer_age_s < PEER_COAST_S
         if gate.any and linked and self.peer.wind_valid:
             V = float(np.linalg.norm(np.array(o.vel_n) - self.peer.wind))
-        c.hear(f, float(self._fm[2]), dt, V)
+        c.hear(f, self._fm, partial(self._force, u, rho), dt, V)
         if not linked or not f.rel_valid or f.gnss_t_us <= 0:
             return
         x, w = c.ukf.x, self.witness

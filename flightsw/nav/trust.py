@@ -6,16 +6,19 @@ With nav.gate.false_alarm = 0 nothing is judged: it is EstimatorCore, and validi
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
 from flightsw.aircraft import Aircraft
+from flightsw.kernels.rotations import vec3
 from flightsw.nav import refusal as rd
 from flightsw.nav.common import WIND, EstimatorCore, NavParams, sane
 from flightsw.nav.refusal import Refusals
-from flightsw.nav.witness import Lift, verdict
+from flightsw.nav.witness import Forces, verdict
 from flightsw.types import NavState, SensorFrame, Text
 
+Forced = Callable[[np.ndarray], np.ndarray]
 CODES = 64  # measurement codes at most
 LATE_S = 0.5  # [s] without a reading from which dead reckoning counts
 
@@ -27,7 +30,7 @@ class TrustedCore(EstimatorCore):
         super().__init__(ac, p, m, extra)
         p = self.p
         self.refusals = Refusals(p.gate, CODES, m) if p.gate.false_alarm > 0.0 else None
-        self.lift = Lift(p.gate.lift_sigma, p.gate.lift_error)
+        self.forces = Forces(p.gate.lift_sigma, p.gate.lift_error, p.gate.side_sigma)
         # kept wind needs entries 12..14 to be wind while the filter works, and a single filter
         self._keeps = p.state_form == "wind" and p.adapt_wind != "bank"
 
@@ -39,7 +42,7 @@ class TrustedCore(EstimatorCore):
 
     def restart(self, t_us: int) -> None:
         """The estimate has been taken from the sensors anew."""
-        self.lift.reset()
+        self.forces.reset()
         if self.refusals is not None:
             self.refusals.restart(t_us)
 
@@ -49,10 +52,12 @@ class TrustedCore(EstimatorCore):
         gate, SQ = self.refusals, self.ukf.SQ
         if gate is None:
             return
-        for kinds, first in ((rd.AIR, 0), ((rd.GYRO,), 3)):
-            if gate.unmeasured(*kinds):
-                for i in range(first, first + 3):
-                    SQ[i, i] *= gate.p.loosen
+        if gate.unmeasured(*rd.AIR):
+            for i in range(3):
+                SQ[i, i] *= gate.p.loosen
+        if gate.unmeasured(rd.ATT):
+            for i in range(3, 6):
+                SQ[i, i] = max(SQ[i, i], gate.p.loose_rate * math.sqrt(dt))
 
     def update(self) -> float:
         """Measurement update with the queued rows, their images in ukf.Y; NIS. Refused rows are left out and taken off."""
@@ -99,32 +104,45 @@ class TrustedCore(EstimatorCore):
         x[WIND] += back
         x[:3] += J @ back
 
-    def hear(self, f: SensorFrame, fz: float, dt: float, peer_V: float | None = None) -> None:
-        """After a correction: let the witnesses speak on the airspeed, and open the estimate where they are for the sensor.
+    def hear(self, f: SensorFrame, fm: np.ndarray, at: Forced, dt: float, peer_V: float | None = None) -> None:
+        """After a correction: let the witnesses speak on air data, and open the estimate where they are for the airspeed.
 
-        fz [m/s^2] the model's normal specific force at the estimate; peer_V [m/s] airspeed by another aircraft's wind.
+        fm [>=3] the model's specific force [m/s^2] in body axes at the estimate, `at` gives it at another state, peer_V [m/s] the
+        airspeed by another aircraft's wind.
         """
-        gate, x = self.refusals, self.ukf.x
+        gate = self.refusals
         if gate is None:
             return
+        w, here = self.forces, vec3(fm[:3])
         if self.p.model == "aero" and f.gyro_count:
-            self.lift.step(f.acc_mean_b[2], fz, dt, not gate.any and not gate.unmeasured(rd.V))
+            w.step(f.acc_mean_b, here, dt, not gate.any and not gate.unmeasured(*rd.AIR))
         if not gate.any:
             return
-        if gate.held(rd.V):
-            V = float(x[0])
-            read = V + gate.dispute(rd.V)
-            said = [self.lift.airspeed(V)]
-            if peer_V is not None:
-                said.append((peer_V, gate.p.peer_wind_sigma))
-            gate.verdict[rd.V] = verdict([((read - v) / s, (V - v) / s) for v, s in said])
-        if rd.V in gate.opened:
-            gate.opened.remove(rd.V)
-            # airspeed may be wrong by that much, and wind by as much the other way; ground speed is not in question
-            column = np.zeros((self.ukf.n, 1))
-            column[0] = gate.dispute(rd.V)
-            column[WIND, 0] = self.wind_jacobian[0] * column[0]
-            self.ukf.set_factor(np.hstack([self.ukf.S, column]))
+        for j, kind in enumerate(rd.AIR):
+            if not gate.held(kind):
+                continue
+            x, d = self.ukf.x.copy(), gate.dispute(kind)
+            x[j] += d
+            there = at(x)
+            unsure = self.ukf.sigmas()[j] / abs(d) if d else 0.0
+            if kind == rd.BETA:
+                more = float(there[1] - here[1])
+                said = [w.sideways(more, unsure * more)]
+            else:
+                share = float(there[2] / here[2])
+                said = [w.lift(share, unsure * abs(share - 1.0))]
+            if kind == rd.V and peer_V is not None:
+                s = gate.p.peer_wind_sigma
+                said.append(((x[0] - peer_V) / s, (float(self.ukf.x[0]) - peer_V) / s))
+            gate.verdict[kind] = verdict(said, gate.verdict[kind])
+        for j, kind in enumerate(rd.AIR):
+            if kind in gate.opened:
+                gate.opened.remove(kind)
+                # the reading may be right, and the wind wrong by as much the other way; ground speed is not in question
+                column = np.zeros((self.ukf.n, 1))
+                column[j] = gate.dispute(kind)
+                column[WIND, 0] = np.linalg.solve(self.wind_jacobian, column[:3, 0])
+                self.ukf.set_factor(np.hstack([self.ukf.S, column]))
 
     # --- validity -----------------------------------------------------------------------------------------------------
     def lost(self, valid: bool) -> str:
@@ -149,7 +167,7 @@ class TrustedCore(EstimatorCore):
             return ""
         if why := gate.missing(*kinds):
             return why
-        return "" if self.lift.plausible else "lift does not fit the airspeed"
+        return "" if self.forces.plausible else "lift does not fit the airspeed"
 
     # --- what is published --------------------------------------------------------------------------------------------
     def drift(self, kind: int, rate: float) -> float:
@@ -173,8 +191,8 @@ class TrustedCore(EstimatorCore):
         gate = self.refusals
         if gate is None:
             return
-        w = math.hypot(gate.doubt(rd.V), o.V * gate.doubt(rd.BETA), o.V * gate.doubt(rd.ALPHA))
         a = math.hypot(gate.doubt(rd.ATT), self.p.bias_gyro * max(gate.age_s(rd.ATT) - LATE_S, 0.0))
+        w = math.hypot(gate.doubt(rd.V), o.V * gate.doubt(rd.BETA), o.V * gate.doubt(rd.ALPHA), o.V * a)
         if w > 0.0:
             x, y, z = o.wind_sigma
             o.wind_sigma = (math.hypot(x, w), math.hypot(y, w), math.hypot(z, w))
