@@ -84,113 +84,191 @@ class ChannelGate:
 
 
 ABSENT, AGREES, STRAINED, REFUSED = -1, 0, 1, 2  # what is found of a group; strained: it disagrees and is taken
-SCORE, HELD, REFUSALS = 0, 1, 2  # columns of a group's row of state
-MEAN, SPREAD, FROZEN, NOW, DRIFT = 0, 1, 2, 3, 4  # columns of a channel's row of state
+# columns of a group's row of state: refusals remembered, kept out (0, 1), refusals and readings taken so far, time of the
+# last one taken [us], row of its first reading now; factor to the unit of a common disturbance, its excess there and its last
+# innovation
+SCORE, HELD, REFUSALS, TAKEN, LAST, FIRST, WEIGHT, EXCESS, BEFORE = range(9)
+MEAN, SPREAD, FROZEN, NOW, DRIFT = range(5)  # columns of a channel's row of state
+SWELL, SEEN = range(2)  # columns of the last row: 1-sigma of the common disturbance, samples so far
 HELD_BAD = 0.25  # [-] of a refusal remembered per disagreeing sample of a group kept out
 FOLLOW = 0.3  # [-] share of a new sample in a channel's recent mean innovation
 SMOOTH = 0.05  # [-] share of a new sample in a channel's mean disagreement
+SWELL_SHARE = 0.025  # [-] share of a new sample in the common disturbance: 2 s at 20 Hz
+SWELL_FACTOR = 3.0  # [-] on what innovations change by: in rough air successive ones are correlated by a half and more
+
+
+@jit
+def swell(groups: int, st: np.ndarray, nu: np.ndarray, var: np.ndarray, limit2: float) -> None:
+    """Last row of st <- disturbance three groups (WEIGHT > 0) share, from how their innovations change beyond their variance.
+
+    What moves all three counts, by the middle one: a faulty sensor moves alone, and a constant error does not show in changes.
+    nu, var [>=m] of the rows st[g,FIRST]; arguments as `sift`.
+    """
+    n, total, least, most = 0, 0.0, np.inf, -np.inf
+    end = st.shape[0] - 1
+    st[end, SEEN] += 1.0
+    a = max(SWELL_SHARE, 1.0 / st[end, SEEN])
+    for g in range(groups):
+        if st[g, WEIGHT] <= 0.0:
+            continue
+        i = int(st[g, FIRST])
+        if i < 0:
+            return
+        w2 = st[g, WEIGHT] * st[g, WEIGHT]
+        d = nu[i] - st[g, BEFORE]
+        st[g, BEFORE] = nu[i]
+        if st[end, SEEN] > 1.0 and np.isfinite(d):
+            change = min(0.5 * d * d, limit2 * (var[i] + st[end, SWELL] * st[end, SWELL] / w2))
+            st[g, EXCESS] += a * ((change - var[i]) * w2 - st[g, EXCESS])
+        n += 1
+        total += st[g, EXCESS]
+        least, most = min(least, st[g, EXCESS]), max(most, st[g, EXCESS])
+    if n == 3:
+        st[end, SWELL] = math.sqrt(max(SWELL_FACTOR * (total - least - most), 0.0))
 
 
 @jit
 def sift(
-    group: np.ndarray, codes: np.ndarray, nu: np.ndarray, Sy: np.ndarray, slack: np.ndarray, m: int, limit2: float,
-    gs: np.ndarray, cs: np.ndarray, bad: np.ndarray, keep: np.ndarray,
+    group: np.ndarray, codes: np.ndarray, nu: np.ndarray, Sy: np.ndarray, slack: np.ndarray, m: int, t_us: float,
+    limit2: float, watched: int, taking: bool, st: np.ndarray, bad: np.ndarray, var: np.ndarray, keep: np.ndarray,
 ) -> int:  # fmt: skip
-    """keep [>=m] <- positions below m that may correct; returns how many. bad [groups] <- ABSENT, AGREES, REFUSED or STRAINED.
+    """keep [>=m] <- positions below m that may correct, bad [groups] <- ABSENT, AGREES, STRAINED or REFUSED; returns how many
+    may, or -1 less that number where anything is out of the ordinary.
 
-    group, codes [>=m] of each row, nu [>=m] innovation, Sy [>=m,>=m] lower factor of its covariance, slack [>=m] 1-sigma of
-    what the filter was not told of, limit2 [-] largest squared ratio; gs [groups,3], cs [channels,5] state, in place. A group
-    with refusals remembered is judged by the Sy of before them: ignorance that has grown since does not let it back. Innovations
-    are judged about their recent mean: what comes by and by may be the prediction's fault, what jumps is the sensor's.
+    group, codes [>=m] of each row, nu [>=m] innovation, Sy [>=m,>=m] lower factor of its covariance, slack [>=m]
+    1-sigma of what the filter was not told of, t_us [us] now, limit2 [-] largest squared ratio, watched: the groups below it
+    are missed when they have been silent for a second, taking: nothing is refused for now; st [groups+channels+1,9] state, in
+    place; var [>=m] workspace. A group with refusals remembered is judged by the Sy of before them: ignorance that has grown
+    since does not let it back. Innovations are judged about their recent mean: what comes by and by may be the prediction's
+    fault, what jumps is the sensor's.
     """
-    for g in range(gs.shape[0]):
+    groups = bad.shape[0]
+    rough = st[st.shape[0] - 1, SWELL]
+    for g in range(groups):
         bad[g] = ABSENT
+        st[g, FIRST] = -1.0
     for i in range(m):
-        g, c = group[i], codes[i]
-        var = 0.0
+        g, c = group[i], groups + codes[i]
+        v = 0.0
         for b in range(i + 1):
-            var += Sy[i, b] * Sy[i, b]
+            v += Sy[i, b] * Sy[i, b]
+        var[i] = v
         more = slack[i] * slack[i]
-        cs[c, NOW] = var + more
-        if gs[g, SCORE] > 0.0:
-            var = min(var, cs[c, FROZEN])
+        if st[g, WEIGHT] > 0.0:
+            more += rough * rough / (st[g, WEIGHT] * st[g, WEIGHT])
+        if bad[g] == ABSENT:
+            st[g, FIRST] = i
+        st[c, NOW] = v + more
+        if st[g, SCORE] > 0.0:
+            v = min(v, st[c, FROZEN])
         else:
-            cs[c, FROZEN] = var
-        var += more
-        # about what the innovations have come to by and by; who is kept out is compared with what was known
-        mid = 0.0 if gs[g, HELD] > 0.0 else cs[c, DRIFT]
+            st[c, FROZEN] = v
+        v += more
+        # who is kept out is compared with what was known
+        mid = 0.0 if st[g, HELD] > 0.0 else st[c, DRIFT]
         found = AGREES
-        if not (nu[i] - mid) * (nu[i] - mid) <= limit2 * var:  # also NaN
+        if not (nu[i] - mid) * (nu[i] - mid) <= limit2 * v:  # also NaN
             found = REFUSED
-        elif nu[i] * nu[i] > limit2 * var:
+        elif nu[i] * nu[i] > limit2 * v:
             found = STRAINED
         bad[g] = max(bad[g], found)
-    for g in range(gs.shape[0]):
-        if bad[g] < 0:
+    quiet = True
+    for g in range(groups):
+        if bad[g] == ABSENT:
+            quiet = quiet and (g >= watched or st[g, TAKEN] <= 0.0 or t_us - st[g, LAST] <= 1e6)
             continue
-        held = gs[g, HELD] > 0.0
-        s = gs[g, SCORE]
+        held = st[g, HELD] > 0.0
+        s = st[g, SCORE]
         if bad[g] == REFUSED:
             s += HELD_BAD if held else 1.0
-            gs[g, REFUSALS] += 1.0
+            st[g, REFUSALS] += 1.0
+            if taking:
+                bad[g] = STRAINED
+                s = 0.0
         elif bad[g] == AGREES:
             s -= DECAY
-        s = gs[g, SCORE] = min(max(s, 0.0), BENCH)
-        gs[g, HELD] = 1.0 if s > 0.0 and (held or s >= BENCH) else 0.0
+        s = min(max(s, 0.0), BENCH)
+        st[g, SCORE] = s
+        held = s > 0.0 and (held or s >= BENCH)
+        st[g, HELD] = 1.0 if held else 0.0
+        if bad[g] != REFUSED and not held:
+            st[g, TAKEN] += 1.0
+            st[g, LAST] = t_us
+        quiet = quiet and bad[g] == AGREES and s <= 0.0
+    swell(groups, st, nu, var, limit2)
     count = 0
     for i in range(m):
-        g, c = group[i], codes[i]
-        out = bad[g] == REFUSED or gs[g, HELD] > 0.0
+        g, c = group[i], groups + codes[i]
+        out = bad[g] == REFUSED or st[g, HELD] > 0.0
         if out or bad[g] == STRAINED:
             # the first disagreement sets the mean, later ones move it; NaN must not stay in it
             if np.isfinite(nu[i]):
-                new = cs[c, MEAN] == 0.0 and cs[c, SPREAD] == 0.0
-                d = nu[i] - cs[c, MEAN]
-                cs[c, MEAN] += d if new else SMOOTH * d
-                cs[c, SPREAD] += SMOOTH * ((0.0 if new else d * d) - cs[c, SPREAD])
-        elif gs[g, SCORE] <= 0.0:
-            cs[c, MEAN] = 0.0
-            cs[c, SPREAD] = 0.0
+                new = st[c, MEAN] == 0.0 and st[c, SPREAD] == 0.0
+                d = nu[i] - st[c, MEAN]
+                st[c, MEAN] += d if new else SMOOTH * d
+                st[c, SPREAD] += SMOOTH * ((0.0 if new else d * d) - st[c, SPREAD])
+        elif st[g, SCORE] <= 0.0:
+            st[c, MEAN] = 0.0
+            st[c, SPREAD] = 0.0
         if not out:
-            cs[c, DRIFT] += FOLLOW * (nu[i] - cs[c, DRIFT])
+            if np.isfinite(nu[i]):
+                st[c, DRIFT] += FOLLOW * (nu[i] - st[c, DRIFT])
             keep[count] = i
             count += 1
-    return count
+    return count if quiet else -1 - count
 
 
 class GroupGate:
     """Judges the rows of one update, sensor by sensor, by the innovations of the prediction.
 
-    One refused reading is one refused reading, and what drifts away is told and taken (see `sift`). A group refused BENCH times within as many seconds as it takes to forget them is
-    kept out: its later readings only bear witness. It comes back by itself when they agree for long (100 samples, fewer than one
-    in six against) with a prediction that no longer contains them; how much they disagree, and whether by a constant, can be
-    asked; `admit` takes it back on the word of others.
+    One refused reading is one refused reading, and what drifts away is told and taken (see `sift`). A group refused BENCH times
+    within as many seconds as it takes to forget them is kept out: its later readings only bear witness. It comes back by itself
+    when they agree for long (100 samples, fewer than one in six against) with a prediction that no longer contains them; how much
+    they disagree, and whether by a constant, can be asked; `admit` takes it back on the word of others.
     """
 
-    def __init__(self, groups: int, channels: int, rows: int, false_alarm: float) -> None:
-        """Sizes, and the probability that a sound reading is refused. Raises ValueError when it is not between 0 and 1."""
+    def __init__(self, groups: int, channels: int, rows: int, false_alarm: float, watched: int) -> None:
+        """Sizes, the probability that a sound reading is refused, and how many groups are missed when they fall silent. Raises
+        ValueError for a probability that is not between 0 and 1."""
         if not 0.0 < false_alarm < 1.0:
             raise ValueError(f"false_alarm = {false_alarm}; allowed between 0 and 1")
-        self.limit = NormalDist().inv_cdf(
-            1.0 - 0.5 * false_alarm
-        )  # [sigma] two-sided: chi-square of one degree of freedom
-        self.groups, self.channels = np.zeros((groups, 3)), np.zeros((channels, 5))
-        self.bad = np.zeros(groups, dtype=np.int64)
-        self._keep = np.zeros(rows, dtype=np.int64)
+        # [sigma] two-sided normal: chi-square of one degree of freedom
+        self.limit = NormalDist().inv_cdf(1.0 - 0.5 * false_alarm)
+        self.watched, self.taking = watched, False
+        self._state = np.zeros((groups + channels + 1, 9))
+        self.bad = np.full(groups, ABSENT, dtype=np.int64)
+        self._limit2 = self.limit * self.limit
+        self._keep, self._var = np.zeros(rows, dtype=np.int64), np.zeros(rows)
 
-    def kept(self, group: Array, codes: Array, nu: Array, Sy: Array, slack: Array, m: int) -> Array:
-        """Positions below m that may correct; arguments as `sift`."""
-        limit2 = self.limit * self.limit
-        count = sift(group, codes, nu, Sy, slack, m, limit2, self.groups, self.channels, self.bad, self._keep)
-        return self._keep[:count]
+    def kept(
+        self, group: Array, codes: Array, nu: Array, Sy: Array, slack: Array, m: int, t_us: int
+    ) -> tuple[Array | None, bool]:
+        """Positions below m that may correct (None: all of them), and whether all is as it should be; arguments as `sift`."""
+        n = sift(
+            group, codes, nu, Sy, slack, m, float(t_us), self._limit2, self.watched, self.taking, self._state, self.bad,
+            self._var, self._keep,
+        )  # fmt: skip
+        if n >= 0:
+            return None, True
+        return (None if -1 - n == m else self._keep[: -1 - n]), False
+
+    @property
+    def groups(self) -> Array:
+        """State of the groups [groups,9]; a view."""
+        return self._state[: len(self.bad)]
+
+    @property
+    def channels(self) -> Array:
+        """State of the channels [channels,9]; a view."""
+        return self._state[len(self.bad) : -1]
+
+    def share(self, group: int, factor: float) -> None:
+        """Let a group take part in the common disturbance (`swell`); factor: from its reading to the common unit."""
+        self._state[group, WEIGHT] = factor
 
     def held(self, group: int) -> bool:
         """Whether a group is kept out."""
         return bool(self.groups[group, HELD] > 0.0)
-
-    def refused(self, group: int) -> int:
-        """Readings of a group that disagreed, so far."""
-        return int(self.groups[group, REFUSALS])
 
     def offset(self, code: int) -> tuple[float, bool]:
         """Mean disagreement of a channel refused now, and whether it is a constant rather than scatter."""
@@ -209,7 +287,9 @@ class GroupGate:
         """Take a group back."""
         self.groups[group, SCORE] = self.groups[group, HELD] = 0.0
 
-    def forgive(self) -> None:
-        """Take all back, the counts stay."""
-        self.groups[:, SCORE : HELD + 1] = 0.0
-        self.channels[:] = 0.0
+    def restart(self, t_us: int) -> None:
+        """Begin anew at t_us: all are taken back, the counts of refusals stay."""
+        for column in (SCORE, HELD, TAKEN, EXCESS, BEFORE):
+            self.groups[:, column] = 0.0
+        self.groups[:, LAST] = t_us
+        self._state[len(self.groups) :] = 0.0

@@ -26,7 +26,6 @@ from flightsw.kernels.rotations import (
 )
 from flightsw.models.airframe import free_rates, propagate_free
 from flightsw.models.measure import measure_free
-from flightsw.models.params import set_mass
 from flightsw.nav import refusal as rd
 from flightsw.nav.common import NavParams, failed_bits
 from flightsw.nav.trust import TrustedCore
@@ -65,8 +64,7 @@ class AirframeNav:
         dt = (f.t_us - self.t_us) * 1e-6
         self.t_us = f.t_us
         c.begin(f.t_us)
-        if f.fuel_kg > 0.0:
-            set_mass(c.P, c.ac, c.ac.mass.empty_kg + f.fuel_kg)
+        c.burn(f.fuel_kg)
         x = c.ukf.x
         rho = density(-x[11])
         if dt > 0.0:
@@ -80,7 +78,8 @@ class AirframeNav:
             self.out.valid, self.out.reason = False, why
             return self.out
         free_rates(x, u, rho, c.P, self._R, self._fm, self._d)
-        c.hear(f, self._fm, partial(self._force, u, rho), dt)
+        if c.ears(dt):
+            c.hear(f, self._fm, partial(self._force, u, rho))
         return self._publish(f, nis, m)
 
     def _predict(self, f: SensorFrame, u: np.ndarray, rho: float, dt: float) -> None:
@@ -128,10 +127,10 @@ class AirframeNav:
         return self._publish(f, 0.0, 0)
 
     def _fuse(self, f: SensorFrame, u: np.ndarray, updated: int) -> tuple[float, int]:
-        c, d = self.core, self._d
-        x, p = c.ukf.x, c.p
+        c, p = self.core, self.core.p
         c.m = 0
-        c.w_air[:] = x[3:6]
+        c.w_air[:] = c.ukf.x[3:6]
+        x, d = c.ukf.x.tolist(), self._d.tolist()  # plain floats are quicker
         if updated & UPD_AIR and (n := c.take_air(f)):
             c.add_air(n, d[0], d[1], d[2], (f.t_us - f.air_t_us) * 1e-6)
         if updated & UPD_IMU and f.gyro_count:
@@ -140,19 +139,15 @@ class AirframeNav:
             self._q[:] = f.att_q_nb
             dcm_from_quat(self._q, self._R)
             euler_from_dcm(self._R, self._e)
-            age = (f.t_us - f.att_t_us) * 1e-6
+            e = self._e.tolist()
+            age, lost = (f.t_us - f.att_t_us) * 1e-6, c.drift(rd.ATT, p.bias_gyro)
             for i in range(3):
                 # the measured angle is brought near the state: psi stays unwrapped, only the innovation is wrapped
-                c.add(
-                    6 + i,
-                    x[6 + i] + wrap_pi(self._e[i] + d[6 + i] * age - x[6 + i]),
-                    p.r_euler,
-                    rd.ATT,
-                    c.drift(rd.ATT, p.bias_gyro),
-                )
+                y = x[6 + i] + wrap_pi(e[i] + d[6 + i] * age - x[6 + i])
+                c.add(6 + i, y, p.r_euler, rd.ATT, lost)
         if updated & UPD_GNSS:
             age = (f.t_us - f.gnss_t_us) * 1e-6
-            acc, lost = self.acceleration(), c.drift(rd.GNSS_POS, p.bias_vel)
+            acc, lost = self.acceleration().tolist(), c.drift(rd.GNSS_POS, p.bias_vel)
             for i in range(3):
                 c.add(9 + i, f.gnss_pos_n[i] + d[9 + i] * age, p.r_pos, rd.GNSS_POS, lost)
             if p.velocity:

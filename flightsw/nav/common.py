@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Annotated
 
@@ -13,7 +14,7 @@ from flightsw.filters.coloured import FORMS
 from flightsw.filters.factory import KINDS, make_filter
 from flightsw.models.airframe import air_jacobian
 from flightsw.models.measure import average_probes
-from flightsw.models.params import parameter_vector
+from flightsw.models.params import parameter_vector, set_mass
 from flightsw.nav import refusal as rd
 from flightsw.nav.refusal import GateParams
 from flightsw.strict import OneOf, Range
@@ -127,6 +128,7 @@ class EstimatorCore:
         self.ac, self.p = ac, p
         self.ukf = make_filter(p.filter, 15 + extra, m, 18 + extra)
         self.P = parameter_vector(ac, ac.mass.empty_kg + ac.mass.default_fuel_kg)
+        self._fuel_kg = 0.0
         self.probe_pos = np.array([q.position_m for q in ac.probe], dtype=float)
         k = len(ac.probe)
         self._aV, self._aa, self._ab, self._ok = np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k, dtype=np.int64)
@@ -136,9 +138,9 @@ class EstimatorCore:
         self.w_air = np.zeros(3)
         self.work = np.zeros((5, 15))
         self.codes = np.zeros(m, dtype=np.int64)
+        self.group = np.zeros(m, dtype=np.int64)  # WKF_READING each row belongs to
         self.y = np.zeros(m)
         self.r = np.zeros(m)
-        self.group = np.zeros(m, dtype=np.int64)  # WKF_READING each row belongs to
         self.slack = np.zeros(m)  # 1-sigma of what the filter is not told of, for the gate alone
         self.m = 0
         self.wind_jacobian = np.zeros((3, 3))
@@ -146,6 +148,12 @@ class EstimatorCore:
         self._qdiag = np.array(
             [p.q_V, p.q_beta, p.q_alpha, *[q_rate] * 3, *[p.q_euler] * 3, *[p.q_pos] * 3, 0.0, 0.0, 0.0]
         )
+
+    def burn(self, fuel_kg: float) -> None:
+        """Mass and inertia for a reading of the fuel gauge [kg]; 0: there is none."""
+        if fuel_kg > 0.0 and fuel_kg != self._fuel_kg:
+            self._fuel_kg = fuel_kg
+            set_mass(self.P, self.ac, self.ac.mass.empty_kg + fuel_kg)
 
     def take_air(self, f: SensorFrame) -> int:
         """Average the probes of `f` that are good in all three readings into `air` [3] (V, beta, alpha at the cg); how many."""
@@ -180,7 +188,7 @@ class EstimatorCore:
         self.add(1, self.air[1] + bdot * age, self.p.r_beta * s, rd.BETA)
         self.add(2, self.air[2] + adot * age, self.p.r_alpha * s, rd.ALPHA)
 
-    def add_gyro(self, f: SensorFrame, d: np.ndarray) -> None:
+    def add_gyro(self, f: SensorFrame, d: Sequence[float]) -> None:
         """Queue the mean gyro reading, carried from the middle of its window to now with the modelled rates d [3]."""
         r = self.p.r_rate / math.sqrt(f.gyro_count)
         for i in range(3):
@@ -194,8 +202,7 @@ class EstimatorCore:
         qw = self.p.q_wind * rt
         if self.p.correlated_wind:
             SQ[0:3, 15:18] = self.wind_jacobian * qw
-        for i in range(15):
-            SQ[i, i] = self._qdiag[i] * rt
+        np.multiply(self._qdiag, rt, out=SQ.ravel()[: 15 * (SQ.shape[1] + 1) : SQ.shape[1] + 1])
         SQ[12, 15] = SQ[13, 16] = SQ[14, 17] = qw
 
     def publish_sigma(self, o: NavState) -> None:
@@ -211,9 +218,9 @@ class EstimatorCore:
 
 def sane(x: np.ndarray, S: np.ndarray) -> bool:
     """Whether a filter's state and factor are finite and its airspeed is one a wing flies at."""
-    return bool(
-        np.isfinite(x).all() and np.isfinite(S).all() and 20.0 < x[0] < 400.0 and abs(x[2]) < 0.6 and abs(x[1]) < 0.6
-    )
+    # a sum is finite only where every term is
+    finite = math.isfinite(float(x.sum())) and math.isfinite(float(S.sum()))
+    return finite and 20.0 < x[0] < 400.0 and abs(x[2]) < 0.6 and abs(x[1]) < 0.6
 
 
 _HEALTH_TO_UPDATE = (

@@ -16,7 +16,7 @@ from typing import Annotated
 
 import numpy as np
 
-from flightsw.filters.gate import AGREES, REFUSED, STRAINED, GroupGate
+from flightsw.filters.gate import LAST, REFUSALS, REFUSED, STRAINED, TAKEN, GroupGate
 from flightsw.strict import Range
 from flightsw.types import HF_AIR, HF_ATT, HF_GNSS, HF_IMU, HF_REL, Text
 
@@ -34,7 +34,6 @@ KINDS = (
 AIR = (V, BETA, ALPHA)
 AGAINST, UNDECIDED, FOR = -1, 0, 1
 SAY_S = 10.0  # [s] between two texts on single refusals of a sensor
-ROUGH_TAU_S = 2.0  # [s] memory of how rough the air is
 FAMILIES_MAX = 3  # sensors out at once from which the estimate is in doubt and not they
 RESTARTS, PATIENCE_S = 3, 10.0  # restarts, each within [s] of the last, after which all is taken for that time
 STRAIN_DECAY, STRAIN_MIN = 0.99, 1e-4  # [-] per step; [unit of the reading] below which it is over
@@ -80,25 +79,21 @@ class Refusals:
         """channels: measurement codes; rows: measurements at most."""
         n = len(KINDS)
         self.p = p
-        self.gate = GroupGate(n, channels, rows, p.false_alarm)
-        self.t_us = 0
-        self.last_us = np.full(n, -1, dtype=np.int64)  # of the last accepted reading
-        self.accepted = np.zeros(n, dtype=np.int64)  # since the start
+        self.gate = GroupGate(n, channels, rows, p.false_alarm, WAKE)
+        self.gate.share(V, 1.0)
+        self.t_us = self.judged_us = 0
+        self.calm = True  # nobody is missed, refused, kept out or in dispute
+        self.plain = True  # and nobody has come back under reservation
         self.verdict = [UNDECIDED] * n  # of the witnesses, on who is kept out
         self.reserved = [0.0] * n  # [unit of the reading] dispute at a return under reservation
         self.strained = [0.0] * n  # [unit of the reading] recent disagreement of what was taken all the same
         self.opened: list[int] = []  # groups taken back by the witnesses in this step: the owner opens the estimate
-        self.rough = 0.0  # [m/s] gusts beyond those the filter expects, from one reading of air data to the next
         self.texts: list[Text] = []
-        self.any = False  # somebody is refused or kept out now
         self._held = [False] * n
         self._codes: list[list[int]] = [[] for _ in range(n)]
         self._said_us = [-(10**12)] * n
         self._since_us = [0] * n
         self._restart_us, self._again, self._open_us = -(10**12), 0, 0
-        self._before = [0.0] * 3
-        self._excess = [0.0] * 3
-        self._seen = 0
 
     def restart(self, t_us: int) -> None:
         """The estimate begins anew from its sensors: all are taken back, nothing is earned yet."""
@@ -107,72 +102,39 @@ class Refusals:
         if self._again >= RESTARTS and t_us >= self._open_us:
             self._open_us = t_us + round(PATIENCE_S * 1e6)
             self._say(3, "sensors contradict each other: all are taken")
-        self.gate.forgive()
-        self.accepted[:] = 0
-        self.last_us[:] = t_us
+        self.gate.restart(t_us)
+        self.judged_us = t_us
         n = len(KINDS)
         self.verdict, self.reserved, self.strained, self._held = [UNDECIDED] * n, [0.0] * n, [0.0] * n, [False] * n
-        self.any, self._seen, self.rough = False, 0, 0.0
-        self._excess = [0.0] * 3
+        self.calm = self.plain = True
 
     # --- the correction ---------------------------------------------------------------------------------------------
     def judge(
-        self, group: np.ndarray, codes: np.ndarray, nu: np.ndarray, Sy: np.ndarray, slack: np.ndarray, m: int, speed: float
-    ) -> np.ndarray:  # fmt: skip
-        """Positions below m that may correct. Arguments as filters.gate.sift; speed [m/s] turns flow angles into gusts."""
+        self,
+        group: np.ndarray,
+        codes: np.ndarray,
+        nu: np.ndarray,
+        Sy: np.ndarray,
+        slack: np.ndarray,
+        m: int,
+        speed: float,
+    ) -> np.ndarray | None:
+        """Positions below m that may correct; None: all. As filters.gate.sift; speed [m/s] makes gusts of flow angles."""
         g = self.gate
-        for i in range(m):
-            k = group[i]
-            if k <= ALPHA:
-                w = self.rough if k == V else self.rough / speed
-                slack[i] = math.hypot(slack[i], w)
-        keep = g.kept(group, codes, nu, Sy, slack, m)
-        if self.t_us < self._open_us:
-            g.bad[g.bad == REFUSED] = STRAINED
-            g.groups[:, :2] = 0.0
-            keep = np.arange(m)
-        fine = (g.bad == AGREES) | (g.bad == STRAINED)
-        if self.any:
-            fine &= g.groups[:, 1] == 0.0
-        self.last_us[fine] = self.t_us
-        self.accepted[fine] += 1
-        self._feel(group, nu, slack, codes, m, speed)
-        if self.any or len(keep) < m or g.bad.max() >= STRAINED:
+        g.share(BETA, speed)
+        g.share(ALPHA, speed)
+        g.taking = self.t_us < self._open_us
+        self.judged_us = self.t_us
+        keep, quiet = g.kept(group, codes, nu, Sy, slack, m, self.t_us)
+        if not (quiet and self.calm):
             for i in range(m):
                 mine = self._codes[group[i]]
                 if int(codes[i]) not in mine:
                     mine.append(int(codes[i]))
             self._follow()
+            self.calm = quiet and not any(self._held) and not any(self.strained)
+            self.plain = self.calm and not any(self.reserved)
         return keep
-
-    def _feel(
-        self, group: np.ndarray, nu: np.ndarray, slack: np.ndarray, codes: np.ndarray, m: int, speed: float
-    ) -> None:
-        """How rough the air is: what the innovations of air data change by, beyond their sigma.
-
-        Rough air moves all three readings by about the same velocity, a faulty one moves alone: the middle one counts. A
-        constant error does not show in changes. Successive innovations in rough air are correlated by about a half.
-        """
-        first = [-1, -1, -1]
-        for i in range(m - 1, -1, -1):
-            if group[i] <= ALPHA:
-                first[group[i]] = i
-        if min(first) < 0:
-            return
-        self._seen += 1
-        a = max(0.05 / ROUGH_TAU_S, 1.0 / self._seen)
-        limit2 = self.gate.limit**2
-        for k in range(3):
-            i = first[k]
-            scale = 1.0 if k == V else speed * speed
-            more = float(slack[i]) ** 2
-            own = max(self.gate.sigma(int(codes[i])) ** 2 - more, 0.0)
-            d = float(nu[i]) - self._before[k]
-            self._before[k] = float(nu[i])
-            if self._seen > 1:
-                change = min(0.5 * d * d, limit2 * (own + more))
-                self._excess[k] += a * ((change - own) * scale - self._excess[k])
-        self.rough = math.sqrt(max(2.0 * sorted(self._excess)[1], 0.0))
 
     def _witness(self, k: int) -> None:
         """A jump that a sensor's own rate or integral does not show is that sensor's, until dead reckoning has lost as much."""
@@ -186,30 +148,27 @@ class Refusals:
 
     def _follow(self) -> None:
         """Texts, and returns other than by agreement."""
-        self.any = False
+        bad = self.gate.bad
         for k, (name, scale, unit, _) in enumerate(KINDS):
-            held = self.gate.held(k)
-            off = abs(self.dispute(k)) * scale
-            if held and not self._held[k]:
+            held, was = self.gate.held(k), self._held[k]
+            off = abs(self.dispute(k))
+            said = f"{off * scale:.1f} {unit}"
+            if held and not was:
                 self._since_us[k], self.verdict[k] = self.t_us, UNDECIDED
-                self._say(4, f"{name} kept out: {off:.1f} {unit} off")
-            elif self._held[k] and not held:
+                self._say(4, f"{name} kept out: {said} off")
+            elif was and not held:
                 self._say(5, f"{name} back in use")
                 self.reserved[k] = 0.0
-            elif self.gate.bad[k] >= STRAINED and not held and self.t_us - self._said_us[k] >= SAY_S * 1e6:
+            elif bad[k] >= STRAINED and not held and self.t_us - self._said_us[k] >= SAY_S * 1e6:
                 self._said_us[k] = self.t_us
-                what = "refused" if self.gate.bad[k] == REFUSED else "strained"
-                self._say(5, f"{name} {what}: {off:.1f} {unit} off")
+                self._say(5, f"{name} {'refused' if bad[k] == REFUSED else 'strained'}: {said} off")
             old = self.strained[k] * STRAIN_DECAY
-            self.strained[k] = (
-                max(old, off / scale) if self.gate.bad[k] == STRAINED else old if old > STRAIN_MIN else 0.0
-            )
+            self.strained[k] = max(old, off) if bad[k] == STRAINED else old if old > STRAIN_MIN else 0.0
             if held and k in KINEMATIC:
                 self._witness(k)
             if held and self.verdict[k] != AGAINST and self.t_us - self._since_us[k] > DECIDE_S * 1e6:
-                held = not self._admit(k, f"{off:.1f} {unit}")
+                held = not self._admit(k, said)
             self._held[k] = held
-            self.any = self.any or held or bool(self.gate.groups[k, 0] > 0.0) or self.strained[k] > 0.0
 
     def _admit(self, k: int, off: str) -> bool:
         """Take sensor k back if the witnesses are for it, or if nothing known contradicts it any more."""
@@ -256,18 +215,27 @@ class Refusals:
         return d
 
     def age_s(self, k: int) -> float:
-        """Time since a reading of sensor k was accepted [s]."""
-        return float(self.t_us - self.last_us[k]) * 1e-6
+        """Time since a reading of sensor k was taken [s]."""
+        return (self.t_us - float(self.gate.groups[k, LAST])) * 1e-6
 
-    def unmeasured(self, *kinds: int) -> bool:
-        """Whether one of the sensors is kept out or has not been heard for a second."""
-        return any(self._held[k] or self.t_us - self.last_us[k] > 1_000_000 for k in kinds)
+    @property
+    def silent_s(self) -> float:
+        """Time since a reading of any sensor was taken [s]."""
+        return (self.t_us - float(self.gate.groups[:, LAST].max())) * 1e-6
+
+    def taken_now(self, k: int) -> bool:
+        """Whether a reading of sensor k was taken in this step."""
+        return bool(self.gate.groups[k, LAST] == self.t_us)
+
+    def unmeasured(self, k: int) -> bool:
+        """Whether sensor k is kept out or has not been heard for a second."""
+        return not self.calm and (self._held[k] or self.age_s(k) > 1.0)
 
     @property
     def flags(self) -> int:
         """HF_* of the sensors kept out."""
         bits = 0
-        if self.any:
+        if not self.calm:
             for k, kind in enumerate(KINDS):
                 bits |= kind[3] if self._held[k] else 0
         return bits
@@ -275,21 +243,22 @@ class Refusals:
     @property
     def mask(self) -> int:
         """Sensors kept out, bit = WKF_READING."""
-        return sum(1 << k for k in range(len(KINDS)) if self._held[k]) if self.any else 0
+        return 0 if self.calm else sum(1 << k for k in range(len(KINDS)) if self._held[k])
 
     @property
     def counts(self) -> tuple[int, ...]:
         """Readings refused so far, per WKF_READING."""
-        return tuple(self.gate.groups[:, 2].astype(int).tolist())
+        return tuple(int(n) for n in self.gate.groups[:, REFUSALS].tolist())
 
     @property
     def contradicted(self) -> bool:
         """Whether so many sensors are out that the estimate is in doubt and not they."""
-        return self.any and self.flags.bit_count() >= FAMILIES_MAX
+        return self.flags.bit_count() >= FAMILIES_MAX
 
     def missing(self, *kinds: int) -> str:
-        """Which sensor has not had enough readings accepted yet, in words; empty: none."""
+        """Which sensor has not had enough readings taken yet, in words; empty: none."""
         for k in kinds:
-            if self.accepted[k] < self.p.samples:
-                return f"{KINDS[k][0]}: {self.accepted[k]} of {self.p.samples} readings"
+            n = int(self.gate.groups[k, TAKEN])
+            if n < self.p.samples:
+                return f"{KINDS[k][0]}: {n} of {self.p.samples} readings"
         return ""

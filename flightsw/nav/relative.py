@@ -27,7 +27,6 @@ from flightsw.kernels.rotations import (
 )
 from flightsw.models.airframe import propagate_relative, relative_rates
 from flightsw.models.measure import measure_relative
-from flightsw.models.params import set_mass
 from flightsw.nav import refusal as rd
 from flightsw.nav.common import POS, NavParams, failed_bits
 from flightsw.nav.peer import PeerTracker
@@ -94,8 +93,7 @@ class RelativeNav:
             self.peer.stage(self.t_us + k * dt_us // 2, self._tks[k])
         self.t_us = f.t_us
         c.begin(f.t_us)
-        if f.fuel_kg > 0.0:
-            set_mass(c.P, c.ac, c.ac.mass.empty_kg + f.fuel_kg)
+        c.burn(f.fuel_kg)
         ukf, x = c.ukf, c.ukf.x
         rho = density(self._altitude(f))
         if dt > 0.0:
@@ -112,7 +110,8 @@ class RelativeNav:
             o.valid, o.rel_valid, o.reason = False, False, why
             return o
         self._rates(u, rho)
-        self._hear(f, u, rho, dt)
+        if c.ears(dt):
+            self._hear(f, u, rho)
         return self._publish(f, nis, m)
 
     def _propagate(self, f: SensorFrame, u: np.ndarray, rho: float, dt: float) -> None:
@@ -180,8 +179,8 @@ class RelativeNav:
         return self._publish(f, 0.0, 0)
 
     def _fuse(self, f: SensorFrame, u: np.ndarray, updated: int) -> tuple[float, int]:
-        c, d, tk = self.core, self._d, self._tks[2]
-        x, p = c.ukf.x, c.p
+        c, p, tk = self.core, self.core.p, self._tks[2]
+        x, d = c.ukf.x.tolist(), self._d.tolist()  # plain floats are quicker
         c.m = 0
         mul33(self._R, tk[:9], self._Rn)
         self._own_rates(tk)
@@ -191,7 +190,7 @@ class RelativeNav:
             c.add_gyro(f, d[3:6])
         if updated & UPD_GNSS and p.velocity:
             age = (f.t_us - f.gnss_t_us) * 1e-6
-            acc = self._acceleration()
+            acc = self._acceleration().tolist()
             own = p.r_vel if self.peer.coasting else math.hypot(p.r_vel, p.r_own_vel)
             for i in range(3):
                 c.add(15 + i, f.gnss_vel_n[i] + acc[i] * age, own, rd.GNSS_VEL)
@@ -216,13 +215,15 @@ class RelativeNav:
         if updated & UPD_ATT:
             age = (f.t_us - f.att_t_us) * 1e-6
             self._relative_euler(f, tk)
+            e = self._e.tolist()
+            lost = c.drift(rd.ATT, p.bias_gyro)
             for i in range(3):
-                y = x[6 + i] + wrap_pi(self._e[i] + d[6 + i] * age - x[6 + i])
-                c.add(6 + i, y, p.r_euler, rd.ATT, c.drift(rd.ATT, p.bias_gyro))
+                y = x[6 + i] + wrap_pi(e[i] + d[6 + i] * age - x[6 + i])
+                c.add(6 + i, y, p.r_euler, rd.ATT, lost)
         if c.m == 0:
             return 0.0, 0
         nis = self._correct(f, u)
-        if fresh and (c.refusals is None or c.refusals.last_us[rd.REL_POS] == f.t_us):
+        if fresh and (c.refusals is None or c.refusals.taken_now(rd.REL_POS)):
             self.rel_us = f.rel_t_us
         return nis, c.m
 
@@ -246,17 +247,16 @@ class RelativeNav:
         relative_rates(x[:n], u, rho, self.core.P, self._tks[2], np.zeros(9), fm, np.zeros(15))
         return fm[:3]
 
-    def _hear(self, f: SensorFrame, u: np.ndarray, rho: float, dt: float) -> None:
+    def _hear(self, f: SensorFrame, u: np.ndarray, rho: float) -> None:
         """The witnesses on air data and relative position, after the correction."""
         c, tk, o = self.core, self._tks[2], self.out
         gate = c.refusals
-        if gate is None:
-            return
+        assert gate is not None
         V = None
         linked = not self.peer.coasting and o.peer_age_s < PEER_COAST_S
-        if gate.any and linked and self.peer.wind_valid:
+        if not gate.calm and linked and self.peer.wind_valid:
             V = float(np.linalg.norm(np.array(o.vel_n) - self.peer.wind))
-        c.hear(f, self._fm, partial(self._force, u, rho), dt, V)
+        c.hear(f, self._fm, partial(self._force, u, rho), V)
         if not linked or not f.rel_valid or f.gnss_t_us <= 0:
             return
         x, w = c.ukf.x, self.witness
@@ -315,10 +315,10 @@ class RelativeNav:
 
     def _own_rates(self, tk: np.ndarray) -> None:
         """Inertial body rates into core.w_air: w_rel + R w_T (self._R = R_BRBT)."""
-        x, w = self.core.ukf.x, self.core.w_air
-        R = self._R
+        x, w = self.core.ukf.x[3:6].tolist(), self.core.w_air
+        R, (p, q, r) = self._R.tolist(), tk[9:12].tolist()
         for i in range(3):
-            w[i] = x[3 + i] + R[3 * i] * tk[9] + R[3 * i + 1] * tk[10] + R[3 * i + 2] * tk[11]
+            w[i] = x[i] + R[3 * i] * p + R[3 * i + 1] * q + R[3 * i + 2] * r
 
     def _acceleration(self) -> np.ndarray:
         """Own inertial acceleration [3] NED [m/s^2]; self._Rn = own R_BI, self._fm from the last rate evaluation."""
@@ -344,8 +344,8 @@ class RelativeNav:
         to_parent(tk, x[9:12], self._e)
         o.pos_n = vec3(self.peer.position(f.t_us) + self._e)
         # inertial velocity = air-relative velocity + wind
-        cb = math.cos(x[1])
-        ua = np.array([x[0] * math.cos(x[2]) * cb, x[0] * math.sin(x[1]), x[0] * math.sin(x[2]) * cb])
+        cb = math.cos(o.beta)
+        ua = np.array([o.V * math.cos(o.alpha) * cb, o.V * math.sin(o.beta), o.V * math.sin(o.alpha) * cb])
         to_parent(self._Rn, ua, self._e)
         o.vel_n = vec3(self._e + x[12:15])
         o.acc_n = vec3(self._acceleration())

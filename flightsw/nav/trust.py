@@ -20,6 +20,7 @@ from flightsw.types import NavState, SensorFrame, Text
 
 Forced = Callable[[np.ndarray], np.ndarray]
 CODES = 64  # measurement codes at most
+HEAR_S = 0.95  # [s] between two looks of the witnesses while nothing is in dispute
 LATE_S = 0.5  # [s] without a reading from which dead reckoning counts
 
 
@@ -32,13 +33,18 @@ class TrustedCore(EstimatorCore):
         self.refusals = Refusals(p.gate, CODES, m) if p.gate.false_alarm > 0.0 else None
         self.forces = Forces(p.gate.lift_sigma, p.gate.lift_error, p.gate.side_sigma)
         # kept wind needs entries 12..14 to be wind while the filter works, and a single filter
+        self._unheard_s = 0.0
+        self._was: list[np.ndarray] = []
         self._keeps = p.state_form == "wind" and p.adapt_wind != "bank"
 
     # --- one step -----------------------------------------------------------------------------------------------------
     def begin(self, t_us: int) -> None:
         """A new step at t_us."""
-        if self.refusals is not None:
-            self.refusals.t_us = t_us
+        gate = self.refusals
+        if gate is not None:
+            gate.t_us = t_us
+            if t_us - gate.judged_us > 500_000:  # no reading of any sensor
+                gate.calm = gate.plain = False
 
     def restart(self, t_us: int) -> None:
         """The estimate has been taken from the sensors anew."""
@@ -50,9 +56,9 @@ class TrustedCore(EstimatorCore):
         """As EstimatorCore; where no sensor measures, the model alone has no say to its last digit: aerodynamics are 10 % off."""
         super().noise_factor(R_bi, dt)
         gate, SQ = self.refusals, self.ukf.SQ
-        if gate is None:
+        if gate is None or gate.calm:
             return
-        if gate.unmeasured(*rd.AIR):
+        if any(gate.unmeasured(k) for k in rd.AIR):
             for i in range(3):
                 SQ[i, i] *= gate.p.loosen
         if gate.unmeasured(rd.ATT):
@@ -65,23 +71,33 @@ class TrustedCore(EstimatorCore):
         if gate is None:
             return super().update()
         memory = ukf.memory()
-        was = [a.copy() for a in memory]
+        if len(self._was) != len(memory):  # the first time
+            self._was = [np.zeros_like(a) for a in memory]
+        for a, b in zip(self._was, memory, strict=True):
+            a[...] = b
         nis = ukf.correct(self.y, self.r, self.m)
         if nis < 0.0:  # the filter itself refused it
             return nis
-        speed = max(float(was[0][0]), 1.0)
-        keep = gate.judge(self.group, self.codes, ukf.nu, ukf.Sy, self.slack, self.m, speed)
-        out = [j for j, kind in enumerate(rd.AIR) if gate.unmeasured(kind)]
-        if len(keep) == self.m and not out:
+        keep = gate.judge(self.group, self.codes, ukf.nu, ukf.Sy, self.slack, self.m, max(float(ukf.x[0]), 1.0))
+        if gate.calm:
             return nis
-        for a, b in zip(memory, was, strict=True):
-            a[:] = b
-        before = self.ukf.P[WIND, WIND].copy() if out else None
-        ukf.Y[:, : len(keep)] = ukf.Y[:, keep]
-        self.pick(keep)
+        return self._again(gate, memory, keep, nis)
+
+    def _again(self, gate: Refusals, memory: tuple[np.ndarray, ...], keep: np.ndarray | None, nis: float) -> float:
+        """The correction once more, from the state before it, where a reading is refused or the wind is not measured; NIS."""
+        ukf = self.ukf
+        out = [j for j, kind in enumerate(rd.AIR) if gate.unmeasured(kind)]
+        if keep is None and not out:
+            return nis
+        for a, b in zip(memory, self._was, strict=True):
+            a[...] = b
+        before = ukf.P[WIND, WIND].copy() if out else None
+        if keep is not None:
+            ukf.Y[:, : len(keep)] = ukf.Y[:, keep]
+            self.pick(keep)
         nis = ukf.correct(self.y, self.r, self.m) if self.m else 0.0
         if before is not None and self._keeps and self.m:
-            self._keep_wind(was[0][WIND], before, out)
+            self._keep_wind(self._was[0][WIND], before, out)
         return nis
 
     def _keep_wind(self, wind: np.ndarray, P: np.ndarray, out: list[int]) -> None:
@@ -104,19 +120,25 @@ class TrustedCore(EstimatorCore):
         x[WIND] += back
         x[:3] += J @ back
 
-    def hear(self, f: SensorFrame, fm: np.ndarray, at: Forced, dt: float, peer_V: float | None = None) -> None:
+    def ears(self, dt: float) -> bool:
+        """Whether the witnesses are to be heard in this step of dt [s]: always in a dispute, else now and then."""
+        gate = self.refusals
+        self._unheard_s += dt
+        return gate is not None and (not gate.calm or self._unheard_s >= HEAR_S)
+
+    def hear(self, f: SensorFrame, fm: np.ndarray, at: Forced, peer_V: float | None = None) -> None:
         """After a correction: let the witnesses speak on air data, and open the estimate where they are for the airspeed.
 
         fm [>=3] the model's specific force [m/s^2] in body axes at the estimate, `at` gives it at another state, peer_V [m/s] the
         airspeed by another aircraft's wind.
         """
         gate = self.refusals
-        if gate is None:
-            return
+        assert gate is not None
         w, here = self.forces, vec3(fm[:3])
         if self.p.model == "aero" and f.gyro_count:
-            w.step(f.acc_mean_b, here, dt, not gate.any and not gate.unmeasured(*rd.AIR))
-        if not gate.any:
+            w.step(f.acc_mean_b, here, self._unheard_s, gate.calm)
+        self._unheard_s = 0.0
+        if gate.calm:
             return
         for j, kind in enumerate(rd.AIR):
             if not gate.held(kind):
@@ -150,7 +172,7 @@ class TrustedCore(EstimatorCore):
         gate = self.refusals
         if not sane(self.ukf.x, self.ukf.S):
             return "estimate left its domain, restarting"
-        if gate is not None and gate.any:
+        if gate is not None and not gate.calm:
             if not valid and gate.flags:
                 return "sensors contradict the first reading, restarting"
             if gate.contradicted:
@@ -173,7 +195,7 @@ class TrustedCore(EstimatorCore):
     def drift(self, kind: int, rate: float) -> float:
         """What is lost by dead reckoning at an error of `rate` since sensor `kind` was last accepted, unless it is kept out."""
         gate = self.refusals
-        if gate is None or gate.held(kind):
+        if gate is None or gate.calm or gate.held(kind):
             return 0.0
         age = gate.age_s(kind)
         return rate * age if age > LATE_S else 0.0
@@ -181,7 +203,7 @@ class TrustedCore(EstimatorCore):
     def lasting(self, kind: int, bias: float) -> float:
         """Error [m] of a published position that averaging leaves: the sensor's own, dead reckoning, what is disputed."""
         gate = self.refusals
-        if gate is None:
+        if gate is None or gate.plain:
             return bias
         return math.hypot(bias, self.p.bias_vel * max(gate.age_s(kind) - LATE_S, 0.0), gate.doubt(kind))
 
@@ -189,7 +211,7 @@ class TrustedCore(EstimatorCore):
         """As EstimatorCore, with what is in dispute and with the drift of an attitude that is not measured."""
         super().publish_sigma(o)
         gate = self.refusals
-        if gate is None:
+        if gate is None or gate.plain:
             return
         a = math.hypot(gate.doubt(rd.ATT), self.p.bias_gyro * max(gate.age_s(rd.ATT) - LATE_S, 0.0))
         w = math.hypot(gate.doubt(rd.V), o.V * gate.doubt(rd.BETA), o.V * gate.doubt(rd.ALPHA), o.V * a)
@@ -204,17 +226,16 @@ class TrustedCore(EstimatorCore):
         """Whether the wind may be given out, and what is wrong with a valid estimate. The sigmas are filled."""
         gate = self.refusals
         o.wind_valid, o.trouble = o.valid, ""
-        if gate is not None and o.valid:
-            o.wind_valid = max(o.wind_sigma) <= gate.p.wind_sigma_max
-            o.trouble = self._trouble(o, gate)
-
-    def _trouble(self, o: NavState, gate: Refusals) -> str:
+        if gate is None or not o.valid:
+            return
         g = gate.p
-        for name, sigma, most, scale, unit in (
-            ("wind", o.wind_sigma, g.wind_sigma_max, 1.0, "m/s"), ("position", o.pos_sigma, g.pos_sigma_max, 1.0, "m"),
-            ("attitude", o.att_sigma, g.att_sigma_max, 180.0 / math.pi, "deg"),
-        ):  # fmt: skip
-            if not max(sigma) <= most:
-                return f"{name} sigma {max(sigma) * scale:.1f} {unit}"
-        silent = float(gate.t_us - gate.last_us.max()) * 1e-6
-        return f"no reading taken for {silent:.0f} s" if silent > g.silent_s else ""
+        w, a, p = max(o.wind_sigma), max(o.att_sigma), max(o.pos_sigma)
+        o.wind_valid = w <= g.wind_sigma_max
+        if not o.wind_valid:
+            o.trouble = f"wind sigma {w:.1f} m/s"
+        elif not p <= g.pos_sigma_max:
+            o.trouble = f"position sigma {p:.1f} m"
+        elif not a <= g.att_sigma_max:
+            o.trouble = f"attitude sigma {math.degrees(a):.1f} deg"
+        elif not gate.calm and gate.silent_s > g.silent_s:
+            o.trouble = f"no reading taken for {gate.silent_s:.0f} s"

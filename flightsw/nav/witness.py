@@ -1,6 +1,7 @@
 """Witnesses of a disputed reading that share nothing with it: who is right when a sensor and the estimate disagree for long.
 
-Specific force and another aircraft's wind for air data; for the relative position the difference of GNSS fixes (nav.position_aid).
+Specific force and another aircraft's wind for air data; the difference of GNSS fixes (nav.position_aid) for the relative
+position.
 """
 
 from __future__ import annotations
@@ -68,8 +69,8 @@ class Forces:
             self.side_learnt += gain * (d - self.side_learnt)
 
     def lift(self, share: float, unsure: float) -> tuple[float, float]:
-        """Distances in sigmas of the measured lift from `share` times what the model has at the estimate, and from just that, where
-        the estimate's own uncertainty is worth `unsure` [-] of lift; 0, 0: nothing to go by."""
+        """Distances in sigmas of the measured lift from `share` times what the model has at the estimate, and from just that,
+        where the estimate's own uncertainty is worth `unsure` [-] of lift; 0, 0: nothing to go by."""
         if not (self.now > 0.0 and share > 0.0):
             return 0.0, 0.0
         old = self.known_s >= LEARNT_S
@@ -77,8 +78,8 @@ class Forces:
         return (r / share - 1.0) / s, (r - 1.0) / math.hypot(s, unsure)
 
     def sideways(self, more: float, unsure: float) -> tuple[float, float]:
-        """Distances in sigmas of the measured side force from the model's at the estimate plus `more`, and from just that, where the
-        estimate's own uncertainty is worth `unsure`, all [m/s^2]."""
+        """Distances in sigmas of the measured side force from the model's at the estimate plus `more`, and from just that,
+        where the estimate's own uncertainty is worth `unsure`, all [m/s^2]."""
         if self.known_s < LEARNT_S:
             return 0.0, 0.0
         d, s = self.side - self.side_learnt, self.side_sigma
