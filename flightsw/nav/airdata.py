@@ -143,7 +143,7 @@ class AirData:
     def _predict(self, nav: NavState, dt: float) -> None:
         """Carry both filters to the readings; one that has no position starts at the relative estimate."""
         fr, x, xd = self.frame, self.frame.x, self.frame.xd
-        s_x, rho = max(self.p.sigma_x_m, nav.rel_sigma[0]), density(-nav.pos_n[2])
+        s_x, rho = max(self.p.sigma_x_m, nav.scatter[0]), density(-nav.pos_n[2])
         att = vec3(fr.att)
         # in turning axes all probes share w_T x xi besides the rates of y and z: its changes go where the filter keeps a wind
         change, self._swing = fr.swing - self._swing, fr.swing
