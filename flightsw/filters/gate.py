@@ -6,7 +6,6 @@ together, each with a memory of what it has been refused for.
 
 from __future__ import annotations
 
-import math
 from statistics import NormalDist
 
 import numpy as np
@@ -85,77 +84,88 @@ class ChannelGate:
 
 ABSENT, AGREES, STRAINED, REFUSED = -1, 0, 1, 2  # what is found of a group; strained: it disagrees and is taken
 # columns of a group's row of state: refusals remembered, kept out (0, 1), refusals and readings taken so far, time of the
-# last one taken [us], row of its first reading now; factor to the unit of a common disturbance, its excess there and its last
-# innovation
-SCORE, HELD, REFUSALS, TAKEN, LAST, FIRST, WEIGHT, EXCESS, BEFORE = range(9)
+# last one taken [us], row of its first reading now; factor to the unit of a common disturbance, in that unit excess variance
+# of its innovations and what is allowed for it, last innovation; rows now
+SCORE, HELD, REFUSALS, TAKEN, LAST, FIRST, WEIGHT, EXCESS, ALLOWED, BEFORE, COUNT = range(11)
+WIDTH = 9  # rows of a group at most; each is a channel of its own
 MEAN, SPREAD, FROZEN, NOW, DRIFT = range(5)  # columns of a channel's row of state
-SWELL, SEEN = range(2)  # columns of the last row: 1-sigma of the common disturbance, samples so far
+SEEN = 0  # column of the last row: samples of the common disturbance so far
 HELD_BAD = 0.25  # [-] of a refusal remembered per disagreeing sample of a group kept out
 FOLLOW = 0.3  # [-] share of a new sample in a channel's recent mean innovation
 SMOOTH = 0.05  # [-] share of a new sample in a channel's mean disagreement
 SWELL_SHARE = 0.025  # [-] share of a new sample in the common disturbance: 2 s at 20 Hz
 SWELL_FACTOR = 3.0  # [-] on what innovations change by: in rough air successive ones are correlated by a half and more
+SWELL_SURE = 0.5  # [-] of a group's own variance: two sigma of its excess, so estimated
 
 
 @jit
 def swell(groups: int, st: np.ndarray, nu: np.ndarray, var: np.ndarray, limit2: float) -> None:
-    """Last row of st <- disturbance three groups (WEIGHT > 0) share, from how their innovations change beyond their variance.
+    """st[:,ALLOWED] <- variance allowed to the groups that a common disturbance moves (WEIGHT > 0), from how their innovations
+    change beyond their own variance; nu, var [>=m] of the rows st[g,FIRST]; arguments as `sift`.
 
-    What moves all three counts, by the middle one: a faulty sensor moves alone, and a constant error does not show in changes.
-    nu, var [>=m] of the rows st[g,FIRST]; arguments as `sift`.
+    A group is allowed what it shows, at most what another may have felt too: a faulty sensor moves alone, and a constant error
+    does not show in changes.
     """
-    n, total, least, most = 0, 0.0, np.inf, -np.inf
     end = st.shape[0] - 1
+    for g in range(groups):
+        if st[g, WEIGHT] > 0.0 and st[g, FIRST] < 0.0:
+            return
     st[end, SEEN] += 1.0
     a = max(SWELL_SHARE, 1.0 / st[end, SEEN])
+    first, second, who = -np.inf, -np.inf, -1  # the largest that groups may have felt, and whose it is
     for g in range(groups):
         if st[g, WEIGHT] <= 0.0:
             continue
         i = int(st[g, FIRST])
-        if i < 0:
-            return
         w2 = st[g, WEIGHT] * st[g, WEIGHT]
         d = nu[i] - st[g, BEFORE]
         st[g, BEFORE] = nu[i]
         if st[end, SEEN] > 1.0 and np.isfinite(d):
-            change = min(0.5 * d * d, limit2 * (var[i] + st[end, SWELL] * st[end, SWELL] / w2))
+            change = min(0.5 * d * d, limit2 * (var[i] + st[g, ALLOWED] / w2))
             st[g, EXCESS] += a * ((change - var[i]) * w2 - st[g, EXCESS])
-        n += 1
-        total += st[g, EXCESS]
-        least, most = min(least, st[g, EXCESS]), max(most, st[g, EXCESS])
-    if n == 3:
-        st[end, SWELL] = math.sqrt(max(SWELL_FACTOR * (total - least - most), 0.0))
+        felt = st[g, EXCESS] + SWELL_SURE * var[i] * w2
+        if felt > first:
+            first, second, who = felt, first, g
+        elif felt > second:
+            second = felt
+    for g in range(groups):
+        if st[g, WEIGHT] > 0.0:
+            others = second if g == who else first
+            st[g, ALLOWED] = SWELL_FACTOR * max(min(st[g, EXCESS], others), 0.0)
 
 
 @jit
 def sift(
-    group: np.ndarray, codes: np.ndarray, nu: np.ndarray, Sy: np.ndarray, slack: np.ndarray, m: int, t_us: float,
-    limit2: float, watched: int, taking: bool, st: np.ndarray, bad: np.ndarray, var: np.ndarray, keep: np.ndarray,
+    group: np.ndarray, nu: np.ndarray, Sy: np.ndarray, slack: np.ndarray, m: int, t_us: float, limit2: float, watched: int,
+    taking: bool, st: np.ndarray, bad: np.ndarray, var: np.ndarray, channel: np.ndarray, keep: np.ndarray,
 ) -> int:  # fmt: skip
     """keep [>=m] <- positions below m that may correct, bad [groups] <- ABSENT, AGREES, STRAINED or REFUSED; returns how many
     may, or -1 less that number where anything is out of the ordinary.
 
-    group, codes [>=m] of each row, nu [>=m] innovation, Sy [>=m,>=m] lower factor of its covariance, slack [>=m]
-    1-sigma of what the filter was not told of, t_us [us] now, limit2 [-] largest squared ratio, watched: the groups below it
-    are missed when they have been silent for a second, taking: nothing is refused for now; st [groups+channels+1,9] state, in
-    place; var [>=m] workspace. A group with refusals remembered is judged by the Sy of before them: ignorance that has grown
-    since does not let it back. Innovations are judged about their recent mean: what comes by and by may be the prediction's
-    fault, what jumps is the sensor's.
+    group [>=m] of each row, nu [>=m] innovation, Sy [>=m,>=m] lower factor of its covariance, slack [>=m] 1-sigma of what the
+    filter was not told of, t_us [us] now, limit2 [-] largest squared ratio, watched: the groups below it are missed when they
+    have been silent for a second, taking: nothing is refused for now; st [groups*(1+WIDTH)+1,11] state, in place; var, channel
+    [>=m] workspace. A group with refusals remembered is judged by the Sy of before them: ignorance that has grown since does
+    not let it back. Innovations are judged about their recent mean: what comes by and by may be the prediction's fault, what
+    jumps is the sensor's.
     """
     groups = bad.shape[0]
-    rough = st[st.shape[0] - 1, SWELL]
     for g in range(groups):
         bad[g] = ABSENT
         st[g, FIRST] = -1.0
+        st[g, COUNT] = 0.0
     for i in range(m):
-        g, c = group[i], groups + codes[i]
+        g = group[i]
+        c = groups + WIDTH * g + min(int(st[g, COUNT]), WIDTH - 1)
+        st[g, COUNT] += 1.0
+        channel[i] = c
         v = 0.0
         for b in range(i + 1):
             v += Sy[i, b] * Sy[i, b]
         var[i] = v
         more = slack[i] * slack[i]
         if st[g, WEIGHT] > 0.0:
-            more += rough * rough / (st[g, WEIGHT] * st[g, WEIGHT])
+            more += st[g, ALLOWED] / (st[g, WEIGHT] * st[g, WEIGHT])
         if bad[g] == ABSENT:
             st[g, FIRST] = i
         st[c, NOW] = v + more
@@ -198,7 +208,7 @@ def sift(
     swell(groups, st, nu, var, limit2)
     count = 0
     for i in range(m):
-        g, c = group[i], groups + codes[i]
+        g, c = group[i], channel[i]
         out = bad[g] == REFUSED or st[g, HELD] > 0.0
         if out or bad[g] == STRAINED:
             # the first disagreement sets the mean, later ones move it; NaN must not stay in it
@@ -227,7 +237,7 @@ class GroupGate:
     they disagree, and whether by a constant, can be asked; `admit` takes it back on the word of others.
     """
 
-    def __init__(self, groups: int, channels: int, rows: int, false_alarm: float, watched: int) -> None:
+    def __init__(self, groups: int, rows: int, false_alarm: float, watched: int) -> None:
         """Sizes, the probability that a sound reading is refused, and how many groups are missed when they fall silent. Raises
         ValueError for a probability that is not between 0 and 1."""
         if not 0.0 < false_alarm < 1.0:
@@ -235,18 +245,17 @@ class GroupGate:
         # [sigma] two-sided normal: chi-square of one degree of freedom
         self.limit = NormalDist().inv_cdf(1.0 - 0.5 * false_alarm)
         self.watched, self.taking = watched, False
-        self._state = np.zeros((groups + channels + 1, 9))
+        self._state = np.zeros((groups * (1 + WIDTH) + 1, 11))
         self.bad = np.full(groups, ABSENT, dtype=np.int64)
         self._limit2 = self.limit * self.limit
-        self._keep, self._var = np.zeros(rows, dtype=np.int64), np.zeros(rows)
+        self._keep, self._channel = np.zeros(rows, dtype=np.int64), np.zeros(rows, dtype=np.int64)
+        self._var = np.zeros(rows)
 
-    def kept(
-        self, group: Array, codes: Array, nu: Array, Sy: Array, slack: Array, m: int, t_us: int
-    ) -> tuple[Array | None, bool]:
+    def kept(self, group: Array, nu: Array, Sy: Array, slack: Array, m: int, t_us: int) -> tuple[Array | None, bool]:
         """Positions below m that may correct (None: all of them), and whether all is as it should be; arguments as `sift`."""
         n = sift(
-            group, codes, nu, Sy, slack, m, float(t_us), self._limit2, self.watched, self.taking, self._state, self.bad,
-            self._var, self._keep,
+            group, nu, Sy, slack, m, float(t_us), self._limit2, self.watched, self.taking, self._state, self.bad, self._var,
+            self._channel, self._keep,
         )  # fmt: skip
         if n >= 0:
             return None, True
@@ -254,13 +263,13 @@ class GroupGate:
 
     @property
     def groups(self) -> Array:
-        """State of the groups [groups,9]; a view."""
+        """State of the groups [groups,11]; a view."""
         return self._state[: len(self.bad)]
 
-    @property
-    def channels(self) -> Array:
-        """State of the channels [channels,9]; a view."""
-        return self._state[len(self.bad) : -1]
+    def channels(self, group: int) -> Array:
+        """State of the channels of a group, as many as it had rows last [k,11]; a view."""
+        first = len(self.bad) + WIDTH * group
+        return self._state[first : first + min(int(self._state[group, COUNT]) or WIDTH, WIDTH)]
 
     def share(self, group: int, factor: float) -> None:
         """Let a group take part in the common disturbance (`swell`); factor: from its reading to the common unit."""
@@ -268,28 +277,32 @@ class GroupGate:
 
     def held(self, group: int) -> bool:
         """Whether a group is kept out."""
-        return bool(self.groups[group, HELD] > 0.0)
+        return bool(self._state[group, HELD] > 0.0)
 
-    def offset(self, code: int) -> tuple[float, bool]:
-        """Mean disagreement of a channel refused now, and whether it is a constant rather than scatter."""
-        mean, spread = float(self.channels[code, MEAN]), float(self.channels[code, SPREAD])
-        return mean, mean * mean > 0.25 * spread
+    def offsets(self, group: int) -> Array:
+        """Mean disagreement [k] of each channel of a group that is refused now; 0: it agrees."""
+        return self.channels(group)[:, MEAN]
 
-    def sigma(self, code: int) -> float:
-        """1-sigma of a channel's last innovation as the filter and its slack have it, however much that has grown."""
-        return math.sqrt(float(self.channels[code, NOW]))
+    def steady(self, group: int) -> Array:
+        """Whether the disagreement [k] of each channel is a constant rather than scatter."""
+        c = self.channels(group)
+        return np.asarray(c[:, MEAN] ** 2 > 0.25 * c[:, SPREAD])
+
+    def sigmas(self, group: int) -> Array:
+        """1-sigma [k] of each channel's last innovation as the filter and its slack have it, however much that has grown."""
+        return np.sqrt(self.channels(group)[:, NOW])
 
     def disagrees(self, group: int) -> bool:
         """Whether a group kept out still contradicts what was known when it went."""
-        return bool(self.groups[group, SCORE] > BENCH - 2.0 * HELD_BAD)
+        return bool(self._state[group, SCORE] > BENCH - 2.0 * HELD_BAD)
 
     def admit(self, group: int) -> None:
         """Take a group back."""
-        self.groups[group, SCORE] = self.groups[group, HELD] = 0.0
+        self._state[group, SCORE] = self._state[group, HELD] = 0.0
 
     def restart(self, t_us: int) -> None:
         """Begin anew at t_us: all are taken back, the counts of refusals stay."""
-        for column in (SCORE, HELD, TAKEN, EXCESS, BEFORE):
+        for column in (SCORE, HELD, TAKEN, EXCESS, ALLOWED, BEFORE):
             self.groups[:, column] = 0.0
         self.groups[:, LAST] = t_us
-        self._state[len(self.groups) :] = 0.0
+        self._state[len(self.bad) :] = 0.0

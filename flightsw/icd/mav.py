@@ -438,7 +438,7 @@ enums["MAV_SYS_STATUS_SENSOR"][32] = EnumEntry("MAV_SYS_STATUS_SENSOR_GPS", """G
 MAV_SYS_STATUS_SENSOR_VISION_POSITION = 128
 enums["MAV_SYS_STATUS_SENSOR"][128] = EnumEntry("MAV_SYS_STATUS_SENSOR_VISION_POSITION", """Relative navigation.""")
 MAV_SYS_STATUS_AHRS = 2097152
-enums["MAV_SYS_STATUS_SENSOR"][2097152] = EnumEntry("MAV_SYS_STATUS_AHRS", """Navigation not valid after it has been, or valid and not to be trusted: published sigma beyond its limit, or no reading taken for seconds.""")
+enums["MAV_SYS_STATUS_SENSOR"][2097152] = EnumEntry("MAV_SYS_STATUS_AHRS", """Navigation solution.""")
 MAV_SYS_STATUS_SENSOR_ENUM_END = 2097153
 enums["MAV_SYS_STATUS_SENSOR"][2097153] = EnumEntry("MAV_SYS_STATUS_SENSOR_ENUM_END", """""")
 
@@ -791,7 +791,7 @@ enums["WKF_HEALTH"][32] = EnumEntry("WKF_HEALTH_PEER", """Data link of the other
 WKF_HEALTH_FUEL = 64
 enums["WKF_HEALTH"][64] = EnumEntry("WKF_HEALTH_FUEL", """Fuel below the reserve or exhausted, or its gauge silent.""")
 WKF_HEALTH_NAV = 128
-enums["WKF_HEALTH"][128] = EnumEntry("WKF_HEALTH_NAV", """Navigation solution.""")
+enums["WKF_HEALTH"][128] = EnumEntry("WKF_HEALTH_NAV", """Navigation not valid after it has been, or valid and not to be trusted: published sigma beyond its limit, or no reading taken for seconds.""")
 WKF_HEALTH_ACT = 256
 enums["WKF_HEALTH"][256] = EnumEntry("WKF_HEALTH_ACT", """Last guard replaced a non-finite command.""")
 WKF_HEALTH_SAT = 512

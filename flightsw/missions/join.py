@@ -169,6 +169,8 @@ class JoinMission(Mission):
         v = [nav.vel_n[i] - s.vel_n[i] for i in range(3)]
         s.vel = (c * v[0] + sn * v[1], c * v[1] - sn * v[0], v[2])
         nav.rel_pos_t, nav.rel_vel_t = f.rel_pos_t, f.rel_vel_t
+        p = self.refuel.nav.core.p
+        nav.rel_sigma = (math.hypot(p.r_pos, p.bias_rel),) * 3
 
     def _settle(self, f: SensorFrame, mean: np.ndarray, updated: int, health: Health, dt: float) -> None:
         """Let the relative estimator run along over the last stretch."""

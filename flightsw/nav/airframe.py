@@ -78,7 +78,7 @@ class AirframeNav:
             self.out.valid, self.out.reason = False, why
             return self.out
         free_rates(x, u, rho, c.P, self._R, self._fm, self._d)
-        if c.ears(dt):
+        if c.ears(self.out.valid, dt):
             c.hear(f, self._fm, partial(self._force, u, rho))
         return self._publish(f, nis, m)
 

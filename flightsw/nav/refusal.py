@@ -75,11 +75,11 @@ class GateParams:
 class Refusals:
     """Memory of one estimator's gate. The owner sets `t_us` every step and asks `judge` in every correction."""
 
-    def __init__(self, p: GateParams, channels: int, rows: int) -> None:
-        """channels: measurement codes; rows: measurements at most."""
+    def __init__(self, p: GateParams, rows: int) -> None:
+        """rows: measurements at most."""
         n = len(KINDS)
         self.p = p
-        self.gate = GroupGate(n, channels, rows, p.false_alarm, WAKE)
+        self.gate = GroupGate(n, rows, p.false_alarm, WAKE)
         self.gate.share(V, 1.0)
         self.t_us = self.judged_us = 0
         self.calm = True  # nobody is missed, refused, kept out or in dispute
@@ -90,7 +90,6 @@ class Refusals:
         self.opened: list[int] = []  # groups taken back by the witnesses in this step: the owner opens the estimate
         self.texts: list[Text] = []
         self._held = [False] * n
-        self._codes: list[list[int]] = [[] for _ in range(n)]
         self._said_us = [-(10**12)] * n
         self._since_us = [0] * n
         self._restart_us, self._again, self._open_us = -(10**12), 0, 0
@@ -110,27 +109,16 @@ class Refusals:
 
     # --- the correction ---------------------------------------------------------------------------------------------
     def judge(
-        self,
-        group: np.ndarray,
-        codes: np.ndarray,
-        nu: np.ndarray,
-        Sy: np.ndarray,
-        slack: np.ndarray,
-        m: int,
-        speed: float,
-    ) -> np.ndarray | None:
+        self, group: np.ndarray, nu: np.ndarray, Sy: np.ndarray, slack: np.ndarray, m: int, speed: float
+    ) -> np.ndarray | None:  # fmt: skip
         """Positions below m that may correct; None: all. As filters.gate.sift; speed [m/s] makes gusts of flow angles."""
         g = self.gate
         g.share(BETA, speed)
         g.share(ALPHA, speed)
         g.taking = self.t_us < self._open_us
         self.judged_us = self.t_us
-        keep, quiet = g.kept(group, codes, nu, Sy, slack, m, self.t_us)
+        keep, quiet = g.kept(group, nu, Sy, slack, m, self.t_us)
         if not (quiet and self.calm):
-            for i in range(m):
-                mine = self._codes[group[i]]
-                if int(codes[i]) not in mine:
-                    mine.append(int(codes[i]))
             self._follow()
             self.calm = quiet and not any(self._held) and not any(self.strained)
             self.plain = self.calm and not any(self.reserved)
@@ -143,8 +131,8 @@ class Refusals:
             self.verdict[k] = UNDECIDED
             return
         lost = rate * self.age_s(k)
-        far = (abs(self.offset(c)) > DOUBT_SIGMA * math.hypot(self.gate.sigma(c), lost) for c in self._codes[k])
-        self.verdict[k] = AGAINST if any(far) else UNDECIDED
+        far = np.abs(self.gate.offsets(k)) > DOUBT_SIGMA * np.hypot(self.gate.sigmas(k), lost)
+        self.verdict[k] = AGAINST if far.any() else UNDECIDED
 
     def _follow(self) -> None:
         """Texts, and returns other than by agreement."""
@@ -179,14 +167,10 @@ class Refusals:
         else:
             if not self.gate.disagrees(k):
                 return False  # on its way back by agreement
-            offsets = [self.gate.offset(c) for c in self._codes[k]]
-            if not all(
-                abs(d) < DOUBT_SIGMA * self.gate.sigma(c) for (d, _), c in zip(offsets, self._codes[k], strict=True)
-            ):
+            d = np.abs(self.gate.offsets(k))
+            if not ((d < DOUBT_SIGMA * self.gate.sigmas(k)).all() and self.gate.steady(k).any()):
                 return False
-            if not any(steady for _, steady in offsets):
-                return False
-            self.reserved[k] = max(abs(d) for d, _ in offsets)
+            self.reserved[k] = float(d.max())
             self._say(4, f"{name} back, {off} in doubt")
         self.gate.admit(k)
         return True
@@ -201,17 +185,14 @@ class Refusals:
 
     def dispute(self, k: int) -> float:
         """Largest mean disagreement of a channel of sensor k [unit of the reading], with its sign; 0: none."""
-        return max((self.gate.offset(c)[0] for c in self._codes[k]), key=abs, default=0.0)
-
-    def offset(self, code: int) -> float:
-        """Mean disagreement of a channel refused now."""
-        return self.gate.offset(code)[0]
+        d = self.gate.offsets(k)
+        return float(d[np.argmax(np.abs(d))])
 
     def doubt(self, k: int) -> float:
         """What the dispute over sensor k adds to a sigma [unit of the reading]."""
         d = max(self.reserved[k], self.strained[k])
         if self._held[k] and self.verdict[k] == UNDECIDED:
-            d = max([d, *(abs(m) for m, steady in map(self.gate.offset, self._codes[k]) if steady)])
+            d = max(d, float(np.abs(self.gate.offsets(k)[self.gate.steady(k)]).max(initial=0.0)))
         return d
 
     def age_s(self, k: int) -> float:

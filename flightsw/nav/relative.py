@@ -110,7 +110,7 @@ class RelativeNav:
             o.valid, o.rel_valid, o.reason = False, False, why
             return o
         self._rates(u, rho)
-        if c.ears(dt):
+        if c.ears(o.valid, dt):
             self._hear(f, u, rho)
         return self._publish(f, nis, m)
 
@@ -216,7 +216,8 @@ class RelativeNav:
             age = (f.t_us - f.att_t_us) * 1e-6
             self._relative_euler(f, tk)
             e = self._e.tolist()
-            lost = c.drift(rd.ATT, p.bias_gyro)
+            # the tanker's attitude is taken as exact: the gate has to know better
+            lost = math.hypot(c.drift(rd.ATT, p.bias_gyro), p.peer_att)
             for i in range(3):
                 y = x[6 + i] + wrap_pi(e[i] + d[6 + i] * age - x[6 + i])
                 c.add(6 + i, y, p.r_euler, rd.ATT, lost)
@@ -270,7 +271,7 @@ class RelativeNav:
         if rd.REL_POS in gate.opened:
             gate.opened.remove(rd.REL_POS)
             column = np.zeros((c.ukf.n, 1))
-            column[POS, 0] = [gate.offset(9 + i) for i in range(3)]
+            column[POS, 0] = gate.gate.offsets(rd.REL_POS)
             c.ukf.set_factor(np.hstack([c.ukf.S, column]))
 
     def fits(self, f: SensorFrame) -> bool:

@@ -19,7 +19,6 @@ from flightsw.nav.witness import Forces, verdict
 from flightsw.types import NavState, SensorFrame, Text
 
 Forced = Callable[[np.ndarray], np.ndarray]
-CODES = 64  # measurement codes at most
 HEAR_S = 0.95  # [s] between two looks of the witnesses while nothing is in dispute
 LATE_S = 0.5  # [s] without a reading from which dead reckoning counts
 
@@ -30,7 +29,7 @@ class TrustedCore(EstimatorCore):
     def __init__(self, ac: Aircraft, p: NavParams, m: int, extra: int = 0) -> None:
         super().__init__(ac, p, m, extra)
         p = self.p
-        self.refusals = Refusals(p.gate, CODES, m) if p.gate.false_alarm > 0.0 else None
+        self.refusals = Refusals(p.gate, m) if p.gate.false_alarm > 0.0 else None
         self.forces = Forces(p.gate.lift_sigma, p.gate.lift_error, p.gate.side_sigma)
         # kept wind needs entries 12..14 to be wind while the filter works, and a single filter
         self._unheard_s = 0.0
@@ -78,7 +77,7 @@ class TrustedCore(EstimatorCore):
         nis = ukf.correct(self.y, self.r, self.m)
         if nis < 0.0:  # the filter itself refused it
             return nis
-        keep = gate.judge(self.group, self.codes, ukf.nu, ukf.Sy, self.slack, self.m, max(float(ukf.x[0]), 1.0))
+        keep = gate.judge(self.group, ukf.nu, ukf.Sy, self.slack, self.m, max(float(ukf.x[0]), 1.0))
         if gate.calm:
             return nis
         return self._again(gate, memory, keep, nis)
@@ -120,11 +119,11 @@ class TrustedCore(EstimatorCore):
         x[WIND] += back
         x[:3] += J @ back
 
-    def ears(self, dt: float) -> bool:
-        """Whether the witnesses are to be heard in this step of dt [s]: always in a dispute, else now and then."""
+    def ears(self, valid: bool, dt: float) -> bool:
+        """Whether the witnesses are to be heard in this step of dt [s]: at the start and in a dispute, else now and then."""
         gate = self.refusals
         self._unheard_s += dt
-        return gate is not None and (not gate.calm or self._unheard_s >= HEAR_S)
+        return gate is not None and (not (valid and gate.calm) or self._unheard_s >= HEAR_S)
 
     def hear(self, f: SensorFrame, fm: np.ndarray, at: Forced, peer_V: float | None = None) -> None:
         """After a correction: let the witnesses speak on air data, and open the estimate where they are for the airspeed.
