@@ -12,13 +12,13 @@ from typing import Any
 
 import numpy as np
 
+from flightsw.condition import Condition, ConditionParams
 from flightsw.health import HealthMonitor, HealthParams, refuse_unwatched
 from flightsw.kernels.atmosphere import calibrated_airspeed
 from flightsw.missions import MISSIONS
 from flightsw.strict import ConfigError, convert, near
 from flightsw.types import (
     HF_ACT,
-    HF_SAT,
     UPD_AIR,
     UPD_ATT,
     UPD_BARO,
@@ -50,8 +50,8 @@ MAX_STEP_S = 0.25  # [s] longest control step integrated at once, however late t
 
 def check(
     mission: str, tables: dict[str, Any], base_rate_hz: int, mission_rate_hz: int, where: str
-) -> tuple[Any, Any, HealthParams]:
-    """Class, parameters and health limits of `mission` from its tables, rates checked: all that can be told without building
+) -> tuple[Any, Any, HealthParams, ConditionParams]:
+    """Class, parameters, limits of health and of condition of `mission` from its tables, rates checked: all that can be told without building
     anything. Raises ConfigError naming the key."""
     if mission not in MISSIONS:
         raise ConfigError(
@@ -68,7 +68,8 @@ def check(
         )
     own = dict(tables)
     health = convert(own.pop("health", {}), HealthParams, f"{where}: health")
-    return cls, convert(own, cls.params_type, where), health
+    condition = convert(own.pop("condition", {}), ConditionParams, f"{where}: condition")
+    return cls, convert(own, cls.params_type, where), health, condition
 
 
 class FlightApp:
@@ -82,7 +83,7 @@ class FlightApp:
 
         Raises ConfigError (unknown mission, bad key), TrimError or DesignError (control design).
         """
-        cls, params, health = check(mission, tables, base_rate_hz, mission_rate_hz, where)
+        cls, params, health, condition = check(mission, tables, base_rate_hz, mission_rate_hz, where)
         self._again = partial(
             FlightApp, mission, aircraft, tables, base_rate_hz=base_rate_hz, mission_rate_hz=mission_rate_hz,
             link_delay_ticks=link_delay_ticks, where=where,
@@ -99,6 +100,7 @@ class FlightApp:
             raise ConfigError(f"{where}: {e}") from None
         refuse_unwatched(health, self.mission.may_watch)
         self.health = HealthMonitor(health, self.mission.watch, self.mission.air_used)
+        self.condition = Condition(condition, self.ac.fuel_capacity_kg)
         self.act = cls.actuators(self.ac, link_delay_ticks)
         self.u = np.zeros(cls.controls)
         self._good = (0.0, 0.0, 0.0, 0.0, 0.0)
@@ -118,6 +120,7 @@ class FlightApp:
         texts: list[Text] = []
         acks = [self._answer(c) for c in f.commands] if f.commands else []
         h = self.health.step(f)
+        h.rejected += self.condition.intake(f)
         self._updated |= f.updated
         if f.updated & UPD_IMU:
             self._imu.append((f.t_us, f.gyro_b, f.acc_b))
@@ -189,12 +192,20 @@ class FlightApp:
         c.latch = self.guid.latch
         # until navigation has been valid once the aircraft keeps the trim it came in; afterwards it is never handed back
         c.armed = c.armed or self.nav.valid
-        h = self.health.out
-        h.failed = h.failed | HF_SAT if self.mission.saturated else h.failed & ~HF_SAT
         texts += self.mission.texts()
-        if self.health.texts:
-            texts += self.health.texts
-            self.health.texts = []
+        self._report(dt, texts)
+
+    def _report(self, dt: float, texts: list[Text]) -> None:
+        """What inputs, navigation and the aircraft itself have to say, into the health report and `texts`."""
+        h, r, c = self.health.out, self.mission.refusals, self.condition
+        c.step(self.nav, self.mission.saturated, dt)
+        h.condition = c.flags
+        if r is not None:
+            h.held, h.kept_out, h.refused = r.flags, r.mask, r.counts
+        for source in (self.health, c) if r is None else (self.health, r, c):
+            if source.texts:
+                texts += source.texts
+                source.texts = []
 
     def _calibrated(self, f: SensorFrame) -> float:
         """Calibrated airspeed [m/s] of the estimate, by the static pressure; without it, by the altitude."""

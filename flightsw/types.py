@@ -44,6 +44,7 @@ class PeerState:
     w_b: Vec3 = ZERO3  # [rad/s] body rates
     wind_n: Vec3 = ZERO3  # [m/s] the sender's wind estimate
     wind_valid: bool = False
+    pos_sigma: Vec3 = ZERO3  # [m] the sender's 1-sigma of pos_n
 
 
 # MAV_RESULT
@@ -306,9 +307,13 @@ class NavState:
     vel_n: Vec3 = ZERO3  # [m/s]
     acc_n: Vec3 = ZERO3  # [m/s^2]
     wind_n: Vec3 = ZERO3  # [m/s] air moves towards
+    # 1-sigma of what is published, lasting errors of the sensors included
     wind_sigma: Vec3 = ZERO3  # [m/s]
-    pos_sigma: Vec3 = ZERO3  # [m]
-    att_sigma: Vec3 = ZERO3  # [rad]
+    pos_sigma: Vec3 = ZERO3  # [m] NED
+    att_sigma: Vec3 = ZERO3  # [rad] psi, theta, phi
+    scatter: Vec3 = ZERO3  # [m] of it the filter's own part of the position: what changes from sample to sample
+    wind_valid: bool = True  # the wind may be given out
+    trouble: str = ""  # why a valid estimate is not to be trusted; empty: it is
     nis: float = 0.0  # [-] normalised innovation squared of the last update
     nis_dof: int = 0
     # relative to the tanker (receiver only)
@@ -318,7 +323,8 @@ class NavState:
     rel_vel_t: Vec3 = ZERO3  # [m/s]
     rel_euler: Vec3 = ZERO3  # [rad] psi, theta, phi from tanker body to receiver body
     rel_w_b: Vec3 = ZERO3  # [rad/s] w_R - R w_T, receiver body axes
-    rel_sigma: Vec3 = ZERO3  # [m]
+    rel_sigma: Vec3 = ZERO3  # [m] 1-sigma, tanker body axes
+    rel_att_sigma: Vec3 = ZERO3  # [rad] of rel_euler
     rel_held: bool = False  # the position is good without the relative sensor or without the data link
     peer_age_s: float = 1e9
     wind_rot: Vec3 = ZERO3  # [rad/s] effective rotational wind, own body axes (where it is estimated)
@@ -353,20 +359,29 @@ HF_AIR = 4
 HF_ATT = 8
 HF_REL = 16
 HF_PEER = 32
-HF_FUEL = 64
-HF_NAV = 128
+HF_FUEL = 64  # low, exhausted, or its gauge lost
+HF_NAV = 128  # not valid after it has been, or valid and not to be trusted
 HF_ACT = 256  # last guard replaced a non-finite command
-HF_SAT = 512  # a command sits at its limit
+HF_SAT = 512  # a command has been at its limit for long
 
 
 @dataclass(slots=True)
 class Health:
-    """Which inputs are usable. A set bit in `failed` means stale, out of range or stuck."""
+    """Which inputs are usable, and what else is wrong. HF_* bits in all but `kept_out`."""
 
-    failed: int = 0
+    failed: int = 0  # input stale, out of range or stuck; last guard acted
+    held: int = 0  # input that arrives, and that navigation keeps out because the others contradict it
+    condition: int = 0  # of the aircraft: navigation, limits, fuel
+    kept_out: int = 0  # bit = WKF_READING
+    refused: tuple[int, ...] = ()  # readings refused by navigation so far, per WKF_READING
     reason: str = ""
     bad_packets: int = 0  # dropped: CRC, length, unknown id
     rejected: int = 0  # samples rejected by range, age or order
+
+    @property
+    def flags(self) -> int:
+        """All that is wrong, HF_*."""
+        return self.failed | self.held | self.condition
 
 
 @dataclass(slots=True)

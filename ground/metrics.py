@@ -5,6 +5,7 @@ Wind: NAV_STATE against the effective wind in TRUTH; receiver over the same time
 `SETTLE_S` on. Magnitude error relative to the true magnitude, direction error in the horizontal plane.
 Wake position and fault detection from air data, where the run has them: ground.airmetrics. A receiver that starts en route:
 ground.joinmetrics. A tanker that meets one by TACAN: ground.rendezvous.
+Whether published sigmas tell the truth, what navigation refused, fuel that ran dry: ground.consistency.
 Keys are flat and dotted, SI unless the name ends in another unit; a figure without samples is None. `left_out`: samples for
 which there is no truth near enough (ground.align).
 """
@@ -20,6 +21,7 @@ from numpy.typing import NDArray
 from ground.airmetrics import airdata_metrics
 from ground.align import align, seconds
 from ground.columns import Columns, Table, hold, load
+from ground.consistency import consistency_metrics, fuel_metrics, refusal_metrics
 from ground.folder import load_run
 from ground.geometry import wrap
 from ground.gust import has_gust
@@ -210,6 +212,7 @@ def compute(run: Path, truth: Columns | None = None, tlm: Columns | None = None)
     if has_windshear(tlm):
         return out | windshear_metrics(run, truth, tlm) | loop_metrics(tlm) | failure_metrics(run)
     out |= contact_metrics(truth, tlm) | wind_metrics(truth, tlm) | loop_metrics(tlm)
+    out |= consistency_metrics(truth, tlm) | refusal_metrics(tlm) | fuel_metrics(run, truth)
     return (
         out
         | airdata_metrics(truth, tlm)

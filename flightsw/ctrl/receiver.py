@@ -42,7 +42,8 @@ class ReceiverCtrlParams:
     w_int_ms: Node3 = (1.5, 1.5, 1.5)
     w_input: Four = (0.106, 0.0707, 0.106, 1770.0)
     int_limit_ms: Node3 = (30.0, 20.0, 20.0)
-    # a softer law for poor sensing, blended in as the estimator's own 1-sigma of position goes from the first to the second
+    # a softer law for poor sensing, blended in as the scatter of the estimated position goes from the first to the second: a
+    # lasting error does not shake the aircraft
     soft_sigma_m: tuple[float, float] = (0.14, 0.19)
     soft_pos_m: Node3 = (1.0, 1.0, 1.0)
     soft_int_ms: Node3 = (3.0, 3.0, 3.0)
@@ -114,7 +115,7 @@ class ReceiverControl:
             self._cond[1] += a * (V_t - self._cond[1])
         self.sched.set_condition(self._cond[0], self._cond[1])
         lo, hi = self.p.soft_sigma_m
-        want = min(max((max(nav.rel_sigma) - lo) / (hi - lo), 0.0), 1.0)
+        want = min(max((max(nav.scatter) - lo) / (hi - lo), 0.0), 1.0)
         if not c.started:
             self.softness = want  # poor sensing must not meet the tight law first
             c.u_old[:] = act.pos[0], act.pos[1], act.pos[2], act.thrust

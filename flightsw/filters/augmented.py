@@ -99,6 +99,10 @@ class AugmentedPoints(FilterBase):
         """Lower-triangular factor [n,n] the points are drawn from."""
         raise NotImplementedError
 
+    def memory(self) -> tuple[Array, ...]:
+        """Mean and what is stored of the covariance, the filter's own arrays."""
+        return self.x, self._C
+
     def draw(self) -> Array:
         """Points X [2L+1,n]: the propagated ones if they are still current (see the module), else drawn anew."""
         if self._kept and unchanged(self.x, self._x0, self._C, self._C0):

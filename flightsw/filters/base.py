@@ -58,6 +58,9 @@ class PointFilter(Protocol):
     def set_cov(self, P: Array) -> None:
         """Covariance P [n,n]."""
 
+    def memory(self) -> tuple[Array, ...]:
+        """The arrays that hold mean and covariance: their copies, written back, undo a correction."""
+
     def predict(self, f: Points, SQ: Array) -> None:
         """Time update with a plain function of the points."""
 
@@ -128,6 +131,10 @@ class CovarianceFilter(FilterBase):
         """Lower-triangular factor of P [n,n], computed on each access; writing into it changes nothing (use set_factor)."""
         chol_psd(self.P, self.n, self._S)
         return self._S
+
+    def memory(self) -> tuple[Array, ...]:
+        """Mean and covariance, the filter's own arrays."""
+        return self.x, self.P
 
     def set_factor(self, S: Array) -> None:
         """P <- S S^T for any S [n,k]."""

@@ -229,6 +229,10 @@ class SquareRootUKF:
         self.Y[:, :k] = h(self.X)
         return self.correct(np.ascontiguousarray(y, dtype=float), np.ascontiguousarray(r, dtype=float), k)
 
+    def memory(self) -> tuple[np.ndarray, ...]:
+        """Mean and factor, the filter's own arrays."""
+        return self.x, self.S
+
     @property
     def P(self) -> np.ndarray:
         """Covariance [n,n]."""

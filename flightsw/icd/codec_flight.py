@@ -96,7 +96,7 @@ class FlightCodec(FlightReceiver):
 def wind_fields(nav: NavState, alt_m: float) -> tuple[float, ...]:
     """Values of WIND_COV after its time, in wire order (wind_x..z, var_horiz, var_vert, wind_alt, accuracies)."""
     nan = math.nan
-    if not nav.valid:
+    if not (nav.valid and nav.wind_valid):
         return (nan, nan, nan, nan, nan, nan, 0.0, 0.0)
     s = nav.wind_sigma
     return (*nav.wind_n, nan, nan, alt_m, max(s[0], s[1]), s[2])

@@ -13,6 +13,7 @@ from flightsw.icd.wire import BY_NAME, Counters, Sender
 from flightsw.types import HF_AIR, HF_ATT, HF_GNSS, HF_IMU, HF_NAV, HF_REL, Snapshot, Timing
 
 PHASE_BREAKAWAY = 8  # WKF_PHASE
+READINGS = 12  # WKF_READING
 _TAU = 2.0 * math.pi
 
 
@@ -69,7 +70,7 @@ def _relative(s: Snapshot, c: Context) -> bytes:
     n, g = s.nav, s.guid
     return c.send.pack(
         _S["RELATIVE_STATE"], s.t_us, *n.rel_pos_t, *n.rel_vel_t, *n.rel_euler, *n.rel_sigma, *g.rel_pos_t,
-        *g.rel_vel_t, n.rel_age_s, n.peer_age_s, 1 if n.rel_valid else 0,
+        *g.rel_vel_t, n.rel_age_s, n.peer_age_s, 1 if n.rel_valid else 0, *n.rel_att_sigma,
     )  # fmt: skip
 
 
@@ -197,7 +198,7 @@ def _heartbeat(s: Snapshot, c: Context) -> bytes:
     elif not s.nav.valid:
         state = 2
     else:
-        state = 5 if s.health.failed & (HF_IMU | HF_GNSS | HF_AIR | HF_ATT | HF_REL | HF_NAV) else 4
+        state = 5 if s.health.flags & (HF_IMU | HF_GNSS | HF_AIR | HF_ATT | HF_REL | HF_NAV) else 4
     mode = 0x3D | (0x80 if s.cmd.armed else 0)  # custom, automatic, guided, stabilised, HIL, armed
     return c.send.named("HEARTBEAT", type=1, autopilot=0, base_mode=mode, custom_mode=s.guid.phase, system_status=state)
 
@@ -208,7 +209,7 @@ _FITTED = ((HF_IMU, 0x3), (HF_AIR, 0x10), (HF_GNSS, 0x20), (HF_ATT | HF_NAV, 0x2
 
 def _sys_status(s: Snapshot, c: Context) -> bytes:
     present = sum(bits for _, bits in _FITTED)
-    healthy = sum(bits for flag, bits in _FITTED if not s.health.failed & flag)
+    healthy = sum(bits for flag, bits in _FITTED if not s.health.flags & flag)
     tried = c.sent + c.dropped
     return c.send.named(
         "SYS_STATUS",
@@ -233,7 +234,7 @@ def _estimator(s: Snapshot, c: Context) -> bytes:
     flags = 0
     if n.valid:
         flags = 0x37 | (0x8 if n.rel_valid else 0)
-    if s.health.failed & HF_GNSS:
+    if s.health.flags & HF_GNSS:
         flags |= 0x400
     ratio = n.nis / n.nis_dof if n.nis_dof else 0.0
     return c.send.named(
@@ -259,7 +260,10 @@ def _timing(s: Snapshot, c: Context) -> bytes:
 
 def _health(s: Snapshot, c: Context) -> bytes:
     h = s.health
-    return c.send.pack(_S["HEALTH_STATUS"], s.t_us, c.count.bad, h.rejected + c.count.untimely, h.failed)
+    refused = ([min(n, 0xFFFF) for n in h.refused] + [0] * READINGS)[:READINGS]
+    return c.send.pack(
+        _S["HEALTH_STATUS"], s.t_us, c.count.bad, h.rejected + c.count.untimely, h.flags, *refused, h.kept_out
+    )
 
 
 ENCODERS: dict[str, Encoder] = {

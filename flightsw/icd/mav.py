@@ -836,15 +836,45 @@ enums["WKF_HEALTH"][16] = EnumEntry("WKF_HEALTH_REL", """Relative navigation."""
 WKF_HEALTH_PEER = 32
 enums["WKF_HEALTH"][32] = EnumEntry("WKF_HEALTH_PEER", """Data link of the other aircraft.""")
 WKF_HEALTH_FUEL = 64
-enums["WKF_HEALTH"][64] = EnumEntry("WKF_HEALTH_FUEL", """Fuel gauge.""")
+enums["WKF_HEALTH"][64] = EnumEntry("WKF_HEALTH_FUEL", """Fuel below the reserve or exhausted, or its gauge silent.""")
 WKF_HEALTH_NAV = 128
-enums["WKF_HEALTH"][128] = EnumEntry("WKF_HEALTH_NAV", """Navigation solution.""")
+enums["WKF_HEALTH"][128] = EnumEntry("WKF_HEALTH_NAV", """Navigation not valid after it has been, or valid and not to be trusted: published sigma beyond its limit, or no reading taken for seconds.""")
 WKF_HEALTH_ACT = 256
 enums["WKF_HEALTH"][256] = EnumEntry("WKF_HEALTH_ACT", """Last guard replaced a non-finite command.""")
 WKF_HEALTH_SAT = 512
-enums["WKF_HEALTH"][512] = EnumEntry("WKF_HEALTH_SAT", """A command sits at its limit.""")
+enums["WKF_HEALTH"][512] = EnumEntry("WKF_HEALTH_SAT", """A command (surface or throttle) has been at its limit for 2 s without a break; goes when none has been for 1 s.""")
 WKF_HEALTH_ENUM_END = 513
 enums["WKF_HEALTH"][513] = EnumEntry("WKF_HEALTH_ENUM_END", """""")
+
+# WKF_READING
+enums["WKF_READING"] = Enum()
+enums["WKF_READING"].bitmask = False
+WKF_READING_AIRSPEED = 0
+enums["WKF_READING"][0] = EnumEntry("WKF_READING_AIRSPEED", """Airspeed.""")
+WKF_READING_SIDESLIP = 1
+enums["WKF_READING"][1] = EnumEntry("WKF_READING_SIDESLIP", """Sideslip.""")
+WKF_READING_INCIDENCE = 2
+enums["WKF_READING"][2] = EnumEntry("WKF_READING_INCIDENCE", """Incidence.""")
+WKF_READING_GYRO = 3
+enums["WKF_READING"][3] = EnumEntry("WKF_READING_GYRO", """Body rates.""")
+WKF_READING_ATTITUDE = 4
+enums["WKF_READING"][4] = EnumEntry("WKF_READING_ATTITUDE", """Attitude reference.""")
+WKF_READING_GNSS_POSITION = 5
+enums["WKF_READING"][5] = EnumEntry("WKF_READING_GNSS_POSITION", """GNSS position.""")
+WKF_READING_GNSS_VELOCITY = 6
+enums["WKF_READING"][6] = EnumEntry("WKF_READING_GNSS_VELOCITY", """GNSS velocity.""")
+WKF_READING_REL_POSITION = 7
+enums["WKF_READING"][7] = EnumEntry("WKF_READING_REL_POSITION", """Position of the relative sensor.""")
+WKF_READING_REL_VELOCITY = 8
+enums["WKF_READING"][8] = EnumEntry("WKF_READING_REL_VELOCITY", """Velocity of the relative sensor.""")
+WKF_READING_WAKE = 9
+enums["WKF_READING"][9] = EnumEntry("WKF_READING_WAKE", """Position in the tanker's wake, computed from air data.""")
+WKF_READING_GNSS_DIFFERENCE = 10
+enums["WKF_READING"][10] = EnumEntry("WKF_READING_GNSS_DIFFERENCE", """Calibrated difference of both aircraft's GNSS positions.""")
+WKF_READING_GNSS_RATE = 11
+enums["WKF_READING"][11] = EnumEntry("WKF_READING_GNSS_RATE", """Calibrated difference of both aircraft's inertial velocities.""")
+WKF_READING_ENUM_END = 12
+enums["WKF_READING"][12] = EnumEntry("WKF_READING_ENUM_END", """""")
 
 # FAILURE_UNIT
 enums["FAILURE_UNIT"] = Enum()
@@ -2487,22 +2517,22 @@ class MAVLink_relative_state_message(MAVLink_message):
 
     id = MAVLINK_MSG_ID_RELATIVE_STATE
     msgname = "RELATIVE_STATE"
-    fieldnames = ["time_usec", "pos", "vel", "euler", "sigma", "cmd_pos", "cmd_vel", "rel_age", "peer_age", "valid"]
-    ordered_fieldnames = ["time_usec", "pos", "vel", "euler", "sigma", "cmd_pos", "cmd_vel", "rel_age", "peer_age", "valid"]
-    fieldtypes = ["uint64_t", "float", "float", "float", "float", "float", "float", "float", "float", "uint8_t"]
+    fieldnames = ["time_usec", "pos", "vel", "euler", "sigma", "cmd_pos", "cmd_vel", "rel_age", "peer_age", "valid", "euler_sigma"]
+    ordered_fieldnames = ["time_usec", "pos", "vel", "euler", "sigma", "cmd_pos", "cmd_vel", "rel_age", "peer_age", "valid", "euler_sigma"]
+    fieldtypes = ["uint64_t", "float", "float", "float", "float", "float", "float", "float", "float", "uint8_t", "float"]
     fielddisplays_by_name: Dict[str, str] = {}
     fieldenums_by_name: Dict[str, str] = {}
-    fieldunits_by_name: Dict[str, str] = {"time_usec": "us", "pos": "m", "vel": "m/s", "euler": "rad", "sigma": "m", "cmd_pos": "m", "cmd_vel": "m/s", "rel_age": "s", "peer_age": "s"}
-    native_format = bytearray(b"<QffffffffB")
-    orders = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9]
-    lengths = [1, 3, 3, 3, 3, 3, 3, 1, 1, 1]
-    array_lengths = [0, 3, 3, 3, 3, 3, 3, 0, 0, 0]
+    fieldunits_by_name: Dict[str, str] = {"time_usec": "us", "pos": "m", "vel": "m/s", "euler": "rad", "sigma": "m", "cmd_pos": "m", "cmd_vel": "m/s", "rel_age": "s", "peer_age": "s", "euler_sigma": "rad"}
+    native_format = bytearray(b"<QffffffffBf")
+    orders = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10]
+    lengths = [1, 3, 3, 3, 3, 3, 3, 1, 1, 1, 3]
+    array_lengths = [0, 3, 3, 3, 3, 3, 3, 0, 0, 0, 3]
     crc_extra = 33
-    unpacker = struct.Struct("<Q3f3f3f3f3f3fffB")
+    unpacker = struct.Struct("<Q3f3f3f3f3f3fffB3f")
     instance_field = None
     instance_offset = -1
 
-    def __init__(self, time_usec: int, pos: Sequence[float], vel: Sequence[float], euler: Sequence[float], sigma: Sequence[float], cmd_pos: Sequence[float], cmd_vel: Sequence[float], rel_age: float, peer_age: float, valid: int):
+    def __init__(self, time_usec: int, pos: Sequence[float], vel: Sequence[float], euler: Sequence[float], sigma: Sequence[float], cmd_pos: Sequence[float], cmd_vel: Sequence[float], rel_age: float, peer_age: float, valid: int, euler_sigma: Sequence[float] = (0, 0, 0)):
         MAVLink_message.__init__(self, MAVLink_relative_state_message.id, MAVLink_relative_state_message.msgname)
         self._fieldnames = MAVLink_relative_state_message.fieldnames
         self._instance_field = MAVLink_relative_state_message.instance_field
@@ -2517,9 +2547,10 @@ class MAVLink_relative_state_message(MAVLink_message):
         self.rel_age = rel_age
         self.peer_age = peer_age
         self.valid = valid
+        self.euler_sigma = euler_sigma
 
     def pack(self, mav: "MAVLink", force_mavlink1: bool = False) -> bytes:
-        return self._pack(mav, self.crc_extra, self.unpacker.pack(self.time_usec, self.pos[0], self.pos[1], self.pos[2], self.vel[0], self.vel[1], self.vel[2], self.euler[0], self.euler[1], self.euler[2], self.sigma[0], self.sigma[1], self.sigma[2], self.cmd_pos[0], self.cmd_pos[1], self.cmd_pos[2], self.cmd_vel[0], self.cmd_vel[1], self.cmd_vel[2], self.rel_age, self.peer_age, self.valid), force_mavlink1=force_mavlink1)
+        return self._pack(mav, self.crc_extra, self.unpacker.pack(self.time_usec, self.pos[0], self.pos[1], self.pos[2], self.vel[0], self.vel[1], self.vel[2], self.euler[0], self.euler[1], self.euler[2], self.sigma[0], self.sigma[1], self.sigma[2], self.cmd_pos[0], self.cmd_pos[1], self.cmd_pos[2], self.cmd_vel[0], self.cmd_vel[1], self.cmd_vel[2], self.rel_age, self.peer_age, self.valid, self.euler_sigma[0], self.euler_sigma[1], self.euler_sigma[2]), force_mavlink1=force_mavlink1)
 
 
 # Define name on the class for backwards compatibility (it is now msgname).
@@ -2635,22 +2666,22 @@ class MAVLink_health_status_message(MAVLink_message):
 
     id = MAVLINK_MSG_ID_HEALTH_STATUS
     msgname = "HEALTH_STATUS"
-    fieldnames = ["time_usec", "bad_packets", "rejected", "failed"]
-    ordered_fieldnames = ["time_usec", "bad_packets", "rejected", "failed"]
-    fieldtypes = ["uint64_t", "uint32_t", "uint32_t", "uint16_t"]
+    fieldnames = ["time_usec", "bad_packets", "rejected", "failed", "refused", "kept_out"]
+    ordered_fieldnames = ["time_usec", "bad_packets", "rejected", "failed", "refused", "kept_out"]
+    fieldtypes = ["uint64_t", "uint32_t", "uint32_t", "uint16_t", "uint16_t", "uint16_t"]
     fielddisplays_by_name: Dict[str, str] = {"failed": "bitmask"}
     fieldenums_by_name: Dict[str, str] = {"failed": "WKF_HEALTH"}
     fieldunits_by_name: Dict[str, str] = {"time_usec": "us"}
-    native_format = bytearray(b"<QIIH")
-    orders = [0, 1, 2, 3]
-    lengths = [1, 1, 1, 1]
-    array_lengths = [0, 0, 0, 0]
+    native_format = bytearray(b"<QIIHHH")
+    orders = [0, 1, 2, 3, 4, 5]
+    lengths = [1, 1, 1, 1, 12, 1]
+    array_lengths = [0, 0, 0, 0, 12, 0]
     crc_extra = 122
-    unpacker = struct.Struct("<QIIH")
+    unpacker = struct.Struct("<QIIH12HH")
     instance_field = None
     instance_offset = -1
 
-    def __init__(self, time_usec: int, bad_packets: int, rejected: int, failed: int):
+    def __init__(self, time_usec: int, bad_packets: int, rejected: int, failed: int, refused: Sequence[int] = (0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0), kept_out: int = 0):
         MAVLink_message.__init__(self, MAVLink_health_status_message.id, MAVLink_health_status_message.msgname)
         self._fieldnames = MAVLink_health_status_message.fieldnames
         self._instance_field = MAVLink_health_status_message.instance_field
@@ -2659,9 +2690,11 @@ class MAVLink_health_status_message(MAVLink_message):
         self.bad_packets = bad_packets
         self.rejected = rejected
         self.failed = failed
+        self.refused = refused
+        self.kept_out = kept_out
 
     def pack(self, mav: "MAVLink", force_mavlink1: bool = False) -> bytes:
-        return self._pack(mav, self.crc_extra, self.unpacker.pack(self.time_usec, self.bad_packets, self.rejected, self.failed), force_mavlink1=force_mavlink1)
+        return self._pack(mav, self.crc_extra, self.unpacker.pack(self.time_usec, self.bad_packets, self.rejected, self.failed, self.refused[0], self.refused[1], self.refused[2], self.refused[3], self.refused[4], self.refused[5], self.refused[6], self.refused[7], self.refused[8], self.refused[9], self.refused[10], self.refused[11], self.kept_out), force_mavlink1=force_mavlink1)
 
 
 # Define name on the class for backwards compatibility (it is now msgname).
@@ -4672,7 +4705,7 @@ class MAVLink(object):
         """
         self.send(self.nav_state_encode(time_usec, V, beta, alpha, p, q, r, psi, theta, phi, wind, wind_sigma, pos_sigma, att_sigma, nis, nis_dof, valid), force_mavlink1=force_mavlink1)
 
-    def relative_state_encode(self, time_usec: int, pos: Sequence[float], vel: Sequence[float], euler: Sequence[float], sigma: Sequence[float], cmd_pos: Sequence[float], cmd_vel: Sequence[float], rel_age: float, peer_age: float, valid: int) -> MAVLink_relative_state_message:
+    def relative_state_encode(self, time_usec: int, pos: Sequence[float], vel: Sequence[float], euler: Sequence[float], sigma: Sequence[float], cmd_pos: Sequence[float], cmd_vel: Sequence[float], rel_age: float, peer_age: float, valid: int, euler_sigma: Sequence[float] = (0, 0, 0)) -> MAVLink_relative_state_message:
         """
         Estimate relative to the tanker, receiver to ground. 10 Hz.
 
@@ -4686,11 +4719,12 @@ class MAVLink(object):
         rel_age                   : Age of the last relative measurement; large when none. [s] (type:float)
         peer_age                  : Age of the tanker's data; large when none. [s] (type:float)
         valid                     : 1 = usable. (type:uint8_t)
+        euler_sigma               : 1-sigma of euler. [rad] (type:float)
 
         """
-        return MAVLink_relative_state_message(time_usec, pos, vel, euler, sigma, cmd_pos, cmd_vel, rel_age, peer_age, valid)
+        return MAVLink_relative_state_message(time_usec, pos, vel, euler, sigma, cmd_pos, cmd_vel, rel_age, peer_age, valid, euler_sigma)
 
-    def relative_state_send(self, time_usec: int, pos: Sequence[float], vel: Sequence[float], euler: Sequence[float], sigma: Sequence[float], cmd_pos: Sequence[float], cmd_vel: Sequence[float], rel_age: float, peer_age: float, valid: int, force_mavlink1: bool = False) -> None:
+    def relative_state_send(self, time_usec: int, pos: Sequence[float], vel: Sequence[float], euler: Sequence[float], sigma: Sequence[float], cmd_pos: Sequence[float], cmd_vel: Sequence[float], rel_age: float, peer_age: float, valid: int, euler_sigma: Sequence[float] = (0, 0, 0), force_mavlink1: bool = False) -> None:
         """
         Estimate relative to the tanker, receiver to ground. 10 Hz.
 
@@ -4704,9 +4738,10 @@ class MAVLink(object):
         rel_age                   : Age of the last relative measurement; large when none. [s] (type:float)
         peer_age                  : Age of the tanker's data; large when none. [s] (type:float)
         valid                     : 1 = usable. (type:uint8_t)
+        euler_sigma               : 1-sigma of euler. [rad] (type:float)
 
         """
-        self.send(self.relative_state_encode(time_usec, pos, vel, euler, sigma, cmd_pos, cmd_vel, rel_age, peer_age, valid), force_mavlink1=force_mavlink1)
+        self.send(self.relative_state_encode(time_usec, pos, vel, euler, sigma, cmd_pos, cmd_vel, rel_age, peer_age, valid, euler_sigma), force_mavlink1=force_mavlink1)
 
     def mission_status_encode(self, time_usec: int, phase_time: float, cmd_V: float, cmd_alt: float, cmd_psi_dot: float, aileron: float, elevator: float, rudder: float, throttle: float, phase: int, measure: int, contact: int, latch: int, reason: bytes) -> MAVLink_mission_status_message:
         """
@@ -4790,29 +4825,33 @@ class MAVLink(object):
         """
         self.send(self.loop_timing_encode(time_usec, ticks, slips, exec_last, exec_max, exec_mean, late_p50, late_p99, late_p999, late_max), force_mavlink1=force_mavlink1)
 
-    def health_status_encode(self, time_usec: int, bad_packets: int, rejected: int, failed: int) -> MAVLink_health_status_message:
+    def health_status_encode(self, time_usec: int, bad_packets: int, rejected: int, failed: int, refused: Sequence[int] = (0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0), kept_out: int = 0) -> MAVLink_health_status_message:
         """
         Input health and link errors. 1 Hz.
 
         time_usec                 : Sample time. [us] (type:uint64_t)
         bad_packets               : Packets dropped: CRC, length, unknown id, non-finite. (type:uint32_t)
         rejected                  : Samples rejected: range, age, order, or a time stamp ahead of the tick or long past. (type:uint32_t)
-        failed                    : Inputs failed. (type:uint16_t, values:WKF_HEALTH)
+        failed                    : Inputs failed or kept out, and what else is wrong. (type:uint16_t, values:WKF_HEALTH)
+        refused                   : Readings navigation has refused because they contradict the others, per WKF_READING; stays at 65535. (type:uint16_t)
+        kept_out                  : Sensors navigation keeps out now: bit = WKF_READING. (type:uint16_t)
 
         """
-        return MAVLink_health_status_message(time_usec, bad_packets, rejected, failed)
+        return MAVLink_health_status_message(time_usec, bad_packets, rejected, failed, refused, kept_out)
 
-    def health_status_send(self, time_usec: int, bad_packets: int, rejected: int, failed: int, force_mavlink1: bool = False) -> None:
+    def health_status_send(self, time_usec: int, bad_packets: int, rejected: int, failed: int, refused: Sequence[int] = (0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0), kept_out: int = 0, force_mavlink1: bool = False) -> None:
         """
         Input health and link errors. 1 Hz.
 
         time_usec                 : Sample time. [us] (type:uint64_t)
         bad_packets               : Packets dropped: CRC, length, unknown id, non-finite. (type:uint32_t)
         rejected                  : Samples rejected: range, age, order, or a time stamp ahead of the tick or long past. (type:uint32_t)
-        failed                    : Inputs failed. (type:uint16_t, values:WKF_HEALTH)
+        failed                    : Inputs failed or kept out, and what else is wrong. (type:uint16_t, values:WKF_HEALTH)
+        refused                   : Readings navigation has refused because they contradict the others, per WKF_READING; stays at 65535. (type:uint16_t)
+        kept_out                  : Sensors navigation keeps out now: bit = WKF_READING. (type:uint16_t)
 
         """
-        self.send(self.health_status_encode(time_usec, bad_packets, rejected, failed), force_mavlink1=force_mavlink1)
+        self.send(self.health_status_encode(time_usec, bad_packets, rejected, failed, refused, kept_out), force_mavlink1=force_mavlink1)
 
     def tick_encode(self, time_usec: int, dt_us: int, slips: int) -> MAVLink_tick_message:
         """

@@ -7,6 +7,7 @@ from typing import Any
 
 from flightsw.aircraft import Airframe, load_aircraft
 from flightsw.models.actuators import ActuatorModel
+from flightsw.nav.refusal import Refusals
 from flightsw.types import UNSUPPORTED, Command
 
 
@@ -48,6 +49,11 @@ class Mission:
     def obey(self, c: Command) -> tuple[int, str]:
         """The same for one of `commands`."""
         raise NotImplementedError
+
+    @property
+    def refusals(self) -> Refusals | None:
+        """What the navigation in force refuses of its sensors; None: it keeps no such account."""
+        return None
 
     @property
     def saturated(self) -> bool:

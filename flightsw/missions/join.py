@@ -25,6 +25,7 @@ from flightsw.missions.receiver import ReceiverMission, ReceiverParams
 from flightsw.models.actuators import ActuatorModel
 from flightsw.nav.common import NavParams, failed_bits
 from flightsw.nav.peer import PeerTracker
+from flightsw.nav.refusal import Refusals
 from flightsw.nav.variants import make_airframe_nav
 from flightsw.strict import Range
 from flightsw.types import (
@@ -147,6 +148,11 @@ class JoinMission(Mission):
             self._refused = before, action
             self._texts.append(Text(4, f"sequence waits: {why}"))
 
+    @property
+    def refusals(self) -> Refusals | None:
+        """What the estimator in force refuses of its sensors."""
+        return (self.refuel.nav if self.joined else self.nav).core.refusals
+
     def rehearse(self) -> None:
         """Go on as if joined up: the application's warm-up runs the second half of the mission too."""
         self._join()
@@ -187,6 +193,8 @@ class JoinMission(Mission):
         v = [nav.vel_n[i] - s.vel_n[i] for i in range(3)]
         s.vel = (c * v[0] + sn * v[1], c * v[1] - sn * v[0], v[2])
         nav.rel_pos_t, nav.rel_vel_t = f.rel_pos_t, f.rel_vel_t
+        p = self.refuel.nav.core.p
+        nav.rel_sigma = (math.hypot(p.r_pos, p.bias_rel),) * 3
 
     def _settle(self, f: SensorFrame, mean: np.ndarray, updated: int, health: Health, dt: float) -> None:
         """Let the relative estimator run along over the last stretch."""

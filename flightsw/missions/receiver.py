@@ -19,6 +19,7 @@ from flightsw.missions.base import Mission
 from flightsw.models.actuators import ActuatorModel
 from flightsw.nav.airdata import AirData, AirDataParams
 from flightsw.nav.common import NavParams
+from flightsw.nav.refusal import Refusals
 from flightsw.nav.relative_variants import make_relative_nav
 from flightsw.strict import ConfigError, changed
 from flightsw.types import (
@@ -98,6 +99,11 @@ class ReceiverMission(Mission):
         if self.air is not None:
             self.air.step(f, self.nav, health, updated)
         return self.nav.step(f, mean, health, updated)
+
+    @property
+    def refusals(self) -> Refusals | None:
+        """What the estimator refuses of its sensors."""
+        return self.nav.core.refusals
 
     def first_command(self) -> np.ndarray:
         """Trim command [4] sent until navigation is valid."""

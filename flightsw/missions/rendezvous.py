@@ -24,6 +24,7 @@ from flightsw.missions.tanker import MAV_CMD_DO_CHANGE_SPEED, speed_command
 from flightsw.models.actuators import ActuatorModel
 from flightsw.nav.common import NavParams
 from flightsw.nav.receiver_track import ReceiverTrack, TrackParams
+from flightsw.nav.refusal import Refusals
 from flightsw.nav.variants import make_airframe_nav
 from flightsw.strict import Range
 from flightsw.types import (
@@ -143,6 +144,11 @@ class RendezvousMission(Mission):
         self.guid.V, self.guid.psi_dot = self.pilot.V, self.pilot.psi_dot
         g.V, g.psi_dot = self.pilot.V, self.pilot.psi_dot
         return g
+
+    @property
+    def refusals(self) -> Refusals | None:
+        """What the estimator refuses of its sensors."""
+        return self.nav.core.refusals
 
     def first_command(self) -> np.ndarray:
         """Trim command [4] sent until navigation is valid."""

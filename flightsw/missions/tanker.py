@@ -18,6 +18,7 @@ from flightsw.guid.racetrack import RacetrackGuidance, RacetrackParams
 from flightsw.missions.base import Mission
 from flightsw.models.actuators import ActuatorModel
 from flightsw.nav.common import NavParams
+from flightsw.nav.refusal import Refusals
 from flightsw.nav.variants import make_airframe_nav
 from flightsw.types import (
     ACCEPTED,
@@ -73,6 +74,11 @@ class TankerMission(Mission):
         else:
             u, throttle = self.ctrl.trim_command(g.V, self.alt_m)
         return nav, g, u, throttle
+
+    @property
+    def refusals(self) -> Refusals | None:
+        """What the estimator refuses of its sensors."""
+        return self.nav.core.refusals
 
     def first_command(self) -> np.ndarray:
         """Trim command [4] sent until navigation is valid."""

@@ -103,7 +103,7 @@ class AirData:
         fr.update(f, rel, dt, bool(updated & UPD_IMU) and f.gyro_count > 0)
         self._shape()
         peer = rel.peer
-        fresh = bool(updated & UPD_REL) and f.rel_valid
+        fresh = bool(updated & UPD_REL) and f.rel_valid and rel.fits(f)
         self._seen = nav.rel_valid and nav.rel_age_s < 0.5
         # a tanker carried on without data link has a wake where it is thought to be only while the relative sensor steers it
         self._wake_known = not peer.coasting or (peer.level and nav.rel_age_s < REL_MAX_S)
@@ -155,7 +155,7 @@ class AirData:
     def _predict(self, nav: NavState, dt: float) -> None:
         """Carry both filters to the readings; one that has no position starts at the relative estimate."""
         fr, x, xd = self.frame, self.frame.x, self.frame.xd
-        s_x, rho = max(self.p.sigma_x_m, nav.rel_sigma[0]), density(-nav.pos_n[2])
+        s_x, rho = max(self.p.sigma_x_m, nav.scatter[0]), density(-nav.pos_n[2])
         att = vec3(fr.att)
         # in turning axes all probes share w_T x xi besides the rates of y and z: its changes go where the filter keeps a wind
         change, self._swing = fr.swing - self._swing, fr.swing

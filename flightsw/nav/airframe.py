@@ -7,6 +7,9 @@ in the measurement vector.
 
 from __future__ import annotations
 
+import math
+from functools import partial
+
 import numpy as np
 
 from flightsw.aircraft import Aircraft
@@ -23,8 +26,9 @@ from flightsw.kernels.rotations import (
 )
 from flightsw.models.airframe import air_velocity, free_rates, propagate_free
 from flightsw.models.measure import measure_free
-from flightsw.models.params import set_mass
-from flightsw.nav.common import EstimatorCore, NavParams, failed_bits, sane
+from flightsw.nav import refusal as rd
+from flightsw.nav.common import NavParams, failed_bits
+from flightsw.nav.trust import TrustedCore
 from flightsw.types import (
     UPD_AIR,
     UPD_ATT,
@@ -35,13 +39,15 @@ from flightsw.types import (
     SensorFrame,
 )
 
+NEEDED = (*rd.AIR, rd.GYRO, rd.ATT, rd.GNSS_POS)  # sensors without which no estimate becomes valid
+
 
 class AirframeNav:
     """State and wind of one aircraft from its own sensors."""
 
     def __init__(self, ac: Aircraft, params: NavParams, extra: int = 0) -> None:
         """`extra`: states a variant carries beyond the 15."""
-        self.core = EstimatorCore(ac, params, 18, extra)
+        self.core = TrustedCore(ac, params, 18, extra)
         self.t_us = 0
         self.started_us = -1
         self._R, self._fm, self._d = np.zeros(9), np.zeros(9), np.zeros(15)
@@ -57,9 +63,9 @@ class AirframeNav:
             return self._start(f, u, updated, health)
         dt = (f.t_us - self.t_us) * 1e-6
         self.t_us = f.t_us
-        if f.fuel_kg > 0.0:
-            set_mass(c.P, c.ac, c.ac.mass.empty_kg + f.fuel_kg)
-        ukf, x = c.ukf, c.ukf.x
+        c.begin(f.t_us)
+        c.burn(f.fuel_kg)
+        x = c.ukf.x
         rho = density(-x[11])
         if dt > 0.0:
             dcm_from_euler(x[6], x[7], x[8], self._R)
@@ -67,11 +73,13 @@ class AirframeNav:
             self._predict(f, u, rho, dt)
         free_rates(x, u, rho, c.P, self._R, self._fm, self._d)
         nis, m = self._fuse(f, u, updated & ~failed_bits(health))
-        if not sane(x, ukf.S):
+        if why := c.lost(self.out.valid):
             self.started_us = -1
-            self.out.valid, self.out.reason = False, "estimate left its domain, restarting"
+            self.out.valid, self.out.reason = False, why
             return self.out
         free_rates(x, u, rho, c.P, self._R, self._fm, self._d)
+        if c.ears(self.out.valid, dt):
+            c.hear(f, self._fm, partial(self._force, u, rho))
         return self._publish(f, nis, m)
 
     def _predict(self, f: SensorFrame, u: np.ndarray, rho: float, dt: float) -> None:
@@ -91,7 +99,7 @@ class AirframeNav:
         c = self.core
         c.ukf.draw()
         measure_free(c.ukf.X, c.codes, c.m, c.ukf.Y)
-        return c.ukf.correct(c.y, c.r, c.m)
+        return c.update()
 
     def _start(self, f: SensorFrame, u: np.ndarray, updated: int, health: Health) -> NavState:
         need = UPD_AIR | UPD_ATT | UPD_GNSS | UPD_IMU
@@ -112,14 +120,16 @@ class AirframeNav:
         s = [p.r_V, p.r_beta, p.r_alpha, *[p.r_rate] * 3, *[p.r_euler] * 3, *[2 * p.r_pos] * 3, *[p.wind_sigma0] * 3]
         c.ukf.set_factor(np.diag([*s, *[1.0] * (len(x) - 15)]))
         self.t_us = self.started_us = f.t_us
+        c.restart(f.t_us)
+        self.out.valid = False
         free_rates(x, u, density(-x[11]), c.P, self._R, self._fm, self._d)
         return self._publish(f, 0.0, 0)
 
     def _fuse(self, f: SensorFrame, u: np.ndarray, updated: int) -> tuple[float, int]:
-        c, d = self.core, self._d
-        x, p = c.ukf.x, c.p
+        c, p = self.core, self.core.p
         c.m = 0
-        c.w_air[:] = x[3:6]
+        c.w_air[:] = c.ukf.x[3:6]
+        x, d = c.ukf.x.tolist(), self._d.tolist()  # plain floats are quicker
         if updated & UPD_AIR and (n := c.take_air(f)):
             c.add_air(n, d[0], d[1], d[2], (f.t_us - f.air_t_us) * 1e-6)
         if updated & UPD_IMU and f.gyro_count:
@@ -128,21 +138,29 @@ class AirframeNav:
             self._q[:] = f.att_q_nb
             dcm_from_quat(self._q, self._R)
             euler_from_dcm(self._R, self._e)
-            age = (f.t_us - f.att_t_us) * 1e-6
+            e = self._e.tolist()
+            age, lost = (f.t_us - f.att_t_us) * 1e-6, c.drift(rd.ATT, p.bias_gyro)
             for i in range(3):
                 # the measured angle is brought near the state: psi stays unwrapped, only the innovation is wrapped
-                c.add(6 + i, x[6 + i] + wrap_pi(self._e[i] + d[6 + i] * age - x[6 + i]), p.r_euler)
+                y = x[6 + i] + wrap_pi(e[i] + d[6 + i] * age - x[6 + i])
+                c.add(6 + i, y, p.r_euler, rd.ATT, lost)
         if updated & UPD_GNSS:
             age = (f.t_us - f.gnss_t_us) * 1e-6
-            acc = self.acceleration()
+            acc, lost = self.acceleration().tolist(), c.drift(rd.GNSS_POS, p.bias_vel)
             for i in range(3):
-                c.add(9 + i, f.gnss_pos_n[i] + d[9 + i] * age, p.r_pos)
+                c.add(9 + i, f.gnss_pos_n[i] + d[9 + i] * age, p.r_pos, rd.GNSS_POS, lost)
             if p.velocity:
                 for i in range(3):
-                    c.add(12 + i, f.gnss_vel_n[i] + acc[i] * age, p.r_vel)
+                    c.add(12 + i, f.gnss_vel_n[i] + acc[i] * age, p.r_vel, rd.GNSS_VEL)
         if c.m == 0:
             return 0.0, 0
         return self._correct(f, u), c.m
+
+    def _force(self, u: np.ndarray, rho: float, x: np.ndarray) -> np.ndarray:
+        """Specific force [3] of the model at state x, body axes [m/s^2]."""
+        fm = np.zeros(9)
+        free_rates(x, u, rho, self.core.P, np.zeros(9), fm, np.zeros(15))
+        return fm[:3]
 
     def acceleration(self) -> np.ndarray:
         """Inertial acceleration [3] NED [m/s^2] at the current estimate (specific force rotated, plus gravity)."""
@@ -157,8 +175,8 @@ class AirframeNav:
         c, o = self.core, self.out
         x = c.ukf.x
         o.t_us = f.t_us
-        o.valid = f.t_us - self.started_us >= c.p.settle_s * 1e6
-        o.reason = "" if o.valid else "settling"
+        o.reason = c.earned(o, self.started_us, *NEEDED, rd.GNSS_VEL if c.p.velocity else rd.GNSS_POS)
+        o.valid = not o.reason
         o.V, o.beta, o.alpha = float(x[0]), float(x[1]), float(x[2])
         o.w_b = vec3(x[3:6])
         o.euler = vec3(x[6:9])
@@ -169,5 +187,12 @@ class AirframeNav:
         o.acc_n = vec3(self.acceleration())
         o.wind_n = vec3(x[12:15])
         c.publish_sigma(o)
+        lasting = c.lasting(rd.GNSS_POS, c.p.bias_pos)
+        o.pos_sigma = (
+            math.hypot(o.scatter[0], lasting),
+            math.hypot(o.scatter[1], lasting),
+            math.hypot(o.scatter[2], lasting),
+        )
+        c.publish_trust(o)
         o.nis, o.nis_dof = nis, m
         return o

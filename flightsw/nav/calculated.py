@@ -8,6 +8,7 @@ from collections import deque
 import numpy as np
 
 from flightsw.nav.common import EstimatorCore, NavParams
+from flightsw.nav.refusal import GNSS_VEL
 
 
 def single_sigma(p: NavParams, V: float) -> float:
@@ -39,4 +40,4 @@ class CalculatedWind:
         mean = np.mean(self._last, axis=0)
         r = math.sqrt(single_sigma(self.p, core.air[0]) ** 2 / n)
         for i in range(3):
-            core.add(self.code + i, float(mean[i]), r)
+            core.add(self.code + i, float(mean[i]), r, GNSS_VEL)

@@ -84,7 +84,7 @@ class Colour:
                     self.noise.add(c.ukf.X, c.ukf.Y, j, int(c.codes[j]))
                     # the noise is a state now; what is left is white, or keeps the update regular
                     c.r[j] = math.hypot(1e-2 * c.r[j], self.floor[c.codes[j]])
-        return c.ukf.correct(c.y, c.r, c.m)
+        return c.update()
 
     def _difference(self, c: EstimatorCore, dt: float) -> bool:
         """Replace the queued rows by differenced ones; rows without a reading one step ago are dropped."""
@@ -100,15 +100,9 @@ class Colour:
         q = np.zeros(self.channels)
         q[0], q[1:3] = c.q_wind, c.q_wind / c.ukf.x[0]  # air data rows carry the wind increment (lee.md trap 6)
         r = d.inflated(q, dt)
-        m = 0
+        c.pick(np.flatnonzero((k >= self.channels) | had[np.minimum(k, self.channels - 1)]))
         for j in range(c.m):
             code = int(c.codes[j])
-            if code >= self.channels:
-                c.codes[m], c.y[m], c.r[m] = code, c.y[j], c.r[j]
-            elif had[code]:
-                c.codes[m], c.y[m], c.r[m] = code, d.y[code], r[code]
-            else:
-                continue
-            m += 1
-        c.m = m
-        return m > 0
+            if code < self.channels:
+                c.y[j], c.r[j] = d.y[code], r[code]
+        return c.m > 0

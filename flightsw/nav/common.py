@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from typing import Annotated
 
 import numpy as np
@@ -13,7 +14,9 @@ from flightsw.filters.coloured import FORMS
 from flightsw.filters.factory import KINDS, make_filter
 from flightsw.models.airframe import air_jacobian
 from flightsw.models.measure import average_probes
-from flightsw.models.params import parameter_vector
+from flightsw.models.params import parameter_vector, set_mass
+from flightsw.nav import refusal as rd
+from flightsw.nav.refusal import GateParams
 from flightsw.strict import OneOf, Range
 from flightsw.types import (
     HF_AIR,
@@ -58,8 +61,8 @@ ROT = slice(15, 18)  # effective rotational wind [rad/s], body axes; relative es
 class NavParams:
     """Tuning of a 15-state aircraft and wind estimator. Process noise per sqrt(s); sensor values 1-sigma per sample.
 
-    Sources: process noise Lee 2011 re-tuned for 10 % aerodynamic error; `bias_*` are sensor biases the state does not
-    carry, added to the reported uncertainty of wind (they bound what averaging can reach).
+    Sources: process noise Lee 2011 re-tuned for 10 % aerodynamic error; `bias_*` are lasting errors of the sensors, which the
+    state does not carry: they are added to what is published (they bound what averaging can reach) and change no gain.
     """
 
     q_V: NonNeg = 0.3  # [m/s]
@@ -84,8 +87,12 @@ class NavParams:
     bias_flow: NonNeg = 0.0015  # [rad] alpha and beta vanes
     bias_att: NonNeg = 0.001  # [rad]
     bias_vel: NonNeg = 0.03  # [m/s]
+    bias_pos: NonNeg = 1.2  # [m] GNSS position, per axis: slow errors of a code receiver with corrections
+    bias_gyro: NonNeg = 3e-4  # [rad/s] what attitude drifts by without its reference
+    bias_rel: NonNeg = 0.06  # [m] receiver only: relative sensor
+    peer_att: NonNeg = 1.4e-3  # [rad] receiver only: of the tanker's transmitted attitude, lasting error and scatter
     wind_sigma0: Pos = 20.0  # [m/s]
-    nis_gate: Pos = 60.0  # NIS per degree of freedom beyond which a whole update is refused
+    gate: GateParams = field(default_factory=GateParams)
     filter: Annotated[str, OneOf(KINDS)] = "srukf"  # flightsw.filters.factory
     model: Annotated[str, OneOf(MODELS)] = "aero"  # what drives the prediction (free aircraft)
     velocity: bool = True  # inertial velocity is a measurement
@@ -108,7 +115,6 @@ class NavParams:
     rot_q_rate: NonNeg = 0.03  # [rad/s] replaces q_rate, which stands for rotational wind where none is estimated
     r_peer_rate: NonNeg = 0.005  # [rad/s] receiver only: of the tanker's transmitted rates, beside noise states
     local_probes: bool = False  # receiver only: every probe is a measurement of its own
-    acc_sigma: Pos = 0.05  # [m/s^2] accelerometer, used by models other than "aero"
     settle_s: NonNeg = 0.5  # [s] from first fix to `valid`
 
 
@@ -122,6 +128,7 @@ class EstimatorCore:
         self.ac, self.p = ac, p
         self.ukf = make_filter(p.filter, 15 + extra, m, 18 + extra)
         self.P = parameter_vector(ac, ac.mass.empty_kg + ac.mass.default_fuel_kg)
+        self._fuel_kg = 0.0
         self.probe_pos = np.array([q.position_m for q in ac.probe], dtype=float)
         k = len(ac.probe)
         self._aV, self._aa, self._ab, self._ok = np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k, dtype=np.int64)
@@ -131,14 +138,22 @@ class EstimatorCore:
         self.w_air = np.zeros(3)
         self.work = np.zeros((5, 15))
         self.codes = np.zeros(m, dtype=np.int64)
+        self.group = np.zeros(m, dtype=np.int64)  # WKF_READING each row belongs to
         self.y = np.zeros(m)
         self.r = np.zeros(m)
+        self.slack = np.zeros(m)  # 1-sigma of what the filter is not told of, for the gate alone
         self.m = 0
         self.wind_jacobian = np.zeros((3, 3))
         q_rate = p.rot_q_rate if p.rotational_wind else p.q_rate
         self._qdiag = np.array(
             [p.q_V, p.q_beta, p.q_alpha, *[q_rate] * 3, *[p.q_euler] * 3, *[p.q_pos] * 3, 0.0, 0.0, 0.0]
         )
+
+    def burn(self, fuel_kg: float) -> None:
+        """Mass and inertia for a reading of the fuel gauge [kg]; 0: there is none."""
+        if fuel_kg > 0.0 and fuel_kg != self._fuel_kg:
+            self._fuel_kg = fuel_kg
+            set_mass(self.P, self.ac, self.ac.mass.empty_kg + fuel_kg)
 
     def take_air(self, f: SensorFrame) -> int:
         """Average the probes of `f` that are good in all three readings into `air` [3] (V, beta, alpha at the cg); how many."""
@@ -150,23 +165,34 @@ class EstimatorCore:
         self.probes = int(average_probes(self._aV, self._aa, self._ab, self._ok, self.probe_pos, self.w_air, self.air))
         return self.probes
 
-    def add(self, code: int, value: float, sigma: float) -> None:
-        """Queue one scalar measurement for the coming update."""
-        self.codes[self.m], self.y[self.m], self.r[self.m] = code, value, sigma
+    def add(self, code: int, value: float, sigma: float, kind: int, slack: float = 0.0) -> None:
+        """Queue one scalar measurement of a sensor (nav.refusal) for the coming update; slack: 1-sigma for the gate alone."""
+        m = self.m
+        self.codes[m], self.y[m], self.r[m], self.group[m], self.slack[m] = code, value, sigma, kind, slack
         self.m += 1
+
+    def pick(self, rows: np.ndarray) -> None:
+        """Keep these of the queued measurements, in this order."""
+        n = self.m = len(rows)
+        for a in (self.codes, self.y, self.r, self.group, self.slack):
+            a[:n] = a[rows]
+
+    def update(self) -> float:
+        """Measurement update with the queued rows, their images in ukf.Y; NIS."""
+        return self.ukf.correct(self.y, self.r, self.m)
 
     def add_air(self, n: int, Vdot: float, bdot: float, adot: float, age: float) -> None:
         """Queue the averaged air data of n probes, carried forward by `age` [s] with the modelled rates of change."""
         s = 1.0 / math.sqrt(n)
-        self.add(0, self.air[0] + Vdot * age, self.p.r_V * s)
-        self.add(1, self.air[1] + bdot * age, self.p.r_beta * s)
-        self.add(2, self.air[2] + adot * age, self.p.r_alpha * s)
+        self.add(0, self.air[0] + Vdot * age, self.p.r_V * s, rd.V)
+        self.add(1, self.air[1] + bdot * age, self.p.r_beta * s, rd.BETA)
+        self.add(2, self.air[2] + adot * age, self.p.r_alpha * s, rd.ALPHA)
 
-    def add_gyro(self, f: SensorFrame, d: np.ndarray) -> None:
+    def add_gyro(self, f: SensorFrame, d: Sequence[float]) -> None:
         """Queue the mean gyro reading, carried from the middle of its window to now with the modelled rates d [3]."""
         r = self.p.r_rate / math.sqrt(f.gyro_count)
         for i in range(3):
-            self.add(3 + i, f.gyro_mean_b[i] + d[i] * f.gyro_age_s, r)
+            self.add(3 + i, f.gyro_mean_b[i] + d[i] * f.gyro_age_s, r, rd.GYRO)
 
     def noise_factor(self, R_bi: np.ndarray, dt: float) -> None:
         """Fill the filter's SQ [15,18]: diagonal part, and the wind increment through -eps^-1 R_BI (R_bi [9])."""
@@ -176,33 +202,25 @@ class EstimatorCore:
         qw = self.p.q_wind * rt
         if self.p.correlated_wind:
             SQ[0:3, 15:18] = self.wind_jacobian * qw
-        for i in range(15):
-            SQ[i, i] = self._qdiag[i] * rt
+        np.multiply(self._qdiag, rt, out=SQ.ravel()[: 15 * (SQ.shape[1] + 1) : SQ.shape[1] + 1])
         SQ[12, 15] = SQ[13, 16] = SQ[14, 17] = qw
 
     def publish_sigma(self, o: NavState) -> None:
-        """Write the reported 1-sigma values: filter covariance, and for wind the unmodelled sensor biases on top."""
+        """Write the reported 1-sigma values of wind and attitude: filter covariance, and the sensors' lasting errors on top."""
         s, p = self.ukf.sigmas(), self.p
         n = max(self.probes, 1)  # biases of separate probes average out
         b = o.V * o.V * (p.bias_flow**2 / n + p.bias_att**2) + p.bias_V**2 / n + p.bias_vel**2
+        a = p.bias_att
         o.wind_sigma = (math.sqrt(s[12] ** 2 + b), math.sqrt(s[13] ** 2 + b), math.sqrt(s[14] ** 2 + b))
-        o.pos_sigma = (s[9], s[10], s[11])
-        o.att_sigma = (s[6], s[7], s[8])
-
-    def copy_state(self) -> dict[str, np.ndarray]:
-        """Copy of the estimator's state."""
-        return {"x": self.ukf.x.copy(), "S": self.ukf.S.copy(), "w": self.w_air.copy()}
-
-    def set_state(self, s: dict[str, np.ndarray]) -> None:
-        """Restore what `copy_state` returned."""
-        self.ukf.x[:], self.ukf.S[:], self.w_air[:] = s["x"], s["S"], s["w"]
+        o.att_sigma = (math.hypot(s[6], a), math.hypot(s[7], a), math.hypot(s[8], a))
+        o.scatter = (s[9], s[10], s[11])
 
 
 def sane(x: np.ndarray, S: np.ndarray) -> bool:
     """Whether a filter's state and factor are finite and its airspeed is one a wing flies at."""
-    return bool(
-        np.isfinite(x).all() and np.isfinite(S).all() and 20.0 < x[0] < 400.0 and abs(x[2]) < 0.6 and abs(x[1]) < 0.6
-    )
+    # a sum is finite only where every term is
+    finite = math.isfinite(float(x.sum())) and math.isfinite(float(S.sum()))
+    return finite and 20.0 < x[0] < 400.0 and abs(x[2]) < 0.6 and abs(x[1]) < 0.6
 
 
 _HEALTH_TO_UPDATE = (

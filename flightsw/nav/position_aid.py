@@ -13,11 +13,17 @@ from typing import Annotated
 import numpy as np
 
 from flightsw.kernels.rotations import to_child, to_parent
+from flightsw.nav import witness
 from flightsw.nav.common import EstimatorCore
+from flightsw.nav.refusal import GNSS_DIFF, WAKE
 from flightsw.strict import Range
 from flightsw.types import SensorFrame, WakeFix
 
 Pos = Annotated[float, Range(1e-6)]
+WILD = 20  # comparisons before one may be called wild, and wild ones in a row before they are believed
+WILD_MPS = 2.5  # [m/s] comparison of velocities that must be a spike
+CALIBRATE_S = 20.0  # [s] of the witness
+WILD_SIGMA = 2.5  # [-] of r_gnss_m, which is several times the noise of one comparison
 
 
 @dataclass(frozen=True)
@@ -46,13 +52,13 @@ class PositionAid:
     def __init__(self, p: AidParams) -> None:
         self.p = p
         self.offset = np.zeros(3)  # [m] NED: GNSS difference minus the relative sensor
-        self.samples = 0
+        self.samples = self._wilds = 0
         self.gnss_us = self.fix_us = -1
         self._d, self._e = np.zeros(3), np.zeros(3)
 
     def reset(self) -> None:
         """Forget the calibration (the tanker's frame has changed)."""
-        self.samples = 0
+        self.samples = self._wilds = 0
         self.offset[:] = 0.0
 
     def gnss(
@@ -77,6 +83,8 @@ class PositionAid:
         self._d -= tanker_pos
         if fresh:
             to_parent(R_t, np.array(f.rel_pos_t), self._e)
+            if self._wild(self._d - self._e - self.offset):
+                return
             self.samples += 1
             gain = max(1.0 / self.samples, min(dt / p.calibrate_tau_s, 1.0))
             self.offset += gain * (self._d - self._e - self.offset)
@@ -85,7 +93,16 @@ class PositionAid:
             to_child(R_t, self._d, self._e)
             age = (f.t_us - f.gnss_t_us) * 1e-6
             for i in range(3):
-                core.add(9 + i, float(self._e[i] + rate[i] * age), p.r_gnss_m)
+                core.add(9 + i, float(self._e[i] + rate[i] * age), p.r_gnss_m, GNSS_DIFF)
+
+    def _wild(self, residual: np.ndarray) -> bool:
+        """Whether a comparison is so far off that one of both readings must be a spike; after WILD of them begin anew."""
+        far = self.samples >= WILD and float(np.abs(residual).max()) > WILD_SIGMA * self.p.r_gnss_m
+        self._wilds = self._wilds + 1 if far else 0
+        if self._wilds > WILD:
+            self.reset()
+            return False
+        return far
 
     def wake(self, core: EstimatorCore, fix: WakeFix, R_ft: np.ndarray, x_f: float) -> None:
         """Queue a new wake position; R_ft [9] tanker air-path axes F to tanker body axes, x_f [m] own x in F.
@@ -99,13 +116,57 @@ class PositionAid:
         inflate = 1.0 / math.sqrt(math.tanh(0.5 * min(dt, self.p.fix_tau_s) / self.p.fix_tau_s))
         self._d[:] = x_f, fix.pos_f[1], fix.pos_f[2]
         to_child(R_ft, self._d, self._e)
-        core.add(10, float(self._e[1]), math.sqrt(max(fix.cov_yy, 1e-4)) * inflate)
-        core.add(11, float(self._e[2]), math.sqrt(max(fix.cov_zz, 1e-4)) * inflate)
+        core.add(10, float(self._e[1]), math.sqrt(max(fix.cov_yy, 1e-4)) * inflate, WAKE)
+        core.add(11, float(self._e[2]), math.sqrt(max(fix.cov_zz, 1e-4)) * inflate, WAKE)
 
     def good(self, fix: WakeFix | None) -> bool:
         """Whether the wake position is good enough to hold a station by."""
         s = self.p.fix_sigma_max_m
         return fix is not None and fix.valid and max(fix.cov_yy, fix.cov_zz) < s * s
+
+
+class GnssWitness:
+    """The difference of both aircraft's GNSS fixes, freed of its lasting error by comparison with the relative sensor while that
+    was in use: whom it bears out when sensor and estimate disagree."""
+
+    def __init__(self, r_pos: float, drift: float) -> None:
+        """r_pos [m] of one reading, drift [m/s] of the estimate once the sensor is out."""
+        self.r_pos, self.drift = r_pos, drift
+        self._sensor, self._estimate = np.zeros(3), np.zeros(3)  # [m] NED: witness less each, smoothed
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the calibration."""
+        self.offset = np.zeros(3)
+        self.known_s = self.out_s = 0.0
+        self.gnss_us = -1
+
+    def step(self, difference: np.ndarray, seen: np.ndarray, estimate: np.ndarray, t_us: int, held: bool) -> None:
+        """At GNSS time t_us: own fix less the tanker's position, reading and estimate of the relative position, all [3] NED [m];
+        held: the sensor is kept out."""
+        if t_us <= self.gnss_us:
+            return
+        dt = min((t_us - self.gnss_us) * 1e-6, 1.0) if self.gnss_us > 0 else 0.05
+        self.gnss_us = t_us
+        if not held:
+            self.out_s = 0.0
+            off = difference - seen - self.offset
+            if self.known_s > 1.0 and float(np.abs(off).max()) > 6.0 * self.r_pos:
+                return  # a spike of one of both
+            self.known_s += dt
+            self.offset += dt / min(self.known_s, CALIBRATE_S) * off
+            return
+        gain = 1.0 if self.out_s <= 0.0 else dt
+        self.out_s += dt
+        self._sensor += gain * (difference - self.offset - seen - self._sensor)
+        self._estimate += gain * (difference - self.offset - estimate - self._estimate)
+
+    def verdict(self) -> int:
+        """AGAINST the sensor, FOR it or UNDECIDED."""
+        if self.known_s < 2.0 or self.out_s < 0.5:
+            return witness.UNDECIDED
+        s = math.hypot(0.8 * self.r_pos, 2.0 * self.drift * self.out_s)
+        return witness.verdict([(a / s, b / s) for a, b in zip(self._sensor, self._estimate, strict=True)])
 
 
 class VelocityAid:
@@ -114,13 +175,13 @@ class VelocityAid:
     def __init__(self, p: AidParams) -> None:
         self.p = p
         self.offset = np.zeros(3)  # [m/s] NED
-        self.known_s = 0.0  # [s] of comparison so far
+        self.known_s, self._wilds = 0.0, 0  # [s] of comparison so far; spikes in a row
         self.gnss_us = -1
         self._d, self._e = np.zeros(3), np.zeros(3)
 
     def reset(self) -> None:
         """Forget the calibration."""
-        self.known_s = 0.0
+        self.known_s, self._wilds = 0.0, 0
         self.offset[:] = 0.0
 
     def step(self, f: SensorFrame, tk: np.ndarray, seen: bool, out: np.ndarray) -> bool:
@@ -142,6 +203,12 @@ class VelocityAid:
                 v[0] + w[1] * r[2] - w[2] * r[1], v[1] + w[2] * r[0] - w[0] * r[2], v[2] + w[0] * r[1] - w[1] * r[0]
             )  # fmt: skip
             to_parent(tk, out, self._e)
+            wild = self.known_s > 1.0 and float(np.abs(self._d - self._e - self.offset).max()) > WILD_MPS
+            self._wilds = self._wilds + 1 if wild else 0
+            if self._wilds > WILD:
+                self.reset()
+            elif wild:
+                return False
             self.known_s += dt
             self.offset += dt / min(self.known_s, self.p.velocity_tau_s) * (self._d - self._e - self.offset)
         self._d -= self.offset

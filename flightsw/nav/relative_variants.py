@@ -165,8 +165,7 @@ class RelativeVariant(RelativeNav):
         c = self.core
         local = c.codes[: c.m] >= CHANNELS
         if local.any():
-            order = np.argsort(local, kind="stable")
-            c.codes[: c.m], c.y[: c.m], c.r[: c.m] = c.codes[order], c.y[order], c.r[order]
+            c.pick(np.argsort(local, kind="stable"))
 
     def calculated_wind(self, f: SensorFrame) -> np.ndarray:
         """Wind [3] NED [m/s] from measured quantities: r_T' + R_BTI^T (xi' - S(w_T) xi - R^T R_BW V).
@@ -192,7 +191,7 @@ class RelativeVariant(RelativeNav):
                 readings = (f.air_V[i], f.air_beta[i], f.air_alpha[i])
                 for j, (y, r) in enumerate(zip(readings, (p.r_V, p.r_beta, p.r_alpha), strict=True)):
                     if not f.air_bad >> (3 * j + i) & 1:
-                        c.add(k + j, y + d[j] * age, r)
+                        c.add(k + j, y + d[j] * age, r, j)
 
     def _publish(self, f: SensorFrame, nis: float, m: int) -> NavState:
         o = super()._publish(f, nis, m)

@@ -94,6 +94,10 @@ class BankFilter:
         """1-sigma of every state [n] of the mixture."""
         return self.bank.sigmas()
 
+    def memory(self) -> tuple[np.ndarray, ...]:
+        """Means, covariances and weights, the filters' own arrays."""
+        return self.x, self.bank.mu, *(a for f in self.filters for a in f.memory())
+
     def set_factor(self, S: np.ndarray) -> None:
         """Every filter starts from x and S S^T, with equal weights."""
         self.bank.start(self.x.copy(), S)

@@ -65,7 +65,7 @@ class _OtherFeedback:
 
     def __init__(self, nav: Any, kind: str, truth: list[Truth]) -> None:
         self.inner, self.kind, self.truth = nav, kind, truth
-        self.peer, self.rejoined = nav.peer, False
+        self.peer, self.core, self.rejoined = nav.peer, nav.core, False
 
     def step(self, f: SensorFrame, u: np.ndarray, health: Health, updated: int) -> NavState:
         """The real estimator runs (for its wind); the relative state comes from elsewhere."""
@@ -127,7 +127,8 @@ def _app(name: str, over: dict[str, Any], delay_ticks: int) -> FlightApp:
             raise ConfigError(
                 f"closed loop: {name}.{key}: nothing obeys it in this study, which flies the application alone"
             )
-    app = make_app(load_flight(PARAMS / f"{name}.toml", {**over, "link.delay_ticks": delay_ticks}))
+    works = {"nav.gate.false_alarm": 0.0, "link.delay_ticks": delay_ticks}  # the works refuse no reading
+    app = make_app(load_flight(PARAMS / f"{name}.toml", works | over))
     assert isinstance(app, FlightApp)
     return app
 

@@ -71,7 +71,10 @@ class Track:
 
 def fly(s: Setting, seed: int, keep: Path | None = None) -> Track:
     """Fly it; `keep`: folder for the run's logs, else they are thrown away. Raises ConfigError for a bad setting."""
-    sets = list(s.sets)
+    sets = [
+        *(f"{who}.nav.gate.false_alarm=0" for who in ("tanker", "receiver")),
+        *s.sets,
+    ]  # the work refuses no reading
     if s.short:
         sets += [
             f"plant.aircraft.receiver.start.xi_m={list(s.start_m)}",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from flightsw.filters.consistency import chi2_band, convergence_time, nees, shar
 from flightsw.kernels.rotations import quat_from_euler
 from flightsw.nav.airframe import AirframeNav
 from flightsw.nav.common import NavParams
+from flightsw.nav.refusal import GateParams
 from flightsw.nav.variants import make_airframe_nav
 from flightsw.types import UPD_AIR, UPD_ATT, UPD_GNSS, UPD_IMU, Health, SensorFrame
 from hil_scripts.studies.flight import DT, Flight, study_aircraft
@@ -32,7 +33,8 @@ class Estimate:
 
 def run(p: NavParams, fl: Flight, y: np.ndarray, acc: np.ndarray) -> Estimate:
     """Estimator with parameters p on readings y [N,15] (channels as in flightsw.nav.variants) and specific force [N,3]."""
-    nav: AirframeNav = make_airframe_nav(study_aircraft(), p)
+    # the works refuse no reading
+    nav: AirframeNav = make_airframe_nav(study_aircraft(), replace(p, gate=GateParams(false_alarm=0.0)))
     core, flt = nav.core, nav.core.ukf
     f, h = SensorFrame(), Health()
     n = len(fl.t)

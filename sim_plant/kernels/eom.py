@@ -42,7 +42,7 @@ def derivative(
 
     Surfaces [rad], throttle [-], `w` effective wind, fuel [kg]. Newton in NED: v' = C_nb F/m + g; Euler in body axes
     with Ixz: I w' = M - w x I w; thrust lags its command (throttle, not below idle, of the thrust available) with time
-    constant tau. Source: Etkin, Dynamics of Atmospheric Flight, eqs. 5.6.
+    constant tau; without fuel it runs down to nothing. Source: Etkin, Dynamics of Atmospheric Flight, eqs. 5.6.
     """
     mass = par[n.P_EMPTY] + fuel
     fx, fy, fz, mx, my, mz, v_air, _, _, _, _, _, rho, a = loads(x, da, de, dr, w, mass, par)
@@ -60,7 +60,9 @@ def derivative(
     out[8] = (c10 * fx + c11 * fy + c12 * fz) * im
     out[9] = (c20 * fx + c21 * fy + c22 * fz) * im + n.G0
     out[10], out[11], out[12] = x[n.S_V], x[n.S_V + 1], x[n.S_V + 2]
-    t_cmd = max(throttle, par[n.P_IDLE]) * thrust_available(-x[n.S_P + 2], v_air / a, rho, par)
+    t_cmd = 0.0
+    if fuel > 0.0:
+        t_cmd = max(throttle, par[n.P_IDLE]) * thrust_available(-x[n.S_P + 2], v_air / a, rho, par)
     out[13] = (t_cmd - x[n.S_T]) / par[n.P_TAU]
 
 

@@ -16,6 +16,7 @@ from flightsw.nav.airframe import AirframeNav
 from flightsw.nav.relative import RelativeNav
 from flightsw.strict import apply_overrides, read_toml
 from flightsw.types import UPD_PEER, GuidanceCmd, Health, NavState, PeerState, SensorFrame, Text
+from sim_plant.events import Event
 from sim_plant.scenario import load_scenario
 from sim_plant.world import World
 
@@ -70,13 +71,15 @@ class Rig:
         self, seed: int, duration_s: float, *, plant: dict[str, Any] | None = None, mismatch: float = 0.0,
         receiver: dict[str, Any] | None = None, tanker: dict[str, Any] | None = None,
         shadows: dict[str, dict[str, Any]] | None = None, tanker_shadows: dict[str, dict[str, Any]] | None = None,
+        events: tuple[Event, ...] = (),
     ) -> None:  # fmt: skip
         sc = load_scenario("refueling", {"meta.duration_s": duration_s, **(plant or {})})
         craft = tuple(replace(a, aero_error_frac=mismatch) for a in sc.aircraft)
         craft = (craft[0], replace(craft[1], start=replace(craft[1].start, xi_m=CONTACT)))
-        self.world = World(replace(sc, aircraft=craft, event=()), seed)
+        self.world = World(replace(sc, aircraft=craft, event=events), seed)
         self.apps = [app("tanker", guid__first_leg_s=1e6, **(tanker or {})), app("receiver", **(receiver or {}))]
         self.apps[1].mission.guid = Hold()
+        self.texts: list[tuple[float, int, str]] = []  # time, aircraft, text
         self.names: list[list[str]] = []
         for a, own in zip(self.apps, (tanker_shadows or {}, shadows or {}), strict=True):
             first = a.mission.nav
@@ -103,16 +106,14 @@ class Rig:
                 frames[1].peer = link.popleft()[1]
                 frames[1].updated |= UPD_PEER
             tr = [w.truth(0), w.truth(1)] if w.tick % 5 == 0 else []
-            cmds = [a.tick(f, w.dt_s)[0] for a, f in zip(self.apps, frames, strict=True)]
+            both = [a.tick(f, w.dt_s) for a, f in zip(self.apps, frames, strict=True)]
+            cmds = [c for c, _ in both]
+            self.texts += [(w.t_us * 1e-6, i, t.text) for i, (_, s) in enumerate(both) for t in s.texts]
             if tr:
                 n = self.apps[0].nav
                 if n.valid:
-                    link.append(
-                        (
-                            w.tick + LINK_TICKS,
-                            PeerState(n.t_us, n.pos_n, n.vel_n, n.acc_n, n.q_nb, n.w_b, n.wind_n, True),
-                        )
-                    )
+                    state = (n.t_us, n.pos_n, n.vel_n, n.acc_n, n.q_nb, n.w_b, n.wind_n, n.wind_valid, n.pos_sigma)
+                    link.append((w.tick + LINK_TICKS, PeerState(*state)))
                 put("truth", t=w.t_us * 1e-6, xi=np.subtract(tr[1].xi, CONTACT), wind_rot=tr[1].wind_rot)
                 for side, prefix in ((0, "tanker."), (1, "")):
                     t = tr[side]
@@ -121,14 +122,25 @@ class Rig:
                         put(
                             prefix + name, valid=o.valid, wind=np.subtract(o.wind_n, t.wind_n), wind_sigma=o.wind_sigma,
                             nis=o.nis / max(o.nis_dof, 1), q=nav.core.q_wind,
+                            pos=np.subtract(o.pos_n, t.pos_n), pos_sigma=o.pos_sigma, att_sigma=o.att_sigma,
+                            att=turn(o.q_nb, t.q_nb), refused=self.apps[side].health.out.refused,
+                            flags=self.apps[side].health.out.flags,
                         )  # fmt: skip
                         if side:
                             put(
                                 name, rot=o.wind_rot, rot_sigma=o.wind_rot_sigma, rel=np.subtract(o.rel_pos_t, t.xi),
-                                vel=np.subtract(o.rel_vel_t, t.xi_dot), w_b=np.subtract(o.w_b, t.w_b),
+                                vel=np.subtract(o.rel_vel_t, t.xi_dot), w_b=np.subtract(o.w_b, t.w_b), rel_sigma=o.rel_sigma,
                             )  # fmt: skip
             w.step(cmds)
         return {k: {a: np.array(b) for a, b in v.items()} for k, v in log.items()}
+
+
+def turn(a: tuple[float, ...], b: tuple[float, ...]) -> np.ndarray:
+    """Small rotation [3] [rad] from attitude b to a, body axes z, y, x: about psi, theta, phi of level flight."""
+    p, q = np.array(a), np.array(b) * [1.0, -1.0, -1.0, -1.0]
+    v = q[0] * p[1:] + p[0] * q[1:] + np.cross(q[1:], p[1:])
+    s = q[0] * p[0] - q[1:] @ p[1:]
+    return np.asarray(2.0 * np.sign(s) * v[::-1])
 
 
 def rms(e: np.ndarray) -> np.ndarray:
