@@ -51,8 +51,8 @@ MAX_STEP_S = 0.25  # [s] longest control step integrated at once, however late t
 def check(
     mission: str, tables: dict[str, Any], base_rate_hz: int, mission_rate_hz: int, where: str
 ) -> tuple[Any, Any, HealthParams, ConditionParams]:
-    """Class, parameters, limits of health and of condition of `mission` from its tables, rates checked: all that can be told without building
-    anything. Raises ConfigError naming the key."""
+    """Class, parameters, limits of health and of condition of `mission` from its tables, rates checked: all that can be told
+    without building anything. Raises ConfigError naming the key."""
     if mission not in MISSIONS:
         raise ConfigError(
             f"{where}: app.mission = {mission!r}: allowed: {', '.join(MISSIONS)}{near(mission, MISSIONS)}"

@@ -93,10 +93,9 @@ def fuel_metrics(run: Path, truth: Columns) -> dict[str, Any]:
         return {}
     out: dict[str, Any] = {}
     for craft in crafts:
-        true, file, name = truth.get(int(craft["sysid"]), "TRUTH"), craft.get("file", ""), craft["name"]
         try:
-            ac = load_airframe(file)
-        except ConfigError:
+            true, name, ac = truth.get(int(craft["sysid"]), "TRUTH"), craft["name"], load_airframe(craft["file"])
+        except (KeyError, ConfigError):
             continue
         if true is None or not isinstance(ac, Aircraft):
             continue

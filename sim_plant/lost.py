@@ -11,9 +11,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-import numpy as np
-from numpy.typing import NDArray
-
 from flightsw.aircraft.structure import Bar
 from sim_plant.craft import Craft
 from sim_plant.kernels import layout as n
@@ -28,7 +25,7 @@ BANK, PITCH = (
 )  # [rad] on its side; beyond any attitude flown here (upsets: from 45, 25 deg)
 RATE = math.radians(180.0)  # [rad/s] half a turn a second: tumbling, not flying
 STALLED = 2.0  # [-] times the file's largest incidence: deep in the stall, where the equations know nothing
-Array = NDArray[np.float64]
+Point = tuple[float, float, float]
 
 
 class AircraftLostError(RuntimeError):
@@ -92,33 +89,32 @@ class Collision:
         xi = self.v.view.rel[n.R_XI : n.R_XI + 3]
         if not math.hypot(*xi) < self._reach:
             return ""
-        turn = _dcm(self.lead).T @ _dcm(self.v)  # from the axes of v to the leader's
-        place = np.array(xi)
+        lead, own = quat_dcm(*self.lead.view.s[0:4]), quat_dcm(*self.v.view.s[0:4])
         for start, stop, radius in self._other:
-            here = place + turn @ start, place + turn @ stop
+            here = _seen(lead, own, xi, start), _seen(lead, own, xi, stop)
             for p, q, other in self._mine:
                 if distance(p, q, *here) < radius + other:
                     return f"touched {self.lead.cfg.name}"
         return ""
 
 
-def bars_of(rows: Sequence[Bar]) -> list[tuple[Array, Array, float]]:
+def bars_of(rows: Sequence[Bar]) -> list[tuple[Point, Point, float]]:
     """(start, stop, radius) [m] of an airframe's bars; one off the plane of symmetry comes twice."""
     out = []
     for x0, y0, z0, x1, y1, z1, radius in rows:
         for side in (1.0, -1.0) if y0 or y1 else (1.0,):
-            out.append((np.array([x0, side * y0, z0]), np.array([x1, side * y1, z1]), radius))
+            out.append(((x0, side * y0, z0), (x1, side * y1, z1), radius))
     return out
 
 
-def distance(p: Array, q: Array, u: Array, v: Array) -> float:
+def distance(p: Point, q: Point, u: Point, v: Point) -> float:
     """Shortest distance [m] of the segments p..q and u..v (3,).
 
     |p + s d - u - t e|^2 is convex in (s, t): its least is where both derivatives vanish, if that lies within the unit square,
     else on one of the four sides, where it is a parabola in one of them.
     """
-    d, e, w = q - p, v - u, p - u
-    a, b, c, dw, ew = float(d @ d), float(d @ e), float(e @ e), float(d @ w), float(e @ w)
+    d, e, w = _less(q, p), _less(v, u), _less(p, u)
+    a, b, c, dw, ew = _dot(d, d), _dot(d, e), _dot(e, e), _dot(d, w), _dot(e, w)
 
     def clip(x: float) -> float:
         return min(max(x, 0.0), 1.0)
@@ -135,15 +131,26 @@ def distance(p: Array, q: Array, u: Array, v: Array) -> float:
         s, t = (b * ew - c * dw) / det, (a * ew - b * dw) / det
         if 0.0 <= s <= 1.0 and 0.0 <= t <= 1.0:
             tries.append((s, t))
-    return min(float(np.linalg.norm(w + s * d - t * e)) for s, t in tries)
+    return min(math.hypot(*(w[i] + s * d[i] - t * e[i] for i in range(3))) for s, t in tries)
 
 
-def _reach(bars: list[tuple[Array, Array, float]]) -> float:
-    return max((max(float(np.linalg.norm(p)), float(np.linalg.norm(q))) + r for p, q, r in bars), default=0.0)
+def _reach(bars: list[tuple[Point, Point, float]]) -> float:
+    return max((max(math.hypot(*p), math.hypot(*q)) + r for p, q, r in bars), default=0.0)
 
 
-def _dcm(v: Vehicle) -> Array:
-    return np.array(quat_dcm(*v.view.s[0:4])).reshape(3, 3)
+def _less(a: Point, b: Point) -> Point:
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
+
+def _dot(a: Point, b: Point) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def _seen(lead: Sequence[float], own: Sequence[float], xi: Sequence[float], at: Point) -> Point:
+    """A point `at` of an aircraft at xi, in the leader's body axes; lead, own [9]: body to navigation axes, row by row."""
+    x, y, z = (_dot((own[k], own[k + 1], own[k + 2]), at) for k in (0, 3, 6))
+    a, b, c = (xi[i] + lead[i] * x + lead[3 + i] * y + lead[6 + i] * z for i in range(3))
+    return a, b, c
 
 
 class Watches:

@@ -193,8 +193,10 @@ class Scenario:
         self._check_models()
         others = [*names, self.traffic_name] if self.traffic.on else names
         if self.traffic.on and (self.traffic_name in names or self.traffic.sysid in [a.sysid for a in self.aircraft]):
-            got = f"name = {self.traffic_name!r}, sysid = {self.traffic.sysid}"
-            raise ConfigError(f"traffic.on = true with {got}: allowed: those of no aircraft")
+            raise ConfigError(
+                f"traffic.name = {self.traffic_name!r}, traffic.sysid = {self.traffic.sysid} with traffic.on = true: allowed: "
+                "those of no aircraft"
+            )
         for a in self.aircraft:
             if a.tacan_to and (a.tacan_to not in others or a.tacan_to == a.name):
                 allowed = ", ".join(repr(x) for x in others if x != a.name) or "none (no other aircraft, [traffic] off)"

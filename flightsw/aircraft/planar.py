@@ -79,11 +79,15 @@ class Linear:
 
 
 def in_the_plane(ac: Airframe) -> None:
-    """Raise ConfigError for a limit of bank, and for a probe elsewhere than at the centre of gravity, whose flow these equations
-    give."""
+    """Raise ConfigError for a limit of bank, bars of the body, and a probe elsewhere than at the centre of gravity, whose flow
+    these equations give."""
     if ac.limits.bank_max_deg != Limits.bank_max_deg:
         raise ConfigError(
             f"aircraft {ac.meta.name}: limits.bank_max_deg = {ac.limits.bank_max_deg:g}: it never banks; allowed: left out"
+        )
+    if ac.structure.bars:
+        raise ConfigError(
+            f"aircraft {ac.meta.name}: structure.bars: it flies alone and touches nobody; allowed: left out"
         )
     for i, p in enumerate(ac.probe):
         if any(p.position_m):

@@ -155,3 +155,26 @@ def solve(A: np.ndarray, B: np.ndarray) -> bool:
                 s -= A[i, c] * B[c, j]
             B[i, j] = s / A[i, i]
     return True
+
+
+def semidefinite_factor(A: np.ndarray) -> np.ndarray:
+    """L [n,n], lower triangular, with L L^T = A for a symmetric A [n,n] that is positive semidefinite but for rounding: a pivot
+    that is not positive leaves its column zero.
+
+    Golub and Van Loan, Matrix Computations, 4th ed., sec. 4.2.8. For a handful of rows; it needs no compiler.
+    """
+    n = len(A)
+    L = np.zeros((n, n))
+    for j in range(n):
+        pivot = A[j, j]
+        for k in range(j):
+            pivot -= L[j, k] * L[j, k]
+        if not pivot > 0.0:
+            continue
+        L[j, j] = math.sqrt(pivot)
+        for i in range(j + 1, n):
+            s = 0.5 * (A[i, j] + A[j, i])
+            for k in range(j):
+                s -= L[i, k] * L[j, k]
+            L[i, j] = s / L[j, j]
+    return L

@@ -68,8 +68,8 @@ class ReceiverMission(Mission):
         if p.airdata.on:
             self.air = AirData(ac, p.airdata)
             self.nav.use_aid(p.airdata.aid)
-        elif (idle := changed(p.airdata, AirDataParams())) is not None:
-            raise ConfigError(f"airdata.{idle[0]} = {idle[1]!r}: nothing obeys it while airdata.on = false")
+        elif p.airdata.on is None and (idle := changed(p.airdata, AirDataParams())) is not None:
+            raise ConfigError(f"airdata.{idle[0]} = {idle[1]!r}: nothing obeys it without airdata.on = true")
         tanker = load_aircraft(p.tanker)
         self.guid = RefuelGuidance(p.guid, Surroundings(tanker, ac))
         self.ctrl = ReceiverControl(ac, tanker, p.ctrl, period_s)

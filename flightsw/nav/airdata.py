@@ -42,7 +42,7 @@ LEARNT = slice(X_KW, X_H + 1)  # circulations and height
 class AirDataParams:
     """[airdata] of a receiver flight file."""
 
-    on: bool = False
+    on: bool | None = None  # left out: off, and nothing else here may be set; false: off, whatever else is set
     fuse: bool = True  # the wake position corrects the relative estimator, and may hold a station
     seed_sigma_m: Pos = 3.0  # [m] of a start from the relative estimator
     rel_sigma_m: Pos = 0.5  # [m] of the relative sensor, from which the circulations are learnt

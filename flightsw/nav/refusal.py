@@ -131,8 +131,11 @@ class Refusals:
             self.verdict[k] = UNDECIDED
             return
         lost = rate * self.age_s(k)
-        far = np.abs(self.gate.offsets(k)) > DOUBT_SIGMA * np.hypot(self.gate.sigmas(k), lost)
-        self.verdict[k] = AGAINST if far.any() else UNDECIDED
+        far = any(
+            abs(d) > DOUBT_SIGMA * math.hypot(s, lost)
+            for d, s in zip(self.gate.offsets(k), self.gate.sigmas(k), strict=True)
+        )
+        self.verdict[k] = AGAINST if far else UNDECIDED
 
     def _follow(self) -> None:
         """Texts, and returns other than by agreement."""

@@ -256,7 +256,7 @@ class RelativeNav:
         V = None
         linked = not self.peer.coasting and o.peer_age_s < PEER_COAST_S
         if not gate.calm and linked and self.peer.wind_valid:
-            V = float(np.linalg.norm(np.array(o.vel_n) - self.peer.wind))
+            V = math.dist(o.vel_n, self.peer.wind)
         c.hear(f, self._fm, partial(self._force, u, rho), V)
         if not linked or not f.rel_valid or f.gnss_t_us <= 0:
             return

@@ -11,12 +11,21 @@ from collections.abc import Callable
 import numpy as np
 
 from flightsw.aircraft import Aircraft
+from flightsw.kernels.linalg import product, semidefinite_factor, solve
 from flightsw.kernels.rotations import vec3
 from flightsw.nav import refusal as rd
 from flightsw.nav.common import WIND, EstimatorCore, NavParams, sane
 from flightsw.nav.refusal import Refusals
 from flightsw.nav.witness import Forces, verdict
 from flightsw.types import NavState, SensorFrame, Text
+
+
+def _times(A: np.ndarray, B: np.ndarray) -> np.ndarray:
+    """A [n,k] B [k,m], both contiguous, in the house's own order of summation."""
+    out = np.empty((A.shape[0], B.shape[1]))
+    product(A, B, out)
+    return out
+
 
 Forced = Callable[[np.ndarray], np.ndarray]
 HEAR_S = 0.95  # [s] between two looks of the witnesses while nothing is in dispute
@@ -108,16 +117,15 @@ class TrustedCore(EstimatorCore):
         ukf = self.ukf
         x, J = ukf.x, self.wind_jacobian
         scale = np.array([1.0, x[0] * math.cos(x[1]), x[0]])
-        D = -(J * scale[:, None])[out].T  # [3,k] unit vectors NED
-        lost = D.T @ (P - ukf.P[WIND, WIND]) @ D
-        w, E = np.linalg.eigh(0.5 * (lost + lost.T))
+        D = np.ascontiguousarray(-(J * scale[:, None])[out].T)  # [3,k] unit vectors NED
+        lost = _times(np.ascontiguousarray(D.T), _times(P - ukf.P[WIND, WIND], D))
         column = np.zeros((ukf.n, len(out)))
-        column[WIND] = D @ E * np.sqrt(np.maximum(w, 0.0))
-        column[:3] = J @ column[WIND]
-        back = D @ (D.T @ (wind - x[WIND]))
+        column[WIND] = _times(D, semidefinite_factor(lost))
+        column[:3] = _times(J, column[WIND])
+        back = _times(D, _times(np.ascontiguousarray(D.T), (wind - x[WIND]).reshape(3, 1)))
         ukf.set_factor(np.hstack([ukf.S, column]))
-        x[WIND] += back
-        x[:3] += J @ back
+        x[WIND] += back[:, 0]
+        x[:3] += _times(J, back)[:, 0]
 
     def ears(self, valid: bool, dt: float) -> bool:
         """Whether the witnesses are to be heard in this step of dt [s]: at the start and in a dispute, else now and then."""
@@ -162,7 +170,9 @@ class TrustedCore(EstimatorCore):
                 # the reading may be right, and the wind wrong by as much the other way; ground speed is not in question
                 column = np.zeros((self.ukf.n, 1))
                 column[j] = gate.dispute(kind)
-                column[WIND, 0] = np.linalg.solve(self.wind_jacobian, column[:3, 0])
+                wind = column[:3].copy()
+                solve(self.wind_jacobian.copy(), wind)
+                column[WIND] = wind
                 self.ukf.set_factor(np.hstack([self.ukf.S, column]))
 
     # --- validity -----------------------------------------------------------------------------------------------------

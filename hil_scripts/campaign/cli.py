@@ -80,6 +80,7 @@ def campaign(
             raise CampaignError("--workers is for local workers; a cluster at --scheduler has its own")
         study = find(name)
         wanted = [c.strip() for c in cases.split(",") if c.strip()] if cases is not None else None
+        study.choose(wanted)
         with StopFlag() as stop:
             if scheduler is None and not warmup.warm(console, stop):
                 raise typer.Exit(128 + stop.signum if stop else EXIT_FAILED_RUNS)

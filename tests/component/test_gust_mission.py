@@ -12,6 +12,7 @@ import pytest
 
 import flightsw
 from flightsw.app import FlightApp
+from flightsw.condition import ConditionParams
 from flightsw.config import load_flight
 from flightsw.ctrl.gust_select import LAWS, GustCtrlTable, GustLaws
 from flightsw.kernels import gust as k
@@ -215,9 +216,10 @@ def test_a_longer_command_path_makes_another_gain() -> None:
 
 def test_saturation_is_told(designed: FlightApp) -> None:
     app = copy.deepcopy(designed)
+    app.condition.p = ConditionParams(saturated_s=0.1)
     s = sink(app, 9.0, 5.5)
     assert abs(s.cmd.flap) == pytest.approx(math.radians(20.0)) and app.mission.saturated
-    assert s.health.failed & HF_SAT
+    assert s.health.flags & HF_SAT
 
 
 def test_a_wrong_key_or_choice_is_named() -> None:

@@ -51,6 +51,16 @@ def refuelling(p: RefuelParams) -> list[Any]:
             g.step()
             out.append(g.g.phase)
         out += g.path[-400::10]
+    for connected in (True, False):  # a boom that lets go, one that is never in
+        g = Refuelling(p)
+        g.boom = True
+        g.at(CONTACT)
+        g.f.boom_contact = connected
+        g.step(20)
+        g.f.boom_contact = False
+        for _ in range(800):
+            g.step()
+            out.append(g.g.phase)
     waiting = Refuelling(p)
     waiting.until(OBSERVATION)
     waiting.order("precontact")

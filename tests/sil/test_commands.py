@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 from pathlib import Path
 
 import pytest
@@ -141,7 +142,11 @@ def test_there_are_hints_to_check() -> None:
 
 
 @pytest.mark.parametrize(("scenario", "sets"), hints())
-def test_every_override_shown_to_the_user_is_accepted(scenario: str, sets: tuple[str, ...]) -> None:
+def test_every_override_shown_to_the_user_is_accepted(
+    scenario: str, sets: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(ROOT / "flightsw" / "aircraft" / "learjet24.toml", "my_jet.toml")  # docs/new-aircraft.md
     resolve(scenario, None, list(sets), 1.0)
 
 
