@@ -87,7 +87,9 @@ class NavParams:
     bias_flow: NonNeg = 0.0015  # [rad] alpha and beta vanes
     bias_att: NonNeg = 0.001  # [rad]
     bias_vel: NonNeg = 0.03  # [m/s]
-    bias_pos: NonNeg = 1.2  # [m] GNSS position, per axis: slow errors of a code receiver with corrections
+    bias_pos: NonNeg = (
+        1.2  # [m] free aircraft only: GNSS position, per axis: slow errors of a code receiver with corrections
+    )
     bias_gyro: NonNeg = 3e-4  # [rad/s] what attitude drifts by without its reference
     bias_rel: NonNeg = 0.06  # [m] receiver only: relative sensor
     peer_att: NonNeg = 1.4e-3  # [rad] receiver only: of the tanker's transmitted attitude, lasting error and scatter

@@ -17,7 +17,7 @@ from typing import Annotated
 import numpy as np
 
 from flightsw.filters.gate import LAST, REFUSALS, REFUSED, STRAINED, TAKEN, GroupGate
-from flightsw.strict import Range
+from flightsw.strict import Range, changed
 from flightsw.types import HF_AIR, HF_ATT, HF_GNSS, HF_IMU, HF_REL, Text
 
 # WKF_READING
@@ -69,7 +69,12 @@ class GateParams:
     wind_sigma_max: Pos = 8.0  # [m/s] beyond: no wind is given out and the navigation is reported as failed
     pos_sigma_max: Pos = 100.0  # [m] beyond: reported as failed
     att_sigma_max: Pos = 0.05  # [rad] likewise
-    silent_s: Pos = 2.0  # [s] without any accepted reading: likewise
+    silent_s: Annotated[float, Range(0.5, 60.0)] = 2.0  # [s] without any accepted reading: likewise
+
+    def __post_init__(self) -> None:
+        """Raises ValueError for a setting that nothing obeys."""
+        if self.false_alarm == 0.0 and (idle := changed(self, GateParams(), ("false_alarm",))) is not None:
+            raise ValueError(f"{idle[0]} = {idle[1]!r}: nothing obeys it with false_alarm = 0")
 
 
 class Refusals:

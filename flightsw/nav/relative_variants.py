@@ -37,6 +37,10 @@ def make_relative_nav(ac: Aircraft, p: NavParams) -> RelativeNav:
         raise ConfigError(f"nav.model = {p.model!r}: allowed for a receiver: aero")
     if p.state_form != "wind":
         raise ConfigError(f"nav.state_form = {p.state_form!r}: allowed for a receiver: wind")
+    if p.bias_pos != NavParams.bias_pos:
+        raise ConfigError(
+            f"nav.bias_pos = {p.bias_pos:g}: a receiver knows its place by the tanker's; allowed: left out"
+        )
     if p.local_probes and p.colour == "removed" and p.colour_tau_s:
         raise ConfigError("nav.local_probes = true: allowed with colour = scaled, augmented or ignored")
     rw = p.wind_model == "random_walk"

@@ -23,6 +23,7 @@ from flightsw.nav.calculated import CalculatedWind
 from flightsw.nav.colour import Colour, colour_states
 from flightsw.nav.common import NavParams
 from flightsw.nav.gusts import GUSTS, GustStates
+from flightsw.nav.refusal import GateParams
 from flightsw.nav.velocity_form import VelocityForm
 from flightsw.nav.wind_noise import WindNoise
 from flightsw.strict import ConfigError
@@ -37,9 +38,11 @@ def make_airframe_nav(ac: Aircraft, p: NavParams) -> AirframeNav:
     for name in ("rotational_wind", "local_probes"):
         if getattr(p, name):
             raise ConfigError(f"nav.{name} = true: allowed for a receiver only")
-    for name in ("r_own_vel", "rot_sigma", "rot_tau_s", "rot_q_rate", "r_peer_rate"):
+    for name in ("r_own_vel", "rot_sigma", "rot_tau_s", "rot_q_rate", "r_peer_rate", "bias_rel", "peer_att"):
         if getattr(p, name) != getattr(NavParams, name):
             raise ConfigError(f"nav.{name} = {getattr(p, name):g}: allowed for a receiver only")
+    if p.gate.peer_wind_sigma != GateParams.peer_wind_sigma:
+        raise ConfigError(f"nav.gate.peer_wind_sigma = {p.gate.peer_wind_sigma:g}: allowed for a receiver only")
     if p.state_form == "velocity" and p.adapt_wind != "off":
         raise ConfigError(f"nav.adapt_wind = {p.adapt_wind!r}: allowed with state_form = velocity: off")
     rw = p.wind_model == "random_walk" and p.state_form == "wind"

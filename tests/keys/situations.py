@@ -123,6 +123,36 @@ def health(who: str, groups: tuple[str, ...], also: str = "") -> tuple[Situation
     )
 
 
+def gate(owners: tuple[str, ...], nav: str = "nav") -> tuple[Situation, ...]:
+    """Readings that navigation has reason to refuse; `owners` are those whose keys are tried, `nav` the table."""
+    probes = {"tanker": 1, "receiver": 3}  # one after the other: V, alpha, beta
+
+    def lies(t_s: float, *who: str) -> str:
+        wrong = {w: [30.0, 0.3, 0.3] * probes[w] for w in who}
+        return events(*(event(t_s=t_s, kind="bias", target=w, sensor="air", value=wrong[w], for_s=4.0) for w in who))
+
+    mute = [
+        event(t_s=1.2, kind="dropout", target=w, sensor=s, for_s=1.5)
+        for w in owners
+        for s in ("imu", "air", "att", "gnss", "rel")
+        if s != "rel" or w == "receiver"
+    ]
+    quiet = tuple(f"{w}.{nav}.gate.silent_s=1.0" for w in owners)
+    deaf = tuple(f"{w}.{nav}.gate.lift_sigma=10.0" for w in owners)
+    blind = [event(t_s=1.2, kind="dropout", target=w, sensor="att", for_s=1.2) for w in owners]
+    return (
+        Situation("nothing measures attitude", rf"{nav}\.(bias_gyro|gate\.loose_rate)", (events(*blind),), 3.0),
+        Situation("all sensors silent", rf"{nav}\.gate\.silent_s", (events(*mute), *quiet), 3.0),
+        Situation("at the start", rf"{nav}\.gate\.(samples|lift_error|(wind|pos|att)_sigma_max)", (), 2.0),
+        # forces are compared for ten seconds before they bear witness
+        Situation("air data lie to witnesses", rf"{nav}\.gate\.(lift|side)_sigma", (lies(11.0, *owners),), 14.5),
+        Situation(
+            "only the leader's wind speaks", rf"{nav}\.gate\.peer_wind_sigma", (lies(11.0, *owners[-1:]), *deaf), 14.5
+        ),
+        Situation("air data lie from a moment on", rf"{nav}\.gate\..*", (lies(1.2, *owners),), 3.0),
+    )
+
+
 TURNS = ("plant.traffic.manoeuvre_at_s=0.5", "plant.traffic.turn_deg=30.0", "plant.traffic.speed_change_mps=10.0")
 NEAR = (
     'plant.aircraft.receiver.start={relative_to = "tanker", xi_m = [-80.0, 65.0, 5.0]}', "receiver.join.guid.seen_s=0.5",
@@ -233,6 +263,7 @@ CONTEXTS = (
                 "the events happen", r"event\..*", tuple(f"plant.event.{i}.t_s={0.5 + 0.1 * i}" for i in range(4))
             ),
             *health("receiver", ("imu", "air", "att", "gnss", "rel"), "tanker"),
+            *gate(("tanker", "receiver")),
             *(Situation(why, keys, (f"tanker.{s}", f"receiver.{s}")) for why, keys, s in CHOICES),
             Situation(
                 "noise differenced",
@@ -253,6 +284,7 @@ CONTEXTS = (
         (
             SLOW,
             *health("tanker", ("imu", "air", "att", "gnss")),
+            *gate(("tanker",)),
             *(Situation(why, keys, (f"tanker.{s}",)) for why, keys, s in CHOICES),
             Situation("noise differenced", r"nav\.colour_form", tuple(f"tanker.{s}" for s in DIFFERENCED)),
             Situation(
@@ -309,6 +341,7 @@ CONTEXTS = (
         "joinup",
         ("receiver",),
         (
+            *gate(("receiver",), "join.nav"),
             *(Situation(why, rf"join\.{keys}", (f"receiver.join.{s}",)) for why, keys, s in CHOICES),
             Situation("noise differenced", r"join\.nav\.colour_form", tuple(f"receiver.join.{s}" for s in DIFFERENCED)),
             Situation("near the tanker", r"join\.settle_.*", NEAR, 6.0),
