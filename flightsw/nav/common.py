@@ -90,6 +90,7 @@ class NavParams:
     bias_pos: NonNeg = (
         1.2  # [m] free aircraft only: GNSS position, per axis: slow errors of a code receiver with corrections
     )
+    model_pitch: NonNeg = 0.0  # [rad] how far forces that are not the aircraft's pull the pitch angle; published
     bias_gyro: NonNeg = 3e-4  # [rad/s] what attitude drifts by without its reference
     bias_rel: NonNeg = 0.06  # [m] receiver only: relative sensor
     peer_att: NonNeg = 1.4e-3  # [rad] receiver only: of the tanker's transmitted attitude, lasting error and scatter
@@ -214,7 +215,7 @@ class EstimatorCore:
         b = o.V * o.V * (p.bias_flow**2 / n + p.bias_att**2) + p.bias_V**2 / n + p.bias_vel**2
         a = p.bias_att
         o.wind_sigma = (math.sqrt(s[12] ** 2 + b), math.sqrt(s[13] ** 2 + b), math.sqrt(s[14] ** 2 + b))
-        o.att_sigma = (math.hypot(s[6], a), math.hypot(s[7], a), math.hypot(s[8], a))
+        o.att_sigma = (math.hypot(s[6], a), math.hypot(s[7], a, p.model_pitch), math.hypot(s[8], a))
         o.scatter = (s[9], s[10], s[11])
 
 
