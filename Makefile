@@ -5,6 +5,8 @@ VENV  := .venv
 BIN   := $(VENV)/bin
 STAMP := $(VENV)/.installed
 TESTS ?= tests
+# byte code of the programs is kept: each of a run's processes starts half a second sooner
+unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: env fly test check bench clean
 .DEFAULT_GOAL := help

@@ -165,6 +165,44 @@ def replay(run: RunDir) -> None:
     raise typer.Exit(0 if same else 1)
 
 
+@app.command("hash")
+def hash_(
+    scenarios: Annotated[list[str] | None, typer.Argument(help="Default: all.", autocompletion=_scenarios)] = None,
+    full: Annotated[bool, typer.Option("--full", help="The whole flights instead of their first seconds.")] = False,
+    seed: Annotated[int, typer.Option(help="Seed of every random draw.", min=0)] = 3,
+    out: Annotated[Path | None, typer.Option(help="Keep the table, JSON.")] = None,
+    against: Annotated[Path | None, typer.Option(help="A table kept before; exit 1 if a log differs.")] = None,
+) -> None:
+    """Digest every log of every scenario, to show what a change of the sources changed in what is flown."""
+    kernel_cache.use()
+    from hil_scripts import hashes as h
+    from hil_scripts import warmup as w
+    from hil_scripts.procs import StopFlag
+
+    console, err = screen.console(), screen.console(stderr=True)
+    with StopFlag() as stop:
+        try:
+            names, before = h.chosen(scenarios or []), None if against is None else h.read(against)
+            if w.warm(err, stop):
+                table = h.table(names, None if full else h.SHORT_S, seed, stop, lambda n: err.print(f"flying: {n} ..."))
+            if stop:
+                raise typer.Exit(128 + stop.signum)
+            if out is not None:
+                h.write(out, table)
+            differ = [] if before is None else h.differences(before, table)
+        except (ValueError, OSError, RuntimeError) as e:
+            raise _fail(str(e)) from None
+    for log, digest in table["logs"].items():
+        console.print(f"{digest[:16]}  {log}{'  differs' if log in differ else ''}", soft_wrap=True)
+    if before is not None:
+        if before.get("machine") != table["machine"]:
+            console.print(
+                f"note: the table was made on {before.get('machine')}, this is {table['machine']}", soft_wrap=True
+            )
+        console.print(screen.verdict(not differ, f"all {len(table['logs'])} logs equal", f"{len(differ)} logs differ"))
+    raise typer.Exit(1 if differ else 0)
+
+
 @app.command()
 def bench(
     duration: Annotated[float, typer.Option(help="Simulated length of the lockstep runs in seconds.", min=5.0)] = 120.0,

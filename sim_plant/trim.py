@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import root
 
 from flightsw.strict import ConfigError
 from sim_plant.kernels import layout as n
@@ -48,6 +47,8 @@ def trim(pos_n: Arr, vel_n: Arr, wind: Arr, fuel_kg: float, par: Arr) -> Arr:
         derivative(s, z[3], z[4], z[5], 0.0, wind, fuel_kg, par, k)
         beta = observation(s, wind, par)[n.O_BETA]
         return np.array([*k[n.S_V : n.S_V + 3], *(10.0 * k[n.S_W : n.S_W + 3]), 10.0 * beta])
+
+    from scipy.optimize import root  # slow to import: only where something is trimmed
 
     z0 = np.array([0.0, 0.03, 0.0, 0.0, 0.0, 0.0, 1.5])
     z = root(residual, z0, method="hybr", tol=1e-14).x

@@ -10,7 +10,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import root
 
 from flightsw.aircraft import TwinJet as Record
 from flightsw.aircraft import twinjet
@@ -138,6 +137,8 @@ class TwinJet:
 
     def _trim(self) -> None:
         """Steady flight on the slope in the start's steady wind: incidence, thrust and elevator without accelerations."""
+        from scipy.optimize import root  # slow to import: only where something is trimmed
+
         p, f, u, W = self.p, self.f, self.controls, self._W
         climb = -p.ground_mps * math.tan(p.slope_deg * RAD)
         f[: kt.F_PITCH] = p.x_m, p.height_m, p.ground_mps, climb

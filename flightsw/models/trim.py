@@ -6,7 +6,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import root
 
 from flightsw.aircraft import Aircraft
 from flightsw.kernels.atmosphere import G0, density
@@ -42,6 +41,8 @@ def relative_derivative(x: np.ndarray, u: np.ndarray, rho: float, P: np.ndarray,
 
 
 def _solve(fun, z0, what: str) -> np.ndarray:  # type: ignore[no-untyped-def]
+    from scipy.optimize import root  # slow to import: only where something is trimmed
+
     sol = root(fun, z0, method="hybr", tol=1e-12)
     res = float(np.abs(sol.fun).max())
     if not res <= 1e-6:
