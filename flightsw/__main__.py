@@ -12,17 +12,17 @@ from typing import Annotated
 
 import typer
 
-from flightsw.accounts import accounts
 from flightsw.cli import Version, make, report, tell
-from flightsw.clock import RealtimeClock, monotonic_us, realtime_priority
-from flightsw.config import FlightConfig, load_flight
-from flightsw.executive import no_time
 from flightsw.icd.link import LinkError, UdpLink, plant_port, telemetry_port
 from flightsw.icd.overrun import overrun
 from flightsw.icd.tlog import TlogError
-from flightsw.loop import Process, Stop
-from flightsw.node import Node
-from flightsw.recorder import LinkRecorder
+from flightsw.process.accounts import accounts
+from flightsw.process.clock import RealtimeClock, monotonic_us, realtime_priority
+from flightsw.process.config import FlightConfig, load_flight
+from flightsw.process.executive import no_time
+from flightsw.process.loop import Process, Stop
+from flightsw.process.node import Node
+from flightsw.process.recorder import LinkRecorder
 from flightsw.strict import ConfigError
 
 app = make()

@@ -192,7 +192,7 @@ class FdiStatus:
 
 @dataclass(slots=True)
 class RendezvousState:
-    """Estimate of a receiver to be met, and the turn planned on it. Rendezvous frame R (models/rendezvous_frame.py), SI:
+    """Estimate of a receiver to be met, and the turn planned on it. Rendezvous frame R (missions/rendezvous/frame.py), SI:
     x to the initial point, y and psi counter-clockwise, bank positive LEFT."""
 
     t_us: int = 0
@@ -235,7 +235,7 @@ Nine = tuple[float, float, float, float, float, float, float, float, float]
 @dataclass(slots=True)
 class GustState:
     """Wind felt as incidence and speed, and what is done against it (small UAV). Deviations from trim, SI, in the order of
-    flightsw.kernels.gust: x1, alpha_W, V_W, q, alpha_K, V_K, Theta, H, vane bias."""
+    flightsw.missions.gust.dynamics: x1, alpha_W, V_W, q, alpha_K, V_K, Theta, H, vane bias."""
 
     t_us: int = 0
     valid: bool = False
@@ -257,7 +257,7 @@ class GustState:
 @dataclass(slots=True)
 class WindshearState:
     """Wind on the jet transport's approach, the hazard in it, and what is done about it. Estimate in SI and kN, in the order of
-    flightsw.kernels.windshear: x, h, airspeed, air-path angle, incidence, pitch rate, thrust, wind along and up, their first
+    dynamics.py: x, h, airspeed, air-path angle, incidence, pitch rate, thrust, wind along and up, their first
     and second rates, scales of lift and drag."""
 
     t_us: int = 0

@@ -43,7 +43,7 @@ def record(
     forward: Annotated[list[str] | None, typer.Option(help="also send every datagram to host:port")] = None,
 ) -> None:
     """Record telemetry of all aircraft into OUT/tlm.tlog until SIGTERM or Ctrl-C; status as JSON lines on stdout."""
-    from ground.receiver import RecordError, run
+    from ground.link.record import RecordError, run
 
     try:
         recorder = run(out, port + port_offset, host, forward)
@@ -107,9 +107,9 @@ def screenshot(
     from ground.columns import LogError, load
 
     try:
-        from ground.blueprint import NoTabError
         from ground.folder import require
         from ground.rrd import contact_time, convert
+        from ground.rrd.blueprint import NoTabError
         from ground.rrd.shot import ScreenshotError
         from ground.rrd.shot import screenshot as shoot
 
@@ -131,8 +131,8 @@ def live(
     for_s: Annotated[float | None, typer.Option("--for", help="stop after this many seconds")] = None,
 ) -> None:
     """Watch both aircraft in the terminal (one line a second if the output is not a terminal)."""
-    from ground.live import watch
-    from ground.receiver import RecordError, open_socket
+    from ground.link.live import watch
+    from ground.link.record import RecordError, open_socket
 
     try:
         sock = open_socket(host, port + port_offset)
@@ -167,9 +167,9 @@ def send(
 ) -> None:
     """Command an aircraft, or make one of its air-data probes fail (inject, to the plant; values in m/s, rad, s: message
     ICD, FAILURE_TYPE); exit 0 accepted, 1 refused, 2 unanswered (also for a wrong argument)."""
-    from ground.command import CommandError, order
-    from ground.command import send as transmit
-    from ground.inject import inject
+    from ground.link.command import CommandError, order
+    from ground.link.command import send as transmit
+    from ground.link.inject import inject
 
     try:
         if action == "inject":

@@ -15,7 +15,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from flightsw.icd.tlog import EPOCH_US, TlogError, records
-from ground.packets import DTYPES, NAMES
+from ground.link.packets import DTYPES, NAMES
 
 PAD = 300  # zero bytes appended so that a window at the end of the file stays inside
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from flightsw.icd.tlog import read
 from ground.folder import require
-from ground.packets import NAMES, decode, packet_id
+from ground.link.packets import NAMES, decode, packet_id
 
 
 @dataclass

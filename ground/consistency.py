@@ -14,7 +14,7 @@ from flightsw.strict import ConfigError
 from ground.align import align
 from ground.columns import Columns, Table
 from ground.geometry import quat_conj, quat_euler, quat_mul, wrap
-from ground.packets import AIRCRAFT, RECEIVER, TANKER
+from ground.link.packets import AIRCRAFT, RECEIVER, TANKER
 
 SETTLE_S = 60.0  # [s] the figures start here
 DRY_KG = 0.01  # [kg] single-precision mass of a tanker

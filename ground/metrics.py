@@ -3,8 +3,8 @@
 Station keeping: true xi of the receiver minus the commanded one (RELATIVE_STATE.cmd_pos) while the mission measures.
 Wind: NAV_STATE against the effective wind in TRUTH; receiver over the same time as station keeping, tanker from
 `SETTLE_S` on. Magnitude error relative to the true magnitude, direction error in the horizontal plane.
-Wake position and fault detection from air data, where the run has them: ground.airmetrics. A receiver that starts en route:
-ground.joinmetrics. A tanker that meets one by TACAN: ground.rendezvous.
+Wake position and fault detection from air data, where the run has them: figures.py. A receiver that starts en route:
+ground.views.joinup.figures. A tanker that meets one by TACAN: ground.views.rendezvous.read.
 Whether published sigmas tell the truth, what navigation refused, fuel that ran dry: ground.consistency.
 Keys are flat and dotted, SI unless the name ends in another unit; a figure without samples is None. `left_out`: samples for
 which there is no truth near enough (ground.align).
@@ -18,20 +18,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ground.airmetrics import airdata_metrics
 from ground.align import align, seconds
 from ground.columns import Columns, Table, hold, load
 from ground.consistency import consistency_metrics, fuel_metrics, refusal_metrics
 from ground.folder import load_run
 from ground.geometry import wrap
-from ground.gust import has_gust
-from ground.gustmetrics import gust_metrics
-from ground.joinmetrics import join_metrics
-from ground.packets import AIRCRAFT, IDS, RECEIVER, TANKER
-from ground.rendezvous import rendezvous_metrics
+from ground.link.packets import AIRCRAFT, IDS, RECEIVER, TANKER
+from ground.views.airdata.figures import airdata_metrics
+from ground.views.gust.figures import gust_metrics
+from ground.views.gust.read import has_gust
+from ground.views.joinup.figures import join_metrics
+from ground.views.rendezvous.read import rendezvous_metrics
+from ground.views.windshear.figures import windshear_metrics
+from ground.views.windshear.read import has_windshear
 from ground.whole import log_figures
-from ground.windshear import has_windshear
-from ground.windshearmetrics import windshear_metrics
 
 assert {"NAV_STATE", "RELATIVE_STATE", "MISSION_STATUS", "TRUTH"} <= set(IDS), "dialect lacks a message of the metrics"
 

@@ -17,7 +17,7 @@ from typing import Any
 from flightsw.icd import mav
 from flightsw.icd.scan import scan
 from ground.columns import Columns
-from ground.packets import IDS, decode
+from ground.link.packets import IDS, decode
 
 TLM_SLACK_S = 0.5  # [s] telemetry is sent ten times a second
 TAIL_BYTES = 1 << 16  # of a link log are looked at

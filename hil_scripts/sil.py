@@ -8,8 +8,8 @@ from typing import Annotated, Any
 import typer
 
 from flightsw.cli import Version, make
-from hil_scripts import kernel_cache, screen
 from hil_scripts.campaign.cli import campaign
+from hil_scripts.launch import kernel_cache, screen
 
 app = make("Software in the loop: plant, onboard software and ground on this machine.", no_args_is_help=True)
 
@@ -25,7 +25,7 @@ def _fail(text: str) -> typer.Exit:
 
 def _scenarios(incomplete: str) -> list[str]:
     """Scenario names for the shell's completion."""
-    from hil_scripts.runfolder import scenario_names
+    from hil_scripts.launch.runfolder import scenario_names
 
     return [n for n in scenario_names() if n.startswith(incomplete)]
 
@@ -44,7 +44,7 @@ def list_(
 ) -> None:
     """Scenarios, missions, aircraft and campaigns, with a line about each."""
     kernel_cache.use()
-    from hil_scripts import listing
+    from hil_scripts.launch import listing
 
     try:
         listing.show(screen.console(), kinds or [])
@@ -82,7 +82,7 @@ def run(
 ) -> None:
     """Fly a scenario. Exit 0: completed within its bounds; 1: failed, or an aircraft lost; 2: bad input; 4: bound violated; 130:
     Ctrl-C."""
-    from hil_scripts.procs import StopFlag
+    from hil_scripts.launch.procs import StopFlag
 
     kernel_cache.use()
     with StopFlag() as stop:
@@ -106,7 +106,7 @@ def _fly(
     stop: Any,
 ) -> int:
     from flightsw.strict import ConfigError
-    from hil_scripts import finish, mission, ports, preflight, runfolder, warmup
+    from hil_scripts.launch import finish, mission, ports, preflight, runfolder, warmup
 
     if realtime and in_process:
         raise ConfigError("--realtime and --in-process exclude each other: in one process there is no wall clock")
@@ -126,7 +126,7 @@ def _fly(
     run_dir = runfolder.make_folder(plan, out)
     runfolder.write_meta(run_dir, plan, mode="in-process" if in_process else scenario_mode(plan.realtime))
     if in_process:
-        from hil_scripts import inproc
+        from hil_scripts.launch import inproc
 
         outcome = inproc.fly(plan, run_dir, console, stop, built)
     else:
@@ -142,8 +142,8 @@ def scenario_mode(realtime: bool) -> str:
 @app.command()
 def warmup(force: Annotated[bool, typer.Option("--force", help="Also when nothing has changed.")] = False) -> None:
     """Compile all numerical kernels now instead of at the next run."""
-    from hil_scripts import warmup as w
-    from hil_scripts.procs import StopFlag
+    from hil_scripts.launch import warmup as w
+    from hil_scripts.launch.procs import StopFlag
 
     with StopFlag() as stop:
         if not w.warm(screen.console(), stop, force):
@@ -155,7 +155,7 @@ def replay(run: RunDir) -> None:
     """Re-run the onboard software from its recorded inputs; exit 1 if any output differs."""
     kernel_cache.use()
     from flightsw.icd.tlog import say_damage
-    from hil_scripts import replay_cmd
+    from hil_scripts.launch import replay_cmd
 
     say_damage("sil")
     try:
@@ -175,9 +175,9 @@ def hash_(
 ) -> None:
     """Digest every log of every scenario, to show what a change of the sources changed in what is flown."""
     kernel_cache.use()
-    from hil_scripts import hashes as h
-    from hil_scripts import warmup as w
-    from hil_scripts.procs import StopFlag
+    from hil_scripts.launch import hashes as h
+    from hil_scripts.launch import warmup as w
+    from hil_scripts.launch.procs import StopFlag
 
     console, err = screen.console(), screen.console(stderr=True)
     with StopFlag() as stop:
@@ -213,13 +213,13 @@ def bench(
     import os
     import tempfile
 
-    from hil_scripts.procs import SINGLE_THREAD
+    from hil_scripts.launch.procs import SINGLE_THREAD
 
     os.environ.update(SINGLE_THREAD)  # before numpy is imported
     kernel_cache.use()
-    from hil_scripts import bench as b
-    from hil_scripts import warmup as w
-    from hil_scripts.procs import StopFlag
+    from hil_scripts.bench import table as b
+    from hil_scripts.launch import warmup as w
+    from hil_scripts.launch.procs import StopFlag
 
     err = screen.console(stderr=True)
     with StopFlag() as stop:

@@ -12,11 +12,11 @@ import math
 from collections.abc import Sequence
 
 from flightsw.aircraft.structure import Bar
-from sim_plant.craft import Craft
+from sim_plant.aircraft.base import Craft
+from sim_plant.aircraft.sixdof.vehicle import Vehicle
 from sim_plant.kernels import layout as n
 from sim_plant.kernels.atmosphere import RHO0, isa
 from sim_plant.kernels.rot import quat_dcm
-from sim_plant.vehicle import Vehicle
 
 HOLD_S = 3.0  # [s] from surprise to the recovery's effect
 BANK, PITCH = (

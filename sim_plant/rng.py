@@ -8,7 +8,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_plant.kernels.air import gauss_markov_block
+from sim_plant.wind.air import gauss_markov_block
 
 BLOCK = 1000  # rows drawn at a time: few numpy calls, and the series does not depend on it
 

@@ -12,10 +12,10 @@ from flightsw.aircraft import Airframe, load_airframe
 from flightsw.aircraft.base import MODELS, SIXDOF
 from flightsw.files import beside
 from flightsw.strict import ConfigError, OneOf, Range, load, near, to_dict
-from sim_plant.events import ACTIONS, PLANT, SENSORS, Event, check_event
+from sim_plant.couplings.traffic_config import RendezvousTrack, TrafficCfg
+from sim_plant.failures.script import ACTIONS, PLANT, SENSORS, Event, check_event
 from sim_plant.obeyed import check_obeyed, refuse
 from sim_plant.sensors.config import Latency, NoiseCfg, NonNeg, Suite
-from sim_plant.traffic_cfg import RendezvousTrack, TrafficCfg
 
 __all__ = ["ACTIONS", "SENSORS", "Event", "Scenario", "dump", "load_scenario"]
 
@@ -269,7 +269,7 @@ class Scenario:
                     f"model = {a.model!r}"
                 )
             if a.model != SIXDOF:
-                from sim_plant.crafts import check_craft  # slow to import (numba): only where there is one
+                from sim_plant.aircraft.register import check_craft  # slow to import (numba): only where there is one
 
                 check_craft(a)
             if not out[-1].probe:

@@ -11,8 +11,8 @@ from flightsw.icd.geo import Origin
 from flightsw.icd.tlog import TlogWriter
 from flightsw.strict import ConfigError
 from flightsw.types import ACCEPTED, ActuatorCmd
-from sim_plant.commands import CommandDesk
-from sim_plant.radio import Radio
+from sim_plant.couplings.radio import Radio
+from sim_plant.failures.desk import CommandDesk
 from sim_plant.scenario import Scenario, dump, load_scenario
 from sim_plant.truth import Truth
 from sim_plant.world import World

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from flightsw.types import Quat, Vec3
-from sim_plant.craft import Craft
+from sim_plant.aircraft.base import Craft
+from sim_plant.aircraft.sixdof.vehicle import Vehicle
 from sim_plant.kernels import layout as n
-from sim_plant.vehicle import Vehicle
 
 Four = tuple[float, float, float, float]
 

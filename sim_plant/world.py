@@ -15,24 +15,24 @@ from flightsw.aircraft import Aircraft
 from flightsw.strict import ConfigError
 from flightsw.types import ACCEPTED, DENIED, ActuatorCmd, Command, SensorFrame
 from sim_plant.actuators import CommandPath
-from sim_plant.boom import BoomCoupling
-from sim_plant.craft import Craft
-from sim_plant.crafts import make_craft
-from sim_plant.events import ACTIONS, CMD_REFUEL, Event, plant_targets
-from sim_plant.faults import CLEAR, FaultPlan
-from sim_plant.inject import Verdict, judge
+from sim_plant.aircraft.base import Craft
+from sim_plant.aircraft.register import make_craft
+from sim_plant.aircraft.sixdof.eom import step as integrate
+from sim_plant.aircraft.sixdof.observe import observe
+from sim_plant.aircraft.sixdof.trim import throttle_for, trim
+from sim_plant.aircraft.sixdof.vehicle import Vehicle
+from sim_plant.couplings.boom import BoomCoupling
+from sim_plant.couplings.traffic import Traffic
+from sim_plant.failures.judge import Verdict, judge
+from sim_plant.failures.schedule import CLEAR, FaultPlan
+from sim_plant.failures.script import ACTIONS, CMD_REFUEL, Event, plant_targets
 from sim_plant.kernels import layout as n
-from sim_plant.kernels.eom import step as integrate
 from sim_plant.kernels.geometry import relative
-from sim_plant.kernels.observe import observe
 from sim_plant.kernels.rot import quat_dcm
 from sim_plant.lost import AircraftLostError, Watches
 from sim_plant.scenario import SIXDOF, Scenario
 from sim_plant.sensors.airdata import AirSensor
-from sim_plant.traffic import Traffic
-from sim_plant.trim import throttle_for, trim
 from sim_plant.truth import Truth, truth_of
-from sim_plant.vehicle import Vehicle
 from sim_plant.wind.field import AirMass
 
 __all__ = ["AircraftLostError", "Injected", "World"]

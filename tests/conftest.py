@@ -11,8 +11,8 @@ from typing import Any
 import hypothesis
 import pytest
 
-from hil_scripts import kernel_cache, ports
-from hil_scripts.procs import SINGLE_THREAD
+from hil_scripts.launch import kernel_cache, ports
+from hil_scripts.launch.procs import SINGLE_THREAD
 
 # before numpy and numba are imported by any test
 os.environ.update(SINGLE_THREAD)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from flightsw.missions.base import Mission
-from flightsw.missions.gust import GustMission
-from flightsw.missions.join import JoinMission
-from flightsw.missions.receiver import ReceiverMission
-from flightsw.missions.rendezvous import RendezvousMission
-from flightsw.missions.tanker import TankerMission
-from flightsw.missions.windshear import WindshearMission
+from flightsw.missions.gust.mission import GustMission
+from flightsw.missions.receiver.en_route import JoinMission
+from flightsw.missions.receiver.mission import ReceiverMission
+from flightsw.missions.rendezvous.mission import RendezvousMission
+from flightsw.missions.tanker.mission import TankerMission
+from flightsw.missions.windshear.mission import WindshearMission
 
 MISSIONS: dict[str, type[Mission]] = {
     "tanker": TankerMission,

@@ -6,8 +6,8 @@ from __future__ import annotations
 from typing import Any
 
 from flightsw.aircraft import Airframe, load_aircraft
-from flightsw.models.actuators import ActuatorModel
-from flightsw.nav.refusal import Refusals
+from flightsw.refusal import Refusals
+from flightsw.sixdof.actuators import ActuatorModel
 from flightsw.types import UNSUPPORTED, Command
 
 

@@ -6,8 +6,9 @@ from collections.abc import Callable, Sequence
 from datetime import datetime
 from pathlib import Path
 
-from ground.report import closed_loop, lee, open_loop
+from ground.report import closed_loop, open_loop
 from ground.report import page as p
+from ground.report.lee import page as lee
 from ground.report.load import Campaign, ReportError, load
 
 PAGE = "lee.html"

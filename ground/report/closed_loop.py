@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from ground.report import figures as f
-from ground.report import lee
 from ground.report import page as p
+from ground.report.lee import page as lee
 from ground.report.load import Campaign, Stat
 from ground.report.open_loop import Keeper, case_label, label, labels, points
 

@@ -9,8 +9,8 @@ from html import escape
 from typing import Protocol
 
 from ground.report import figures as f
-from ground.report import lee
 from ground.report import page as p
+from ground.report.lee import page as lee
 from ground.report.load import Campaign
 
 MAGNITUDE, DIRECTION = "wind.magnitude_rms_pct", "wind.direction_rms_deg"

@@ -1,7 +1,7 @@
 """Run folder -> `run.rrd`: every series in one column-wise call, blueprint embedded.
 
 Entity paths mirror the data path (truth, nav, guid, ctrl, timing, sensors, each with the aircraft's name); timelines
-are sim_time and tick. This package and `ground.blueprint` are the only importers of rerun.
+are sim_time and tick. This package and `ground.rrd.blueprint` are the only importers of rerun.
 """
 
 from __future__ import annotations
@@ -12,26 +12,26 @@ import numpy as np
 import rerun as rr
 
 from flightsw.icd.geo import DEFAULT_ORIGIN, scales
-from ground.airdata import has_airdata
-from ground.blueprint import Plots, blueprint
 from ground.columns import Columns, Table, load
 from ground.folder import load_run
 from ground.geometry import quat_euler
-from ground.gust import has_gust
+from ground.link.packets import AIRCRAFT, RECEIVER, health_words, phase_name
 from ground.metrics import contact_error
-from ground.packets import AIRCRAFT, RECEIVER, health_words, phase_name
-from ground.palette import BOX, COLOR, NAV, PHASE_COLORS, TRUTH
-from ground.rendezvous import has_rendezvous
-from ground.rrd.airdata import airdata, airdata_tab, close_centre
-from ground.rrd.gust import convert_gust
-from ground.rrd.joinup import has_joinup, joinup, joinup_tab, until_joinup
-from ground.rrd.joinup import span as join_span
-from ground.rrd.rendezvous import rendezvous, rendezvous_map, rendezvous_tab
+from ground.rrd.blueprint import Plots, blueprint
+from ground.rrd.palette import BOX, COLOR, NAV, PHASE_COLORS, TRUTH
 from ground.rrd.scene3d import scene3d
 from ground.rrd.sensors import sensors
 from ground.rrd.series import AXIS, Sink
-from ground.rrd.windshear import convert_windshear
-from ground.windshear import has_windshear
+from ground.views.airdata.draw import airdata, airdata_tab, close_centre
+from ground.views.airdata.read import has_airdata
+from ground.views.gust.draw import convert_gust
+from ground.views.gust.read import has_gust
+from ground.views.joinup.draw import has_joinup, joinup, joinup_tab, until_joinup
+from ground.views.joinup.draw import span as join_span
+from ground.views.rendezvous.draw import rendezvous, rendezvous_map, rendezvous_tab
+from ground.views.rendezvous.read import has_rendezvous
+from ground.views.windshear.draw import convert_windshear
+from ground.views.windshear.read import has_windshear
 
 PERIOD_US = 100_000  # [us] series are thinned to 10 Hz, the rate of the telemetry; the truth comes faster
 

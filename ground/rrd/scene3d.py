@@ -9,11 +9,11 @@ import rerun as rr
 from numpy.typing import NDArray
 
 from flightsw.aircraft import load_aircraft
-from ground import scene
 from ground.columns import Columns, Table, hold
 from ground.geometry import quat_conj, quat_mul, quat_rotate
-from ground.packets import RECEIVER, TANKER
-from ground.palette import COLOR, NAV, TRUTH
+from ground.link.packets import RECEIVER, TANKER
+from ground.rrd import scene
+from ground.rrd.palette import COLOR, NAV, TRUTH
 from ground.rrd.series import Array, Sink
 
 SCENE_US = 100_000  # [us] 10 Hz

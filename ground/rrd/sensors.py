@@ -8,8 +8,8 @@ import numpy as np
 
 from flightsw.icd.tlog import LINK_IN
 from ground.columns import Columns, Table, load
-from ground.packets import AIRCRAFT
-from ground.palette import COLOR
+from ground.link.packets import AIRCRAFT
+from ground.rrd.palette import COLOR
 from ground.rrd.series import AXIS, Sink
 
 PERIOD_US = 100_000  # [us]

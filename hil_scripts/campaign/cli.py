@@ -10,7 +10,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from hil_scripts import screen
+from hil_scripts.launch import screen
 
 EXIT_FAILED_RUNS = 1
 EXIT_CONFIG = 2
@@ -28,8 +28,8 @@ def _list(console: Console) -> None:
 
 def _names(incomplete: str) -> list[str]:
     """Study names for the shell's completion."""
-    from hil_scripts import kernel_cache
     from hil_scripts.campaign.registry import all_studies
+    from hil_scripts.launch import kernel_cache
 
     kernel_cache.use()
     return [n for n in all_studies() if n.startswith(incomplete)]
@@ -61,15 +61,15 @@ def campaign(
     list_: Annotated[bool, typer.Option("--list", help="List the studies.")] = False,
 ) -> None:
     """Make many runs of a study. Exit 0: all made; 1: some failed (recorded); 2: bad input or cluster lost; 130: Ctrl-C."""
-    from hil_scripts import kernel_cache
-    from hil_scripts.procs import SINGLE_THREAD, StopFlag
+    from hil_scripts.launch import kernel_cache
+    from hil_scripts.launch.procs import SINGLE_THREAD, StopFlag
 
     os.environ.update(SINGLE_THREAD)  # before numpy is imported, also in the workers
     kernel_cache.use()
-    from hil_scripts import warmup
     from hil_scripts.campaign.engine import run_campaign
     from hil_scripts.campaign.registry import find
     from hil_scripts.campaign.study import CampaignError
+    from hil_scripts.launch import warmup
 
     console = screen.console()
     try:

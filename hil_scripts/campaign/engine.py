@@ -10,13 +10,13 @@ from typing import Any
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-from hil_scripts import screen
 from hil_scripts.campaign import folder as fo
 from hil_scripts.campaign import table
 from hil_scripts.campaign.journal import Journal, read
 from hil_scripts.campaign.pool import Pool, make_pool
 from hil_scripts.campaign.study import CampaignError, Study, run_seed
 from hil_scripts.campaign.task import Job, Row
+from hil_scripts.launch import screen
 
 POLL_S = 0.2  # [s] also the reaction time to Ctrl-C
 PLAIN_EVERY_S = 15.0  # [s] between progress lines when the output is not a terminal

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from hil_scripts.campaign.study import CampaignError, Study
 from hil_scripts.campaign.task import Job, Row, execute, identity
-from hil_scripts.procs import SINGLE_THREAD
+from hil_scripts.launch.procs import SINGLE_THREAD
 
 ADDRESS = re.compile(r"(tcp|tls)://[^:/\s]+:\d{1,5}|(tcp|tls)://\[[0-9a-fA-F:]+\]:\d{1,5}")
 ANSWER_S = 10.0  # [s] a scheduler has this long to answer

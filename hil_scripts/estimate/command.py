@@ -10,9 +10,9 @@ from rich.console import Console
 from rich.table import Table
 
 from flightsw.files import write_whole
-from flightsw.nav.kinematic import KinematicParams
 from hil_scripts.estimate import compare, flightlog, offline
 from hil_scripts.estimate.columns import FlightLog
+from hil_scripts.estimate.kinematic import KinematicParams
 
 CANNOT = (
     "There is no independent wind truth (no mast, lidar or second aircraft): what is shown are differences between estimates",

@@ -8,8 +8,8 @@ import numpy as np
 from scipy.signal import welch
 from scipy.stats import chi2
 
-from flightsw.nav.kinematic import KinematicParams
 from hil_scripts.estimate.columns import Array, FlightLog
+from hil_scripts.estimate.kinematic import KinematicParams
 from hil_scripts.estimate.offline import CHANNELS, Track, implied_air, run, triangle
 from hil_scripts.estimate.twin import SlowErrors, make
 

@@ -8,8 +8,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from flightsw.filters.coloured import scaled_sigma
-from flightsw.nav.kinematic import KinematicInput, KinematicNav, KinematicParams
 from hil_scripts.estimate.columns import Array, FlightLog
+from hil_scripts.estimate.kinematic import KinematicInput, KinematicNav, KinematicParams
 
 CHANNELS = ("airspeed", "beta", "alpha", "vel_n", "vel_e", "vel_d")
 

@@ -15,8 +15,8 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.transform import Rotation
 
-from flightsw.nav.kinematic import KinematicParams
 from hil_scripts.estimate.columns import FlightLog
+from hil_scripts.estimate.kinematic import KinematicParams
 
 Array = np.ndarray
 

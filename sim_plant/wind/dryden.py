@@ -11,9 +11,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_plant.kernels.air import linear_block
 from sim_plant.kernels.dense import lower_factor, sample, settle
 from sim_plant.rng import BLOCK, generator
+from sim_plant.wind.air import linear_block
 
 Arr = NDArray[np.float64]
 

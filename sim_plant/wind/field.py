@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sim_plant.kernels import layout as n
-from sim_plant.kernels.air import free_air, gauss_markov_block, lay_gust
-from sim_plant.kernels.vortex import wake_on_airframe
 from sim_plant.rng import BLOCK, generator
 from sim_plant.scenario import Dryden, Wind
+from sim_plant.wind.air import free_air, gauss_markov_block, lay_gust
 from sim_plant.wind.dryden import DrydenSeries
 from sim_plant.wind.prevailing import constant_table, sounding_table
+from sim_plant.wind.vortex import wake_on_airframe
 
 if TYPE_CHECKING:
-    from sim_plant.craft import Craft
-    from sim_plant.vehicle import Vehicle
+    from sim_plant.aircraft.base import Craft
+    from sim_plant.aircraft.sixdof.vehicle import Vehicle
 
 RING = 1024  # ticks of gust history kept: at 100 Hz and 195 m/s about 2 km behind the leader
 

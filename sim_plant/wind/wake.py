@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flightsw.aircraft import Aircraft
-from sim_plant.kernels import vortex as k
+from sim_plant.wind import vortex as k
 
 Arr = NDArray[np.float64]
 N_SPAN = 9
@@ -16,7 +16,7 @@ WING_SHARE = 0.8  # [-] share of the wing in the mean wind; fuselage nose and ta
 
 
 def source_vector(ac: Aircraft, core_wing_m: float, core_tail_m: float, nu_m2ps: float, tail_lift_frac: float) -> Arr:
-    """Wake source vector (kernels/vortex.py) of an aircraft: vortex span pi/4 of wing and tail span, cores [m]."""
+    """Wake source vector (wind/vortex.py) of an aircraft: vortex span pi/4 of wing and tail span, cores [m]."""
     v = np.zeros(k.NK)
     v[k.K_WING : k.K_WING + 3] = ac.wake.wing_ac_m
     v[k.K_WING + 3], v[k.K_WING + 4] = math.pi / 4.0 * ac.geometry.b_m, core_wing_m

@@ -6,9 +6,9 @@ import dataclasses
 from typing import Any
 
 from flightsw.aircraft import load_aircraft
-from flightsw.config import AppConfig, FlightConfig, LinkConfig, TelemetryConfig
 from flightsw.icd import wire
 from flightsw.icd.codec import PlantCodec
+from flightsw.process.config import AppConfig, FlightConfig, LinkConfig, TelemetryConfig
 from flightsw.types import (
     UPD_IMU,
     Ack,

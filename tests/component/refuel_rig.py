@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 
 from flightsw.app import FlightApp
-from flightsw.nav.airframe import AirframeNav
-from flightsw.nav.relative import RelativeNav
+from flightsw.missions.receiver.estimator import RelativeNav
+from flightsw.sixdof.estimator import AirframeNav
 from flightsw.strict import apply_overrides, read_toml
 from flightsw.types import UPD_PEER, GuidanceCmd, Health, NavState, PeerState, SensorFrame, Text
-from sim_plant.events import Event
+from sim_plant.failures.script import Event
 from sim_plant.scenario import load_scenario
 from sim_plant.world import World
 

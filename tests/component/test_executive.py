@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import flightsw
-from flightsw.clock import LockstepClock, RealtimeClock, realtime_priority
-from flightsw.executive import Executive, Histogram
+from flightsw.process.clock import LockstepClock, RealtimeClock, realtime_priority
+from flightsw.process.executive import Executive, Histogram
 from flightsw.types import Timing
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from flightsw.config import load_flight, parse_target
+from flightsw.process.config import load_flight, parse_target
 from flightsw.strict import ConfigError, to_dict
 
 GOOD = """
@@ -34,7 +34,7 @@ def test_good_file_and_overrides(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", ["tanker", "receiver"])
 def test_shipped_files_load_and_survive_a_round_trip(name: str, tmp_path: Path) -> None:
     import flightsw
-    from hil_scripts import tomlout
+    from hil_scripts.launch import tomlout
 
     cfg = load_flight(Path(flightsw.__file__).parent / "params" / f"{name}.toml")
     assert cfg.app.mission == name

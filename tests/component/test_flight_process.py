@@ -16,8 +16,8 @@ import pytest
 from flightsw.icd import tlog
 from flightsw.icd.link import UdpLink, plant_port, telemetry_port
 from flightsw.icd.wire import Sender
-from flightsw.node import Node
-from flightsw.replay import replay
+from flightsw.process.node import Node
+from flightsw.process.replay import replay
 
 from .flight_fakes import FakeApp, FakePlant, config, fields, names
 
@@ -45,8 +45,8 @@ import importlib.util
 spec = importlib.util.spec_from_file_location("flight_fakes", {str(HERE / "flight_fakes.py")!r})
 fakes = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(fakes)
-import flightsw.node
-flightsw.node.make_app = lambda cfg: fakes.FakeApp()
+import flightsw.process.node
+flightsw.process.node.make_app = lambda cfg: fakes.FakeApp()
 from flightsw.__main__ import main
 main()
 """

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from flightsw.app import FlightApp
-from flightsw.kernels import gust as k
-from flightsw.missions.gust import ALLEVIATION, HOLD
+from flightsw.missions.gust import dynamics as k
+from flightsw.missions.gust.mission import ALLEVIATION, HOLD
 from flightsw.types import UPD_AIR, UPD_ATT, UPD_BARO, UPD_GNSS, UPD_IMU, SensorFrame
-from hil_scripts.studies import hoffmann_flight as hf
-from sim_plant.alexis import Alexis, AlexisParams, AlexisServo
+from hil_scripts.studies.hoffmann import flight as hf
+from sim_plant.aircraft.alexis.flight import Alexis, AlexisParams, AlexisServo
 from tests.component.test_gust_mission import make
 
 DT = 0.02

@@ -13,17 +13,17 @@ import pytest
 import flightsw
 from flightsw.app import FlightApp
 from flightsw.condition import ConditionParams
-from flightsw.config import load_flight
-from flightsw.ctrl.gust_select import LAWS, GustCtrlTable, GustLaws
-from flightsw.kernels import gust as k
-from flightsw.missions.gust import ALLEVIATION, HOLD, MAV_CMD_USER_2
-from flightsw.models.gust import Turbulence, published
-from flightsw.models.gust_servo import GustServos
-from flightsw.nav.gust_select import ESTIMATORS, GustNavTable, make_gust_nav
+from flightsw.missions.gust import dynamics as k
+from flightsw.missions.gust.estimators import ESTIMATORS, GustNavTable, make_gust_nav
+from flightsw.missions.gust.laws import LAWS, GustCtrlTable, GustLaws
+from flightsw.missions.gust.mission import ALLEVIATION, HOLD, MAV_CMD_USER_2
+from flightsw.missions.gust.model import Turbulence, published
+from flightsw.missions.gust.servos import GustServos
+from flightsw.process.config import load_flight
 from flightsw.strict import ConfigError
 from flightsw.types import HF_AIR, HF_SAT, UPD_AIR, UPD_ATT, UPD_BARO, UPD_GNSS, UPD_IMU, Command, SensorFrame, Snapshot
-from sim_plant.alexis import Alexis, AlexisParams
-from sim_plant.alexis_wind import AlexisWind, Gust
+from sim_plant.aircraft.alexis.flight import Alexis, AlexisParams
+from sim_plant.wind.planar import AlexisWind, Gust
 
 PARAMS = Path(flightsw.__file__).parent / "params"
 DT = 0.02

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from flightsw.icd import wire
-from flightsw.node import Node, make_app
+from flightsw.process.node import Node, make_app
 from flightsw.strict import ConfigError
 from flightsw.types import UPD_IMU
 

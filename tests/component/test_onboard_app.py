@@ -12,9 +12,9 @@ import pytest
 
 import flightsw
 from flightsw.app import FlightApp
-from flightsw.config import load_flight
 from flightsw.kernels.atmosphere import calibrated_airspeed
-from flightsw.models.actuators import surface_limits
+from flightsw.process.config import load_flight
+from flightsw.sixdof.actuators import surface_limits
 from flightsw.types import (
     HF_ACT,
     HF_SAT,

@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from flightsw.aircraft import load_aircraft
-from flightsw.guid.boom import Surroundings, crosses, hull
-from flightsw.guid.refuel import (
+from flightsw.missions.receiver.boom import Surroundings, crosses, hull
+from flightsw.missions.receiver.refuel import (
     BREAKAWAY,
     CONTACT,
     DISCONNECT,

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from flightsw.guid.path import Quintic, duration
-from flightsw.guid.racetrack import INIT, LEG, TURN, RacetrackGuidance, RacetrackParams
+from flightsw.missions.receiver.path import Quintic, duration
+from flightsw.missions.tanker.racetrack import INIT, LEG, TURN, RacetrackGuidance, RacetrackParams
 from flightsw.types import NavState, SensorFrame
 
 DT = 0.05

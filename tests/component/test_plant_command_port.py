@@ -15,7 +15,7 @@ from flightsw.icd.link import LinkError, UdpLink, plant_command_port, plant_port
 from flightsw.icd.tlog import read
 from flightsw.icd.wire import SPECS, Counters, Sender, split
 from flightsw.types import ActuatorCmd, SensorFrame
-from sim_plant.commands import COMMANDS_MAX
+from sim_plant.failures.desk import COMMANDS_MAX
 from sim_plant.loops import UdpPlant
 from sim_plant.scenario import load_scenario
 from sim_plant.server import PlantServer

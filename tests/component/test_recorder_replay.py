@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 
 from flightsw.icd import tlog, wire
-from flightsw.node import Node
-from flightsw.recorder import LinkRecorder
-from flightsw.replay import read_ticks, replay
+from flightsw.process.node import Node
+from flightsw.process.recorder import LinkRecorder
+from flightsw.process.replay import read_ticks, replay
 
 from .flight_fakes import FakeApp, FakePlant, config
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from flightsw import refusal as rd
 from flightsw.icd import mav
 from flightsw.icd.codec_telemetry import READINGS
-from flightsw.nav import refusal as rd
 from flightsw.types import HF_AIR
-from sim_plant.events import Event
+from sim_plant.failures.script import Event
 from tests.component.refuel_rig import Rig
 
 Flight = tuple[Rig, dict[str, dict[str, np.ndarray]]]

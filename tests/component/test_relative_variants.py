@@ -11,11 +11,11 @@ from scipy.stats import t as student
 
 from flightsw.aircraft import load_aircraft
 from flightsw.kernels.rotations import dcm_from_euler, quat4, quat_from_euler, vec3
-from flightsw.models.airframe import air_velocity, relative_velocity
-from flightsw.nav.common import NavParams
-from flightsw.nav.relative import RelativeNav
-from flightsw.nav.relative_variants import RelativeVariant, make_relative_nav
-from flightsw.nav.variants import make_airframe_nav
+from flightsw.missions.receiver.estimator import RelativeNav
+from flightsw.missions.receiver.estimator_variants import RelativeVariant, make_relative_nav
+from flightsw.sixdof.estimator_core import NavParams
+from flightsw.sixdof.estimator_variants import make_airframe_nav
+from flightsw.sixdof.motion import air_velocity, relative_velocity
 from flightsw.strict import ConfigError
 from flightsw.types import SensorFrame
 

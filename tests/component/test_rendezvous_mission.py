@@ -7,16 +7,16 @@ import math
 import numpy as np
 import pytest
 
-from flightsw.config import load_flight
-from flightsw.guid.rendezvous import OwnState, RendezvousGuidanceParams
-from flightsw.guid.rendezvous_pilot import PilotParams, RendezvousPilot
-from flightsw.missions.rendezvous import RDV_APPROACH, RendezvousMission
-from flightsw.models.rendezvous_frame import RendezvousFrame
-from flightsw.nav.receiver_track import ReceiverTrack, RendezvousFrameParams, TrackParams
-from flightsw.nav.rendezvous_params import NM, RendezvousNavParams
-from flightsw.node import make_app
+from flightsw.missions.rendezvous.frame import RendezvousFrame
+from flightsw.missions.rendezvous.guidance import OwnState, RendezvousGuidanceParams
+from flightsw.missions.rendezvous.mission import RDV_APPROACH, RendezvousMission
+from flightsw.missions.rendezvous.params import NM, RendezvousNavParams
+from flightsw.missions.rendezvous.pilot import PilotParams, RendezvousPilot
+from flightsw.missions.rendezvous.track import ReceiverTrack, RendezvousFrameParams, TrackParams
+from flightsw.process.config import load_flight
+from flightsw.process.node import make_app
 from flightsw.types import UPD_RADAR, UPD_TACAN, Command, NavState, SensorFrame
-from hil_scripts.runfolder import PARAMS
+from hil_scripts.launch.runfolder import PARAMS
 
 DT = 0.05
 V = 203.7

@@ -12,15 +12,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from flightsw import types
-from flightsw.ctrl.gust_select import LAWS as GUST_LAWS
-from flightsw.guid import refuel
-from flightsw.guid.windshear import LAWS as ESCAPE_LAWS
 from flightsw.icd import mav, wire
 from flightsw.icd.codec_receive import COMMANDS_MAX
 from flightsw.missions import MISSIONS
-from flightsw.node import Node
-from flightsw.services import ANSWERS_MAX, PACKETS_MAX, flatten, short_names
-from ground.merge import SequenceGaps
+from flightsw.missions.gust.laws import LAWS as GUST_LAWS
+from flightsw.missions.receiver import refuel
+from flightsw.missions.windshear.guidance import LAWS as ESCAPE_LAWS
+from flightsw.process.node import Node
+from flightsw.process.services import ANSWERS_MAX, PACKETS_MAX, flatten, short_names
+from ground.link.merge import SequenceGaps
 
 from .flight_fakes import FakeApp, FakePlant, config, fields, names
 

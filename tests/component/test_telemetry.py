@@ -9,11 +9,11 @@ from itertools import pairwise
 
 import pytest
 
-from flightsw.config import TelemetryConfig
 from flightsw.icd import wire
 from flightsw.icd.codec_telemetry import ENCODERS, OPTIONAL, TIMED
 from flightsw.icd.rates import DEFAULT_RATES, MISSION_RATES, OFFSETS, due, names_due
-from flightsw.node import Node
+from flightsw.process.config import TelemetryConfig
+from flightsw.process.node import Node
 from flightsw.types import HF_GNSS, FdiStatus, Text, WakeFix
 
 from .flight_fakes import FakeApp, FakePlant, config, fields, names

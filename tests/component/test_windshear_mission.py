@@ -13,10 +13,9 @@ import pytest
 import flightsw
 from flightsw.aircraft import twinjet
 from flightsw.app import FlightApp
-from flightsw.config import load_flight
-from flightsw.guid.windshear import LAWS, PHASES
-from flightsw.kernels import windshear as k
-from flightsw.missions.windshear import (
+from flightsw.missions.windshear import dynamics as k
+from flightsw.missions.windshear.guidance import LAWS, PHASES
+from flightsw.missions.windshear.mission import (
     BLIND,
     ESTIMATORS,
     FIRST_PHASE,
@@ -24,11 +23,12 @@ from flightsw.missions.windshear import (
     MAV_CMD_USER_3,
     WindshearActuators,
 )
-from flightsw.models.windshear import approach_trim
+from flightsw.missions.windshear.model import approach_trim
+from flightsw.process.config import load_flight
 from flightsw.strict import ConfigError
 from flightsw.types import HF_AIR, HF_SAT, UPD_AIR, UPD_ATT, UPD_BARO, UPD_GNSS, UPD_IMU, Command, SensorFrame, Snapshot
-from sim_plant.microburst import MICROBURSTS
-from sim_plant.twinjet import TwinJet, TwinJetAir, TwinJetParams
+from sim_plant.aircraft.twinjet.flight import TwinJet, TwinJetAir, TwinJetParams
+from sim_plant.wind.microburst import MICROBURSTS
 
 PARAMS = Path(flightsw.__file__).parent / "params"
 DT = 0.02

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 from pymavlink.dialects.v20 import common
 
-from flightsw import services
 from flightsw.icd import codec_receive, gen, mav, wire
+from flightsw.process import services
 from flightsw.types import FdiStatus, WakeFix
 
 from .conftest import extreme

@@ -26,7 +26,7 @@ from flightsw.types import (
     Snapshot,
     Timing,
 )
-from ground.packets import decode, split
+from ground.link.packets import decode, split
 
 TANKER = load_aircraft("kc135r")
 

@@ -10,11 +10,11 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from flightsw.aircraft import load_aircraft
-from flightsw.config import AppConfig, FlightConfig, LinkConfig
 from flightsw.icd import wire
 from flightsw.icd.codec import FlightCodec, PlantCodec
 from flightsw.icd.stamps import AGREE, AHEAD_US, JUMP_US, LIMIT_US, STALE_US, Frames, Samples, boot_ms, from_boot_ms
-from flightsw.node import Node
+from flightsw.process.config import AppConfig, FlightConfig, LinkConfig
+from flightsw.process.node import Node
 from flightsw.types import (
     UPD_AIR,
     UPD_ATT,

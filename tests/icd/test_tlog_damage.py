@@ -17,8 +17,8 @@ from flightsw.icd.framing import TIME
 from flightsw.icd.scan import EDGE_US, STAMP_SLACK_US, scan
 from flightsw.icd.wire import SPECS, Counters, Sender, split
 from ground.columns import LogError, load
-from ground.packets import DTYPES
-from ground.packets import split as split_any
+from ground.link.packets import DTYPES
+from ground.link.packets import split as split_any
 
 Record = tuple[int, bytes]
 

@@ -6,9 +6,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from flightsw.guid.rendezvous import RendezvousGuidanceParams, guidance_vector
-from flightsw.kernels import rendezvous_bank as kb
-from flightsw.nav.rendezvous_params import RendezvousNavParams, eight_vector, new_window, three_vector
+from flightsw.missions.rendezvous import bank as kb
+from flightsw.missions.rendezvous.guidance import RendezvousGuidanceParams, guidance_vector
+from flightsw.missions.rendezvous.params import RendezvousNavParams, eight_vector, new_window, three_vector
 
 Rng = np.random.Generator
 Args = list

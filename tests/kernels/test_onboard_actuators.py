@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from flightsw.aircraft import load_aircraft
-from flightsw.models.actuators import ActuatorModel, servo_step, surface_limits
-from flightsw.models.measure import average_probes
+from flightsw.sixdof.actuators import ActuatorModel, servo_step, surface_limits
+from flightsw.sixdof.measure import average_probes
 
 repeatable = settings(deadline=None, derandomize=True)
 DT = 0.01

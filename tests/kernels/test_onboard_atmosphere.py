@@ -10,10 +10,10 @@ from scipy.optimize import brentq
 
 from flightsw.aircraft import load_aircraft
 from flightsw.kernels.atmosphere import GAMMA, P0, calibrated_airspeed, density, pressure, sound_speed, temperature
-from flightsw.models.actuators import thrust_available
+from flightsw.sixdof.actuators import thrust_available
+from sim_plant.aircraft.sixdof.params import parameter_vector
+from sim_plant.aircraft.sixdof.propulsion import thrust_available as plant_thrust
 from sim_plant.kernels.atmosphere import isa
-from sim_plant.kernels.propulsion import thrust_available as plant_thrust
-from sim_plant.params import parameter_vector
 
 repeatable = settings(deadline=None, derandomize=True)  # no timed verdicts, the same examples every run
 # US Standard Atmosphere 1976, geopotential height [m]: T [K], rho [kg/m^3], a [m/s]

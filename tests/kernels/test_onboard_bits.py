@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 
 from flightsw.aircraft import load_aircraft
-from flightsw.models.actuators import surface_limits
-from flightsw.models.gust import Turbulence, linear_model, published
-from flightsw.models.gust import parameter_vector as gust_vector
-from flightsw.models.params import parameter_vector
-from flightsw.models.wake import WakeParams, stations, wake_vector
+from flightsw.missions.gust.model import Turbulence, linear_model, published
+from flightsw.missions.gust.model import parameter_vector as gust_vector
+from flightsw.missions.receiver.airdata.wake_model import WakeParams, stations, wake_vector
+from flightsw.sixdof.actuators import surface_limits
+from flightsw.sixdof.params import parameter_vector
 from tests.kernels.rendezvous_cases import CASES as RENDEZVOUS
 from tests.kernels.wake_position_cases import CASES as WAKE_POSITION
 from tests.kernels.windshear_cases import CASES as WINDSHEAR

@@ -13,11 +13,11 @@ from scipy.linalg import solve_discrete_are
 from scipy.signal import cont2discrete
 
 from flightsw.aircraft import load_aircraft
-from flightsw.ctrl.common import ScheduleParams
-from flightsw.ctrl.lqr import DesignError, augment, design, discretise
-from flightsw.ctrl.receiver import ReceiverControl, ReceiverCtrlParams
-from flightsw.ctrl.schedule import GainSchedule, weights
-from flightsw.ctrl.tanker import TankerControl, TankerCtrlParams
+from flightsw.missions.receiver.station_keeping import ReceiverControl, ReceiverCtrlParams
+from flightsw.sixdof.autopilot import TankerControl, TankerCtrlParams
+from flightsw.sixdof.command import ScheduleParams
+from flightsw.sixdof.lqr import DesignError, augment, design, discretise
+from flightsw.sixdof.schedule import GainSchedule, weights
 
 repeatable = settings(deadline=None, derandomize=True)
 YD = np.radians([-1.7, 0.0, 1.7])
@@ -199,8 +199,8 @@ def test_every_nominal_closed_loop_is_stable(who: str, node: int, monkeypatch: p
     """The sampled, delayed loop is rebuilt here from the linear model the design was given; nothing of the law is
     reused.
     """
-    import flightsw.ctrl.receiver as receiver
-    import flightsw.ctrl.tanker as tanker
+    import flightsw.missions.receiver.station_keeping as receiver
+    import flightsw.sixdof.autopilot as tanker
 
     seen: list[tuple] = []
 

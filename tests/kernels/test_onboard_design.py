@@ -9,10 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import solve_discrete_are
 
-from flightsw.ctrl.lqr import DesignError, regulator
 from flightsw.kernels.discrete import riccati, spectral_radius
 from flightsw.kernels.linalg import solve
-from flightsw.models.discrete import multiply, sampled
+from flightsw.kernels.sampled import multiply, sampled
+from flightsw.sixdof.lqr import DesignError, regulator
 from tests.sampled import transition_and_noise
 
 repeatable = settings(deadline=None, derandomize=True)

@@ -10,10 +10,10 @@ import pytest
 
 from flightsw.aircraft import load_aircraft
 from flightsw.kernels.rotations import dcm_from_euler, rotate_dcm
-from flightsw.models import rotational
-from flightsw.models.airframe import air_velocity, propagate_relative, relative_rates
-from flightsw.models.measure import average_probes, measure_relative
-from flightsw.models.params import parameter_vector
+from flightsw.missions.receiver import rotational
+from flightsw.sixdof.measure import average_probes, measure_relative
+from flightsw.sixdof.motion import air_velocity, propagate_relative, relative_rates
+from flightsw.sixdof.params import parameter_vector
 
 AC = load_aircraft("learjet24")
 P = parameter_vector(AC, 5200.0)

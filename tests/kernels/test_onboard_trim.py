@@ -11,8 +11,8 @@ import pytest
 
 from flightsw.aircraft import load_aircraft
 from flightsw.kernels.atmosphere import density
-from flightsw.models.params import parameter_vector
-from flightsw.models.trim import (
+from flightsw.sixdof.params import parameter_vector
+from flightsw.sixdof.trim import (
     TrimError,
     free_derivative,
     linearise_free,

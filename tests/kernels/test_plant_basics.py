@@ -10,12 +10,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from flightsw.aircraft import load_aircraft
+from sim_plant.aircraft.sixdof.params import parameter_vector
+from sim_plant.aircraft.sixdof.propulsion import thrust_available
 from sim_plant.kernels import layout as n
 from sim_plant.kernels.atmosphere import isa, pressure_altitude
-from sim_plant.kernels.propulsion import thrust_available
 from sim_plant.kernels.rot import euler_from_quat, quat_dcm, quat_from_euler, quat_mul, quat_normalise, quat_rate
 from sim_plant.kernels.servo import servo_step
-from sim_plant.params import parameter_vector
 
 # US Standard Atmosphere 1976, geopotential height: T [K], p [Pa], rho [kg/m^3], a [m/s]
 TABLE = [

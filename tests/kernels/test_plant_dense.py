@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm, solve_continuous_lyapunov
 
-from flightsw.models.discrete import sampled
+from flightsw.kernels.sampled import sampled
 from sim_plant.kernels.dense import lower_factor, sample, settle, times
 from sim_plant.wind.dryden import factor, noise_factor, shaping, stationary_draw
 

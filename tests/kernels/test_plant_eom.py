@@ -7,11 +7,11 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from flightsw.aircraft import Aircraft, load_aircraft
+from sim_plant.aircraft.sixdof.eom import derivative, inertia, step
+from sim_plant.aircraft.sixdof.params import parameter_vector
+from sim_plant.aircraft.sixdof.trim import observation, trim
 from sim_plant.kernels import layout as n
-from sim_plant.kernels.eom import derivative, inertia, step
 from sim_plant.kernels.rot import quat_dcm, quat_from_euler
-from sim_plant.params import parameter_vector
-from sim_plant.trim import observation, trim
 
 G = np.array([0.0, 0.0, 9.80665])
 

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from flightsw.aircraft import load_aircraft
+from sim_plant.aircraft.sixdof.eom import derivative
+from sim_plant.aircraft.sixdof.params import parameter_vector
+from sim_plant.aircraft.sixdof.trim import observation, trim
 from sim_plant.kernels import layout as n
-from sim_plant.kernels.eom import derivative
 from sim_plant.kernels.rot import euler_from_quat, quat_dcm, quat_from_euler
-from sim_plant.params import parameter_vector
-from sim_plant.trim import observation, trim
 
 # mass, V, alpha deg, de deg, thrust kN, short period (rad/s, zeta), phugoid, Dutch roll, roll s, spiral rad/s
 ROWS = [

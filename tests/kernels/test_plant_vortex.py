@@ -10,8 +10,8 @@ import pytest
 from scipy.integrate import quad
 
 from sim_plant.kernels import layout as n
-from sim_plant.kernels.vortex import bound, horseshoe, leg, source_strength, wake_velocity
 from sim_plant.scenario import load_scenario
+from sim_plant.wind.vortex import bound, horseshoe, leg, source_strength, wake_velocity
 from sim_plant.world import World
 
 STILL = {

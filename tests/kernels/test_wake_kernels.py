@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 from scipy.spatial.transform import Rotation
 
-from flightsw.kernels import wake as k
-from flightsw.models.wake import WakeParams, wake_vector
+from flightsw.missions.receiver.airdata import wake_kernel as k
+from flightsw.missions.receiver.airdata.wake_model import WakeParams, wake_vector
 
 V, RHO = 200.0, 0.58883  # [m/s], [kg/m^3]
 WK = wake_vector(WakeParams())

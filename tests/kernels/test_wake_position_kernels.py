@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 from scipy.optimize import approx_fprime
 
-from flightsw.kernels import wake_filter as kf
-from flightsw.kernels import wake_position as kp
-from flightsw.kernels import wake_state as ks
-from flightsw.models.wake import WakeParams, wake_vector
-from hil_scripts.studies.sevil_flight import SPEC_PROBES, PlantWake, plant_readings
+from flightsw.missions.receiver.airdata import expected as kp
+from flightsw.missions.receiver.airdata import iekf as kf
+from flightsw.missions.receiver.airdata import state as ks
+from flightsw.missions.receiver.airdata.wake_model import WakeParams, wake_vector
+from hil_scripts.studies.sevil.flight import SPEC_PROBES, PlantWake, plant_readings
 
 WK, PROBES = wake_vector(WakeParams()), np.array(SPEC_PROBES)
 ALL = np.ones(9, dtype=np.int64)

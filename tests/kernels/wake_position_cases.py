@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from flightsw.models.wake import WakeParams, wake_vector
+from flightsw.missions.receiver.airdata.wake_model import WakeParams, wake_vector
 
 Rng = np.random.Generator
 Args = list

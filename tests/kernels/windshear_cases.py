@@ -7,11 +7,11 @@ from collections.abc import Callable
 import numpy as np
 
 from flightsw.aircraft import twinjet
-from flightsw.ctrl.windshear import NidParams
-from flightsw.kernels import windshear as k
-from flightsw.kernels import windshear_kinematic as kk
-from flightsw.kernels import windshear_nid as kn
-from flightsw.models.windshear import parameter_vector
+from flightsw.missions.windshear import dynamics as k
+from flightsw.missions.windshear import inversion as kn
+from flightsw.missions.windshear import monitor_kernel as kk
+from flightsw.missions.windshear.control import NidParams
+from flightsw.missions.windshear.model import parameter_vector
 
 Rng = np.random.Generator
 Args = list

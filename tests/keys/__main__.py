@@ -7,7 +7,7 @@ import re
 import sys
 import time
 
-from hil_scripts import kernel_cache
+from hil_scripts.launch import kernel_cache
 
 
 def main() -> int:

@@ -9,14 +9,14 @@ from contextlib import contextmanager
 from functools import lru_cache
 from typing import Any
 
-from flightsw.config import FlightConfig
-from flightsw.ctrl.lqr import DesignError
-from flightsw.ctrl.receiver import ReceiverControl
-from flightsw.ctrl.tanker import TankerControl
-from flightsw.models.trim import TrimError
-from flightsw.node import Node
+from flightsw.missions.receiver.station_keeping import ReceiverControl
+from flightsw.process.config import FlightConfig
+from flightsw.process.node import Node
+from flightsw.sixdof.autopilot import TankerControl
+from flightsw.sixdof.lqr import DesignError
+from flightsw.sixdof.trim import TrimError
 from flightsw.strict import ConfigError, convert
-from hil_scripts.runfolder import RunPlan, resolve
+from hil_scripts.launch.runfolder import RunPlan, resolve
 from sim_plant.scenario import Scenario
 from sim_plant.server import PlantServer
 from sim_plant.world import AircraftLostError

@@ -10,12 +10,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Annotated, Any, get_args, get_origin
 
-from flightsw.config import TABLES, FlightConfig
 from flightsw.health import HealthParams
 from flightsw.missions import MISSIONS
+from flightsw.process.config import TABLES, FlightConfig
 from flightsw.strict import OneOf, Range, convert
-from hil_scripts.runfolder import RunPlan
-from sim_plant.crafts import CRAFTS
+from hil_scripts.launch.runfolder import RunPlan
+from sim_plant.aircraft.register import CRAFTS
 from sim_plant.scenario import SIXDOF, Scenario
 from sim_plant.sensors.config import Suite
 

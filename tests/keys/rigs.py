@@ -10,13 +10,13 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from flightsw.guid.joinup import JoinUpParams
-from flightsw.guid.racetrack import RacetrackGuidance, RacetrackParams
-from flightsw.guid.refuel import CONTACT, OBSERVATION, RefuelParams
-from flightsw.guid.sequence import Sequence, SequenceParams
+from flightsw.missions.receiver.joinup import JoinUpParams
+from flightsw.missions.receiver.refuel import CONTACT, OBSERVATION, RefuelParams
+from flightsw.missions.receiver.sequence import Sequence, SequenceParams
+from flightsw.missions.tanker.racetrack import RacetrackGuidance, RacetrackParams
 from flightsw.types import NavState, SensorFrame
-from hil_scripts.runfolder import resolve
-from hil_scripts.studies.rivard_6dof_flight import fly_twin
+from hil_scripts.launch.runfolder import resolve
+from hil_scripts.studies.rivard.six_dof_flight import fly_twin
 from tests.component.test_onboard_guidance import Flight as Refuelling
 from tests.unit.test_joinup import Flight as Joining
 

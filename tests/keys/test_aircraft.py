@@ -11,8 +11,8 @@ import pytest
 
 from flightsw.aircraft import Airframe, load_airframe
 from flightsw.strict import ConfigError, to_dict
-from hil_scripts import tomlout
-from hil_scripts.runfolder import resolve
+from hil_scripts.launch import tomlout
+from hil_scripts.launch.runfolder import resolve
 from sim_plant.lost import AircraftLostError
 from sim_plant.scenario import load_scenario
 from sim_plant.world import World

@@ -11,13 +11,13 @@ from pathlib import Path
 import pytest
 
 from flightsw.aircraft import RECORDS
-from flightsw.config import FlightConfig
 from flightsw.health import HealthParams
 from flightsw.missions import MISSIONS
-from flightsw.node import Node
+from flightsw.process.config import FlightConfig
+from flightsw.process.node import Node
 from flightsw.strict import convert
-from hil_scripts.runfolder import resolve
-from sim_plant.crafts import CRAFTS
+from hil_scripts.launch.runfolder import resolve
+from sim_plant.aircraft.register import CRAFTS
 from sim_plant.scenario import Scenario
 from sim_plant.server import PlantServer
 from tests.keys.reads import Reads, records
@@ -34,8 +34,8 @@ WHOLE = {"Aero": "taken whole, in the order of its fields, by the parameter vect
 UNREAD = {
     "Meta.purpose": "a line for people, kept in scenario.toml",
     "Meta.name": "a name for people, kept in scenario.toml",
-    "Scenario.expect": "read by the launcher as a plain table (hil_scripts.verdict)",
-    "AircraftCfg.mission": "read by the launcher as a plain table (hil_scripts.runfolder)",
+    "Scenario.expect": "read by the launcher as a plain table (hil_scripts.launch.verdict)",
+    "AircraftCfg.mission": "read by the launcher as a plain table (hil_scripts.launch.runfolder)",
     "NavParams.nis_gate": "the innovation gate",
     "NavParams.acc_sigma": "the innovation gate",
     "TankerCtrlParams.V_rate_mps2": "the ramp of the airspeed command",

@@ -14,12 +14,12 @@ ELSEWHERE = {
     "Clock.mode": "the process' loop; refused with --in-process (tests/sil)",
     "Clock.startup_timeout_s": "wall clock of the plant's process (sim_plant.loops, tests/sil)",
     "Clock.peer_timeout_s": "wall clock of the plant's process (sim_plant.loops, tests/sil)",
-    "LinkConfig.host": "socket of the onboard process (flightsw.loop, tests/component)",
-    "LinkConfig.plant_port": "socket of the onboard process (flightsw.loop, tests/component)",
-    "LinkConfig.telemetry_port": "socket of the onboard process (flightsw.loop, tests/component)",
-    "LinkConfig.targets": "socket of the onboard process (flightsw.loop, tests/component)",
-    "LinkConfig.startup_timeout_s": "wall clock of the onboard process (flightsw.loop, tests/component)",
-    "LinkConfig.peer_timeout_s": "wall clock of the onboard process (flightsw.loop, tests/component)",
+    "LinkConfig.host": "socket of the onboard process (flightsw.process.loop, tests/component)",
+    "LinkConfig.plant_port": "socket of the onboard process (flightsw.process.loop, tests/component)",
+    "LinkConfig.telemetry_port": "socket of the onboard process (flightsw.process.loop, tests/component)",
+    "LinkConfig.targets": "socket of the onboard process (flightsw.process.loop, tests/component)",
+    "LinkConfig.startup_timeout_s": "wall clock of the onboard process (flightsw.process.loop, tests/component)",
+    "LinkConfig.peer_timeout_s": "wall clock of the onboard process (flightsw.process.loop, tests/component)",
 }
 
 # no flight or rig comes to these yet

@@ -9,14 +9,14 @@ from pathlib import Path
 
 import pytest
 
-from flightsw.config import load_flight
 from flightsw.icd import wire
 from flightsw.icd.tlog import LINK_IN, LINK_OUT, TlogError, TlogWriter, read
-from flightsw.node import Node
-from flightsw.replay import Report, replay
-from hil_scripts.inproc import InProcess
-from hil_scripts.replay_cmd import names_of, replay_run
-from hil_scripts.runfolder import make_folder, resolve
+from flightsw.process.config import load_flight
+from flightsw.process.node import Node
+from flightsw.process.replay import Report, replay
+from hil_scripts.launch.inproc import InProcess
+from hil_scripts.launch.replay_cmd import names_of, replay_run
+from hil_scripts.launch.runfolder import make_folder, resolve
 from tests.sil.launch import sil
 
 SECONDS = 8.0

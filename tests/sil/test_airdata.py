@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hil_scripts.replay_cmd import replay_run
-from hil_scripts.studies.sevil_loop_figures import figures
-from hil_scripts.studies.sevil_loop_flight import BREAKAWAY, CONTACT, Setting, Track, fly
+from hil_scripts.launch.replay_cmd import replay_run
+from hil_scripts.studies.sevil.loop_figures import figures
+from hil_scripts.studies.sevil.loop_flight import BREAKAWAY, CONTACT, Setting, Track, fly
 
 DEG = math.radians(1.0)
 NEAR = (-38.0, 0.0, 6.7)  # [m] begin close to contact, which is reached at 26 s

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from hil_scripts import ports
-from hil_scripts.runfolder import SCENARIOS
+from hil_scripts.launch import ports
+from hil_scripts.launch.runfolder import SCENARIOS
 from tests.sil.launch import Ended, sil
 
 SHORT = ("--duration", 5, "--no-rrd")

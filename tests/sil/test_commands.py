@@ -12,9 +12,10 @@ from typer.testing import CliRunner, Result
 
 import flightsw.__main__
 import sim_plant.__main__
-from hil_scripts import listing, screen, sil
+from hil_scripts import sil
 from hil_scripts.campaign.registry import all_studies
-from hil_scripts.runfolder import PARAMS, SCENARIOS, resolve
+from hil_scripts.launch import listing, screen
+from hil_scripts.launch.runfolder import PARAMS, SCENARIOS, resolve
 from sim_plant.scenario import load_scenario
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from flightsw.strict import ConfigError
-from hil_scripts import hashes
-from hil_scripts.procs import StopFlag
+from hil_scripts.launch import hashes
+from hil_scripts.launch.procs import StopFlag
 from tests.sil.launch import sil
 
 

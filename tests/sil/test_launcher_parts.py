@@ -11,8 +11,8 @@ from typing import Any
 import pytest
 
 from flightsw.strict import ConfigError
-from hil_scripts import kernel_cache, ports, tomlout, verdict
-from hil_scripts.runfolder import find_scenario, parse_sets
+from hil_scripts.launch import kernel_cache, ports, tomlout, verdict
+from hil_scripts.launch.runfolder import find_scenario, parse_sets
 
 
 @pytest.mark.parametrize(

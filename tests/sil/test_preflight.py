@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from flightsw.strict import ConfigError
-from hil_scripts import preflight
-from hil_scripts.runfolder import resolve
+from hil_scripts.launch import preflight
+from hil_scripts.launch.runfolder import resolve
 from tests.sil.launch import sil
 
 READ = [  # told by reading: nothing is built

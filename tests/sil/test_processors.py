@@ -15,7 +15,7 @@ from pathlib import Path
 
 import pytest
 
-from hil_scripts import kernel_cache
+from hil_scripts.launch import kernel_cache
 from tests.sil.launch import TIMEOUT_S
 
 pytestmark = pytest.mark.xdist_group("processors")
@@ -35,9 +35,9 @@ FLY = """
 import hashlib, json, sys, tempfile
 from pathlib import Path
 from rich.console import Console
-from hil_scripts.inproc import fly
-from hil_scripts.procs import StopFlag
-from hil_scripts.runfolder import make_folder, resolve
+from hil_scripts.launch.inproc import fly
+from hil_scripts.launch.procs import StopFlag
+from hil_scripts.launch.runfolder import make_folder, resolve
 import numpy as np
 
 out = {}

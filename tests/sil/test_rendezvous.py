@@ -6,8 +6,8 @@ import pytest
 
 from flightsw.icd.codec_receive import ACCEPT
 from flightsw.icd.wire import BY_NAME, SPECS, Counters, split
-from hil_scripts.studies.rivard_6dof import pool
-from hil_scripts.studies.rivard_6dof_flight import fly, fly_twin, plan_of
+from hil_scripts.studies.rivard.six_dof import pool
+from hil_scripts.studies.rivard.six_dof_flight import fly, fly_twin, plan_of
 from sim_plant.scenario import load_scenario
 from sim_plant.server import PlantServer
 

@@ -9,12 +9,12 @@ from pathlib import Path
 import pytest
 
 from flightsw import aircraft
-from flightsw.config import load_flight
+from flightsw.process.config import load_flight
 from flightsw.strict import ConfigError
-from hil_scripts import inproc, keep, screen, tomlout
-from hil_scripts.procs import StopFlag
-from hil_scripts.replay_cmd import replay_run
-from hil_scripts.runfolder import RunPlan, make_folder, resolve
+from hil_scripts.launch import inproc, keep, screen, tomlout
+from hil_scripts.launch.procs import StopFlag
+from hil_scripts.launch.replay_cmd import replay_run
+from hil_scripts.launch.runfolder import RunPlan, make_folder, resolve
 from sim_plant.scenario import load_scenario
 from sim_plant.wind.prevailing import DATA
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from hil_scripts.procs import StopFlag, Supervisor, describe_exit
+from hil_scripts.launch.procs import StopFlag, Supervisor, describe_exit
 
 FAKE = str(Path(__file__).with_name("fake_program.py"))
 FOREVER = "1000000"
@@ -101,7 +101,7 @@ def test_rubbish_on_stdout_is_kept_as_words_not_as_status() -> None:
 
 def test_children_die_with_a_launcher_that_is_killed_outright(tmp_path: Path) -> None:
     script = (
-        "import sys, time\nfrom hil_scripts.procs import Supervisor\n"
+        "import sys, time\nfrom hil_scripts.launch.procs import Supervisor\n"
         f"sup = Supervisor()\nprint(sup.start('a', {argv()!r}).pid, flush=True)\ntime.sleep(600)\n"
     )
     launcher = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True)

@@ -8,11 +8,11 @@ from pathlib import Path
 
 from rich.console import Console
 
-from hil_scripts import finish
-from hil_scripts.inproc import InProcess
-from hil_scripts.mission import Outcome
-from hil_scripts.procs import StopFlag
-from hil_scripts.runfolder import RunPlan, make_folder, resolve
+from hil_scripts.launch import finish
+from hil_scripts.launch.inproc import InProcess
+from hil_scripts.launch.mission import Outcome
+from hil_scripts.launch.procs import StopFlag
+from hil_scripts.launch.runfolder import RunPlan, make_folder, resolve
 from tests.sil.launch import summary
 
 SECONDS = 2.0

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from hil_scripts import kernel_cache, warmup
-from hil_scripts.procs import StopFlag
-from hil_scripts.runfolder import SCENARIOS
+from hil_scripts.launch import kernel_cache, warmup
+from hil_scripts.launch.procs import StopFlag
+from hil_scripts.launch.runfolder import SCENARIOS
 
 COMPILES = """
 import os, sys, time

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.stats import binomtest
 
-from flightsw.fdi.monitor import Fdi
+from flightsw.missions.receiver.airdata.fdi.monitor import Fdi
 from flightsw.types import FdiStatus
 
 SIGMA_V = float(np.sqrt(0.2))  # [m/s] Sevil 2013

@@ -8,9 +8,9 @@ import math
 import numpy as np
 import pytest
 
-from flightsw.airpos import ALGORITHMS, Contours, Crossings, Lines, decide, evaluate, locate, weights
-from flightsw.airpos.intersect import MERGE_M, im1
-from flightsw.models.wake_map import load_map, make_map
+from hil_scripts.studies.sevil.airpos import ALGORITHMS, Contours, Crossings, Lines, decide, evaluate, locate, weights
+from hil_scripts.studies.sevil.airpos.intersect import MERGE_M, im1
+from hil_scripts.studies.sevil.wake_map import load_map, make_map
 
 NONE = np.zeros((0, 2))
 ONE = np.array([[1.0, 7.0]])

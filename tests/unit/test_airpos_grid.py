@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from flightsw.airpos import ALGORITHMS, Algorithm, Contours, Crossings, Metrics, evaluate, locate
-from flightsw.models.wake_map import expected_readings, load_map
+from hil_scripts.studies.sevil.airpos import ALGORITHMS, Algorithm, Contours, Crossings, Metrics, evaluate, locate
+from hil_scripts.studies.sevil.wake_map import expected_readings, load_map
 
 SMALL, EXTENDED = load_map("small"), load_map("extended")
 CUT = {"small": Contours(SMALL), "extended": Contours(EXTENDED)}

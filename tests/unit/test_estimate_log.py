@@ -15,9 +15,9 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from flightsw.nav.kinematic import KinematicParams
 from hil_scripts.estimate import columns, command, flightlog, offline
 from hil_scripts.estimate.compare import without_probe
+from hil_scripts.estimate.kinematic import KinematicParams
 
 REAL = Path(__file__).parents[2] / "data" / "flight_logs" / "ampyx_ap2_20171003_50hz.csv"
 Rows = list[list[str]]

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy import optimize, stats
 
-from flightsw.fdi import detectors, isolation, metrics, parity
+from flightsw.missions.receiver.airdata.fdi import detectors, metrics, parity
+from hil_scripts.studies.sevil import isolation
 from tests.unit.fdi_data import SIGMA_A, SIGMA_V, consistent, noise3
 
 N = 60_000

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from flightsw.fdi import isolation, metrics, parity, two_faults
-from flightsw.fdi.correction import correct_rotation
+from flightsw.missions.receiver.airdata.fdi import metrics, parity
+from hil_scripts.studies.sevil import isolation, two_faults
+from hil_scripts.studies.sevil.correction import correct_rotation
 from tests.unit.fdi_data import SIGMA_A, SIGMA_V, noise3
 
 N = 50_000

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from flightsw.fdi.monitor import Fdi, FdiParams
+from flightsw.missions.receiver.airdata.fdi.monitor import Fdi, FdiParams
 from tests.unit.fdi_data import ALL, COMMON_SIGMA, E9, S0, fault, fly, readings
 
 

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from flightsw.fdi import detectors, parity, two_faults
-from flightsw.fdi.monitor import Fdi, FdiParams, same_tail
-from flightsw.kernels.fdi_monitor import blame
+from flightsw.missions.receiver.airdata.fdi import detectors, parity
+from flightsw.missions.receiver.airdata.fdi.monitor import Fdi, FdiParams, same_tail
+from flightsw.missions.receiver.airdata.fdi.monitor_kernel import blame
 from flightsw.strict import ConfigError, convert, to_dict
+from hil_scripts.studies.sevil import two_faults
 from tests.unit.fdi_data import ALL, COMMON_SIGMA, E9, S0, SIGMA9, SIGMA_V, ZERO3, fly, noise3, readings
 
 

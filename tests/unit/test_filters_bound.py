@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from flightsw.filters.bound import PosteriorBound, jacobian, trajectory_bound
 from flightsw.filters.factory import make_filter
 from flightsw.filters.kalman import KalmanFilter
+from hil_scripts.studies.lee.bound import PosteriorBound, jacobian, trajectory_bound
 
 Array = np.ndarray
 

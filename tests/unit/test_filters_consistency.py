@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import chi2, kstest
 
-from flightsw.filters.consistency import (
+from hil_scripts.campaign.consistency import (
     chi2_band,
     convergence_time,
     nees,

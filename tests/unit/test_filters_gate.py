@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from flightsw.filters.gate import BENCH, CAP, DECAY, ChannelGate
+from flightsw.filters.gating import BENCH, CAP, DECAY, ChannelGate
 
 CODES = np.arange(4)
 

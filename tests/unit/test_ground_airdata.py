@@ -22,7 +22,18 @@ from flightsw.aircraft import load_aircraft
 from flightsw.icd import mav
 from flightsw.icd.tlog import TlogWriter, read
 from flightsw.icd.wire import Sender
-from ground.airdata import (
+from ground.columns import Columns, load
+from ground.link.live import Monitor
+from ground.link.packets import IDS, decode, packet_id
+from ground.link.packets import PHASES as PHASE_NAMES
+from ground.metrics import compute
+from ground.rrd import convert
+from ground.rrd.blueprint import NoTabError
+from ground.rrd.series import Sink
+from ground.rrd.shot import viewer
+from ground.views.airdata.draw import airdata
+from ground.views.airdata.figures import LEGS, PHASES, legs, position_stats
+from ground.views.airdata.read import (
     CHANNELS,
     DIRECTIONS,
     channel_words,
@@ -33,17 +44,6 @@ from ground.airdata import (
     vortices,
     wake_words,
 )
-from ground.airmetrics import LEGS, PHASES, legs, position_stats
-from ground.blueprint import NoTabError
-from ground.columns import Columns, load
-from ground.live import Monitor
-from ground.metrics import compute
-from ground.packets import IDS, decode, packet_id
-from ground.packets import PHASES as PHASE_NAMES
-from ground.rrd import convert
-from ground.rrd.airdata import airdata
-from ground.rrd.series import Sink
-from ground.rrd.shot import viewer
 
 Synth = runpy.run_path(str(Path(__file__).with_name("ground_synth.py")))["Synth"]
 Air = runpy.run_path(str(Path(__file__).with_name("airdata_synth.py")))

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from ground.align import GAP_US, align, seconds
 from ground.columns import Table
-from ground.packets import DTYPES, IDS
+from ground.link.packets import DTYPES, IDS
 
 STEP_US = 50_000
 Ints = NDArray[np.int64]

@@ -11,7 +11,7 @@ import pytest
 from flightsw.icd.tlog import TlogWriter, read
 from flightsw.icd.wire import SPECS, Sender
 from ground.columns import LogError, hold, load, match
-from ground.packets import DTYPES, decode, packet_time_us, split
+from ground.link.packets import DTYPES, decode, packet_time_us, split
 
 Synth = runpy.run_path(str(Path(__file__).with_name("ground_synth.py")))["Synth"]
 

@@ -16,13 +16,13 @@ from flightsw.icd.codec import PlantCodec
 from flightsw.icd.geo import Origin
 from flightsw.icd.tlog import TlogWriter
 from flightsw.icd.wire import Counters
-from flightsw.telemetry import Telemetry
+from flightsw.process.telemetry import Telemetry
 from flightsw.types import ActuatorCmd, GuidanceCmd, GustState, Health, NavState, SensorFrame, Snapshot, Timing
 from ground.__main__ import app
 from ground.columns import load
-from ground.gust import flights, has_gust, names, trim_speed, vane_bias
+from ground.link.record import Recorder
 from ground.metrics import compute
-from ground.receiver import Recorder
+from ground.views.gust.read import flights, has_gust, names, trim_speed, vane_bias
 
 DEG = math.pi / 180.0
 HZ = 50
@@ -187,8 +187,8 @@ def test_injected_failures_end_the_known_bias(tmp_path: Path) -> None:
 
 
 def test_conversion_and_tabs(run: Path, tmp_path: Path) -> None:
-    from ground.blueprint import NoTabError
     from ground.rrd import convert
+    from ground.rrd.blueprint import NoTabError
 
     path = convert(run, tmp_path / "run.rrd")
     assert path.stat().st_size > 20_000
@@ -203,7 +203,7 @@ def test_metrics_command_prints_them(run: Path) -> None:
 
 
 def test_law_by_command() -> None:
-    from ground.command import CommandError, fit, order
+    from ground.link.command import CommandError, fit, order
 
     o, why = fit(order("law", 2.0, 3), "gust")
     assert (o.target, o.command, o.params[0], o.text, why) == (3, 31011, 2.0, "law elevator", "")

@@ -20,8 +20,8 @@ import pytest
 from flightsw.icd.tlog import TlogWriter, read
 from flightsw.icd.wire import Sender
 from ground.columns import load
-from ground.merge import MAX_JUMP_US, Merger, SequenceGaps
-from ground.receiver import Recorder, RecordError, open_socket, parse_target, run
+from ground.link.merge import MAX_JUMP_US, Merger, SequenceGaps
+from ground.link.record import Recorder, RecordError, open_socket, parse_target, run
 
 Synth = runpy.run_path(str(Path(__file__).with_name("ground_synth.py")))["Synth"]
 

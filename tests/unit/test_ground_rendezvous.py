@@ -11,9 +11,9 @@ import pytest
 from flightsw.icd.tlog import TlogWriter
 from flightsw.icd.wire import Sender
 from ground.columns import load
-from ground.packets import DTYPES, IDS
-from ground.rendezvous import covariances, nees3, rendezvous_metrics, to_plan, to_r
-from ground.rrd.rendezvous import turn_path
+from ground.link.packets import DTYPES, IDS
+from ground.views.rendezvous.draw import turn_path
+from ground.views.rendezvous.read import covariances, nees3, rendezvous_metrics, to_plan, to_r
 
 FRAME = np.array([100.0, -50.0, math.radians(120.0)])
 

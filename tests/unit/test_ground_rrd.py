@@ -16,11 +16,10 @@ from rerun.chunk import RrdReader
 from flightsw.aircraft import load_aircraft
 from flightsw.icd.tlog import LINK_IN, TlogWriter, read
 from flightsw.icd.wire import Sender
-from ground import scene
 from ground.columns import LogError
 from ground.compare import compare, report
 from ground.geometry import euler_quat, quat_conj, quat_euler, quat_mul, quat_rotate, wrap
-from ground.rrd import contact_time, convert
+from ground.rrd import contact_time, convert, scene
 from ground.rrd.shot import ScreenshotError, screenshot, viewer
 
 Synth = runpy.run_path(str(Path(__file__).with_name("ground_synth.py")))["Synth"]
@@ -119,9 +118,7 @@ def test_screenshot_says_what_is_missing(run: Path, tmp_path: Path) -> None:
 
 
 def test_recording_and_monitor_do_not_import_rerun() -> None:
-    code = (
-        "import sys, ground.__main__, ground.receiver, ground.live, ground.metrics; assert 'rerun' not in sys.modules"
-    )
+    code = "import sys, ground.__main__, ground.link.record, ground.link.live, ground.metrics; assert 'rerun' not in sys.modules"
     assert subprocess.run([sys.executable, "-c", code]).returncode == 0
 
 

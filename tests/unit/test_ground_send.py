@@ -16,11 +16,11 @@ from flightsw.icd.wire import SPECS, Counters, Sender, split
 from flightsw.missions import MISSIONS
 from flightsw.types import Ack
 from ground.__main__ import app
-from ground.command import ACTIONS, COMP_PLANT, OWNERS, Answer, CommandError, Order, order, send
-from ground.command import MISSIONS as GROUND_MISSIONS
-from ground.inject import CHANNELS, PROBES, TYPES, UNITS, inject
-from ground.live import STALE_S, Monitor, wind_words
-from ground.packets import health_words
+from ground.link.command import ACTIONS, COMP_PLANT, OWNERS, Answer, CommandError, Order, order, send
+from ground.link.command import MISSIONS as GROUND_MISSIONS
+from ground.link.inject import CHANNELS, PROBES, TYPES, UNITS, inject
+from ground.link.live import STALE_S, Monitor, wind_words
+from ground.link.packets import health_words
 
 Synth = runpy.run_path(str(Path(__file__).with_name("ground_synth.py")))["Synth"]
 Reply = Callable[[dict[str, float]], list[bytes]]
@@ -258,7 +258,7 @@ def test_negative_value_on_the_command_line_is_a_value(monkeypatch: pytest.Monke
         sent.append(what)
         return Answer(0, "done")
 
-    monkeypatch.setattr("ground.command.send", transmit)
+    monkeypatch.setattr("ground.link.command.send", transmit)
     line = ["send", "inject", "-0.02", "--type", "bias", "--probe", "right", "--channel", "alpha", "--for", "5"]
     assert CliRunner().invoke(app, line).exit_code == 0
     assert sent[0].params == (8.0, 4.0, 3.0, 2.0, -0.02, 5.0, 0.0)

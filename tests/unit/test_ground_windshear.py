@@ -10,14 +10,14 @@ import pytest
 from typer.testing import CliRunner
 
 from ground.__main__ import app
-from ground.blueprint import NoTabError
 from ground.columns import load
-from ground.command import CommandError, fit, order
+from ground.link.command import CommandError, fit, order
 from ground.metrics import compute
 from ground.rrd import convert
-from ground.windshear import KD, VA, WX, Downburst, H, X, flights, has_windshear
-from sim_plant.kernels.microburst import wind
-from sim_plant.microburst import Microburst
+from ground.rrd.blueprint import NoTabError
+from ground.views.windshear.read import KD, VA, WX, Downburst, H, X, flights, has_windshear
+from sim_plant.wind.microburst import Microburst
+from sim_plant.wind.microburst_kernel import wind
 from tests.sil.launch import sil
 
 SECONDS = 66.0

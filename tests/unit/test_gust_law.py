@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from flightsw.ctrl import gust as law
-from flightsw.ctrl.lqr import DesignError
-from flightsw.kernels import gust as k
-from flightsw.models.gust import linear_model, published
-from flightsw.models.gust_servo import GustServos
+from flightsw.missions.gust import dynamics as k
+from flightsw.missions.gust import law
+from flightsw.missions.gust.model import linear_model, published
+from flightsw.missions.gust.servos import GustServos
+from flightsw.sixdof.lqr import DesignError
 from sim_plant.kernels import layout as n
 from sim_plant.kernels.servo import servo_step
 
@@ -131,7 +131,7 @@ def test_a_down_gust_lowers_the_flap_and_zeroed_wind_columns_do_not() -> None:
 
 def test_equivalent_state_gives_the_linear_lift_the_nonlinear_need() -> None:
     """With flap and incidence that hold the path in the nonlinear model, the linear a_z of the equivalent state is zero."""
-    from flightsw.models.gust import Turbulence, parameter_vector
+    from flightsw.missions.gust.model import Turbulence, parameter_vector
 
     par = parameter_vector(AC, Turbulence())
     x = np.zeros(9)

@@ -10,12 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.linalg import expm, solve_continuous_are, solve_continuous_lyapunov
 
-from flightsw.kernels import gust as k
 from flightsw.kernels.discrete import discretise
-from flightsw.models import gust as model
-from flightsw.models import gust_print as printed
-from flightsw.models.gust_design import discrete_gain, kalman_bucy, pbh_rank
-from flightsw.nav.gust import GustNav, GustParams
+from flightsw.missions.gust import dynamics as k
+from flightsw.missions.gust import model, printed
+from flightsw.missions.gust.design import discrete_gain, kalman_bucy, pbh_rank
+from flightsw.missions.gust.estimator import GustNav, GustParams
 from tests.sampled import transition_and_noise
 
 M = model.linear_model()

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from flightsw.kernels import gust as k
-from flightsw.models import gust as model
-from flightsw.models.gust_design import discrete_gain
-from flightsw.models.gust_print import H_PRINTED, THETA
-from flightsw.nav.gust import BASIC, GROUND, VERTICAL, GustNav, GustParams
-from flightsw.nav.gust_constant import ConstantGainGust
+from flightsw.missions.gust import dynamics as k
+from flightsw.missions.gust import model
+from flightsw.missions.gust.design import discrete_gain
+from flightsw.missions.gust.estimator import BASIC, GROUND, VERTICAL, GustNav, GustParams
+from flightsw.missions.gust.estimator_printed import ConstantGainGust
+from flightsw.missions.gust.printed import H_PRINTED, THETA
 from tests.sampled import transition_and_noise
 
 M = model.linear_model()
@@ -232,7 +232,7 @@ def test_joined_readings_follow_a_ramp_without_the_lag_of_held_ones() -> None:
 
 
 def test_parameters_survive_the_strict_loader() -> None:
-    from flightsw.ctrl.gust import AlleviationParams, HoldParams
+    from flightsw.missions.gust.law import AlleviationParams, HoldParams
     from flightsw.strict import ConfigError, convert, to_dict
 
     for p in (GustParams(scales=(0.01, 0.3)), AlleviationParams(), HoldParams()):

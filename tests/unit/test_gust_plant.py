@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from flightsw.kernels import gust as onboard
-from flightsw.models.gust import Turbulence, linear_model, parameter_vector, published
-from sim_plant.alexis import Alexis, AlexisParams, AlexisSensors
-from sim_plant.alexis_wind import AlexisWind, Gust, turbulence, wind_series
-from sim_plant.kernels import alexis as ka
+from flightsw.missions.gust import dynamics as onboard
+from flightsw.missions.gust.model import Turbulence, linear_model, parameter_vector, published
+from sim_plant.aircraft.alexis import dynamics as ka
+from sim_plant.aircraft.alexis.flight import Alexis, AlexisParams, AlexisSensors
+from sim_plant.wind.planar import AlexisWind, Gust, turbulence, wind_series
 
 DT = 0.02
 CALM = AlexisWind(0.0, 0.0)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from flightsw.ctrl.gust import GustAlleviation
-from flightsw.models.gust_servo import GustServos
-from flightsw.nav.gust import BASIC, GustNav, GustParams
-from flightsw.nav.gust_constant import ConstantGainGust
+from flightsw.missions.gust.estimator import BASIC, GustNav, GustParams
+from flightsw.missions.gust.estimator_printed import ConstantGainGust
+from flightsw.missions.gust.law import GustAlleviation
+from flightsw.missions.gust.servos import GustServos
 
 TRIM = np.array([0.0, 0.0, 20.0, 0.0, 100.0, 20.0, 0.0])
 MAKERS = {

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from flightsw.aircraft import load_aircraft
-from flightsw.config import load_flight
-from flightsw.missions.join import JoinMission, JoinParams
-from flightsw.node import make_app
+from flightsw.missions.receiver.en_route import JoinMission, JoinParams
+from flightsw.process.config import load_flight
+from flightsw.process.node import make_app
 from flightsw.strict import convert
 from flightsw.types import HF_IMU, HF_PEER, HF_REL, UPD_REL, Command, SensorFrame
-from ground.joinmetrics import wake_clearance
+from ground.views.joinup.figures import wake_clearance
 from sim_plant.sensors.base import View
 from sim_plant.sensors.config import NoiseCfg, Rel, Suite
 from sim_plant.sensors.suite import build_sensors

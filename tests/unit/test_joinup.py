@@ -10,9 +10,27 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from flightsw.guid.joinup import ENROUTE, INIT, JOIN_UP, JoinUpGuidance, JoinUpParams, Sight, closure, may_close, wanted
-from flightsw.guid.refuel import BREAKAWAY, CONTACT, DISCONNECT, OBSERVATION, PRECONTACT, RETURN, TO_CONTACT
-from flightsw.guid.sequence import Sequence, SequenceParams
+from flightsw.missions.receiver.joinup import (
+    ENROUTE,
+    INIT,
+    JOIN_UP,
+    JoinUpGuidance,
+    JoinUpParams,
+    Sight,
+    closure,
+    may_close,
+    wanted,
+)
+from flightsw.missions.receiver.refuel import (
+    BREAKAWAY,
+    CONTACT,
+    DISCONNECT,
+    OBSERVATION,
+    PRECONTACT,
+    RETURN,
+    TO_CONTACT,
+)
+from flightsw.missions.receiver.sequence import Sequence, SequenceParams
 from flightsw.strict import ConfigError
 from flightsw.types import NavState, SensorFrame
 

@@ -10,7 +10,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
-from flightsw.nav.kinematic import KinematicInput, KinematicNav, KinematicParams
+from hil_scripts.estimate.kinematic import KinematicInput, KinematicNav, KinematicParams
 
 Array = np.ndarray
 DT = 0.02

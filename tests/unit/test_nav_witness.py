@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from flightsw.nav.position_aid import GnssWitness
-from flightsw.nav.witness import AGAINST, FOR, UNDECIDED, Forces, verdict
+from flightsw.missions.receiver.aids import GnssWitness
+from flightsw.sixdof.witness import AGAINST, FOR, UNDECIDED, Forces, verdict
 
 G = 9.81
 

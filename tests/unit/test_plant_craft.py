@@ -12,12 +12,12 @@ from flightsw.aircraft import Aircraft, load_aircraft, load_airframe
 from flightsw.icd.codec import FlightCodec, PlantCodec
 from flightsw.strict import ConfigError
 from flightsw.types import UPD_AIR, UPD_BARO, UPD_FUEL, UPD_GNSS, UPD_IMU, UPD_MAG, ActuatorCmd, Command
-from sim_plant.alexis import Alexis, AlexisParams
-from sim_plant.alexis_craft import PERFECT, AlexisCraft, AlexisTable
-from sim_plant.alexis_wind import AlexisWind
-from sim_plant.crafts import CRAFTS
+from sim_plant.aircraft.alexis.craft import PERFECT, AlexisCraft, AlexisTable
+from sim_plant.aircraft.alexis.flight import Alexis, AlexisParams
+from sim_plant.aircraft.register import CRAFTS
 from sim_plant.scenario import MODELS, SIXDOF, Scenario, dump, load_scenario
 from sim_plant.sensors.base import Sensor
+from sim_plant.wind.planar import AlexisWind
 from sim_plant.world import AircraftLostError, World
 
 QUIET = {"noise.scale": 0.0, "noise.bias_scale": 0.0}

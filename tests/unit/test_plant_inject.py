@@ -14,8 +14,8 @@ from flightsw.icd.tlog import read
 from flightsw.icd.wire import Sender
 from flightsw.strict import ConfigError
 from ground.columns import load
-from sim_plant import inject
-from sim_plant.inject import ACCEPTED, DENIED, UNSUPPORTED, judge
+from sim_plant.failures import judge as inject
+from sim_plant.failures.judge import ACCEPTED, DENIED, UNSUPPORTED, judge
 from sim_plant.scenario import load_scenario
 from sim_plant.server import PlantServer
 

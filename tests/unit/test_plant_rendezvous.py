@@ -12,14 +12,14 @@ from scipy.stats import chi2
 
 from flightsw.strict import ConfigError
 from flightsw.types import UPD_RADAR, UPD_TACAN
+from sim_plant.couplings.traffic import Traffic
+from sim_plant.couplings.traffic_config import RendezvousTrack, TrafficCfg
 from sim_plant.kernels import layout as n
 from sim_plant.rng import NoiseRows
 from sim_plant.scenario import load_scenario
 from sim_plant.sensors.base import View
 from sim_plant.sensors.config import Tacan
 from sim_plant.sensors.tacan import TacanSensor
-from sim_plant.traffic import Traffic
-from sim_plant.traffic_cfg import RendezvousTrack, TrafficCfg
 from sim_plant.world import World
 
 EAST = RendezvousTrack(100.0, -200.0, 90.0)

@@ -23,8 +23,8 @@ from flightsw.icd.tlog import read
 from flightsw.types import UPD_PEER, ActuatorCmd, NavState, SensorFrame
 from sim_plant.__main__ import app
 from sim_plant.accounts import accounts
+from sim_plant.couplings.radio import Radio
 from sim_plant.loops import PeerLostError, StoppedError, UdpPlant
-from sim_plant.radio import Radio
 from sim_plant.scenario import load_scenario
 from sim_plant.server import PlantServer
 

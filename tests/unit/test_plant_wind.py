@@ -8,9 +8,9 @@ from scipy.linalg import solve_continuous_lyapunov
 from scipy.signal import welch
 
 from flightsw.strict import ConfigError
-from sim_plant.kernels.air import free_air
 from sim_plant.rng import BLOCK
 from sim_plant.scenario import load_scenario
+from sim_plant.wind.air import free_air
 from sim_plant.wind.dryden import DrydenSeries, discretise, shaping
 from sim_plant.wind.prevailing import constant_table, sounding_table
 from sim_plant.world import World

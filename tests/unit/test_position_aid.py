@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from flightsw.aircraft import load_aircraft
-from flightsw.nav.airdata import AirData, AirDataParams, rate_slopes
-from flightsw.nav.common import EstimatorCore, NavParams
-from flightsw.nav.position_aid import AidParams, PositionAid, VelocityAid
-from flightsw.nav.relative import RelativeNav
+from flightsw.missions.receiver.aids import AidParams, PositionAid, VelocityAid
+from flightsw.missions.receiver.airdata.airdata import AirData, AirDataParams, rate_slopes
+from flightsw.missions.receiver.estimator import RelativeNav
+from flightsw.sixdof.estimator_core import EstimatorCore, NavParams
 from flightsw.types import FdiStatus, Health, SensorFrame, WakeFix
 
 LEARJET = load_aircraft("learjet24")

@@ -10,11 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.polynomial.hermite_e import hermegauss
 
-from flightsw.kernels import rendezvous as k3
-from flightsw.kernels import rendezvous_bank as kb
-from flightsw.kernels import rendezvous_eight as k8
-from flightsw.nav.rendezvous import RangeEstimator
-from flightsw.nav.rendezvous_params import (
+from flightsw.missions.rendezvous import bank as kb
+from flightsw.missions.rendezvous import full_order as k8
+from flightsw.missions.rendezvous import range_filter as k3
+from flightsw.missions.rendezvous.estimator import RangeEstimator
+from flightsw.missions.rendezvous.params import (
     ESTIMATORS,
     KN,
     NM,
@@ -23,7 +23,7 @@ from flightsw.nav.rendezvous_params import (
     nominal_velocity,
     three_vector,
 )
-from sim_plant.kernels import rendezvous as tr
+from sim_plant.couplings import traffic_kernel as tr
 from tests.sampled import transition_and_noise
 
 U = -396.0 * KN

@@ -10,11 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from flightsw.guid.rendezvous import OwnState, RendezvousGuidance, RendezvousGuidanceParams
-from flightsw.kernels import rendezvous_guid as kg
-from flightsw.kernels import rendezvous_turn as kt
-from flightsw.models.rendezvous_frame import RendezvousFrame
-from sim_plant.kernels import rendezvous as tr
+from flightsw.missions.rendezvous import turn_geometry as kt
+from flightsw.missions.rendezvous import turn_law as kg
+from flightsw.missions.rendezvous.frame import RendezvousFrame
+from flightsw.missions.rendezvous.guidance import OwnState, RendezvousGuidance, RendezvousGuidanceParams
+from sim_plant.couplings import traffic_kernel as tr
 
 NM, KN, G = 1852.0, 1852.0 / 3600.0, 9.80665
 V = 396.0 * KN

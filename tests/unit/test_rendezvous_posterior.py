@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from flightsw.nav.rendezvous import RangeEstimator
-from flightsw.nav.rendezvous_params import KN, NM, RendezvousNavParams
+from flightsw.missions.rendezvous.estimator import RangeEstimator
+from flightsw.missions.rendezvous.params import KN, NM, RendezvousNavParams
 
 U = -396.0 * KN
 

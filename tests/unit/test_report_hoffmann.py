@@ -12,15 +12,17 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from flightsw.models.gust_print import H_PRINTED
+from flightsw.missions.gust.printed import H_PRINTED
 from ground.__main__ import app
-from ground.report import hoffmann as data
-from ground.report.hoffmann_build import hoffmann_report, judge
+from ground.report.hoffmann import page as data
+from ground.report.hoffmann.build import hoffmann_report, judge
 from ground.report.load import load
 from ground.report.page import number
 from hil_scripts.campaign.engine import run_campaign
 from hil_scripts.campaign.study import Case, Study
-from hil_scripts.studies import hoffmann, hoffmann_loop, hoffmann_robust
+from hil_scripts.studies.hoffmann import loop as hoffmann_loop
+from hil_scripts.studies.hoffmann import robust as hoffmann_robust
+from hil_scripts.studies.hoffmann import study as hoffmann
 
 LEE = runpy.run_path(str(Path(__file__).with_name("test_report_lee.py")))
 SHORT: dict[str, dict[str, Any]] = {
@@ -139,9 +141,9 @@ def test_command_makes_the_page_of_one_folder(campaigns: list[Path], tmp_path: P
 
 
 def test_bench_has_a_row_for_every_estimator_and_law() -> None:
-    from flightsw.ctrl.gust_select import LAWS
-    from flightsw.nav.gust_select import ESTIMATORS
-    from hil_scripts import bench_gust
+    from flightsw.missions.gust.estimators import ESTIMATORS
+    from flightsw.missions.gust.laws import LAWS
+    from hil_scripts.bench import gust as bench_gust
 
     took = bench_gust.estimators(2.0) | bench_gust.laws(120)
     assert set(took) == {*ESTIMATORS, *LAWS}

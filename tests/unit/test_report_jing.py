@@ -11,14 +11,15 @@ import pytest
 from typer.testing import CliRunner
 
 from ground.__main__ import app
-from ground.report import jing as data
-from ground.report.hoffmann_build import judged
-from ground.report.jing_build import jing_report
+from ground.report.hoffmann.build import judged
+from ground.report.jing import page as data
+from ground.report.jing.build import jing_report
 from ground.report.load import load
 from ground.report.page import number
 from hil_scripts.campaign.engine import run_campaign
 from hil_scripts.campaign.study import Study
-from hil_scripts.studies import jing, jing_escape
+from hil_scripts.studies.jing import escape as jing_escape
+from hil_scripts.studies.jing import study as jing
 
 LEE = runpy.run_path(str(Path(__file__).with_name("test_report_lee.py")))
 ALL = (*jing.STUDIES, *jing_escape.STUDIES)

@@ -13,12 +13,14 @@ import numpy as np
 import pytest
 from matplotlib.axes import Axes
 
-from ground.report import figures, lee, open_loop, rivard_cells, verdicts
+from ground.report import figures, open_loop, verdicts
 from ground.report import page as p
 from ground.report.build import claims, lee_report
+from ground.report.lee import page as lee
 from ground.report.load import Stat, load
-from ground.report.sevil import Target
-from ground.report.sevil_cases import Cases, matrix, sweep_points
+from ground.report.rivard import cells as rivard_cells
+from ground.report.sevil.cases import Cases, matrix, sweep_points
+from ground.report.sevil.page import Target
 from hil_scripts.campaign.engine import run_campaign
 from hil_scripts.campaign.study import Case, RunResult, Study
 

@@ -13,13 +13,13 @@ import pytest
 from typer.testing import CliRunner
 
 from ground.__main__ import app
-from ground.report import rivard as data
 from ground.report.load import load
-from ground.report.rivard_build import judge, rivard_report
-from ground.report.sevil_cases import Cases
+from ground.report.rivard import page as data
+from ground.report.rivard.build import judge, rivard_report
+from ground.report.sevil.cases import Cases
 from hil_scripts.campaign.engine import run_campaign
 from hil_scripts.campaign.study import Case, RunResult, Study
-from hil_scripts.studies.rivard import STUDY
+from hil_scripts.studies.rivard.study import STUDY
 
 LEE = runpy.run_path(str(Path(__file__).with_name("test_report_lee.py")))
 CASES = (

@@ -13,14 +13,17 @@ import pytest
 from typer.testing import CliRunner
 
 from ground.__main__ import app
-from ground.report import sevil as data
 from ground.report.load import load
 from ground.report.page import number
-from ground.report.sevil_build import judge, sevil_report
-from ground.report.sevil_cases import Cases
+from ground.report.sevil import page as data
+from ground.report.sevil.build import judge, sevil_report
+from ground.report.sevil.cases import Cases
 from hil_scripts.campaign.engine import run_campaign
 from hil_scripts.campaign.study import Case, RunResult, Study
-from hil_scripts.studies import sevil, sevil_dynamic, sevil_faults, sevil_static
+from hil_scripts.studies.sevil import dynamic as sevil_dynamic
+from hil_scripts.studies.sevil import faults as sevil_faults
+from hil_scripts.studies.sevil import static as sevil_static
+from hil_scripts.studies.sevil import study as sevil
 
 LEE = runpy.run_path(str(Path(__file__).with_name("test_report_lee.py")))
 SHORT = {"legs_s": (30.0, 10.0, 10.0, 10.0, 20.0), "faults": False}

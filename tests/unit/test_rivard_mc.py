@@ -7,14 +7,14 @@ import math
 import numpy as np
 import pytest
 
-from flightsw.guid.rendezvous import OwnState, RendezvousGuidance
-from flightsw.nav.rendezvous import RangeEstimator
-from hil_scripts.studies import rivard_kernel as rk
-from hil_scripts.studies.rivard_cases import CASES, case
-from hil_scripts.studies.rivard_figures import consistency, figures, observability, proportion, table_band
-from hil_scripts.studies.rivard_mc import BLOCK, NM, SEED, RivardCase, draw, run_case, truth_vectors
-from hil_scripts.studies.rivard_numpy import run_numpy
-from sim_plant.kernels import rendezvous as tr
+from flightsw.missions.rendezvous.estimator import RangeEstimator
+from flightsw.missions.rendezvous.guidance import OwnState, RendezvousGuidance
+from hil_scripts.studies.rivard import kernel as rk
+from hil_scripts.studies.rivard.cases import CASES, case
+from hil_scripts.studies.rivard.figures import consistency, figures, observability, proportion, table_band
+from hil_scripts.studies.rivard.mc import BLOCK, NM, SEED, RivardCase, draw, run_case, truth_vectors
+from hil_scripts.studies.rivard.plain_numpy import run_numpy
+from sim_plant.couplings import traffic_kernel as tr
 
 # printed RMS of 30 runs (x, y) and the rule the specification finds them under; NM
 PRINTED = {

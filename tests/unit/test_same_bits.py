@@ -15,16 +15,16 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 # Studies of fault detection, of figures and of the source's constant gain: they judge data, nothing flies them.
 NEVER_FLOWN = {
-    "flightsw/fdi/detectors.py",
-    "flightsw/fdi/isolation.py",
-    "flightsw/fdi/metrics.py",
-    "flightsw/fdi/parity.py",
-    "flightsw/fdi/two_faults.py",
-    "flightsw/filters/consistency.py",
-    "flightsw/airpos/metrics.py",
-    "flightsw/models/gust_design.py",
+    "flightsw/missions/receiver/airdata/fdi/detectors.py",
+    "hil_scripts/studies/sevil/isolation.py",
+    "flightsw/missions/receiver/airdata/fdi/metrics.py",
+    "flightsw/missions/receiver/airdata/fdi/parity.py",
+    "hil_scripts/studies/sevil/two_faults.py",
+    "hil_scripts/campaign/consistency.py",
+    "hil_scripts/studies/sevil/airpos/metrics.py",
+    "flightsw/missions/gust/design.py",
 }
-YET_USED = {"flightsw.fdi.detectors.threshold_table"}  # chi-square quantiles, one by one
+YET_USED = {"flightsw.missions.receiver.airdata.fdi.detectors.threshold_table"}  # chi-square quantiles, one by one
 # scipy.optimize.root: MINPACK's own loops, no library below it
 SCIPY = {"scipy.optimize": {"root"}}
 PRODUCTS = {

@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 
 import pytest
 
-from flightsw.ctrl.gust_select import GustCtrlTable
-from flightsw.missions.join import JoinTable
+from flightsw.missions.gust.laws import GustCtrlTable
+from flightsw.missions.receiver.en_route import JoinTable
 from flightsw.strict import ConfigError, convert
-from sim_plant.alexis_craft import AlexisTable
+from sim_plant.aircraft.alexis.craft import AlexisTable
 
 
 @dataclass(frozen=True)

@@ -7,12 +7,14 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from flightsw.kernels import gust as k
-from flightsw.models.gust import published
+from flightsw.missions.gust import dynamics as k
+from flightsw.missions.gust.model import published
 from hil_scripts.campaign.registry import all_studies
 from hil_scripts.campaign.study import Case, RunResult
-from hil_scripts.studies import hoffmann, hoffmann_loop, hoffmann_robust
-from hil_scripts.studies import hoffmann_flight as hf
+from hil_scripts.studies.hoffmann import flight as hf
+from hil_scripts.studies.hoffmann import loop as hoffmann_loop
+from hil_scripts.studies.hoffmann import robust as hoffmann_robust
+from hil_scripts.studies.hoffmann import study as hoffmann
 
 AC = published()
 LOOPS = ("default", "vertical", "bank", "tuned_1", "printed", "printed_joined")

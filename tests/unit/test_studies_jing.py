@@ -7,14 +7,16 @@ import math
 import numpy as np
 import pytest
 
-from flightsw.kernels import windshear as k
-from flightsw.nav.windshear import WindshearParams
+from flightsw.missions.windshear import dynamics as k
+from flightsw.missions.windshear.estimator import WindshearParams
 from hil_scripts.campaign.registry import all_studies
 from hil_scripts.campaign.study import Case
-from hil_scripts.studies import jing, jing_draw, jing_escape
-from hil_scripts.studies import jing_flight as jf
-from sim_plant.microburst import MICROBURSTS
-from sim_plant.twinjet import TwinJetAir, TwinJetParams
+from hil_scripts.studies.jing import draw as jing_draw
+from hil_scripts.studies.jing import escape as jing_escape
+from hil_scripts.studies.jing import flight as jf
+from hil_scripts.studies.jing import study as jing
+from sim_plant.aircraft.twinjet.flight import TwinJetAir, TwinJetParams
+from sim_plant.wind.microburst import MICROBURSTS
 
 
 def made(n: int) -> jf.Flight:

@@ -5,15 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from flightsw.models.airframe import propagate_free
-from flightsw.models.params import parameter_vector
+from flightsw.sixdof.motion import propagate_free
+from flightsw.sixdof.params import parameter_vector
 from hil_scripts.campaign.study import Case
-from hil_scripts.studies import flight as fl
-from hil_scripts.studies import lee, lee_loop, lee_open
-from hil_scripts.studies.closed_loop import LoopCase
-from hil_scripts.studies.closed_loop import fly as fly_loop
-from hil_scripts.studies.limit import wind_bound
-from hil_scripts.studies.tanker_filters import calculated_wind, wind_figures
+from hil_scripts.studies.lee import flight as fl
+from hil_scripts.studies.lee import loop as lee_loop
+from hil_scripts.studies.lee import open as lee_open
+from hil_scripts.studies.lee import study as lee
+from hil_scripts.studies.lee.closed_loop import LoopCase
+from hil_scripts.studies.lee.closed_loop import fly as fly_loop
+from hil_scripts.studies.lee.filters import calculated_wind, wind_figures
+from hil_scripts.studies.lee.limit import wind_bound
 
 
 @pytest.fixture(scope="module")

@@ -12,12 +12,12 @@ from hil_scripts.campaign.registry import find
 from hil_scripts.campaign.study import Case
 from hil_scripts.campaign.table import summarise
 from hil_scripts.campaign.task import Row
-from hil_scripts.studies import rivard_kernel as rk
-from hil_scripts.studies.rivard import PRINTED, STUDY, run_batch
-from hil_scripts.studies.rivard_cases import case as setting
-from hil_scripts.studies.rivard_flight import fly_one
-from hil_scripts.studies.rivard_mc import NM, run_case
-from hil_scripts.studies.rivard_pool import batch, pooled, spread
+from hil_scripts.studies.rivard import kernel as rk
+from hil_scripts.studies.rivard.cases import case as setting
+from hil_scripts.studies.rivard.flight import fly_one
+from hil_scripts.studies.rivard.mc import NM, run_case
+from hil_scripts.studies.rivard.pool import batch, pooled, spread
+from hil_scripts.studies.rivard.study import PRINTED, STUDY, run_batch
 
 
 def _run(name: str, n: int, seed: int = 3) -> dict[str, float]:
@@ -110,7 +110,7 @@ def test_flight_for_the_picture_repeats_the_monte_carlo() -> None:
 
 
 def test_bench_of_an_estimator_counts_its_arrays() -> None:
-    from hil_scripts.bench_rendezvous import estimator_cost
+    from hil_scripts.bench.rendezvous import estimator_cost
 
     small, large = estimator_cost("ekf3", 3, 1), estimator_cost("bank", 15, 1)
     assert 0.0 < small.range_us <= small.worst_us and large.memory_bytes - small.memory_bytes == 8 * 14 * (

@@ -11,9 +11,14 @@ from scipy.stats import chi2, ncx2
 
 from hil_scripts.campaign.registry import all_studies
 from hil_scripts.campaign.study import Case, RunResult
-from hil_scripts.studies import sevil, sevil_dynamic, sevil_faults, sevil_fdi, sevil_static, sevil_track
-from hil_scripts.studies import sevil_model as m
-from hil_scripts.studies.sevil_flight import Conditions, fly_air
+from hil_scripts.studies.sevil import dynamic as sevil_dynamic
+from hil_scripts.studies.sevil import faults as sevil_faults
+from hil_scripts.studies.sevil import fdi as sevil_fdi
+from hil_scripts.studies.sevil import model as m
+from hil_scripts.studies.sevil import static as sevil_static
+from hil_scripts.studies.sevil import study as sevil
+from hil_scripts.studies.sevil import track as sevil_track
+from hil_scripts.studies.sevil.flight import Conditions, fly_air
 
 ALL_CASES = {c.name: c for c in sevil.TABLE.cases}
 

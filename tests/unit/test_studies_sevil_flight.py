@@ -10,18 +10,10 @@ import pytest
 from scipy.integrate import quad
 from scipy.stats import ncx2
 
-from hil_scripts.studies.point_gusts import dryden_tensor, point_gusts
-from hil_scripts.studies.probe_air import PlantWake, plant_readings, span_wind
-from hil_scripts.studies.sevil_flight import (
-    LEG_NAMES,
-    LONG_LEGS,
-    SPEC_PROBES,
-    Conditions,
-    Fault,
-    fly_air,
-    table_faults,
-)
-from sim_plant.kernels.vortex import source_strength, wake_velocity
+from hil_scripts.studies.sevil.flight import LEG_NAMES, LONG_LEGS, SPEC_PROBES, Conditions, Fault, fly_air, table_faults
+from hil_scripts.studies.sevil.point_gusts import dryden_tensor, point_gusts
+from hil_scripts.studies.sevil.probe_air import PlantWake, plant_readings, span_wind
+from sim_plant.wind.vortex import source_strength, wake_velocity
 
 QUIET = Conditions(turbulence_mps=0.0, wind_mps=(0.0, 0.0, 0.0))
 STILL = replace(QUIET, wander_m=0.0)

@@ -10,16 +10,16 @@ from scipy.spatial.transform import Rotation
 
 from flightsw.filters.coloured import NoiseStates
 from flightsw.filters.factory import make_filter
-from flightsw.models.velocity_form import COLUMNS, air_slope, exchange, shear
-from flightsw.nav.common import NavParams
-from flightsw.nav.relative_variants import make_relative_nav
-from flightsw.nav.variants import AirframeVariant, make_airframe_nav
-from flightsw.nav.velocity_form import VelocityForm
+from flightsw.missions.receiver.estimator_variants import make_relative_nav
+from flightsw.sixdof.estimator_core import NavParams
+from flightsw.sixdof.estimator_variants import AirframeVariant, make_airframe_nav
+from flightsw.sixdof.velocity_form import VelocityForm
+from flightsw.sixdof.velocity_form_kernel import COLUMNS, air_slope, exchange, shear
 from flightsw.strict import ConfigError
-from hil_scripts.studies import flight as fl
-from hil_scripts.studies import lee
-from hil_scripts.studies.limit import wind_bound
-from hil_scripts.studies.tanker_filters import run
+from hil_scripts.studies.lee import flight as fl
+from hil_scripts.studies.lee import study as lee
+from hil_scripts.studies.lee.filters import run
+from hil_scripts.studies.lee.limit import wind_bound
 
 TAU = 20.0
 

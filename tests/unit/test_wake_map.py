@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flightsw.models.wake_map import HERE, SPECS, expected_readings, load_map, main, make_map, spec_for
 from flightsw.strict import ConfigError, read_toml
+from hil_scripts.studies.sevil.wake_map import HERE, SPECS, expected_readings, load_map, main, make_map, spec_for
 
 NAMES = ("small", "extended")
 

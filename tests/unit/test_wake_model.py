@@ -8,8 +8,15 @@ import numpy as np
 import pytest
 
 from flightsw.aircraft import load_aircraft
-from flightsw.kernels import wake as k
-from flightsw.models.wake import WakeParams, circulation, effective_wind, stations, wake_params_of, wake_vector
+from flightsw.missions.receiver.airdata import wake_kernel as k
+from flightsw.missions.receiver.airdata.wake_model import (
+    WakeParams,
+    circulation,
+    effective_wind,
+    stations,
+    wake_params_of,
+    wake_vector,
+)
 from flightsw.strict import ConfigError, convert
 
 V, RHO = 200.0, 0.58883  # [m/s], [kg/m^3]

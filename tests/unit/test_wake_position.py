@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from flightsw.aircraft import load_aircraft
-from flightsw.models.wake import WakeParams
-from flightsw.nav.wake_params import WakePositionParams
-from flightsw.nav.wake_position import TRACKING, WakePosition
-from hil_scripts.studies.sevil_flight import AirFlight, Conditions, PlantWake, fly_air
+from flightsw.missions.receiver.airdata.params import WakePositionParams
+from flightsw.missions.receiver.airdata.wake_filter import TRACKING, WakePosition
+from flightsw.missions.receiver.airdata.wake_model import WakeParams
+from hil_scripts.studies.sevil.flight import AirFlight, Conditions, PlantWake, fly_air
 from tests.unit.wake_flight import AC, CONTACT, predict, track
 
 P = WakePositionParams()

@@ -13,8 +13,10 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 from flightsw.aircraft import twinjet
-from flightsw.ctrl.windshear import NidParams, WindshearControl
-from flightsw.guid.windshear import (
+from flightsw.missions.windshear import dynamics as k
+from flightsw.missions.windshear import inversion as kn
+from flightsw.missions.windshear.control import NidParams, WindshearControl
+from flightsw.missions.windshear.guidance import (
     ApproachParams,
     EscapeParams,
     Hazard,
@@ -23,9 +25,7 @@ from flightsw.guid.windshear import (
     WindshearGuidanceParams,
     with_law,
 )
-from flightsw.kernels import windshear as k
-from flightsw.kernels import windshear_nid as kn
-from flightsw.models.windshear import PathDemand, parameter_vector
+from flightsw.missions.windshear.model import PathDemand, parameter_vector
 
 P = parameter_vector(twinjet())
 G = NidParams().vector()

@@ -11,9 +11,10 @@ from scipy.linalg import expm
 from scipy.optimize import approx_fprime
 
 from flightsw.aircraft import twinjet
-from flightsw.kernels import windshear as k
-from flightsw.kernels import windshear_kinematic as kk
-from flightsw.models.windshear import (
+from flightsw.missions.windshear import dynamics as k
+from flightsw.missions.windshear import monitor_kernel as kk
+from flightsw.missions.windshear.estimator import ALL, NO_ACCELEROMETERS, WindshearNav, WindshearParams, start_sigma
+from flightsw.missions.windshear.model import (
     DEG,
     FOOT,
     WindshearNoise,
@@ -22,11 +23,10 @@ from flightsw.models.windshear import (
     process_covariance,
     triple_integrator,
 )
-from flightsw.nav.windshear import ALL, NO_ACCELEROMETERS, WindshearNav, WindshearParams, start_sigma
-from flightsw.nav.windshear_monitor import MonitorParams, WindshearMonitor
-from hil_scripts.studies import jing_flight as jf
-from sim_plant.microburst import MICROBURSTS
-from sim_plant.twinjet import TwinJet, TwinJetAir, TwinJetParams
+from flightsw.missions.windshear.monitor import MonitorParams, WindshearMonitor
+from hil_scripts.studies.jing import flight as jf
+from sim_plant.aircraft.twinjet.flight import TwinJet, TwinJetAir, TwinJetParams
+from sim_plant.wind.microburst import MICROBURSTS
 
 P = parameter_vector(twinjet())
 X0 = np.array([-3000.0, 200.0, 76.0, -0.05, 0.07, 0.01, 30.0, -2.0, 0.5, 0.3, -0.2, 0.05, 0.02, 1.05, 0.95])

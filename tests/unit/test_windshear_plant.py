@@ -10,13 +10,13 @@ from scipy.integrate import quad, solve_ivp
 from scipy.optimize import minimize
 
 from flightsw.aircraft import twinjet
-from flightsw.kernels import windshear as onboard
-from flightsw.models.windshear import parameter_vector
-from sim_plant.alexis_wind import Gust
-from sim_plant.kernels import microburst as km
-from sim_plant.kernels import twinjet as kt
-from sim_plant.microburst import MICROBURSTS, Microburst
-from sim_plant.twinjet import TwinJet, TwinJetAir, TwinJetParams, TwinJetSensors
+from flightsw.missions.windshear import dynamics as onboard
+from flightsw.missions.windshear.model import parameter_vector
+from sim_plant.aircraft.twinjet import dynamics as kt
+from sim_plant.aircraft.twinjet.flight import TwinJet, TwinJetAir, TwinJetParams, TwinJetSensors
+from sim_plant.wind import microburst_kernel as km
+from sim_plant.wind.microburst import MICROBURSTS, Microburst
+from sim_plant.wind.planar import Gust
 
 SEED = MICROBURSTS["seed"].vector()
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from flightsw.aircraft import Aircraft, Probe, load_aircraft
-from flightsw.models.wake import WakeParams
-from flightsw.nav.wake_params import WakePositionParams
-from flightsw.nav.wake_position import WakePosition
-from hil_scripts.studies.sevil_flight import SPEC_PROBES, AirFlight
+from flightsw.missions.receiver.airdata.params import WakePositionParams
+from flightsw.missions.receiver.airdata.wake_filter import WakePosition
+from flightsw.missions.receiver.airdata.wake_model import WakeParams
+from hil_scripts.studies.sevil.flight import SPEC_PROBES, AirFlight
 
 CONTACT = 4
 Hook = Callable[[WakePosition, int], None]

@@ -22,10 +22,10 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from flightsw.aircraft import Aircraft, load_aircraft
+from sim_plant.aircraft.sixdof.eom import step
+from sim_plant.aircraft.sixdof.params import parameter_vector
+from sim_plant.aircraft.sixdof.trim import throttle_for, trim
 from sim_plant.kernels import layout as n
-from sim_plant.kernels.eom import step
-from sim_plant.params import parameter_vector
-from sim_plant.trim import throttle_for, trim
 
 RADIUS = 1.0e10  # [m] of the planet that stands for a flat earth
 G0 = 9.80665

@@ -13,11 +13,11 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from flightsw.aircraft import load_aircraft
-from flightsw.models.airframe import free_rates, relative_rates, relative_velocity
-from flightsw.models.params import parameter_vector as onboard_parameters
+from flightsw.sixdof.motion import free_rates, relative_rates, relative_velocity
+from flightsw.sixdof.params import parameter_vector as onboard_parameters
+from sim_plant.aircraft.sixdof.eom import derivative
+from sim_plant.aircraft.sixdof.params import parameter_vector as plant_parameters
 from sim_plant.kernels import layout as n
-from sim_plant.kernels.eom import derivative
-from sim_plant.params import parameter_vector as plant_parameters
 from tests.validation import wind_axis as wa
 
 TOL = 1e-7

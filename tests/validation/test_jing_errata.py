@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from flightsw.aircraft import twinjet
-from flightsw.ctrl.windshear import WindshearControl
-from flightsw.guid.windshear import ApproachParams, EscapeParams
-from flightsw.kernels import windshear as k
-from flightsw.models.windshear import (
+from flightsw.missions.windshear import dynamics as k
+from flightsw.missions.windshear.control import WindshearControl
+from flightsw.missions.windshear.estimator import ALL, WindshearNav, WindshearParams
+from flightsw.missions.windshear.guidance import ApproachParams, EscapeParams
+from flightsw.missions.windshear.model import (
     DEG,
     FOOT,
     MODES,
@@ -21,12 +22,11 @@ from flightsw.models.windshear import (
     parameter_vector,
     process_covariance,
 )
-from flightsw.nav.windshear import ALL, WindshearNav, WindshearParams
-from hil_scripts.studies import jing_flight as jf
-from hil_scripts.studies.jing import AS_SPECIFIED, estimator, law
-from sim_plant.kernels import microburst as km
-from sim_plant.microburst import MICROBURSTS, Microburst
-from sim_plant.twinjet import TwinJet, TwinJetAir, TwinJetParams
+from hil_scripts.studies.jing import flight as jf
+from hil_scripts.studies.jing.study import AS_SPECIFIED, estimator, law
+from sim_plant.aircraft.twinjet.flight import TwinJet, TwinJetAir, TwinJetParams
+from sim_plant.wind import microburst_kernel as km
+from sim_plant.wind.microburst import MICROBURSTS, Microburst
 
 P = parameter_vector(twinjet())
 DT = 0.02

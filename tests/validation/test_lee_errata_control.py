@@ -9,8 +9,8 @@ import pytest
 import sympy as sp
 
 from flightsw.aircraft import load_aircraft
-from flightsw.ctrl.schedule import weights
-from flightsw.models.trim import linearise_free, linearise_relative, trim_free, trim_relative
+from flightsw.sixdof.schedule import weights
+from flightsw.sixdof.trim import linearise_free, linearise_relative, trim_free, trim_relative
 
 YD = np.radians([-1.7, 0.0, 1.7])
 VN = np.array([180.0, 200.0])

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from flightsw.aircraft import Aircraft, load_aircraft
-from sim_plant.params import parameter_vector as plant_parameters
+from sim_plant.aircraft.sixdof.params import parameter_vector as plant_parameters
 from tests.validation import wind_axis as wa
 from tests.validation.test_equations_of_motion import (
     SCALE,

@@ -14,12 +14,12 @@ import numpy as np
 
 from flightsw.aircraft import Aircraft, load_aircraft
 from flightsw.kernels.rotations import dcm_from_euler
-from flightsw.models.params import parameter_vector as onboard_parameters
-from flightsw.models.sensed import sensed_rates
+from flightsw.sixdof.params import parameter_vector as onboard_parameters
+from flightsw.sixdof.sensed import sensed_rates
+from sim_plant.aircraft.sixdof.aero import loads
+from sim_plant.aircraft.sixdof.observe import observe
+from sim_plant.aircraft.sixdof.params import parameter_vector as plant_parameters
 from sim_plant.kernels import layout as n
-from sim_plant.kernels.aero import loads
-from sim_plant.kernels.observe import observe
-from sim_plant.params import parameter_vector as plant_parameters
 from tests.validation import wind_axis as wa
 from tests.validation.test_equations_of_motion import SCALE, Wind, dcm_bn, plant_in_wind_axes, plant_state, random_case
 

@@ -11,8 +11,8 @@ from scipy.linalg import solve_continuous_lyapunov
 
 from flightsw.aircraft import load_aircraft
 from flightsw.filters.gauss_markov import ecwm
-from sim_plant.kernels.vortex import leg
 from sim_plant.wind.dryden import shaping
+from sim_plant.wind.vortex import leg
 from sim_plant.wind.wake import airframe_points
 
 V, L, SIGMA = 190.0, 533.4, 0.39

@@ -7,13 +7,13 @@ import math
 import numpy as np
 import pytest
 
-from flightsw.kernels import rendezvous as k3
-from flightsw.kernels import rendezvous_turn as kt
-from flightsw.nav.rendezvous_params import KN, NM, RendezvousNavParams, three_vector
-from hil_scripts.studies.rivard_cases import case
-from hil_scripts.studies.rivard_figures import consistency, figures
-from hil_scripts.studies.rivard_mc import run_case, truth_vectors
-from sim_plant.kernels import rendezvous as tr
+from flightsw.missions.rendezvous import range_filter as k3
+from flightsw.missions.rendezvous import turn_geometry as kt
+from flightsw.missions.rendezvous.params import KN, NM, RendezvousNavParams, three_vector
+from hil_scripts.studies.rivard.cases import case
+from hil_scripts.studies.rivard.figures import consistency, figures
+from hil_scripts.studies.rivard.mc import run_case, truth_vectors
+from sim_plant.couplings import traffic_kernel as tr
 
 FT = 0.3048
 V, G = 396.0 * KN, 9.80665

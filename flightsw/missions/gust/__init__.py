@@ -1,0 +1,1 @@
+"""Gust load alleviation on a small UAV."""

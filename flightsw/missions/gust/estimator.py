@@ -1,0 +1,317 @@
+"""Wind felt as incidence and speed, and the vane's bias, from vane, airspeed, gyro, attitude and height: sampled filters.
+
+One class runs the linear discrete filter (kind "kalman" on the linear model), EKF, UKF and square-root filters on the
+nonlinear model, alone or as a bank over turbulence intensity. Optional channels: ground speed and vertical specific force.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Annotated
+
+import numpy as np
+
+from flightsw.filters.bank import FilterBank, markov
+from flightsw.filters.base import CovarianceFilter, PointFilter
+from flightsw.filters.covariance import chol_psd
+from flightsw.filters.factory import KINDS, make_filter
+from flightsw.filters.gating import ChannelGate
+from flightsw.kernels.discrete import discretise
+from flightsw.kernels.linalg import inner
+from flightsw.missions.gust import dynamics as k
+from flightsw.missions.gust.model import (
+    GustAircraft,
+    LinearModel,
+    ProcessNoise,
+    SensorNoise,
+    Turbulence,
+    linear_model,
+    parameter_vector,
+    published,
+)
+from flightsw.strict import OneOf, Range
+
+Array = np.ndarray
+BASIC = 0b0011111  # q, alpha, V_A, Theta, H
+GROUND = 1 << k.Y_GROUND
+VERTICAL = 1 << k.Y_AZ
+SCALES_MOST = 4
+ANGLE_MAX = 1.2  # [rad] of an incidence; the linear study goes to 0.7 in turbulence of the full intensity
+
+
+@dataclass(frozen=True)
+class GustParams:
+    """Tuning of GustNav. `scales` are turbulence intensities relative to `turbulence`: one is a single filter, more a bank."""
+
+    filter: Annotated[str, OneOf(KINDS)] = "ekf"
+    model: Annotated[str, OneOf(("nonlinear", "linear"))] = "nonlinear"
+    aircraft: GustAircraft = field(default_factory=published)
+    turbulence: Turbulence = field(default_factory=Turbulence)
+    process: ProcessNoise = field(default_factory=ProcessNoise)
+    sensors: SensorNoise = field(default_factory=SensorNoise)
+    scales: tuple[float, ...] = (0.3,)
+    dwell_s: Annotated[float, Range(0.1, 1e4)] = 20.0  # [s] mean stay in one intensity
+    mix: bool = True  # interacting bank; False: every filter keeps to itself and the weights forget
+    # a surface is where it is believed to within its rate times this [s]
+    servo_slack_s: Annotated[float, Range(0.0, 0.1)] = 0.03
+    channel_gate: Annotated[float, Range(1.0)] = 6.0  # sigma of its innovation above which one reading is refused
+    channels_most: Annotated[int, Range(1, k.NY)] = 2  # out at once; beyond, the filter is in doubt
+    refused_max: Annotated[int, Range(1, 10000)] = 25  # samples refused whole in a row before a restart
+    start_q_radps: Annotated[float, Range(1e-6, 10.0)] = 0.02  # 1-sigma at the first sample, about the first readings
+    start_alpha_rad: Annotated[float, Range(1e-6, 1.0)] = 0.02
+    start_V_mps: Annotated[float, Range(1e-6, 50.0)] = 1.0
+    start_bias_rad: Annotated[float, Range(1e-9, 1.0)] = math.radians(1.0)
+
+    def __post_init__(self) -> None:
+        if not self.scales or not all(math.isfinite(s) and s > 0.0 for s in self.scales):
+            raise ValueError(f"scales = {self.scales}; allowed: one or more numbers > 0")
+        if len(self.scales) > SCALES_MOST:
+            raise ValueError(f"{len(self.scales)} scales; allowed: up to {SCALES_MOST} (what GUST_STATE carries)")
+        if list(self.scales) != sorted(self.scales):
+            raise ValueError(f"scales = {self.scales}; allowed: ascending (neighbours are neighbours in the bank)")
+
+
+@dataclass(frozen=True)
+class GustEstimate:
+    """x [9] and its 1-sigma [9] (dynamics.py), NIS of the step over `channels` readings, intensity relative to the
+    expected turbulence and the bank's probabilities; `used`: bits of the readings that corrected, `refused`: how many the gate
+    left out. Not valid: x is trim and `reason` says why."""
+
+    valid: bool
+    reason: str
+    x: Array
+    sigma: Array
+    nis: float
+    channels: int
+    scale: float
+    probabilities: tuple[float, ...]
+    used: int = 0
+    refused: int = 0
+
+    @property
+    def alpha_W(self) -> float:
+        """Incidence taken away by the wind [rad], > 0 in sinking air."""
+        return float(self.x[k.AW])
+
+    @property
+    def V_W(self) -> float:
+        """Tail wind [m/s]."""
+        return float(self.x[k.VW])
+
+
+class GustNav:
+    """`step` once per sample. Attributes `x` [9], `P` [9,9] are the combined estimate."""
+
+    def __init__(self, p: GustParams | None = None) -> None:
+        """Raises ValueError for a filter kind unknown to the factory."""
+        self.p = p = p or GustParams()
+        self.linear: LinearModel = linear_model(p.aircraft, p.turbulence)
+        self._par = parameter_vector(p.aircraft, p.turbulence)
+        self._r7 = p.sensors.sigmas()
+        self.filters: list[PointFilter] = [make_filter(p.filter, k.NX, k.NY, k.NX) for _ in p.scales]
+        self.bank = FilterBank(self.filters, p.scales, np.eye(len(p.scales)), mix=p.mix)
+        self._codes = np.zeros(k.NY, dtype=np.int64)
+        self._y, self._r = np.zeros(k.NY), np.zeros(k.NY)
+        self._W, self._a, self._w = np.zeros((6, k.NX)), np.zeros(4), np.zeros(k.NX)
+        self._F, self._G = np.zeros((k.NX, k.NX)), np.zeros((k.NX, k.NU))
+        self._SQ = np.zeros((len(p.scales), k.NX, k.NX))
+        self._dt = 0.0
+        self._was = np.zeros(k.NU)
+        self.gate = ChannelGate(k.NY, p.channel_gate, p.channels_most)
+        self._left_out, self._whole = 0, 0  # readings of this sample; samples in a row
+        self.started = False
+        self.restarts = 0
+        self._nis = np.zeros(len(p.scales))
+
+    @property
+    def x(self) -> Array:
+        """Estimate [9]."""
+        return self.bank.x
+
+    @property
+    def P(self) -> Array:
+        """Covariance [9,9] of the combined estimate."""
+        return self.filters[0].P if len(self.filters) == 1 else self.bank.P
+
+    def start(self, x: Array, P: Array) -> None:
+        """Begin from the mean x [9] and covariance P [9,9] (the next `step` predicts from there)."""
+        S = np.zeros((k.NX, k.NX))
+        chol_psd(np.ascontiguousarray(P, dtype=float), k.NX, S)
+        self.bank.start(np.asarray(x, dtype=float), S)
+        self.gate.reset()
+        self._whole = 0
+        self.started = True
+
+    def get_state(self) -> dict[str, Array]:
+        """Copy of everything that changes."""
+        spread = [f.P if isinstance(f, CovarianceFilter) else f.S for f in self.filters]
+        return {
+            "x": np.array([f.x for f in self.filters]), "spread": np.array(spread), "combined": self.bank.x.copy(),
+            "mu": self.bank.mu.copy(), "nis": self._nis.copy(), "score": self.gate.score.copy(), "was": self._was.copy(),
+            "head": np.array([self.started, self.restarts, self._whole], float),
+        }  # fmt: skip
+
+    def set_state(self, s: dict[str, Array]) -> None:
+        """Restore a copy made by `get_state` of an object of the same parameters."""
+        for i, f in enumerate(self.filters):
+            f.x[:] = s["x"][i]
+            (f.P if isinstance(f, CovarianceFilter) else f.S)[:] = s["spread"][i]
+        self.bank.x[:], self.bank.mu[:], self._nis[:] = s["combined"], s["mu"], s["nis"]
+        self.gate.score[:], self._was[:] = s["score"], s["was"]
+        self.started, self.restarts, self._whole = bool(s["head"][0]), int(s["head"][1]), int(s["head"][2])
+
+    def stationary(self, scale: float) -> Array:
+        """Covariance [3,3] of the wind states in stationary turbulence of relative intensity `scale`."""
+        t, V0 = self.p.turbulence, self.p.aircraft.V0_mps
+        ww, s2 = V0 / t.L_w_m, (scale * t.sigma_w_mps / V0) ** 2
+        # Lyapunov equation of the observer form
+        P = np.diag([(2.0 - math.sqrt(3.0)) * ww * ww * s2, s2, (scale * t.sigma_u_mps) ** 2])
+        P[0, 1] = P[1, 0] = 0.5 * ww * s2
+        return P
+
+    def step(self, y: Array, ok: int, u: Array, dt: float, u_now: Array | None = None) -> GustEstimate:
+        """One sample: y [7] as it is read (q, alpha, V_A, Theta, H, ground speed, a_z), bit c of `ok` set where y[c] is usable.
+
+        u [3]: mean controls since the previous sample, u_now [3]: at this sample (default u), both as deviations from trim
+        in rad and units of the throttle setting; dt [s] since the previous sample. V_A, H and ground speed are absolute.
+        """
+        m = self._read(y, ok)
+        if not self.started:
+            return self._begin(m)
+        if not (dt > 0.0 and math.isfinite(dt) and np.isfinite(u).all()):
+            return self._refused(f"dt = {dt}, controls {np.asarray(u).tolist()}: allowed > 0 and finite")
+        u = np.ascontiguousarray(u, dtype=float)
+        now = u if u_now is None or not np.isfinite(u_now).all() else np.ascontiguousarray(u_now, dtype=float)
+        self._model(dt)
+        self._loosen(m, now, dt)
+        if len(self.filters) > 1:
+            self.bank.mix()
+        for i, f in enumerate(self.filters):
+            f.draw()
+            if self.p.model == "linear":
+                k.propagate_linear(f.X, self._F, self._G, u, self._w)
+            else:
+                k.propagate(f.X, u, self._par, dt, self._W)
+            f.SQ[:] = self._SQ[i]
+            f.recombine()
+        m = self._gated(m, now)
+        if self._whole >= self.p.refused_max:
+            return self._restart("readings disagree with the prediction for too long: restarts")
+        if m > 0:
+            for i, f in enumerate(self.filters):
+                self._nis[i] = self._correct(f, m, now)
+        if len(self.filters) > 1:
+            self.bank.weigh(m)
+        else:
+            self.bank.x[:] = self.filters[0].x
+        return self._estimate(m)
+
+    def _correct(self, f: PointFilter, m: int, now: Array) -> float:
+        f.draw()
+        if self.p.model == "linear":
+            k.measure_linear(f.X, self.linear.C, self.linear.D, now, self._codes, m, f.Y)
+        else:
+            k.measure(f.X, self._codes, m, now, self._par, self._a, f.Y)
+        return f.correct(self._y, self._r, m)
+
+    def _gated(self, m: int, now: Array) -> int:
+        """Leave out readings that even the filter of the strongest turbulence does not expect; returns how many stay."""
+        self._left_out = 0
+        if m == 0:
+            return 0
+        f = self.filters[-1]
+        spread = f.P if isinstance(f, CovarianceFilter) else f.S
+        x0, was = f.x.copy(), spread.copy()
+        self._correct(f, m, now)
+        keep = self.gate.kept(self._codes, f.nu, f.Sy, m)
+        f.x[:], spread[:] = x0, was
+        n = 0 if keep is None else len(keep)
+        self._left_out = m - n
+        self._whole = self._whole + 1 if n == 0 else 0
+        if keep is not None and n < m:
+            for a in (self._codes, self._y, self._r):
+                a[:n] = a[keep]
+        return n
+
+    def _read(self, y: Array, ok: int) -> int:
+        """Usable channels into codes, deviations and sigmas; returns how many."""
+        m = 0
+        ac = self.p.aircraft
+        for c in range(k.NY):
+            if ok >> c & 1 and math.isfinite(y[c]):
+                trim = ac.V0_mps if c in (k.Y_VA, k.Y_GROUND) else ac.H0_m if c == k.Y_H else 0.0
+                self._codes[m], self._y[m], self._r[m] = c, y[c] - trim, self._r7[c]
+                m += 1
+        return m
+
+    def _loosen(self, m: int, now: Array, dt: float) -> None:
+        """Vertical acceleration of surfaces that are not quite where they are believed: 1 cm/s^2 of a_z is 0.003 deg of alpha_W,
+        and the law would feed a faster or slower servo's own motion back through it."""
+        rate = (now - self._was) / dt
+        self._was[:] = now
+        for i in range(m):
+            if self._codes[i] == k.Y_AZ:
+                d = self.linear.D[k.Y_AZ] * rate * self.p.servo_slack_s
+                self._r[i] = math.sqrt(self._r[i] ** 2 + float(inner(d, d)))
+
+    def _model(self, dt: float) -> None:
+        """Transition and noise factors for steps of dt [s]."""
+        if dt == self._dt:
+            return
+        n = k.NX
+        A, B, W = self.linear.A, self.linear.B, np.zeros((4, n, n))
+        wind, rest, S = np.zeros((n, n)), np.zeros((n, n)), np.zeros((n, n))
+        discretise(A, B, self.p.process.intensity(), dt, self._F, self._G, rest, W)
+        Br = self.linear.Br
+        intensity = np.zeros((n, n))
+        for j in range(2):
+            intensity += Br[:, j : j + 1] * Br[:, j]
+        discretise(A, B, intensity, dt, self._F, self._G, wind, W)
+        for i, s in enumerate(self.p.scales):
+            chol_psd(s * s * wind + rest, n, S)
+            self._SQ[i] = S
+        self.bank.T = markov(len(self.p.scales), self.p.dwell_s, dt)
+        self._dt = dt
+
+    def _begin(self, m: int) -> GustEstimate:
+        """First sample: attitude, height and flight path from the readings, wind and bias from nothing."""
+        seen = {int(c): float(v) for c, v in zip(self._codes[:m], self._y[:m], strict=True)}
+        missing = [
+            name for c, name in ((k.Y_Q, "q"), (k.Y_ALPHA, "alpha"), (k.Y_TH, "Theta"), (k.Y_H, "H")) if c not in seen
+        ]
+        if missing:
+            return self._refused("waits for " + ", ".join(missing))
+        p, x, P = self.p, np.zeros(k.NX), np.zeros((k.NX, k.NX))
+        x[[k.Q, k.AK, k.TH, k.H]] = seen[k.Y_Q], seen[k.Y_ALPHA], seen[k.Y_TH], seen[k.Y_H]
+        P[:3, :3] = self.stationary(max(p.scales))
+        spread = [p.start_q_radps, p.start_alpha_rad, p.start_V_mps, p.sensors.Theta, p.sensors.H, p.start_bias_rad]
+        P[range(3, k.NX), range(3, k.NX)] = np.square(spread)
+        # alpha_K was read through the vane: its error holds the wind's and the vane's bias
+        P[k.AK, k.AK] += P[k.AW, k.AW] + P[k.AB, k.AB]
+        P[k.AK, k.AB] = P[k.AB, k.AK] = -P[k.AB, k.AB]
+        P[k.AK, k.AW] = P[k.AW, k.AK] = P[k.AW, k.AW]
+        P[k.AK, k.X1] = P[k.X1, k.AK] = P[k.AW, k.X1]
+        self.start(x, P)
+        return self._estimate(0)
+
+    def _estimate(self, m: int) -> GustEstimate:
+        x = self.bank.x
+        if not max(abs(x[k.AW]), abs(x[k.AK])) < ANGLE_MAX or not np.isfinite(x).all():
+            return self._restart("estimate beyond the model: restarts with the next sample")
+        P = self.P
+        sigma = np.sqrt(np.maximum(np.diag(P), 0.0))
+        mu = self.bank.mu
+        nis = float(inner(mu, self._nis)) if m > 0 else math.nan
+        scale = self.bank.q
+        used = sum(1 << int(c) for c in self._codes[:m])
+        return GustEstimate(True, "", x.copy(), sigma, nis, m, scale, tuple(mu.tolist()), used, self._left_out)
+
+    def _restart(self, reason: str) -> GustEstimate:
+        self.started = False
+        self.restarts += 1
+        return self._refused(reason)
+
+    def _refused(self, reason: str) -> GustEstimate:
+        z = np.zeros(k.NX)
+        return GustEstimate(False, reason, z, np.full(k.NX, math.inf), math.nan, 0, self.p.scales[-1], ())

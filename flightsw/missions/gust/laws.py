@@ -1,0 +1,89 @@
+"""The gust mission's choice of law: hold, alleviation with flap and elevator, alleviation with the elevator alone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Annotated
+
+import numpy as np
+
+from flightsw.missions.gust import dynamics as k
+from flightsw.missions.gust.law import AlleviationParams, GustAlleviation, GustHold, HoldParams
+from flightsw.missions.gust.model import GustAircraft, Turbulence
+from flightsw.missions.gust.servos import GustServos
+from flightsw.strict import ConfigError, OneOf, Range
+
+Array = np.ndarray
+LAWS = ("hold", "alleviation", "elevator")  # index: WKF_GUST_LAW, and param1 of MAV_CMD_USER_2
+LIMIT_EDGE = 0.999  # share of the travel from which a command counts as limited
+
+
+@dataclass(frozen=True)
+class ElevatorParams(AlleviationParams):
+    """Weights of the law with the elevator alone; what a file leaves out is its own default, not the other law's."""
+
+    H: Annotated[float, Range(1e-3, 1e4)] = 50.0  # [m]
+    V_K: Annotated[float, Range(1e-3, 1e4)] = 50.0  # [m/s]
+    use_flap: bool = False
+
+
+@dataclass(frozen=True)
+class GustCtrlTable:
+    """[ctrl] of a gust flight file."""
+
+    law: Annotated[str, OneOf(LAWS)] = "alleviation"
+    alleviation: AlleviationParams = field(default_factory=AlleviationParams)
+    elevator: ElevatorParams = field(default_factory=ElevatorParams)
+    hold: HoldParams = field(default_factory=HoldParams)
+
+    def __post_init__(self) -> None:
+        """Raises ConfigError for what is given from elsewhere or has no place in a law."""
+        for name, q in (("alleviation", self.alleviation), ("elevator", self.elevator)):
+            if q.late_steps != AlleviationParams.late_steps:
+                raise ConfigError(
+                    f"ctrl.{name}.late_steps = {q.late_steps}: given by link.delay_ticks; allowed: left out"
+                )
+        if self.elevator.use_flap or self.elevator.flap != AlleviationParams.flap:
+            raise ConfigError(
+                "ctrl.elevator.use_flap, flap: this law has no flap; allowed: left out, or use_flap = false"
+            )
+
+
+class GustLaws:
+    """All laws, one of them flying. `law` is its index in LAWS; `a_z` [m/s^2] what the flying law takes a_z to be."""
+
+    def __init__(self, p: GustCtrlTable, ac: GustAircraft, t: Turbulence, dt: float, late_steps: int) -> None:
+        """dt [s]: sample period; late_steps: samples from command to servo. Raises DesignError."""
+        self.ac = ac
+        self.hold = GustHold(p.hold, ac)
+        self._feedback = {
+            LAWS.index(name): GustAlleviation(replace(q, late_steps=late_steps), ac, t, dt)
+            for name, q in (("alleviation", p.alleviation), ("elevator", replace(p.elevator, use_flap=False)))
+        }
+        self.law = LAWS.index(p.law)
+        self.flying = 0  # what gave the last command: the hold without an estimate
+        self.a_z = 0.0
+        self.saturated = False
+
+    def select(self, law: int) -> None:
+        """Fly another law from the next step on. Raises ValueError for a number that is none."""
+        if not 0 <= law < len(LAWS):
+            raise ValueError(f"law {law}: allowed 0 to {len(LAWS) - 1} ({', '.join(LAWS)})")
+        self.law = law
+
+    def step(self, x: Array | None, y: Array, servos: GustServos) -> Array:
+        """Command [3] (elevator [rad], throttle setting, flap [rad]; reused) for the estimate x [9] or None, readings y [7]."""
+        flying = self.law if x is not None else 0
+        core = self._feedback.get(flying)
+        if core is not None and flying != self.flying:
+            core.reset()
+        self.flying = flying
+        if core is None or x is None:
+            command = self.hold.step(y[k.Y_Q], y[k.Y_TH], y[k.Y_H] - self.ac.H0_m, y[k.Y_VA] - self.ac.V0_mps)
+            self.a_z = 0.0
+        else:
+            command = core.step(x, servos)
+            self.a_z = core.a_z
+        e, f = self.ac.elevator_limit_rad, self.ac.flap_limit_rad
+        self.saturated = abs(command[k.ELEVATOR]) > LIMIT_EDGE * e or abs(command[k.FLAP]) > LIMIT_EDGE * f
+        return command

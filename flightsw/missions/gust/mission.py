@@ -1,0 +1,225 @@
+"""Gust mission of the small UAV, on one page: vane, airspeed, gyro, attitude, height (and GNSS speed, accelerometer) ->
+estimator of the wind -> gust load alleviation with flap and elevator, or a pitch and height hold.
+
+50 Hz, every base tick: estimator, law, servos, in this order. The aircraft flies by its own model (model.py) and brings
+its own actuators. MAV_CMD_USER_2, param1 chooses the law: 0 hold, 1 alleviation, 2 elevator alone.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from flightsw.aircraft import Airframe, Alexis, load_as
+from flightsw.health import AIR_ALPHA, AIR_V
+from flightsw.missions.base import Mission
+from flightsw.missions.gust import dynamics as k
+from flightsw.missions.gust.estimators import ESTIMATORS, GustNavTable, make_gust_nav
+from flightsw.missions.gust.laws import LAWS, GustCtrlTable, GustLaws
+from flightsw.missions.gust.model import GustAircraft
+from flightsw.missions.gust.servos import GustServos
+from flightsw.missions.gust.validity import Trust
+from flightsw.types import (
+    ACCEPTED,
+    DENIED,
+    HF_AIR,
+    HF_ATT,
+    HF_IMU,
+    UPD_AIR,
+    UPD_ATT,
+    UPD_BARO,
+    UPD_GNSS,
+    UPD_IMU,
+    Command,
+    GuidanceCmd,
+    GustState,
+    Health,
+    NavState,
+    SensorFrame,
+    Text,
+)
+
+MAV_CMD_USER_2 = 31011
+HOLD, ALLEVIATION = 16, 17  # WKF_PHASE
+AIRSPEED_BAD, VANE_BAD = 1, 1 << 6  # bits of SensorFrame.air_bad: probe 0, V and alpha
+
+
+@dataclass(frozen=True)
+class GustMissionParams:
+    """[nav] and [ctrl] of a gust flight file."""
+
+    nav: GustNavTable = field(default_factory=GustNavTable)
+    ctrl: GustCtrlTable = field(default_factory=GustCtrlTable)
+
+
+class GustActuators:
+    """The servos as the application steps them: command [5] = (-, elevator [rad], -, throttle setting, flap [rad])."""
+
+    def __init__(self, ac: GustAircraft, delay_ticks: int) -> None:
+        self.servos = GustServos(ac, late_steps=delay_ticks)
+        self._c = np.zeros(3)
+
+    def reset(self, surfaces: np.ndarray, thrust: float) -> None:
+        """All at trim."""
+        self.servos.reset()
+
+    def step(self, u: np.ndarray, dt: float) -> None:
+        """From the tick at which u was sent to this one, dt [s] later."""
+        self._c[k.ELEVATOR], self._c[k.THROTTLE], self._c[k.FLAP] = u[1], u[3], u[4]
+        self.servos.send(self._c)
+        self.servos.step(dt)
+
+
+class GustMission(Mission):
+    """Components of the gust mission and their order."""
+
+    params_type = GustMissionParams
+    commands = frozenset({MAV_CMD_USER_2})
+    watch = HF_IMU | HF_AIR | HF_ATT
+    controls = 5
+    air_used = AIR_V | AIR_ALPHA
+    one_rate = True  # servos and law are stepped together: their mean and delay are per sample
+    ctrl: GustLaws
+
+    def __init__(self, ac: Alexis, p: GustMissionParams, period_s: float) -> None:
+        """Raises DesignError for weights that give no law."""
+        self.ac = GustAircraft.of(ac)
+        self.cruise = (self.ac.V0_mps, self.ac.H0_m)
+        self.trust = Trust(p.nav.trust)
+        self.nav = make_gust_nav(p.nav, self.ac)
+        self.channels = p.nav.channels
+        self.p, self._period_s = p, period_s
+        self._late = 1
+        self.ctrl = self._laws()
+        self.span = 2.0 * self.ac.thrust[0] / self.ac.thrust[1]  # settings from no thrust to full, trim half-way
+        self.guid = GuidanceCmd(V=self.ac.V0_mps, alt_m=self.ac.H0_m, reason="waiting for readings")
+        self._estimator = ESTIMATORS.index(p.nav.estimator)
+        self._y = np.zeros(k.NY)
+        self._y[[k.Y_VA, k.Y_H, k.Y_GROUND]] = self.ac.V0_mps, self.ac.H0_m, self.ac.V0_mps
+        self._u = np.zeros(self.controls)
+        self._psi, self._pos_n = 0.0, (0.0, 0.0)
+        self._phase_us = -1
+        self._texts: list[Text] = []
+
+    @staticmethod
+    def load(aircraft: str) -> Airframe:
+        """Record of an aircraft of the model this mission flies."""
+        return load_as(aircraft, Alexis, "alexis")
+
+    @staticmethod
+    def actuators(ac: Any, delay_ticks: int) -> GustActuators:
+        """Elevator and flap servos."""
+        return GustActuators(GustAircraft.of(ac), delay_ticks)
+
+    @property
+    def saturated(self) -> bool:
+        """Whether elevator or flap is asked for more than its travel."""
+        return self.ctrl.saturated
+
+    def step(
+        self, f: SensorFrame, act: GustActuators, updated: int, health: Health, dt: float
+    ) -> tuple[NavState, GuidanceCmd, np.ndarray, float]:
+        """One 50 Hz step: (nav, guidance, command [5], throttle 0..1)."""
+        s, y = act.servos, self._y
+        if len(s.queue) != self._late:  # gains belong to a delay
+            self._late, law = len(s.queue), self.ctrl.law
+            self.ctrl = self._laws()
+            self.ctrl.law = law
+        ok = self._read(f, updated)
+        est = self.nav.step(y, ok & self.channels, s.mean, dt, s.now)
+        trusted = self.trust.ok
+        if self.trust.step(est, dt) is not trusted and est.valid:
+            self._texts.append(
+                Text(6, "estimate trusted again") if self.trust.ok else Text(4, f"hold: {self.trust.reason}")
+            )
+        c = self.ctrl.step(est.x if est.valid and self.trust.ok else None, y, s)
+        u = self._u
+        u[1], u[3], u[4] = c[k.ELEVATOR], c[k.THROTTLE], c[k.FLAP]
+        g = self._guide(f.t_us, est.valid, est.reason or self.trust.reason)
+        state = GustState(
+            f.t_us, est.valid, est.reason, tuple(est.x.tolist()), tuple(est.sigma.tolist()),
+            est.nis if math.isfinite(est.nis) else 0.0, est.channels, est.scale, est.probabilities,
+            float(y[k.Y_AZ]), self.ctrl.a_z, float(u[1]), float(u[4]), self._estimator, self.ctrl.flying,
+        )  # fmt: skip
+        throttle = min(max(0.5 + float(u[3]) / self.span, 0.0), 1.0)
+        return self._publish(state), g, u, throttle
+
+    def _laws(self) -> GustLaws:
+        return GustLaws(self.p.ctrl, self.ac, self.p.nav.turbulence, self._period_s, self._late)
+
+    def _read(self, f: SensorFrame, updated: int) -> int:
+        """Readings into y [7]; bits of those that are new and good."""
+        y, ok = self._y, 0
+        if updated & UPD_IMU:
+            y[k.Y_Q], y[k.Y_AZ] = f.gyro_mean_b[1], -f.acc_mean_b[2] - self.ac.gravity
+            ok |= 1 << k.Y_Q | 1 << k.Y_AZ
+        if updated & UPD_AIR and f.air_mask & 1:
+            if not f.air_bad & VANE_BAD:
+                y[k.Y_ALPHA] = f.air_alpha[0]
+                ok |= 1 << k.Y_ALPHA
+            if not f.air_bad & AIRSPEED_BAD:
+                y[k.Y_VA] = f.air_V[0]
+                ok |= 1 << k.Y_VA
+        if updated & UPD_ATT:
+            w, x, yy, z = f.att_q_nb
+            self._psi = math.atan2(2.0 * (w * z + x * yy), 1.0 - 2.0 * (yy * yy + z * z))
+            y[k.Y_TH] = math.asin(min(max(2.0 * (w * yy - z * x), -1.0), 1.0))
+            ok |= 1 << k.Y_TH
+        if updated & UPD_BARO and math.isfinite(f.baro_alt_m):
+            y[k.Y_H] = f.baro_alt_m
+            ok |= 1 << k.Y_H
+        if updated & UPD_GNSS:
+            self._pos_n = f.gnss_pos_n[0], f.gnss_pos_n[1]
+            y[k.Y_GROUND] = math.hypot(f.gnss_vel_n[0], f.gnss_vel_n[1])
+            ok |= 1 << k.Y_GROUND
+        return ok
+
+    def _guide(self, t_us: int, valid: bool, reason: str) -> GuidanceCmd:
+        g = self.guid
+        phase = 0 if not valid else HOLD if self.ctrl.flying == 0 else ALLEVIATION
+        if phase != g.phase or self._phase_us < 0:
+            self._phase_us = t_us
+        g.phase, g.phase_t_s = phase, (t_us - self._phase_us) * 1e-6
+        g.reason = reason or f"law {LAWS[self.ctrl.flying]}"
+        return g
+
+    def _publish(self, s: GustState) -> NavState:
+        """The estimate as the state every aircraft publishes. Wind along the heading and down; across it none is known."""
+        psi = self._psi
+        c, n = math.cos(psi), math.sin(psi)
+        V0 = self.ac.V0_mps
+        V_K, theta = V0 + s.x[k.VK], s.x[k.TH]
+        gamma = theta - s.x[k.AK]
+        vx, vup = V_K * math.cos(gamma), V_K * math.sin(gamma)
+        forward, up = vx - s.x[k.VW], vup + V0 * s.x[k.AW]
+        half = 0.5 * theta, 0.5 * psi
+        ct, st, cp, sp = math.cos(half[0]), math.sin(half[0]), math.cos(half[1]), math.sin(half[1])
+        sw = (s.sigma[k.VW], s.sigma[k.VW], V0 * s.sigma[k.AW])
+        return NavState(
+            t_us=s.t_us, valid=s.valid, reason=s.reason, V=math.hypot(forward, up), beta=0.0,
+            alpha=theta - math.atan2(up, forward), w_b=(0.0, s.x[k.Q], 0.0), euler=(psi, theta, 0.0),
+            q_nb=(cp * ct, -sp * st, cp * st, sp * ct), pos_n=(*self._pos_n, -self.ac.H0_m - s.x[k.H]),
+            vel_n=(c * vx, n * vx, -vup), wind_n=(c * s.x[k.VW], n * s.x[k.VW], V0 * s.x[k.AW]), wind_sigma=sw,
+            pos_sigma=(0.0, 0.0, s.sigma[k.H]), att_sigma=(0.0, s.sigma[k.TH], 0.0), nis=s.nis, nis_dof=s.channels, gust=s,
+        )  # fmt: skip
+
+    def first_command(self) -> np.ndarray:
+        """Trim command [5] sent until navigation is valid."""
+        return np.zeros(self.controls)
+
+    def obey(self, c: Command) -> tuple[int, str]:
+        """MAV_RESULT and reason for one of the mission's commands."""
+        law, why = c.choice(dict(enumerate(LAWS)), "law")
+        if why:
+            return DENIED, why
+        self.ctrl.select(law)
+        self._texts.append(Text(6, f"law {LAWS[law]}"))
+        return ACCEPTED, ""
+
+    def texts(self) -> list[Text]:
+        """Messages since the last call."""
+        out, self._texts = self._texts, []
+        return out

@@ -1,0 +1,1 @@
+"""A receiver: approach, contact, breakaway behind a tanker, and the way there."""

@@ -1,0 +1,1 @@
+"""Position in the tanker's wake from the air-data probes alone."""

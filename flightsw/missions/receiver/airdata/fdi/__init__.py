@@ -1,0 +1,1 @@
+"""Fault detection and isolation of the air-data channels."""

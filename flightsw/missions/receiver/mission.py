@@ -1,0 +1,135 @@
+"""Receiver mission: own sensors and the tanker's data link -> AirData -> RelativeNav -> RefuelGuidance -> ReceiverControl.
+
+20 Hz (every fifth base tick): navigation, guidance, control, in this order. 100 Hz: actuator model, health, guard (app.py).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from flightsw.aircraft import Aircraft, load_aircraft
+from flightsw.missions.base import Mission
+from flightsw.missions.receiver.airdata.airdata import AirData, AirDataParams
+from flightsw.missions.receiver.boom import Surroundings
+from flightsw.missions.receiver.estimator_variants import make_relative_nav
+from flightsw.missions.receiver.refuel import ACTIONS, RefuelGuidance, RefuelParams
+from flightsw.missions.receiver.station_keeping import ReceiverControl, ReceiverCtrlParams
+from flightsw.refusal import Refusals
+from flightsw.sixdof.actuators import ActuatorModel
+from flightsw.sixdof.command import ScheduleParams
+from flightsw.sixdof.estimator_core import NavParams
+from flightsw.strict import ConfigError, changed
+from flightsw.types import (
+    ACCEPTED,
+    DENIED,
+    HF_AIR,
+    HF_ATT,
+    HF_GNSS,
+    HF_IMU,
+    HF_PEER,
+    HF_REL,
+    TEMPORARILY_REJECTED,
+    Command,
+    GuidanceCmd,
+    Health,
+    NavState,
+    SensorFrame,
+    Text,
+)
+
+MAV_CMD_USER_1 = 31010
+
+
+@dataclass(frozen=True)
+class ReceiverParams:
+    """[nav], [ctrl], [guid] and [airdata] of a receiver flight file."""
+
+    tanker: str = "kc135r"
+    nav: NavParams = field(default_factory=lambda: NavParams(q_rate=0.1, q_wind=0.40))
+    ctrl: ReceiverCtrlParams = field(default_factory=lambda: ReceiverCtrlParams(ScheduleParams(mass_kg=5200.0)))
+    guid: RefuelParams = field(default_factory=RefuelParams)
+    airdata: AirDataParams = field(default_factory=AirDataParams)
+
+
+class ReceiverMission(Mission):
+    """Components of the receiver and their order."""
+
+    params_type = ReceiverParams
+    commands = frozenset({MAV_CMD_USER_1})
+    watch = HF_IMU | HF_AIR | HF_ATT | HF_GNSS | HF_REL | HF_PEER
+
+    def __init__(self, ac: Aircraft, p: ReceiverParams, period_s: float) -> None:
+        """Raises ConfigError for way-points that cannot be flown."""
+        self.nav = make_relative_nav(ac, p.nav)
+        self.air: AirData | None = None
+        if p.airdata.on:
+            self.air = AirData(ac, p.airdata)
+            self.nav.use_aid(p.airdata.aid)
+        elif p.airdata.on is None and (idle := changed(p.airdata, AirDataParams())) is not None:
+            raise ConfigError(f"airdata.{idle[0]} = {idle[1]!r}: nothing obeys it without airdata.on = true")
+        tanker = load_aircraft(p.tanker)
+        self.guid = RefuelGuidance(p.guid, Surroundings(tanker, ac))
+        self.ctrl = ReceiverControl(ac, tanker, p.ctrl, period_s)
+        self.V0 = float(np.mean(p.ctrl.schedule.V_mps))
+        self.h0 = p.ctrl.schedule.h_m
+        self._tk = np.zeros(18)
+        self._lost = False
+
+    def step(
+        self, f: SensorFrame, act: ActuatorModel, updated: int, health: Health, dt: float
+    ) -> tuple[NavState, GuidanceCmd, np.ndarray, float]:
+        """One 20 Hz step: (nav, guidance, surfaces and thrust [4], throttle)."""
+        nav = self.navigate(f, act.take_mean(), updated, health)
+        if (self._lost or self.nav.rejoined) and nav.valid:
+            self.guid.recapture(nav)
+        self._lost = self.guid.phase != 0 and not nav.valid
+        g = self.guid.step(f, nav, dt)
+        if nav.valid:
+            psi_dot, V_t = self._tanker_condition(f.t_us, nav)
+            u, throttle = self.ctrl.step(nav, g, act, psi_dot, V_t, -nav.pos_n[2], dt)
+        else:
+            u, throttle = self.ctrl.trim_command(self.V0, self.h0)
+        return nav, g, u, throttle
+
+    def navigate(self, f: SensorFrame, mean: np.ndarray, updated: int, health: Health) -> NavState:
+        """One estimator step; mean [4]: mean controls that acted since the last one."""
+        if self.air is not None:
+            self.air.step(f, self.nav, health, updated)
+        return self.nav.step(f, mean, health, updated)
+
+    @property
+    def refusals(self) -> Refusals | None:
+        """What the estimator refuses of its sensors."""
+        return self.nav.core.refusals
+
+    def first_command(self) -> np.ndarray:
+        """Trim command [4] sent until navigation is valid."""
+        return self.ctrl.trim_command(self.V0, self.h0)[0]
+
+    def _tanker_condition(self, t_us: int, nav: NavState) -> tuple[float, float]:
+        """Turn rate [rad/s] and airspeed [m/s] of the tanker from its transmitted state and the wind estimated here."""
+        tk = self._tk
+        self.nav.peer.stage(t_us, tk)
+        w, st = tk[9:12], -tk[2]
+        # psi_dot = (q sin phi + r cos phi) / cos theta, with sin phi cos theta = R[5], cos phi cos theta = R[8]
+        psi_dot = float((w[1] * tk[5] + w[2] * tk[8]) / max(1.0 - st * st, 0.1))
+        v = [tk[15 + i] - nav.wind_n[i] for i in range(3)]
+        return psi_dot, math.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
+
+    def obey(self, c: Command) -> tuple[int, str]:
+        """MAV_RESULT and reason for one of the mission's commands."""
+        action, why = c.choice(ACTIONS, "action")
+        if why:
+            return DENIED, why
+        ok, why = self.guid.command(action)
+        return (ACCEPTED if ok else TEMPORARILY_REJECTED), why
+
+    def texts(self) -> list[Text]:
+        """Messages since the last call."""
+        out, self.guid.texts = self.guid.texts, []
+        if self.air is not None and self.air.texts:
+            out, self.air.texts = out + self.air.texts, []
+        return out

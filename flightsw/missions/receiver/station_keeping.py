@@ -1,0 +1,142 @@
+"""Receiver station keeping: gain-scheduled LQR with integral action on inertial relative motion.
+
+Design state: xi_dot (3), w_rel (3), psi, theta, phi relative (3), xi (3), servo position (3), servo rate (3), thrust (1),
+integral of xi error (3),
+previous commands (4 per started period of delay). Airspeed, sideslip and incidence are eliminated through
+xi_dot = R^T u_a + R_BTI (W - v_T) + S(w_T) xi, so that a gust does not look like a closure-rate error.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+
+from flightsw.aircraft import Aircraft
+from flightsw.kernels.linalg import solve
+from flightsw.kernels.sampled import multiply
+from flightsw.sixdof.actuators import ActuatorModel
+from flightsw.sixdof.command import ControlCore, Node3, Pos, ScheduleParams
+from flightsw.sixdof.lqr import Design, DesignError, augment, design
+from flightsw.sixdof.schedule import GainSchedule
+from flightsw.sixdof.trim import linearise_relative, trim_free, trim_relative
+from flightsw.strict import ConfigError, Range
+from flightsw.types import GuidanceCmd, NavState
+
+Four = tuple[float, float, float, float]
+N = 12  # rigid design states
+
+
+@dataclass(frozen=True)
+class ReceiverCtrlParams:
+    """Bryson weights: the size of each deviation that counts as one unit."""
+
+    schedule: ScheduleParams
+    tanker_mass_kg: Pos = 120000.0
+    xi_m: Node3 = (-35.5, 0.0, 8.5)
+    w_vel_mps: Node3 = (1.0, 1.0, 1.0)
+    w_rate_radps: Node3 = (0.3, 0.3, 0.3)
+    w_euler_rad: Node3 = (0.3, 0.3, 0.3)
+    w_pos_m: Node3 = (0.6, 0.6, 0.6)
+    w_int_ms: Node3 = (1.5, 1.5, 1.5)
+    w_input: Four = (0.106, 0.0707, 0.106, 1770.0)
+    int_limit_ms: Node3 = (30.0, 20.0, 20.0)
+    # a softer law for poor sensing, blended in as the scatter of the estimated position goes from the first to the second: a
+    # lasting error does not shake the aircraft
+    soft_sigma_m: tuple[float, float] = (0.14, 0.19)
+    soft_pos_m: Node3 = (1.0, 1.0, 1.0)
+    soft_int_ms: Node3 = (3.0, 3.0, 3.0)
+    soft_input: Four = (0.075, 0.05, 0.075, 2500.0)
+    condition_tau_s: Annotated[float, Range(0.01)] = 1.0  # smoothing of the scheduling variables
+
+
+class ReceiverControl:
+    """Holds xi at the commanded position in the tanker's frame."""
+
+    def __init__(self, ac: Aircraft, tanker: Aircraft, p: ReceiverCtrlParams, dt_s: float) -> None:
+        """Designs the six nominal laws for control period dt_s. Raises TrimError or DesignError."""
+        self.p = p
+        self.core = ControlCore(ac, 3, np.array(p.int_limit_ms))
+        s = p.schedule
+        self.nodes = tuple(float(np.radians(v)) for v in s.psi_dot_degps)
+        if not 0.0 < p.soft_sigma_m[0] < p.soft_sigma_m[1]:
+            raise ConfigError(f"ctrl.soft_sigma_m = {list(p.soft_sigma_m)}: allowed: 0 < first < second")
+        tight = (p.w_pos_m, p.w_int_ms, p.w_input)
+        soft = (p.soft_pos_m, p.soft_int_ms, p.soft_input)
+        self.sched, self.soft = (
+            GainSchedule(
+                [self._design(ac, tanker, yd, V, dt_s, w) for yd in self.nodes for V in s.V_mps], self.nodes, s.V_mps
+            )
+            for w in (tight, soft)
+        )
+        self.softness = 0.0  # share of the soft law
+        self.z, self.off = np.zeros(self.sched.nz), np.zeros(self.sched.nz)
+        self.core.u_old = np.zeros(((self.sched.nz - N - 10) // 4, 4))
+        self._err = np.zeros(3)
+        self._cond = np.array([0.0, float(np.mean(s.V_mps))])
+
+    def _design(
+        self, ac: Aircraft, tanker: Aircraft, yd: float, V: float, dt_s: float, weights: tuple[Node3, Node3, Four]
+    ) -> Design:
+        p, s = self.p, self.p.schedule
+        w_pos, w_int, w_input = weights
+        tt = trim_free(tanker, p.tanker_mass_kg, s.h_m, V, yd)
+        t = trim_relative(ac, s.mass_kg, tt, np.array(p.xi_m))
+        A, B, Cv = linearise_relative(ac, s.mass_kg, tt, t)
+        # coordinates [xi_dot, w_rel, euler, xi] from [V, beta, alpha, w_rel, euler, xi]: constant at a trim
+        M = np.eye(N)
+        M[:3] = Cv[:, :N]
+        Mi = np.eye(N)
+        if not solve(M.copy(), Mi):
+            raise DesignError(f"receiver at {V:g} m/s: motion relative to the tanker does not show in the air data")
+        A12, B12 = multiply(multiply(M, A[:N, :N]), Mi), multiply(M, B[:N])
+        C = np.zeros((3, N))
+        C[:, 9:12] = np.eye(3)
+        Aa, Ba = augment(A12, B12, C, np.zeros((3, 4)), ac)
+        scale = [*p.w_vel_mps, *p.w_rate_radps, *p.w_euler_rad, *w_pos, *[1e3] * 6, 1e6, *w_int]
+        q = 1.0 / np.square(scale)
+        z0 = np.zeros(len(scale))
+        z0[6:9] = t.x[6:9]
+        z0[N : N + 3], z0[N + 6] = t.u[:3], t.u[3]
+        r = 1.0 / np.square(w_input)
+        return design(Aa, Ba, dt_s, s.delay_s, q, r, z0, t.u, f"receiver at {V:g} m/s, {yd:.4f} rad/s")
+
+    def step(
+        self, nav: NavState, cmd: GuidanceCmd, act: ActuatorModel, psi_dot_t: float, V_t: float, h_m: float, dt: float
+    ) -> tuple[np.ndarray, float]:
+        """Command (u [4], throttle). psi_dot_t [rad/s], V_t [m/s]: tanker turn rate and airspeed; h_m altitude [m]."""
+        c, z = self.core, self.z
+        a = dt / (self.p.condition_tau_s + dt)
+        if not c.started and np.isfinite(psi_dot_t) and np.isfinite(V_t):
+            self._cond[:] = psi_dot_t, V_t
+        if np.isfinite(psi_dot_t) and np.isfinite(V_t):
+            self._cond[0] += a * (psi_dot_t - self._cond[0])
+            self._cond[1] += a * (V_t - self._cond[1])
+        self.sched.set_condition(self._cond[0], self._cond[1])
+        lo, hi = self.p.soft_sigma_m
+        want = min(max((max(nav.scatter) - lo) / (hi - lo), 0.0), 1.0)
+        if not c.started:
+            self.softness = want  # poor sensing must not meet the tight law first
+            c.u_old[:] = act.pos[0], act.pos[1], act.pos[2], act.thrust
+            c.started = True
+        z[0:3], z[3:6], z[6:9], z[9:12] = nav.rel_vel_t, nav.rel_w_b, nav.rel_euler, nav.rel_pos_t
+        for i in range(3):
+            z[i] -= cmd.rel_vel_t[i]
+            self._err[i] = nav.rel_pos_t[i] - cmd.rel_pos_t[i]
+            z[9 + i] = self._err[i]
+        c.actuator_states(z, N, act)
+        c.integrate(self._err, dt)
+        z[N + 7 : N + 10] = c.e
+        z[N + 10 :] = c.u_old.ravel()
+        u = self.sched.evaluate(z, self.off)
+        self.softness += a * (want - self.softness)
+        if self.softness > 1e-3:
+            self.soft.set_condition(self._cond[0], self._cond[1])
+            u += self.softness * (self.soft.evaluate(z, self.off) - u)
+        return c.limit(u, h_m, nav.V)
+
+    def trim_command(self, V_t: float, h_m: float) -> tuple[np.ndarray, float]:
+        """Open-loop trim for straight flight while navigation is not yet valid."""
+        self.sched.set_condition(0.0, V_t)
+        return self.core.limit(self.sched.trim_command(), h_m, V_t)

@@ -1,0 +1,1 @@
+"""A tanker that meets a receiver by range and bearing."""

@@ -1,0 +1,133 @@
+"""Rendezvous guidance: from the estimate of the receiver to bank and speed commands. Frame R, SI, bank positive left.
+
+chart: the present method, 30 deg from a slant range read off a chart. cross_track: bank that ends on the receiver's track.
+closed_loop: the same plus gain k on the along-track miss (Rivard 1982, section V), guarded against negative radii. two_arc:
+both misses by two radii. Offset steering before the turn, speed trim in it and roll compensation are parameters of their own.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+
+from flightsw.missions.rendezvous import turn_geometry as kt
+from flightsw.missions.rendezvous import turn_law as kg
+from flightsw.missions.rendezvous.frame import OwnState
+from flightsw.strict import OneOf, Range
+
+NM = 1852.0
+KN = 1852.0 / 3600.0
+LAWS = ("chart", "cross_track", "closed_loop", "two_arc")
+PHASES = ("approach", "turn", "rollout", "done")
+
+
+@dataclass(frozen=True)
+class RendezvousGuidanceParams:
+    """Law and limits of the rendezvous turn."""
+
+    law: Annotated[str, OneOf(LAWS)] = "two_arc"
+    gain: Annotated[float, Range(0.0, 20.0)] = 3.0  # k of the closed loop
+    guard: bool = True  # radius below the least one means full bank; off: as printed
+    bank_max_deg: Annotated[float, Range(5.0, 45.0)] = 30.0
+    bank_min_deg: Annotated[float, Range(0.01, 10.0)] = 1.0
+    speed_mps: Annotated[float, Range(50.0, 350.0)] = 396.0 * KN  # true airspeed of the tanker
+    separation_m: Annotated[float, Range(0.0)] = 2.0 * NM  # ahead of the receiver at roll-out
+    roll_rate_degps: Annotated[float, Range(0.0, 60.0)] = 5.0  # the turn plan counts on; 0: none
+    lead_s: Annotated[float, Range(-30.0, 60.0)] = 0.0  # turn this much before the time to go is zero
+    chart_range_m: Annotated[float, Range(0.0)] = 17.0 * NM
+    steer: bool = True  # to the offset, before the turn
+    offset_m: Annotated[float, Range(0.0)] = 10.0 * NM
+    steer_gain_radpm: Annotated[float, Range(0.0)] = 0.25 / NM
+    steer_heading_deg: Annotated[float, Range(0.0, 60.0)] = 30.0
+    steer_bank_deg: Annotated[float, Range(1.0, 30.0)] = 25.0
+    heading_gain_1ps: Annotated[float, Range(0.01, 1.0)] = 0.2
+    trim_mps: Annotated[float, Range(0.0, 30.0)] = 20.0 * KN  # 0: no speed trim
+    trim_tau_s: Annotated[float, Range(1.0)] = 20.0
+    near_rad: Annotated[float, Range(0.0, 1.0)] = 0.15  # cross-track law in the last of the turn
+    smooth_1prad: Annotated[float, Range(0.0)] = 0.01  # dislike of unequal arcs
+    weave_deg: Annotated[float, Range(0.0, 45.0)] = 0.0  # heading weave of the approach
+    weave_half_period_s: Annotated[float, Range(5.0)] = 30.0
+    gravity_mps2: Annotated[float, Range(9.0, 10.0)] = 9.80665
+
+
+def guidance_vector(p: RendezvousGuidanceParams) -> np.ndarray:
+    """Parameter vector gp of missions/rendezvous/turn_law.py."""
+    g = np.zeros(kg.GP_N)
+    g[kg.GP_LAW], g[kg.GP_K], g[kg.GP_GUARD] = LAWS.index(p.law), p.gain, 1.0 if p.guard else 0.0
+    g[kg.GP_BANK_MAX], g[kg.GP_BANK_MIN] = math.radians(p.bank_max_deg), math.radians(p.bank_min_deg)
+    g[kg.GP_V], g[kg.GP_SEP], g[kg.GP_G] = p.speed_mps, p.separation_m, p.gravity_mps2
+    g[kg.GP_ROLL], g[kg.GP_LEAD], g[kg.GP_CHART] = math.radians(p.roll_rate_degps), p.lead_s, p.chart_range_m
+    g[kg.GP_STEER], g[kg.GP_OFFSET], g[kg.GP_STEER_GAIN] = 1.0 if p.steer else 0.0, p.offset_m, p.steer_gain_radpm
+    g[kg.GP_STEER_MAX], g[kg.GP_STEER_BANK] = math.radians(p.steer_heading_deg), math.radians(p.steer_bank_deg)
+    g[kg.GP_HEADING_GAIN], g[kg.GP_TRIM], g[kg.GP_TRIM_TAU] = p.heading_gain_1ps, p.trim_mps, p.trim_tau_s
+    g[kg.GP_NEAR], g[kg.GP_SMOOTH] = p.near_rad, p.smooth_1prad
+    g[kg.GP_WEAVE], g[kg.GP_WEAVE_HALF] = math.radians(p.weave_deg), p.weave_half_period_s
+    return g
+
+
+@dataclass(slots=True)
+class RendezvousCommand:
+    """Output of the guidance. Frame R."""
+
+    phase: str = "approach"
+    bank: float = 0.0  # [rad] left positive
+    speed: float = 0.0  # [m/s] true airspeed
+    time_to_go_s: float = kg.NEVER  # to the start of the turn
+    turn_time_s: float = 0.0  # length of the turn from now
+    miss_x_m: float = 0.0  # predicted at roll-out, positive: tanker too far ahead
+    miss_y_m: float = 0.0  # receiver's y minus tanker's
+    limited: bool = False  # the bank limit keeps the tanker off the receiver's track
+    final_psi: float = math.pi  # [rad]
+    wait_s: float = kg.NEVER  # until the next phase is due; 1e9: not known to come
+
+
+class RendezvousGuidance:
+    """Steps at any rate; 2 Hz is enough, and the turn starts within one step of the right moment."""
+
+    def __init__(self, p: RendezvousGuidanceParams) -> None:
+        self.p = p
+        self.gp = guidance_vector(p)
+        self.gs = np.zeros(kg.G_N)
+        self._o, self._r, self._t, self._radii = np.zeros(8), np.zeros(4), np.zeros(kt.T_N), np.zeros(2)
+        self.out = RendezvousCommand()
+        self.reset()
+
+    def reset(self) -> None:
+        """Back to the approach."""
+        kg.guidance_reset(self.gs, self.gp)
+        self.out = RendezvousCommand(speed=self.p.speed_mps)
+
+    def step(
+        self, own: OwnState, mean: tuple[float, float, float, float], range_m: float, dt: float
+    ) -> RendezvousCommand:
+        """Advance by dt [s]: own state, estimate (x, v_x, y, v_y over ground), last measured slant range [m] (inf: none yet).
+
+        Not to be called before the estimate is valid. A number that is not finite leaves the last command standing.
+        """
+        sine = min(max(own.wind_y / self.p.speed_mps, -0.99), 0.99) if math.isfinite(own.wind_y) else 0.0
+        delta = math.asin(sine)  # drift correction on the refuelling track
+        values = (own.x, own.y, own.psi, own.bank, own.speed, own.wind_x, own.wind_y, delta, *mean)
+        c = self.out
+        if not all(map(math.isfinite, values)) or own.speed < 1.0:
+            self.gs[kg.G_TIME] += dt
+            return c
+        self._o[:] = values[:8]
+        self._r[:] = mean
+        kg.guidance_step(self.gs, self._o, self._r, range_m, dt, self.gp, self._t, self._radii)
+        g = self.gs
+        c.phase, c.bank, c.speed = PHASES[int(g[kg.G_PHASE])], float(g[kg.G_BANK]), float(g[kg.G_V])
+        c.time_to_go_s, c.turn_time_s = float(g[kg.G_TTG]), float(g[kg.G_TURN_TIME])
+        c.miss_x_m, c.miss_y_m, c.limited = float(g[kg.G_XM]), float(g[kg.G_YM]), bool(g[kg.G_LIMITED] > 0.0)
+        c.final_psi, c.wait_s = math.pi + delta, float(g[kg.G_WAIT])
+        return c
+
+    def get_state(self) -> np.ndarray:
+        """Copy of the state [13]."""
+        return self.gs.copy()
+
+    def set_state(self, s: np.ndarray) -> None:
+        """Restore a copy made by `get_state`."""
+        self.gs[:] = s

@@ -1,0 +1,167 @@
+"""Rendezvous tanker, on one page: own sensors -> AirframeNav; TACAN and radar -> ReceiverTrack; both -> RendezvousPilot ->
+TankerControl. Ahead of the receiver it flies on like the mission `tanker`.
+
+20 Hz (every fifth base tick): navigation, guidance, control, in this order. 100 Hz: actuator model, health, guard (app.py).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Annotated
+
+import numpy as np
+
+from flightsw.aircraft import Aircraft
+from flightsw.envelope import Envelope
+from flightsw.kernels.rotations import wrap_pi
+from flightsw.missions.base import Mission
+from flightsw.missions.rendezvous.pilot import PilotParams, RendezvousPilot
+from flightsw.missions.rendezvous.track import ReceiverTrack, TrackParams
+from flightsw.missions.tanker.mission import MAV_CMD_DO_CHANGE_SPEED, speed_command
+from flightsw.missions.tanker.racetrack import RacetrackGuidance, RacetrackParams
+from flightsw.refusal import Refusals
+from flightsw.sixdof.actuators import ActuatorModel
+from flightsw.sixdof.autopilot import TankerControl, TankerCtrlParams
+from flightsw.sixdof.command import ScheduleParams
+from flightsw.sixdof.estimator_core import NavParams
+from flightsw.sixdof.estimator_variants import make_airframe_nav
+from flightsw.strict import Range
+from flightsw.types import (
+    HF_AIR,
+    HF_ATT,
+    HF_GNSS,
+    HF_IMU,
+    TEMPORARILY_REJECTED,
+    Command,
+    GuidanceCmd,
+    Health,
+    NavState,
+    SensorFrame,
+    Text,
+)
+
+INIT, RDV_APPROACH, RDV_TURN, RDV_ROLLOUT = 0, 13, 14, 15  # WKF_PHASE
+PHASE = {"approach": RDV_APPROACH, "turn": RDV_TURN, "rollout": RDV_ROLLOUT, "done": RDV_ROLLOUT}
+
+
+@dataclass(frozen=True)
+class RendezvousParams:
+    """[rendezvous] of a flight file."""
+
+    track: TrackParams = field(default_factory=TrackParams)
+    pilot: PilotParams = field(default_factory=PilotParams)
+    capture_s: Annotated[float, Range(0.0, 120.0)] = 15.0  # on the course of the track before the racetrack takes over
+
+
+@dataclass(frozen=True)
+class RendezvousMissionParams:
+    """[nav], [ctrl], [rendezvous] and, for what comes after, [guid] of the flight file."""
+
+    nav: NavParams = field(default_factory=NavParams)
+    ctrl: TankerCtrlParams = field(default_factory=lambda: TankerCtrlParams(ScheduleParams(V_mps=(190.0, 215.0))))
+    guid: RacetrackParams = field(default_factory=RacetrackParams)
+    rendezvous: RendezvousParams = field(default_factory=RendezvousParams)
+
+
+class RendezvousMission(Mission):
+    """Components of the rendezvous tanker and their order."""
+
+    params_type = RendezvousMissionParams
+    commands = frozenset({MAV_CMD_DO_CHANGE_SPEED})
+    watch = HF_IMU | HF_AIR | HF_ATT | HF_GNSS
+
+    def __init__(self, ac: Aircraft, p: RendezvousMissionParams, period_s: float) -> None:
+        self.nav = make_airframe_nav(ac, p.nav)
+        self.track = ReceiverTrack(p.rendezvous.track)
+        self.pilot = RendezvousPilot(p.rendezvous.pilot)
+        self.guid = RacetrackGuidance(p.guid)
+        self.ctrl = TankerControl(ac, p.ctrl, period_s)
+        self.envelope = e = Envelope(ac)
+        e.speed("guid.V_mps", p.guid.V_mps)
+        e.turn("guid.turn_rate_degps", p.guid.turn_rate_degps, p.guid.V_mps)
+        g = p.rendezvous.pilot.guidance
+        for key in ("bank_max_deg", "steer_bank_deg"):
+            e.bank(f"rendezvous.pilot.guidance.{key}", getattr(g, key))
+        for speed in (g.speed_mps - g.trim_mps, g.speed_mps + g.trim_mps):
+            e.speed("rendezvous.pilot.guidance.speed_mps less or plus trim_mps", speed)
+        self.alt_m = p.guid.alt_m
+        self.V0 = p.rendezvous.pilot.guidance.speed_mps
+        self.out = GuidanceCmd(V=self.V0, alt_m=self.alt_m, reason="waiting for navigation")
+        self.t_phase_us = 0
+        self.said: list[Text] = []
+        self.capture_s = p.rendezvous.capture_s
+        self.t_done_us = -1
+        self.joined = False  # rendezvous over: the racetrack has the aircraft
+
+    def step(
+        self, f: SensorFrame, act: ActuatorModel, updated: int, health: Health, dt: float
+    ) -> tuple[NavState, GuidanceCmd, np.ndarray, float]:
+        """One 20 Hz step: (nav, guidance, surfaces and thrust [4], throttle)."""
+        nav = self.nav.step(f, act.take_mean(), health, updated)
+        nav.rendezvous = self.track.step(f, nav, updated)
+        if self.joined:
+            g = self.guid.step(f, nav, dt)
+            self.pilot.follow(g.V, g.psi_dot, self.track.own)
+        else:
+            g = self._rendezvous(f, nav, dt)
+        self.pilot.report(nav.rendezvous)
+        if nav.valid:
+            u, throttle = self.ctrl.step(nav, g, act, dt)
+        else:
+            u, throttle = self.ctrl.trim_command(g.V, self.alt_m)
+        return nav, g, u, throttle
+
+    def _rendezvous(self, f: SensorFrame, nav: NavState, dt: float) -> GuidanceCmd:
+        o, pilot, r = self.out, self.pilot, nav.rendezvous
+        if nav.valid and r is not None:
+            pilot.step(self.track.own, r.mean if r.valid else None, r.range_m if r.valid else math.inf, dt)
+            if pilot.phase == "done":
+                self.track.closed = True  # the receiver leaves its plan now: it joins up
+                self.t_done_us = f.t_us if self.t_done_us < 0 else self.t_done_us
+                if f.t_us - self.t_done_us >= self.capture_s * 1e6:
+                    return self._join(f, nav, dt)
+            phase = PHASE[pilot.phase]
+            if phase != o.phase:
+                o.phase, self.t_phase_us = phase, f.t_us
+                c = pilot.guid.out
+                o.reason = {
+                    RDV_APPROACH: "approach, navigation valid",
+                    RDV_TURN: f"turn, miss {c.miss_x_m / 1852.0:+.2f} {c.miss_y_m / 1852.0:+.2f} NM",
+                    RDV_ROLLOUT: "roll-out, course reached",
+                }[phase]
+                self.said.append(Text(6, f"rendezvous: {o.reason}"[:50]))
+        o.phase_t_s = (f.t_us - self.t_phase_us) * 1e-6
+        o.V, o.psi_dot = pilot.V, pilot.psi_dot
+        return o
+
+    def _join(self, f: SensorFrame, nav: NavState, dt: float) -> GuidanceCmd:
+        """Ahead of the receiver: straight on, on the course of the refuelling track."""
+        self.joined = True
+        g = self.guid.step(f, nav, dt)
+        course = self.track.frame.heading(self.pilot.guid.out.final_psi)
+        self.guid.psi_ref = nav.euler[0] + wrap_pi(course - nav.euler[0])
+        self.guid.V, self.guid.psi_dot = self.pilot.V, self.pilot.psi_dot
+        g.V, g.psi_dot = self.pilot.V, self.pilot.psi_dot
+        return g
+
+    @property
+    def refusals(self) -> Refusals | None:
+        """What the estimator refuses of its sensors."""
+        return self.nav.core.refusals
+
+    def first_command(self) -> np.ndarray:
+        """Trim command [4] sent until navigation is valid."""
+        return self.ctrl.trim_command(self.V0, self.alt_m)[0]
+
+    def obey(self, c: Command) -> tuple[int, str]:
+        """MAV_RESULT and reason for one of the mission's commands."""
+        if not self.joined:
+            return TEMPORARILY_REJECTED, "speed is the rendezvous's until roll-out"
+        return speed_command(c, self.guid, self.envelope)
+
+    def texts(self) -> list[Text]:
+        """Messages since the last call."""
+        out = self.track.texts + self.said + self.guid.texts
+        self.track.texts, self.said, self.guid.texts = [], [], []
+        return out

@@ -1,0 +1,92 @@
+"""Parameters of the rendezvous estimators and the vectors their kernels read."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+
+from flightsw.missions.rendezvous import full_order as k8
+from flightsw.missions.rendezvous import range_filter as k3
+from flightsw.strict import OneOf, Range
+
+NM = 1852.0
+KN = 1852.0 / 3600.0
+FT = 0.3048
+
+ESTIMATORS = ("ekf3", "ekf7", "ekf8", "ukf8", "bank")
+
+
+@dataclass(frozen=True)
+class RendezvousNavParams:
+    """Choice and tuning of the estimator; the defaults are Rivard's population of receivers and TACAN sets."""
+
+    estimator: Annotated[str, OneOf(ESTIMATORS)] = "bank"
+    components: Annotated[int, Range(3, 101)] = 57  # of the bank: 15 for a radar prior of 1 NM, 57 without
+    grid_sigma: Annotated[float, Range(1.0, 6.0)] = 3.5  # half width of the bank in sigma of the lateral prior
+    receiver_mps: Annotated[float, Range(50.0, 350.0)] = 396.0 * KN  # planned true airspeed of the receiver
+    altitude_separation_m: Annotated[float, Range(0.0, 3000.0)] = 1000.0 * FT  # planned, tanker above or below
+    velocity_sigma_mps: Annotated[float, Range(0.0, 100.0)] = 6.0 * KN  # constant part, along track
+    fluctuation_sigma_mps: Annotated[float, Range(0.01, 100.0)] = 10.0 * KN  # fluctuating part
+    fluctuation_tau_s: Annotated[float, Range(1.0)] = 455.0
+    drift_sigma_mps: Annotated[float, Range(0.0, 50.0)] = 0.55 * math.sqrt(2.0) * KN  # inertial drift across track
+    walk_m2ps: Annotated[float, Range(0.0)] = (500.0 * FT) ** 2 / 600.0  # random walk across track
+    altitude_sigma_m: Annotated[float, Range(0.0, 500.0)] = 150.0 * FT
+    range_bias_sigma_m: Annotated[float, Range(0.0, 2000.0)] = 0.1 * NM
+    range_noise_sigma_m: Annotated[float, Range(0.0, 2000.0)] = 0.016 * NM
+    range_noise_tau_s: Annotated[float, Range(0.1)] = 3.6
+    range_white_m2: Annotated[float, Range(0.0)] = 1e-6 * NM * NM  # white part left beside the states
+    earth_radius_m: Annotated[float, Range(1e6)] = 3444.0 * NM
+    ekf3_r_m2: Annotated[float, Range(1.0)] = 0.010256 * NM * NM
+    ekf3_qx_m2ps3: Annotated[float, Range(0.0)] = 1.696e-8 * NM * NM
+    ekf3_qy_m2ps: Annotated[float, Range(0.0)] = 2.521e-3 * NM * NM
+    ekf3_cross_term: bool = False  # the term -X Y P13/d^3 the source's bias correction drops
+    mean_shift: bool = True  # second-order mean of the first along-track position
+    bearing_sigma_deg: Annotated[float, Range(0.01, 45.0)] = 2.0
+    datalink_sigma_m: Annotated[float, Range(0.1, 5000.0)] = 100.0  # receiver's own position, per axis
+    gate_nis: Annotated[float, Range(0.0)] = 0.0  # a range with a larger NIS is refused; 0: none is
+    window: Annotated[int, Range(2, 60)] = 6  # innovations judged together
+    window_nis: Annotated[float, Range(1.0)] = 3.75  # mean NIS that warns: chi-square, 6 degrees, 1 in 1000
+    window_drift: Annotated[float, Range(1.0)] = 10.83  # (sum of normalised innovations)^2/n: chi-square, 1 degree
+
+
+def three_vector(p: RendezvousNavParams, u: float) -> np.ndarray:
+    """Parameter vector of the three-state kernels; u nominal along-track ground velocity of the receiver [m/s]."""
+    e = np.zeros(k3.E3_N)
+    e[k3.E3_U], e[k3.E3_A0], e[k3.E3_R] = u, p.altitude_separation_m, p.ekf3_r_m2
+    e[k3.E3_QX], e[k3.E3_QY] = p.ekf3_qx_m2ps3, p.ekf3_qy_m2ps
+    e[k3.E3_VAR0] = p.range_bias_sigma_m**2 + p.range_noise_sigma_m**2
+    e[k3.E3_VARV] = p.velocity_sigma_mps**2 + p.fluctuation_sigma_mps**2
+    e[k3.E3_CROSS] = 1.0 if p.ekf3_cross_term else 0.0
+    return e
+
+
+def eight_vector(p: RendezvousNavParams, u: float) -> np.ndarray:
+    """Parameter vector of the full-order kernels; ekf7 takes the correlated range error as white."""
+    seven = p.estimator == "ekf7"
+    e = np.zeros(k8.E8_N)
+    e[k8.E8_U], e[k8.E8_A0], e[k8.E8_RE] = u, p.altitude_separation_m, p.earth_radius_m
+    e[k8.E8_R] = p.range_white_m2 + (p.range_noise_sigma_m**2 if seven else 0.0)
+    e[k8.E8_TF], e[k8.E8_SF] = p.fluctuation_tau_s, p.fluctuation_sigma_mps
+    e[k8.E8_TN], e[k8.E8_SN] = p.range_noise_tau_s, 0.0 if seven else p.range_noise_sigma_m
+    e[k8.E8_QY], e[k8.E8_SC], e[k8.E8_SY] = p.walk_m2ps, p.velocity_sigma_mps, p.drift_sigma_mps
+    e[k8.E8_SA], e[k8.E8_SB] = p.altitude_sigma_m, p.range_bias_sigma_m
+    return e
+
+
+def new_window(p: RendezvousNavParams) -> np.ndarray:
+    """Empty window of normalised innovations with the limits of p (missions/rendezvous/range_filter.py, window_push)."""
+    w = np.zeros(k3.W_HEAD + p.window)
+    w[k3.W_LIMIT], w[k3.W_DRIFT_LIMIT] = p.window_nis, p.window_drift
+    return w
+
+
+def nominal_velocity(p: RendezvousNavParams, wind_x: float, wind_y: float) -> tuple[float, float]:
+    """(u, delta): along-track ground velocity [m/s] and drift correction [rad] of a receiver holding its track in wind.
+
+    delta = asin(w_y/v_R), u = -v_R cos(delta) + w_x; a crosswind beyond the airspeed is taken as just below it.
+    """
+    s = min(max(wind_y / p.receiver_mps, -0.99), 0.99)
+    return -p.receiver_mps * math.sqrt(1.0 - s * s) + wind_x, math.asin(s)

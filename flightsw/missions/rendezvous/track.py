@@ -1,0 +1,181 @@
+"""The tanker's side of the range-only estimator: TACAN replies and the crew's radar reading in, receiver in frame R out.
+
+Own course and speed are those through the air (inertial velocity less the slowly varying wind), because the path of a turn
+hangs on them and not on where the nose points. A reply is fused at the own position of its time of validity.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass, field
+from typing import Annotated
+
+import numpy as np
+
+from flightsw.missions.rendezvous.estimator import RangeEstimator
+from flightsw.missions.rendezvous.frame import OwnState, RendezvousFrame
+from flightsw.missions.rendezvous.params import ESTIMATORS, NM, RendezvousNavParams
+from flightsw.strict import Range
+from flightsw.types import UPD_RADAR, UPD_TACAN, NavState, RendezvousState, SensorFrame, Text
+
+KEEP_S = 6.0  # [s] of own positions; an older reply is refused
+WARNING, NOTICE, INFO = 4, 5, 6
+
+
+@dataclass(frozen=True)
+class RendezvousFrameParams:
+    """Where the rendezvous takes place."""
+
+    north_m: float = 0.0
+    east_m: float = 0.0
+    heading_deg: float = 0.0  # of +x, towards the initial point
+
+    def frame(self) -> RendezvousFrame:
+        """The border to navigation axes."""
+        return RendezvousFrame(self.north_m, self.east_m, math.radians(self.heading_deg))
+
+
+@dataclass(frozen=True)
+class TrackParams:
+    """Estimator, and what surrounds it."""
+
+    estimator: RendezvousNavParams = field(default_factory=RendezvousNavParams)
+    frame: RendezvousFrameParams = field(default_factory=RendezvousFrameParams)
+    y_hat_m: float = 0.0  # lateral position where nobody has a radar reading
+    sigma_y_m: Annotated[float, Range(1.0)] = 6.149 * NM
+    radar_wait_s: Annotated[float, Range(0.0, 600.0)] = 5.0  # for a reading, before the first range counts
+    wind_tau_s: Annotated[float, Range(0.1)] = 20.0  # smoothing of the own wind estimate
+    lost_s: Annotated[float, Range(1.0)] = 35.0  # without a range: the crew is told
+
+
+class ReceiverTrack:
+    """Call `step` once per navigation step; `own` and `out` are then of the same instant."""
+
+    def __init__(self, p: TrackParams) -> None:
+        self.p = p
+        self.frame = p.frame.frame()
+        self.est = RangeEstimator(p.estimator)
+        self.own = OwnState()
+        self.out = RendezvousState(estimator=ESTIMATORS.index(p.estimator.estimator))
+        self.texts: list[Text] = []
+        self._past: deque[tuple[int, float, float, float]] = deque()  # time, x, y, heading
+        self._wind: tuple[float, float] | None = None
+        self._radar: tuple[float, float] | None = None
+        self._t_us = self._since_us = -1
+        self._lost = False
+        self.closed = False  # the meeting is over: ranges are no longer fused, nor missed
+        self._upper = np.triu_indices(4)
+
+    @property
+    def ready(self) -> bool:
+        """Whether there is an estimate to guide on."""
+        return self.est.out.valid
+
+    def step(self, f: SensorFrame, nav: NavState, updated: int) -> RendezvousState:
+        """Advance to the frame's time; `updated`: bits of all frames since the last step."""
+        if updated & UPD_RADAR:
+            self._crew(f)
+        dt = (f.t_us - self._t_us) * 1e-6 if self._t_us >= 0 else 0.0
+        self.est.predict(dt)
+        self._t_us = f.t_us
+        if nav.valid:
+            if self._since_us < 0:
+                self._since_us = f.t_us
+            self._own(f.t_us, nav, dt)
+            if updated & UPD_TACAN and f.tacan_range_m is not None and not self.closed:
+                self._reply(f)
+        if not self.closed:
+            self._watch(f)
+        return self._publish(f)
+
+    def _crew(self, f: SensorFrame) -> None:
+        if self.ready:
+            self.texts.append(Text(NOTICE, "radar reading came after the first range"))
+            return
+        self._radar = (f.radar_y_m, f.radar_sigma_m)
+        self.texts.append(Text(INFO, f"radar: {f.radar_y_m / NM:+.2f} NM off track"))
+
+    def _own(self, t_us: int, nav: NavState, dt: float) -> None:
+        o, fr = self.own, self.frame
+        w = fr.vector_to_r(nav.wind_n[0], nav.wind_n[1])
+        if self._wind is None:
+            self._wind = w
+        a = 1.0 - math.exp(-dt / self.p.wind_tau_s)
+        wx, wy = self._wind = (self._wind[0] + a * (w[0] - self._wind[0]), self._wind[1] + a * (w[1] - self._wind[1]))
+        vx, vy = fr.vector_to_r(nav.vel_n[0], nav.vel_n[1])
+        o.x, o.y = fr.to_r(nav.pos_n[0], nav.pos_n[1])
+        course = math.atan2(vy - wy, vx - wx)
+        o.psi = course + 2.0 * math.pi * round((o.psi - course) / (2.0 * math.pi))
+        o.speed = math.hypot(vx - wx, vy - wy)
+        o.bank = fr.bank(nav.euler[2])
+        o.wind_x, o.wind_y = wx, wy
+        self._past.append((t_us, o.x, o.y, nav.euler[0]))
+        while t_us - self._past[0][0] > KEEP_S * 1e6:
+            self._past.popleft()
+
+    def _then(self, t_us: int) -> tuple[float, float, float] | None:
+        """Own x, y [m] and heading [rad] at an earlier time; None: too long ago."""
+        after = self._past[-1]
+        if t_us >= after[0]:
+            return after[1:]
+        for row in reversed(self._past):
+            if row[0] <= t_us:
+                s = (t_us - row[0]) / (after[0] - row[0])
+                return (
+                    row[1] + s * (after[1] - row[1]), row[2] + s * (after[2] - row[2]), row[3] + s * (after[3] - row[3])
+                )  # fmt: skip
+            after = row
+        return None
+
+    def _reply(self, f: SensorFrame) -> None:
+        """Fuse a range, and the bearing if there is one; the first one starts the estimator."""
+        distance = f.tacan_range_m
+        then = self._then(f.tacan_t_us)
+        if then is None or distance is None:
+            return
+        x, y, heading = then
+        age = max((f.t_us - f.tacan_t_us) * 1e-6, 0.0)
+        if not self.ready:
+            waited = f.t_us - self._since_us >= self.p.radar_wait_s * 1e6
+            if self._radar is None and not waited:
+                return
+            self.est.set_wind(self.own.wind_x, self.own.wind_y)
+            y_hat, sigma = self._radar or (self.p.y_hat_m, self.p.sigma_y_m)
+            self.est.start(distance, x, y, y_hat, sigma)
+            if not self.ready:
+                return
+            self.est.predict(age)
+            self.texts.append(Text(INFO, f"TACAN: receiver at {distance / NM:.1f} NM"))
+        else:
+            self.est.set_wind(self.own.wind_x, self.own.wind_y)
+            los = None if f.tacan_bearing is None else self.frame.line_of_sight(f.tacan_bearing, heading)
+            before = self.out.alarm
+            self.est.update(distance, x, y, age, los)
+            if self.est.out.alarm and not before:
+                self.texts.append(Text(WARNING, "receiver not as planned: check course and speed"))
+            elif before and not self.est.out.alarm:
+                self.texts.append(Text(NOTICE, "receiver: ranges fit the estimate again"))
+        o = self.out
+        o.range_m, o.fix_us = distance, f.t_us
+        w, at, _ = self.est.components()
+        o.weights, o.xs, o.ys = (tuple(float(v) for v in a) for a in (w, at[:, 0], at[:, 1]))
+
+    def _watch(self, f: SensorFrame) -> None:
+        lost = self.ready and f.t_us - self.out.fix_us > self.p.lost_s * 1e6
+        if lost != self._lost:
+            self.texts.append(Text(WARNING, "TACAN: no range") if lost else Text(NOTICE, "TACAN: range back"))
+        self._lost = lost
+
+    def _publish(self, f: SensorFrame) -> RendezvousState:
+        o, e, fr, own = self.out, self.est.out, self.frame, self.own
+        o.t_us, o.valid, o.reason = f.t_us, e.valid, e.reason
+        o.mean = e.mean
+        if e.valid:
+            o.cov = tuple(float(v) for v in self.est.covariance[self._upper])
+        o.own, o.bank = (own.x, own.y, own.psi), own.bank
+        o.range_age_s = e.age_s if e.valid else 1e9
+        o.innovation_m, o.nis, o.window_nis, o.window_drift = e.innovation_m, e.nis, e.window_nis, e.window_drift
+        o.alarm, o.updates, o.refused = e.alarm, e.updates, e.refused
+        o.frame = (fr.north_m, fr.east_m, fr.heading_rad)
+        return o

@@ -1,0 +1,1 @@
+"""A tanker on its track."""

@@ -1,0 +1,105 @@
+"""Tanker mission, on one page: air data, gyro, attitude, GNSS -> AirframeNav -> RacetrackGuidance -> TankerControl.
+
+20 Hz (every fifth base tick): navigation, guidance, control, in this order. 100 Hz: actuator model, health, guard (app.py).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from flightsw.aircraft import Aircraft
+from flightsw.envelope import Envelope
+from flightsw.missions.base import Mission
+from flightsw.missions.tanker.racetrack import RacetrackGuidance, RacetrackParams
+from flightsw.refusal import Refusals
+from flightsw.sixdof.actuators import ActuatorModel
+from flightsw.sixdof.autopilot import TankerControl, TankerCtrlParams
+from flightsw.sixdof.command import ScheduleParams
+from flightsw.sixdof.estimator_core import NavParams
+from flightsw.sixdof.estimator_variants import make_airframe_nav
+from flightsw.types import (
+    ACCEPTED,
+    DENIED,
+    HF_AIR,
+    HF_ATT,
+    HF_GNSS,
+    HF_IMU,
+    Command,
+    GuidanceCmd,
+    Health,
+    NavState,
+    SensorFrame,
+    Text,
+)
+
+MAV_CMD_DO_CHANGE_SPEED = 178
+
+
+@dataclass(frozen=True)
+class TankerParams:
+    """[nav], [ctrl] and [guid] of a tanker flight file."""
+
+    nav: NavParams = field(default_factory=NavParams)
+    ctrl: TankerCtrlParams = field(default_factory=lambda: TankerCtrlParams(ScheduleParams()))
+    guid: RacetrackParams = field(default_factory=RacetrackParams)
+
+
+class TankerMission(Mission):
+    """Components of the tanker and their order."""
+
+    params_type = TankerParams
+    commands = frozenset({MAV_CMD_DO_CHANGE_SPEED})
+    watch = HF_IMU | HF_AIR | HF_ATT | HF_GNSS
+
+    def __init__(self, ac: Aircraft, p: TankerParams, period_s: float) -> None:
+        self.nav = make_airframe_nav(ac, p.nav)
+        self.guid = RacetrackGuidance(p.guid)
+        self.ctrl = TankerControl(ac, p.ctrl, period_s)
+        self.envelope = e = Envelope(ac)
+        e.speed("guid.V_mps", p.guid.V_mps)
+        e.turn("guid.turn_rate_degps", p.guid.turn_rate_degps, p.guid.V_mps)
+        self.alt_m = p.guid.alt_m
+
+    def step(
+        self, f: SensorFrame, act: ActuatorModel, updated: int, health: Health, dt: float
+    ) -> tuple[NavState, GuidanceCmd, np.ndarray, float]:
+        """One 20 Hz step: (nav, guidance, surfaces and thrust [4], throttle)."""
+        nav = self.nav.step(f, act.take_mean(), health, updated)
+        g = self.guid.step(f, nav, dt)
+        if nav.valid:
+            u, throttle = self.ctrl.step(nav, g, act, dt)
+        else:
+            u, throttle = self.ctrl.trim_command(g.V, self.alt_m)
+        return nav, g, u, throttle
+
+    @property
+    def refusals(self) -> Refusals | None:
+        """What the estimator refuses of its sensors."""
+        return self.nav.core.refusals
+
+    def first_command(self) -> np.ndarray:
+        """Trim command [4] sent until navigation is valid."""
+        return self.ctrl.trim_command(self.guid.V, self.alt_m)[0]
+
+    def obey(self, c: Command) -> tuple[int, str]:
+        """MAV_RESULT and reason for one of the mission's commands."""
+        return speed_command(c, self.guid, self.envelope)
+
+    def texts(self) -> list[Text]:
+        """Messages since the last call."""
+        out, self.guid.texts = self.guid.texts, []
+        return out
+
+
+def speed_command(c: Command, guid: RacetrackGuidance, envelope: Envelope) -> tuple[int, str]:
+    """MAV_RESULT and reason for MAV_CMD_DO_CHANGE_SPEED on the racetrack: airspeed only, the throttle left alone."""
+    kind, speed, throttle = c.params[:3]
+    if kind != 0.0:
+        return DENIED, f"speed type {kind:g}: allowed 0 airspeed"
+    if throttle not in (-1.0, 0.0) and not math.isnan(throttle):
+        return DENIED, f"throttle {throttle:g}: allowed -1 no change"
+    ok, why = guid.set_speed(speed, envelope.limits.V_min_mps, envelope.fastest(guid.p.turn_rate_degps))
+    return (ACCEPTED if ok else DENIED), why

@@ -1,0 +1,1 @@
+"""A twin-jet transport in wind shear on the approach."""

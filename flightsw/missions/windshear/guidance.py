@@ -1,0 +1,245 @@
+"""Approach, hazard alerting and escape of the jet transport in wind shear: from the estimate to a demand on the flight path.
+
+Hazard: F of the estimated wind in two low-passes, a quick one for caution and a slow one for the abort, so that turbulence (which
+is in F through the wind's rates) cautions but hardly ever aborts. The rates that enter are differences of the estimated wind: the
+rate states of the estimator follow the smooth part of the wind only, and the later the more turbulence there is beside it.
+Laws: jing.md 3.4, 6.3, 7.2.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import Annotated
+
+import numpy as np
+
+from flightsw.missions.windshear import dynamics as k
+from flightsw.missions.windshear.model import PathDemand
+from flightsw.strict import OneOf, Range
+
+Array = np.ndarray
+LAWS = ("managed", "pitch", "climb", "open", "continue")
+PHASES = ("approach", "caution", "escape", "clear")
+
+
+@dataclass(frozen=True)
+class ApproachParams:
+    """Descent along the slope: climb rate from the slope and the height error, airspeed from the ground speed wanted."""
+
+    slope_deg: Annotated[float, Range(1.0, 8.0)] = 3.0
+    gain_1ps: Annotated[float, Range(0.01, 2.0)] = 0.25
+    climb_min_mps: Annotated[float, Range(-20.0, 0.0)] = -9.0
+    climb_max_mps: Annotated[float, Range(0.0, 20.0)] = 4.0
+    ground_mps: Annotated[float, Range(40.0, 120.0)] = 75.0
+    speed_min_mps: Annotated[float, Range(40.0, 120.0)] = 75.0
+    speed_max_mps: Annotated[float, Range(40.0, 140.0)] = 83.0
+    caution_speed_mps: Annotated[float, Range(0.0, 20.0)] = 8.0  # added while caution is on
+    alpha_max_rad: Annotated[float, Range(0.1, 0.25)] = 0.20
+
+
+@dataclass(frozen=True)
+class HazardParams:
+    """Caution and abort thresholds of F in its two low-passes; `rates` says where the wind's rates come from."""
+
+    rates: Annotated[str, OneOf(("differences", "states"))] = "differences"
+    settle_s: Annotated[float, Range(0.0, 60.0)] = 2.0  # after the first valid estimate; nothing is judged before
+
+    caution_s: Annotated[float, Range(0.05, 30.0)] = 1.5
+    caution_F: Annotated[float, Range(0.01, 1.0)] = 0.12
+    abort_s: Annotated[float, Range(0.05, 30.0)] = 4.0
+    abort_F: Annotated[float, Range(0.01, 1.0)] = 0.12
+    abort_on: Annotated[str, OneOf(("abort", "caution"))] = "abort"  # "caution": the quick value aborts too
+    release_F: Annotated[float, Range(-1.0, 1.0)] = 0.08  # caution ends below this
+    gain_F: Annotated[float, Range(0.01, 1.0)] = (
+        0.1  # slow F below minus this is caution too: the far side will take it back
+    )
+    gain_hold_s: Annotated[float, Range(0.0, 120.0)] = 20.0  # for this long after
+
+
+@dataclass(frozen=True)
+class EscapeParams:
+    """Escape law and its numbers. target_m is a height above ground: terrain clearance is the operator's to set."""
+
+    law: Annotated[str, OneOf(LAWS)] = "managed"
+    pitch_deg: Annotated[float, Range(5.0, 25.0)] = 15.0
+    climb_mps: Annotated[float, Range(-5.0, 20.0)] = 5.0
+    target_m: Annotated[float, Range(10.0, 500.0)] = 35.0
+    height_gain_1ps: Annotated[float, Range(0.01, 1.0)] = 0.3
+    descent_mps: Annotated[float, Range(0.0, 20.0)] = 15.0
+    rise_mps: Annotated[float, Range(0.0, 20.0)] = 5.0
+    after_mps: Annotated[float, Range(0.0, 20.0)] = 8.0  # climb once the shear is behind
+    hold_F: Annotated[float, Range(-0.5, 0.5)] = 0.05  # quick F above which the height is managed
+    clear_s: Annotated[float, Range(0.0, 60.0)] = 1.0  # below hold_F for this long: the shear is behind
+    again_F: Annotated[float, Range(-0.5, 1.0)] = 0.12  # quick F above which there is a new one; turbulence stays below
+    protect_mps: Annotated[float, Range(40.0, 100.0)] = 62.0  # airspeed below which climbing is given up for speed
+    protect_gain: Annotated[float, Range(0.0, 5.0)] = 0.6
+    protect_above_m: Annotated[float, Range(0.0, 500.0)] = 27.0
+    alpha_max_rad: Annotated[float, Range(0.1, 0.25)] = 0.20
+    managed_alpha_max_rad: Annotated[float, Range(0.1, 0.25)] = 0.22
+
+    def __post_init__(self) -> None:
+        if self.again_F < self.hold_F:
+            raise ValueError(f"again_F = {self.again_F}; allowed: hold_F = {self.hold_F} or more")
+
+
+@dataclass(frozen=True)
+class WindshearGuidanceParams:
+    """All of guidance."""
+
+    approach: ApproachParams = field(default_factory=ApproachParams)
+    hazard: HazardParams = field(default_factory=HazardParams)
+    escape: EscapeParams = field(default_factory=EscapeParams)
+    blind_s: Annotated[float, Range(0.0, 60.0)] = (
+        1.0  # without an estimate for this long: go around on what readings there are
+    )
+    gravity_mps2: Annotated[float, Range(9.7, 9.9)] = 9.81
+
+
+@dataclass(frozen=True)
+class HazardState:
+    """F as estimated, its quick and slow low-pass, caution now, abort latched."""
+
+    F: float = 0.0
+    quick: float = 0.0
+    slow: float = 0.0
+    caution: bool = False
+    abort: bool = False
+
+
+class Hazard:
+    """Low-passes and thresholds. `state` is the last result; `cautions` counts how often caution came on."""
+
+    def __init__(self, p: HazardParams | None = None) -> None:
+        """Starts clear."""
+        self.p = p or HazardParams()
+        self.state = HazardState()
+        self.cautions = 0
+        self._age = 0.0
+        self._gain_s = 0.0
+        self._wind: tuple[float, float] | None = None
+
+    def lost(self) -> None:
+        """The estimate is interrupted: its next wind is not to be compared with the last, and needs time to settle."""
+        self._wind = None
+        self._age = 0.0
+
+    def index(self, x: Array, F: float, dt: float, gravity: float) -> float:
+        """F [-] of this sample by differences of the wind of the estimate x [15]; F itself at the first sample."""
+        last, self._wind = self._wind, (float(x[k.WX]), float(x[k.WH]))
+        if last is None or self.p.rates == "states" or not dt > 0.0:
+            return F
+        gamma = float(x[k.GA])
+        rise = (self._wind[0] - last[0]) * math.cos(gamma) + (self._wind[1] - last[1]) * math.sin(gamma)
+        return rise / (gravity * dt) - self._wind[1] / float(x[k.VA])
+
+    def step(self, F: float, dt: float, armed: bool = True) -> HazardState:
+        """One sample of F, dt [s] since the last; a value that is not finite leaves everything as it is."""
+        if not (math.isfinite(F) and dt > 0.0):
+            return self.state
+        self._age += dt
+        if self._age < self.p.settle_s:
+            return self.state
+        p, s = self.p, self.state
+        quick = s.quick + (F - s.quick) * -math.expm1(-dt / p.caution_s)
+        slow = s.slow + (F - s.slow) * -math.expm1(-dt / p.abort_s)
+        self._gain_s = p.gain_hold_s if slow < -p.gain_F else max(self._gain_s - dt, 0.0)
+        caution = armed and (quick > p.caution_F or (s.caution and quick > p.release_F) or self._gain_s > 0.0)
+        abort = s.abort or (armed and (slow > p.abort_F or (p.abort_on == "caution" and quick > p.caution_F)))
+        self.cautions += caution and not s.caution
+        self.state = HazardState(F, quick, slow, caution, abort)
+        return self.state
+
+
+class WindshearGuidance:
+    """`step` once per sample. `phase` is one of PHASES; `aim` moves the slope; `abort()` is the pilot's."""
+
+    def __init__(self, p: WindshearGuidanceParams | None = None) -> None:
+        """Raises ValueError when the speeds of the approach are not in order."""
+        self.p = p = p or WindshearGuidanceParams()
+        if not p.approach.speed_min_mps <= p.approach.speed_max_mps:
+            raise ValueError(
+                f"approach speeds {p.approach.speed_min_mps}, {p.approach.speed_max_mps}; allowed: ascending"
+            )
+        self.hazard = Hazard(p.hazard)
+        self.phase = "approach"
+        self._aim: tuple[float, float] | None = None
+        self._told = False
+        self._low_s = 0.0
+        self.demand = PathDemand()
+        self._tan = math.tan(math.radians(p.approach.slope_deg))
+
+    def aim(self, x_m: float, h_m: float) -> None:
+        """The slope goes through this point (default: where the first valid estimate is)."""
+        self._aim = (x_m, h_m)
+
+    def abort(self) -> None:
+        """Escape now."""
+        self._told = True
+
+    def slope_height(self, x_m: float) -> float:
+        """Height of the slope [m] at x; NaN before there is one."""
+        if self._aim is None:
+            return math.nan
+        return self._aim[1] - (x_m - self._aim[0]) * self._tan
+
+    def step(self, x: Array, F: float, dt: float, valid: bool = True) -> PathDemand:
+        """Demand for the estimate x [15] with hazard index F; the last one while the estimate is not valid."""
+        if not valid:
+            self.hazard.lost()
+            return self.demand
+        if self._aim is None:
+            self.aim(float(x[k.X]), float(x[k.H]))
+        s = self.hazard.step(self.hazard.index(x, F, dt, self.p.gravity_mps2), dt)
+        low = s.quick <= self.p.escape.hold_F
+        self._low_s = self._low_s + dt if low else 0.0
+        if self.phase in ("approach", "caution"):
+            self.phase = "caution" if s.caution else "approach"
+            if (s.abort or self._told) and self.p.escape.law != "continue":
+                self.phase = "escape"
+        if self.phase in ("approach", "caution"):
+            self.demand = self._approach(x, self.phase == "caution")
+        else:
+            # not decided anew at every sample that turbulence moves F across one threshold
+            if self.phase == "escape" and low and self._low_s >= self.p.escape.clear_s:
+                self.phase = "clear"
+            elif s.quick > self.p.escape.again_F:
+                self.phase = "escape"
+            self.demand = self._escape(x)
+        return self.demand
+
+    def _approach(self, x: Array, caution: bool) -> PathDemand:
+        a = self.p.approach
+        ground = float(x[k.VA]) * math.cos(float(x[k.GA])) + float(x[k.WX])
+        climb = -ground * self._tan + a.gain_1ps * (self.slope_height(float(x[k.X])) - float(x[k.H]))
+        speed = min(max(a.ground_mps - float(x[k.WX]), a.speed_min_mps), a.speed_max_mps)
+        climb = min(max(climb, a.climb_min_mps), a.climb_max_mps)
+        if caution:
+            speed += a.caution_speed_mps
+            climb = max(
+                climb, -ground * self._tan
+            )  # what the head wind gave is not dived away before the tail wind comes
+        return PathDemand("approach", climb, speed, 0.0, a.alpha_max_rad)
+
+    def _escape(self, x: Array) -> PathDemand:
+        e = self.p.escape
+        if e.law == "open":
+            return PathDemand("open")
+        if e.law == "pitch":
+            return PathDemand("pitch", pitch_rad=math.radians(e.pitch_deg), alpha_max_rad=e.alpha_max_rad)
+        if e.law == "climb":
+            return PathDemand("climb", e.climb_mps, alpha_max_rad=e.alpha_max_rad)
+        h, V = float(x[k.H]), float(x[k.VA])
+        climb = e.after_mps
+        if self.phase == "escape":
+            climb = min(max(e.height_gain_1ps * (e.target_m - h), -e.descent_mps), e.rise_mps)
+        if e.protect_mps > V and h > e.protect_above_m:
+            climb = min(climb, e.rise_mps - e.protect_gain * (e.protect_mps - V))
+        return PathDemand("climb", climb, alpha_max_rad=e.managed_alpha_max_rad)
+
+
+def with_law(p: WindshearGuidanceParams, law: str, **more: float) -> WindshearGuidanceParams:
+    """The same with another escape law; `more` changes its numbers. Raises ValueError for an unknown law."""
+    if law not in LAWS:
+        raise ValueError(f"escape law {law!r}; allowed: {', '.join(LAWS)}")
+    return replace(p, escape=replace(p.escape, law=law, **more))

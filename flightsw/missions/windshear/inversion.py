@@ -1,0 +1,82 @@
+"""Nonlinear inverse dynamics of the jet transport in two time scales: flight path and speed, then incidence, pitch rate, thrust.
+
+Jing et al. (2007) section III gives the principle, the equations are jing.md 3.4. Vectors: state x [>=15] of kernels.windshear,
+demand d [ND], gains g [NG], model parameters p [NP] of kernels.windshear.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from flightsw.kernels.jit import jit
+from flightsw.missions.windshear import dynamics as k
+
+# demand: mode, climb rate [m/s], airspeed [m/s], pitch [rad], largest incidence [rad]
+D_MODE, D_CLIMB, D_SPEED, D_PITCH, D_AMAX, ND = range(6)
+APPROACH, CLIMB, PITCH, OPEN = 0, 1, 2, 3
+(G_PATH, G_SPEED, G_ALPHA, G_RATE, G_THRUST, G_TURN_MAX, G_Q_MAX, G_DE_MAX, G_AMIN, NG) = range(10)
+# result: thrust command [kN], elevator [rad], incidence command [rad], thrust demanded [kN]
+O_TC, O_DE, O_ALPHA, O_TD, NO = range(5)
+STEPS = 8
+
+
+@jit
+def clip(v: float, lo: float, hi: float) -> float:
+    """v limited to [lo, hi]."""
+    return min(max(v, lo), hi)
+
+
+@jit
+def incidence_for(turn: float, x: np.ndarray, de: float, lo: float, hi: float, p: np.ndarray) -> float:
+    """Incidence [rad] in [lo, hi] at which the path turns at `turn` [rad/s] with the present (not the commanded) thrust.
+
+    Newton on the lift equation, clipped at every step, so that it cannot run away past the stall.
+    """
+    V, kl = x[k.VA], x[k.KL]
+    sg, cg = math.sin(x[k.GA]), math.cos(x[k.GA])
+    need = p[k.P_M] * (V * turn + p[k.P_G] * cg + x[k.WHD] * cg - x[k.WXD] * sg)
+    qs = 0.5 * p[k.P_RHO] * V * V * p[k.P_S]
+    thrust = 1e3 * x[k.T]
+    a = clip(x[k.AL], lo, hi)
+    for _ in range(STEPS):
+        have = thrust * math.sin(a) + kl * qs * (k.lift_curve(a, p) + p[k.P_LE] * de)
+        slope = thrust * math.cos(a) + kl * qs * k.lift_slope(a, p)
+        if slope <= 0.0:
+            return hi if need > have else lo
+        step = (need - have) / slope
+        b = clip(a + step, lo, hi)
+        if abs(b - a) < 1e-10:
+            return b
+        a = b
+    return a
+
+
+@jit
+def invert(x: np.ndarray, d: np.ndarray, de: float, p: np.ndarray, g: np.ndarray, out: np.ndarray) -> None:
+    """out [NO] <- commands for the demand d at the state x with elevator `de` in force; mode OPEN: full thrust, elevator held."""
+    V, gamma = x[k.VA], x[k.GA]
+    top = k.thrust_limit(V, p)
+    out[O_TC], out[O_DE], out[O_ALPHA], out[O_TD] = top, de, x[k.AL], top
+    mode = d[D_MODE]
+    if mode == OPEN:
+        return
+    sg, cg = math.sin(gamma), math.cos(gamma)
+    if mode == PITCH:
+        alpha_c = clip(d[D_PITCH] - gamma, g[G_AMIN], d[D_AMAX])
+    else:
+        wanted = math.asin(clip((d[D_CLIMB] - x[k.WH]) / V, -0.5, 0.5))
+        turn_d = clip(g[G_PATH] * (wanted - gamma), -g[G_TURN_MAX], g[G_TURN_MAX])
+        alpha_c = incidence_for(turn_d, x, de, g[G_AMIN], d[D_AMAX], p)
+    if mode == APPROACH:
+        drag = k.lift_drag(V, x[k.AL], de, x[k.KL], x[k.KD], p)[1]
+        pull = g[G_SPEED] * (d[D_SPEED] - V) + p[k.P_G] * sg + x[k.WXD] * cg + x[k.WHD] * sg
+        out[O_TD] = 1e-3 * (p[k.P_M] * pull + drag) / math.cos(x[k.AL])
+        out[O_TC] = clip(x[k.T] + p[k.P_TAU] * g[G_THRUST] * (out[O_TD] - x[k.T]), p[k.P_TI] * top, top)
+    turn = k.path_rates(x, x[k.KL], x[k.KD], de, p)[1]
+    q_c = clip(g[G_ALPHA] * (alpha_c - x[k.AL]) + turn, -g[G_Q_MAX], g[G_Q_MAX])
+    bare = k.pitch_acceleration(V, x[k.AL], x[k.Q], 0.0, p)
+    effect = 0.5 * p[k.P_RHO] * V * V * p[k.P_S] * p[k.P_C] * p[k.P_ME] / p[k.P_I]
+    out[O_DE] = clip((g[G_RATE] * (q_c - x[k.Q]) - bare) / effect, -g[G_DE_MAX], g[G_DE_MAX])
+    out[O_ALPHA] = alpha_c

@@ -1,0 +1,316 @@
+"""Windshear mission of the twin-jet transport, on one page: height, ground speed, climb rate, airspeed, incidence, pitch,
+pitch rate, accelerations -> wind, its rates, scales of lift and drag -> hazard index, approach or escape -> thrust and elevator.
+
+50 Hz, every base tick: estimator, monitor, guidance, control, in this order. The aircraft flies by its own model
+(missions/windshear/model.py). MAV_CMD_DO_GO_AROUND gives the approach up; MAV_CMD_USER_3, param1 chooses the escape law.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from flightsw.aircraft import Airframe, TwinJet, load_as
+from flightsw.envelope import Envelope
+from flightsw.health import AIR_ALPHA, AIR_V
+from flightsw.missions.base import Mission
+from flightsw.missions.windshear import dynamics as k
+from flightsw.missions.windshear import monitor_kernel as kk
+from flightsw.missions.windshear.control import NidParams, WindshearControl
+from flightsw.missions.windshear.estimator import WindshearEstimate, WindshearNav, WindshearParams
+from flightsw.missions.windshear.guidance import LAWS, PHASES, WindshearGuidance, WindshearGuidanceParams, with_law
+from flightsw.missions.windshear.model import MODES, PathDemand, approach_trim
+from flightsw.missions.windshear.monitor import MonitorParams, WindshearMonitor
+from flightsw.types import (
+    ACCEPTED,
+    DENIED,
+    HF_AIR,
+    HF_ATT,
+    HF_GNSS,
+    HF_IMU,
+    UPD_AIR,
+    UPD_ATT,
+    UPD_BARO,
+    UPD_GNSS,
+    UPD_IMU,
+    Command,
+    GuidanceCmd,
+    Health,
+    NavState,
+    SensorFrame,
+    Text,
+    WindshearState,
+)
+
+MAV_CMD_DO_GO_AROUND, MAV_CMD_USER_3 = 191, 31012
+FIRST_PHASE = 22  # WKF_PHASE of PHASES[0]
+ESTIMATORS = ("ekf", "ukf", "srckf", "srukf")  # index goes down in WINDSHEAR_STATE
+AIRSPEED_BAD, VANE_BAD = 1, 1 << 6  # bits of SensorFrame.air_bad: probe 0, V and alpha
+ELEVATOR, THRUST = 1, 3  # in a command
+LIMIT_EDGE = 0.999  # share of the travel from which the elevator counts as limited
+WORDS = {
+    "approach": "on the slope",
+    "caution": "wind shear caution",
+    "escape": "wind shear: escape",
+    "clear": "shear behind, climbing away",
+}
+BLIND = "no estimate: full thrust, pitch held"
+
+
+@dataclass(frozen=True)
+class WindshearNavTable(WindshearParams):
+    """[nav] of a windshear flight file: the estimator, and the model-free monitor beside it."""
+
+    monitor: MonitorParams = field(default_factory=MonitorParams)
+
+
+@dataclass(frozen=True)
+class WindshearMissionParams:
+    """[nav], [guid] and [ctrl] of a windshear flight file."""
+
+    nav: WindshearNavTable = field(default_factory=WindshearNavTable)
+    guid: WindshearGuidanceParams = field(default_factory=WindshearGuidanceParams)
+    ctrl: NidParams = field(default_factory=NidParams)
+
+
+class WindshearActuators:
+    """Commands on their way: `now` [2] is thrust [kN] and elevator [rad] in force up to this tick."""
+
+    def __init__(self, delay_ticks: int) -> None:
+        self.now = np.zeros(2)
+        self._way: deque[tuple[float, float]] = deque([(0.0, 0.0)] * delay_ticks)
+
+    def reset(self, surfaces: np.ndarray, thrust: float) -> None:
+        """The aircraft comes with elevator surfaces[1] [rad] and thrust [N]."""
+        came = (thrust * 1e-3, float(surfaces[1]))
+        self.now[:] = came
+        self._way = deque([came] * len(self._way))
+
+    def step(self, u: np.ndarray, dt: float) -> None:
+        """From the tick at which u [4] was sent to this one, dt [s] later."""
+        self._way.append((float(u[THRUST]) * 1e-3, float(u[ELEVATOR])))
+        self.now[:] = self._way.popleft()
+
+
+class WindshearMission(Mission):
+    """Components of the windshear mission and their order."""
+
+    params_type = WindshearMissionParams
+    commands = frozenset({MAV_CMD_DO_GO_AROUND, MAV_CMD_USER_3})
+    watch = HF_IMU | HF_AIR | HF_ATT | HF_GNSS
+    air_used = AIR_V | AIR_ALPHA
+    one_rate = True  # readings and commands are per sample
+    cruise = (75.0, 350.0)
+    ctrl: WindshearControl
+
+    def __init__(self, ac: TwinJet, p: WindshearMissionParams, period_s: float) -> None:
+        """Raises ValueError for parameters no filter can run."""
+        self.p = p
+        self.nav, self.monitor = WindshearNav(p.nav, ac), WindshearMonitor(p.nav.monitor)
+        self.guidance, self.ctrl = WindshearGuidance(p.guid), WindshearControl(p.ctrl, ac)
+        a, escape = p.guid.approach, p.guid.escape
+        e = Envelope(ac)
+        for key in ("speed_min_mps", "speed_max_mps"):
+            e.speed(f"guid.approach.{key}", getattr(a, key))
+        e.incidence("guid.approach.alpha_max_rad", a.alpha_max_rad)
+        for key in ("alpha_max_rad", "managed_alpha_max_rad"):
+            e.incidence(f"guid.escape.{key}", getattr(escape, key))
+        e.speed("guid.escape.protect_mps", escape.protect_mps)
+        self._trim = approach_trim(ac, a.ground_mps, -math.radians(a.slope_deg), p.nav.lift_scale, p.nav.drag_scale)
+        self.ctrl.reset(*self._trim)
+        self.full_kN, self._g = ac.engine.thrust_N / 1e3, ac.air.gravity_mps2
+        self.guid = GuidanceCmd(V=a.ground_mps, reason="waiting for readings")
+        self._estimator = ESTIMATORS.index(p.nav.filter)
+        self._z, self._u = np.zeros(k.NY), self.first_command()
+        self._valid = self._accused = False
+        self._words, self._without = WORDS["approach"], ""
+        self._psi, self._pitch = 0.0, math.nan
+        self._pos_n = (0.0, 0.0)
+        self._x, self._blind_s = np.zeros(k.NX), 0.0
+        self._phase_us = -1
+        self._texts: list[Text] = []
+
+    @staticmethod
+    def load(aircraft: str) -> Airframe:
+        """Record of an aircraft of the model this mission flies."""
+        return load_as(aircraft, TwinJet, "twinjet")
+
+    @staticmethod
+    def actuators(ac: Any, delay_ticks: int) -> WindshearActuators:
+        """Thrust command and elevator on their way."""
+        return WindshearActuators(delay_ticks)
+
+    @property
+    def saturated(self) -> bool:
+        """Whether the elevator is asked for more than its travel."""
+        return bool(abs(self.ctrl.u[1]) > LIMIT_EDGE * self.ctrl.p.elevator_max_rad)
+
+    def step(
+        self, f: SensorFrame, act: WindshearActuators, updated: int, health: Health, dt: float
+    ) -> tuple[NavState, GuidanceCmd, np.ndarray, float]:
+        """One 50 Hz step: (nav, guidance, command [4], throttle 0..1 of the thrust at rest)."""
+        z = self._z
+        ok = self._read(f, updated)
+        e = self.nav.step(z, ok, act.now, dt)
+        if e.valid and not self._valid:  # a start: no reading of the filter gives the place along the track
+            x0 = self._pos_n[0] * math.cos(self._psi) + self._pos_n[1] * math.sin(self._psi)
+            self.nav.place(x0)
+            e.x[k.X] = x0
+        self._valid = e.valid
+        runs = self.monitor.step(z, ok, dt)
+        accused = runs and e.valid and self.monitor.compare(e.x, e.sigma, dt)
+        if accused and not self._accused:
+            self._texts.append(Text(4, "wind of estimator and monitor differ"))
+        self._accused = accused
+        before, cautions = self.guidance.phase, self.guidance.hazard.cautions
+        demand = self.guidance.step(e.x, e.F, dt, e.valid)
+        self._tell(before, self.guidance.hazard.cautions > cautions, e)
+        c = self._steer(e, z, ok, act.now[0], demand, dt)
+        u = self._u
+        u[ELEVATOR], u[THRUST] = c[1], min(max(float(c[0]), 0.0), self.full_kN) * 1e3
+        g = self._guide(f.t_us, e)
+        h, m = self.guidance.hazard.state, self.monitor.x
+        state = WindshearState(
+            f.t_us, e.valid, e.reason, tuple(e.x.tolist()), tuple(e.sigma.tolist()), h.F, h.quick, h.slow,
+            e.F if e.valid else 0.0, self.monitor.F if runs else math.nan,
+            (float(m[kk.K_WX]), float(m[kk.K_WH])) if runs else (math.nan, math.nan),
+            e.nis if math.isfinite(e.nis) else 0.0, e.channels, self.p.nav.states, self.nav.turbulence, demand.climb_mps,
+            demand.speed_mps, demand.pitch_rad, MODES.index(demand.mode), u[THRUST] * 1e-3, u[ELEVATOR], self._estimator,
+            LAWS.index(self.guidance.p.escape.law), PHASES.index(self.guidance.phase), h.caution, h.abort, accused,
+        )  # fmt: skip
+        return self._publish(state), g, u, u[THRUST] * 1e-3 / self.full_kN
+
+    def _tell(self, before: str, new_caution: bool, e: WindshearEstimate) -> None:
+        """Texts for what has changed."""
+        phase = self.guidance.phase
+        if phase != before:
+            behind = phase == "clear" and before == "escape"
+            self._words = WORDS[phase] if phase != "clear" or behind else "climbing away"
+            if phase != "caution" or new_caution:
+                self._texts.append(Text(4 if phase in ("caution", "escape") else 6, self._words))
+        without = e.reason if e.valid else ""
+        if without != self._without:
+            self._without = without
+            self._texts.append(Text(4 if without else 6, f"estimator: {without or 'all readings again'}"))
+
+    def _steer(
+        self, e: WindshearEstimate, z: np.ndarray, ok: int, thrust_kN: float, demand: PathDemand, dt: float
+    ) -> np.ndarray:
+        """Controls [2]. A short gap of the estimate holds what was commanded; a longer one gives the approach up, at full thrust
+        and the pitch of the pitch law, on the last state renewed by what readings there are."""
+        if e.valid:
+            self._x[:] = e.x
+            self._blind_s = 0.0
+            return self.ctrl.step(e.x, demand)
+        self._blind_s += dt
+        if not self._x[k.VA] > 0.0 or self._blind_s < self.p.guid.blind_s:
+            return self.ctrl.u
+        if self._blind_s < self.p.guid.blind_s + dt:
+            self._texts.append(Text(3, BLIND))
+            self.guidance.abort()
+        x, esc = self._x, self.p.guid.escape
+        x[k.WX : k.KL] = 0.0
+        x[k.T] = thrust_kN
+        for reading, state in ((k.Y_VA, k.VA), (k.Y_AL, k.AL), (k.Y_Q, k.Q)):
+            if ok >> reading & 1:
+                x[state] = z[reading]
+        if ok >> k.Y_TH & 1:
+            x[k.GA] = z[k.Y_TH] - x[k.AL]
+        pitch = PathDemand("pitch", pitch_rad=math.radians(esc.pitch_deg), alpha_max_rad=esc.alpha_max_rad)
+        return self.ctrl.step(x, pitch)
+
+    def _read(self, f: SensorFrame, updated: int) -> int:
+        """Readings into z [9]; bits of those that are new and good. Heading, pitch and position keep their last good values."""
+        z, ok = self._z, 0
+        if updated & UPD_ATT:
+            w, x, y, v = f.att_q_nb
+            self._psi = math.atan2(2.0 * (w * v + x * y), 1.0 - 2.0 * (y * y + v * v))
+            z[k.Y_TH] = self._pitch = math.asin(min(max(2.0 * (w * y - v * x), -1.0), 1.0))
+            ok |= 1 << k.Y_TH
+        psi, pitch = self._psi, self._pitch
+        if updated & UPD_BARO:
+            z[k.Y_H] = f.baro_alt_m
+            ok |= 1 << k.Y_H
+        if updated & UPD_GNSS:
+            self._pos_n = f.gnss_pos_n[0], f.gnss_pos_n[1]
+            z[k.Y_VG] = f.gnss_vel_n[0] * math.cos(psi) + f.gnss_vel_n[1] * math.sin(psi)
+            z[k.Y_HD] = -f.gnss_vel_n[2]
+            ok |= 1 << k.Y_VG | 1 << k.Y_HD
+        if updated & UPD_IMU:  # accelerations over ground: specific force turned by the pitch as read, less gravity
+            along, down = f.acc_mean_b[0], f.acc_mean_b[2]
+            z[k.Y_Q] = f.gyro_mean_b[1]
+            z[k.Y_XDD] = along * math.cos(pitch) + down * math.sin(pitch)
+            z[k.Y_HDD] = along * math.sin(pitch) - down * math.cos(pitch) - self._g
+            ok |= 1 << k.Y_Q
+            if updated & UPD_ATT:
+                ok |= 1 << k.Y_XDD | 1 << k.Y_HDD
+        if updated & UPD_AIR and f.air_mask & 1:
+            if not f.air_bad & VANE_BAD:
+                z[k.Y_AL] = f.air_alpha[0]
+                ok |= 1 << k.Y_AL
+            if not f.air_bad & AIRSPEED_BAD:
+                z[k.Y_VA] = f.air_V[0]
+                ok |= 1 << k.Y_VA
+        return ok
+
+    def _guide(self, t_us: int, e: WindshearEstimate) -> GuidanceCmd:
+        g, name = self.guid, self.guidance.phase
+        phase = FIRST_PHASE + PHASES.index(name) if self._valid or self._phase_us >= 0 else 0
+        if phase != g.phase or self._phase_us < 0:
+            self._phase_us = t_us if phase else -1
+        g.phase, g.phase_t_s = phase, (t_us - self._phase_us) * 1e-6 if phase else 0.0
+        g.reason = self._words if e.valid else e.reason
+        g.V = self.guidance.demand.speed_mps
+        slope = self.guidance.slope_height(float(e.x[k.X]))
+        g.alt_m = slope if math.isfinite(slope) else float(e.x[k.H])
+        return g
+
+    def _publish(self, s: WindshearState) -> NavState:
+        """The estimate as the state every aircraft publishes. Wind along the heading and down; across it none is known."""
+        x, sigma, psi = s.x, s.sigma, self._psi
+        P, along = self.nav.P, sigma[k.X]
+        pitch_sigma = math.sqrt(max(P[k.GA, k.GA] + 2.0 * P[k.GA, k.AL] + P[k.AL, k.AL], 0.0))
+        c, n = math.cos(psi), math.sin(psi)
+        V, gamma = x[k.VA], x[k.GA]
+        theta = gamma + x[k.AL]
+        forward, climb = V * math.cos(gamma) + x[k.WX], V * math.sin(gamma) + x[k.WH]
+        ct, st, cp, sp = math.cos(0.5 * theta), math.sin(0.5 * theta), math.cos(0.5 * psi), math.sin(0.5 * psi)
+        return NavState(
+            t_us=s.t_us, valid=s.valid, reason=s.reason, V=V, beta=0.0, alpha=x[k.AL], w_b=(0.0, x[k.Q], 0.0),
+            euler=(psi, theta, 0.0), q_nb=(cp * ct, -sp * st, cp * st, sp * ct),
+            pos_n=(*self._pos_n, -x[k.H]), vel_n=(c * forward, n * forward, -climb),
+            wind_n=(c * x[k.WX], n * x[k.WX], -x[k.WH]), wind_sigma=(sigma[k.WX], sigma[k.WX], sigma[k.WH]),
+            pos_sigma=(along, along, sigma[k.H]), att_sigma=(0.0, pitch_sigma if s.valid else math.inf, 0.0), nis=s.nis,
+            nis_dof=s.channels, windshear=s,
+        )  # fmt: skip
+
+    def first_command(self) -> np.ndarray:
+        """Command [4] of steady flight on the slope in still air, sent until navigation is valid."""
+        thrust_kN, elevator = self._trim
+        return np.array([0.0, elevator, 0.0, thrust_kN * 1e3])
+
+    def obey(self, c: Command) -> tuple[int, str]:
+        """MAV_RESULT and reason for one of the mission's commands."""
+        if c.command == MAV_CMD_DO_GO_AROUND:
+            if self.guidance.p.escape.law == "continue":
+                return DENIED, "law continue does not escape; choose another"
+            self.guidance.abort()
+            self._texts.append(Text(4, "go around, by command"))
+            return ACCEPTED, ""
+        law, why = c.choice(dict(enumerate(LAWS)), "law")
+        if why:
+            return DENIED, why
+        if LAWS[law] == "continue" and self.guidance.phase in ("escape", "clear"):
+            return DENIED, "law continue: the approach has been given up"
+        self.guidance.p = with_law(self.guidance.p, LAWS[law])
+        self._texts.append(Text(6, f"escape law {LAWS[law]}"))
+        return ACCEPTED, ""
+
+    def texts(self) -> list[Text]:
+        """Messages since the last call."""
+        out, self._texts = self._texts, []
+        return out

@@ -1,0 +1,1 @@
+"""What makes the onboard software a process: loop, node, clock, executive, recorder, services, telemetry, replay."""

@@ -1,0 +1,102 @@
+"""Tanker autopilot: gain-scheduled LQR with integral action on airspeed, altitude and turn rate (Lee 2011, section 2.5).
+
+Design state: V, beta, alpha, p, q, r, theta, phi, z, servo position (3), servo rate (3), thrust (1), integrals of V, z
+and psi_dot error, previous commands (4 per started period of delay). Heading and horizontal position are left out: they
+are not in the cost, and undamped states outside it leave the Riccati equation without a solution.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+
+from flightsw.aircraft import Aircraft
+from flightsw.sixdof.actuators import ActuatorModel
+from flightsw.sixdof.command import ControlCore, Node3, Pos, ScheduleParams
+from flightsw.sixdof.lqr import Design, augment, design
+from flightsw.sixdof.schedule import GainSchedule
+from flightsw.sixdof.trim import linearise_free, trim_free
+from flightsw.strict import Range
+from flightsw.types import GuidanceCmd, NavState
+
+KEEP = [0, 1, 2, 3, 4, 5, 7, 8, 11]  # states of the free model that are controlled
+N = len(KEEP)
+
+
+@dataclass(frozen=True)
+class TankerCtrlParams:
+    """Bryson weights: the size of each deviation that counts as one unit."""
+
+    schedule: ScheduleParams
+    w_air: Node3 = (1.0, 0.03, 0.05)  # V [m/s], beta, alpha [rad]
+    w_rate_radps: Node3 = (0.05, 0.05, 0.05)
+    w_att_rad: tuple[float, float] = (0.05, 0.1)  # theta, phi
+    w_alt_m: Pos = 5.0
+    w_int: Node3 = (10.0, 30.0, 0.03)  # V [m], z [m s], psi [rad]
+    w_input: tuple[float, float, float, float] = (0.1, 0.1, 0.1, 2.0e4)
+    int_limit: Node3 = (100.0, 300.0, 0.5)
+    V_rate_mps2: Annotated[float, Range(0.01)] = 0.3  # ramp of the commanded airspeed
+
+
+class TankerControl:
+    """Flies commanded airspeed, altitude and turn rate."""
+
+    def __init__(self, ac: Aircraft, p: TankerCtrlParams, dt_s: float) -> None:
+        """Designs the six nominal laws for control period dt_s. Raises TrimError or DesignError."""
+        self.p = p
+        self.core = ControlCore(ac, 3, np.array(p.int_limit))
+        s = p.schedule
+        self.nodes = tuple(float(np.radians(v)) for v in s.psi_dot_degps)
+        designs = [self._design(ac, yd, V, dt_s) for yd in self.nodes for V in s.V_mps]
+        self.sched = GainSchedule(designs, self.nodes, s.V_mps)
+        self.z, self.off = np.zeros(self.sched.nz), np.zeros(self.sched.nz)
+        self.core.u_old = np.zeros(((self.sched.nz - N - 10) // 4, 4))
+        self._err = np.zeros(3)
+
+    def _design(self, ac: Aircraft, yd: float, V: float, dt_s: float) -> Design:
+        p, s = self.p, self.p.schedule
+        t = trim_free(ac, s.mass_kg, s.h_m, V, yd)
+        A, B = linearise_free(ac, s.mass_kg, t)
+        Ak, Bk = A[np.ix_(KEEP, KEEP)], B[KEEP]
+        C = np.zeros((3, N))
+        C[0, 0] = 1.0
+        C[1, 8] = 1.0
+        C[2] = A[6, KEEP]  # psi_dot
+        Aa, Ba = augment(Ak, Bk, C, np.zeros((3, 4)), ac)
+        scale = [*p.w_air, *p.w_rate_radps, *p.w_att_rad, p.w_alt_m, *[1e3] * 6, 1e6, *p.w_int]
+        z0 = np.zeros(len(scale))
+        z0[:N] = t.x[KEEP]
+        z0[0] = z0[8] = 0.0  # airspeed and altitude enter as errors to the command
+        z0[N : N + 3], z0[N + 6] = t.u[:3], t.u[3]
+        r = 1.0 / np.square(p.w_input)
+        return design(
+            Aa, Ba, dt_s, s.delay_s, 1.0 / np.square(scale), r, z0, t.u, f"tanker at {V:g} m/s, {yd:.4f} rad/s"
+        )
+
+    def step(self, nav: NavState, cmd: GuidanceCmd, act: ActuatorModel, dt: float) -> tuple[np.ndarray, float]:
+        """Command (u [4], throttle) towards cmd.V [m/s], cmd.alt_m [m], cmd.psi_dot [rad/s]."""
+        c, z = self.core, self.z
+        self.sched.set_condition(cmd.psi_dot, cmd.V)
+        if not c.started:
+            c.u_old[:] = act.pos[0], act.pos[1], act.pos[2], act.thrust
+            c.started = True
+        _, theta, phi = nav.euler
+        h = -nav.pos_n[2]
+        psi_dot = (nav.w_b[1] * math.sin(phi) + nav.w_b[2] * math.cos(phi)) / math.cos(theta)
+        self._err[:] = nav.V - cmd.V, cmd.alt_m - h, psi_dot - cmd.psi_dot
+        z[0], z[1], z[2] = self._err[0], nav.beta, nav.alpha
+        z[3:6] = nav.w_b
+        z[6], z[7], z[8] = theta, phi, self._err[1]
+        c.actuator_states(z, N, act)
+        c.integrate(self._err, dt)
+        z[N + 7 : N + 10] = c.e
+        z[N + 10 :] = c.u_old.ravel()
+        return c.limit(self.sched.evaluate(z, self.off), h, nav.V)
+
+    def trim_command(self, V: float, h_m: float) -> tuple[np.ndarray, float]:
+        """Open-loop trim for straight flight while navigation is not yet valid."""
+        self.sched.set_condition(0.0, V)
+        return self.core.limit(self.sched.trim_command(), h_m, V)

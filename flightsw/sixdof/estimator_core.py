@@ -1,0 +1,246 @@
+"""What the aircraft estimators share: parameters, state layout, air-data intake, start-up values."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Annotated
+
+import numpy as np
+
+from flightsw import refusal as rd
+from flightsw.aircraft import Aircraft
+from flightsw.filters.coloured import FORMS
+from flightsw.filters.factory import KINDS, make_filter
+from flightsw.refusal import GateParams
+from flightsw.sixdof.measure import average_probes
+from flightsw.sixdof.motion import air_jacobian
+from flightsw.sixdof.params import parameter_vector, set_mass
+from flightsw.strict import OneOf, Range
+from flightsw.types import (
+    HF_AIR,
+    HF_ATT,
+    HF_GNSS,
+    HF_IMU,
+    HF_PEER,
+    HF_REL,
+    UPD_AIR,
+    UPD_ATT,
+    UPD_GNSS,
+    UPD_IMU,
+    UPD_PEER,
+    UPD_REL,
+    Health,
+    NavState,
+    SensorFrame,
+)
+
+Pos = Annotated[float, Range(1e-12)]
+NonNeg = Annotated[float, Range(0.0)]
+
+# all aerodynamic; translation from accelerometers; rotation from the differenced gyro too; rates as a random walk instead
+MODELS = ("aero", "hybrid", "inertial", "random_rates")
+WIND_MODELS = ("random_walk", "gauss_markov", "dryden")
+COLOURS = ("scaled", "ignored", "removed", "augmented")
+FORMS_OF_STATE = ("wind", "velocity")  # what entries 12..14 are while the filter works (models.velocity_form)
+ADAPTATIONS = ("off", "single", "bank")  # nothing; one filter matched to its innovations; three filters weighted
+
+SENSOR_SIGMAS = ("r_V", "r_beta", "r_alpha", "r_rate", "r_euler", "r_pos", "r_vel")
+
+# state slices, both estimators
+AIR = slice(0, 3)  # V [m/s], beta, alpha [rad]
+RATE = slice(3, 6)  # p, q, r [rad/s]; relative to the tanker in the relative estimator
+EULER = slice(6, 9)  # psi, theta, phi [rad]; from tanker body to receiver body in the relative estimator
+POS = slice(9, 12)  # x, y, z NED [m]; xi in tanker body axes in the relative estimator
+WIND = slice(12, 15)  # wind NED [m/s]
+ROT = slice(15, 18)  # effective rotational wind [rad/s], body axes; relative estimator, where it is asked for
+
+
+@dataclass(frozen=True)
+class NavParams:
+    """Tuning of a 15-state aircraft and wind estimator. Process noise per sqrt(s); sensor values 1-sigma per sample.
+
+    Sources: process noise Lee 2011 re-tuned for 10 % aerodynamic error; `bias_*` are lasting errors of the sensors, which the
+    state does not carry: they are added to what is published (they bound what averaging can reach) and change no gain.
+    """
+
+    q_V: NonNeg = 0.3  # [m/s]
+    q_beta: NonNeg = 0.002  # [rad]
+    q_alpha: NonNeg = 0.002  # [rad]
+    q_rate: NonNeg = 0.003  # [rad/s]
+    q_euler: NonNeg = 1e-5  # [rad]
+    q_pos: NonNeg = 1e-3  # [m]
+    q_wind: NonNeg = 0.33  # [m/s]
+    r_V: Pos = 0.2  # [m/s] per probe
+    r_beta: Pos = 0.0035  # [rad] per probe
+    r_alpha: Pos = 0.0044  # [rad] per probe
+    r_rate: Pos = 0.0131  # [rad/s]
+    r_euler: Pos = 0.0035  # [rad]
+    r_pos: Pos = 0.5  # [m]
+    r_vel: Pos = 0.1  # [m/s]
+    # receiver only: own GNSS velocity beside the tanker's transmitted one. Their biases differ, and a conflict of 0.05 m/s would
+    # pull the relative position by decimetres, so this is added to the noise r_vel in square
+    r_own_vel: NonNeg = 0.5  # [m/s]
+    noise_scale: Pos = 1.0  # factor on all r_*: the grade of the sensors fitted
+    bias_V: NonNeg = 0.2  # [m/s]
+    bias_flow: NonNeg = 0.0015  # [rad] alpha and beta vanes
+    bias_att: NonNeg = 0.001  # [rad]
+    bias_vel: NonNeg = 0.03  # [m/s]
+    bias_pos: NonNeg = (
+        1.2  # [m] free aircraft only: GNSS position, per axis: slow errors of a code receiver with corrections
+    )
+    model_pitch: NonNeg = 0.0  # [rad] how far forces that are not the aircraft's pull the pitch angle; published
+    bias_gyro: NonNeg = 3e-4  # [rad/s] what attitude drifts by without its reference
+    bias_rel: NonNeg = 0.06  # [m] receiver only: relative sensor
+    peer_att: NonNeg = 1.4e-3  # [rad] receiver only: of the tanker's transmitted attitude, lasting error and scatter
+    wind_sigma0: Pos = 20.0  # [m/s]
+    gate: GateParams = field(default_factory=GateParams)
+    filter: Annotated[str, OneOf(KINDS)] = "srukf"  # flightsw.filters.factory
+    model: Annotated[str, OneOf(MODELS)] = "aero"  # what drives the prediction (free aircraft)
+    velocity: bool = True  # inertial velocity is a measurement
+    cmw: bool = False  # calculated measurement of wind instead (Lee's printed method)
+    cmw_samples: Annotated[int, Range(1, 1001)] = 41  # its moving average
+    correlated_wind: bool = True  # a wind increment enters V, beta, alpha at once; False: diagonal Q as printed
+    state_form: Annotated[str, OneOf(FORMS_OF_STATE)] = "wind"  # "velocity": free aircraft only
+    wind_model: Annotated[str, OneOf(WIND_MODELS)] = "random_walk"
+    wind_tau_s: Pos = 100.0  # [s] correlation time, model "gauss_markov"
+    gust_sigma: Pos = 0.39  # [m/s] turbulence, model "dryden"
+    gust_L_m: Pos = 533.4  # [m] its scale length
+    q_slow: NonNeg = 0.15  # [m/s] per sqrt(s) of the prevailing wind beside the turbulence, model "dryden"
+    colour_tau_s: NonNeg = 0.0  # [s] correlation time of the measurement noise; 0: white
+    colour: Annotated[str, OneOf(COLOURS)] = "scaled"  # how it is treated
+    colour_form: Annotated[str, OneOf(FORMS)] = "exact"  # of measurement differencing; "printed": first order in T/tau
+    adapt_wind: Annotated[str, OneOf(ADAPTATIONS)] = "off"  # whether the wind's process noise follows the innovations
+    rotational_wind: bool = False  # receiver only: effective rotational wind is estimated, three more states
+    rot_sigma: Pos = 0.03  # [rad/s] its stationary value
+    rot_tau_s: Pos = 5.0  # [s] its correlation time
+    rot_q_rate: NonNeg = 0.03  # [rad/s] replaces q_rate, which stands for rotational wind where none is estimated
+    r_peer_rate: NonNeg = 0.005  # [rad/s] receiver only: of the tanker's transmitted rates, beside noise states
+    local_probes: bool = False  # receiver only: every probe is a measurement of its own
+    settle_s: NonNeg = 0.5  # [s] from first fix to `valid`
+
+
+class EstimatorCore:
+    """Filter, parameter vector and intake buffers of a 15-state estimator with at most `m` measurements."""
+
+    def __init__(self, ac: Aircraft, p: NavParams, m: int, extra: int = 0) -> None:
+        """`extra` states beyond the 15, each with a process-noise column of its own."""
+        if p.noise_scale != 1.0:
+            p = replace(p, **{k: getattr(p, k) * p.noise_scale for k in SENSOR_SIGMAS}, noise_scale=1.0)
+        self.ac, self.p = ac, p
+        self.ukf = make_filter(p.filter, 15 + extra, m, 18 + extra)
+        self.P = parameter_vector(ac, ac.mass.empty_kg + ac.mass.default_fuel_kg)
+        self._fuel_kg = 0.0
+        self.probe_pos = np.array([q.position_m for q in ac.probe], dtype=float)
+        k = len(ac.probe)
+        self._aV, self._aa, self._ab, self._ok = np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k, dtype=np.int64)
+        self.air = np.zeros(3)
+        self.probes = 0
+        self.q_wind = p.q_wind  # [m/s per sqrt(s)] in force; moves when adapted (nav.wind_noise scales SQ)
+        self.w_air = np.zeros(3)
+        self.work = np.zeros((5, 15))
+        self.codes = np.zeros(m, dtype=np.int64)
+        self.group = np.zeros(m, dtype=np.int64)  # WKF_READING each row belongs to
+        self.y = np.zeros(m)
+        self.r = np.zeros(m)
+        self.slack = np.zeros(m)  # 1-sigma of what the filter is not told of, for the gate alone
+        self.m = 0
+        self.wind_jacobian = np.zeros((3, 3))
+        q_rate = p.rot_q_rate if p.rotational_wind else p.q_rate
+        self._qdiag = np.array(
+            [p.q_V, p.q_beta, p.q_alpha, *[q_rate] * 3, *[p.q_euler] * 3, *[p.q_pos] * 3, 0.0, 0.0, 0.0]
+        )
+
+    def burn(self, fuel_kg: float) -> None:
+        """Mass and inertia for a reading of the fuel gauge [kg]; 0: there is none."""
+        if fuel_kg > 0.0 and fuel_kg != self._fuel_kg:
+            self._fuel_kg = fuel_kg
+            set_mass(self.P, self.ac, self.ac.mass.empty_kg + fuel_kg)
+
+    def take_air(self, f: SensorFrame) -> int:
+        """Average the probes of `f` that are good in all three readings into `air` [3] (V, beta, alpha at the cg); how many."""
+        k = min(len(f.air_V), len(self._aV))
+        for i in range(k):
+            self._aV[i], self._aa[i], self._ab[i] = f.air_V[i], f.air_alpha[i], f.air_beta[i]
+            self._ok[i] = (f.air_mask >> i) & 1 and not f.air_bad >> i & 0b1001001
+        self._ok[k:] = 0
+        self.probes = int(average_probes(self._aV, self._aa, self._ab, self._ok, self.probe_pos, self.w_air, self.air))
+        return self.probes
+
+    def add(self, code: int, value: float, sigma: float, kind: int, slack: float = 0.0) -> None:
+        """Queue one scalar measurement of a sensor (nav.refusal) for the coming update; slack: 1-sigma for the gate alone."""
+        m = self.m
+        self.codes[m], self.y[m], self.r[m], self.group[m], self.slack[m] = code, value, sigma, kind, slack
+        self.m += 1
+
+    def pick(self, rows: np.ndarray) -> None:
+        """Keep these of the queued measurements, in this order."""
+        n = self.m = len(rows)
+        for a in (self.codes, self.y, self.r, self.group, self.slack):
+            a[:n] = a[rows]
+
+    def update(self) -> float:
+        """Measurement update with the queued rows, their images in ukf.Y; NIS."""
+        return self.ukf.correct(self.y, self.r, self.m)
+
+    def add_air(self, n: int, Vdot: float, bdot: float, adot: float, age: float) -> None:
+        """Queue the averaged air data of n probes, carried forward by `age` [s] with the modelled rates of change."""
+        s = 1.0 / math.sqrt(n)
+        self.add(0, self.air[0] + Vdot * age, self.p.r_V * s, rd.V)
+        self.add(1, self.air[1] + bdot * age, self.p.r_beta * s, rd.BETA)
+        self.add(2, self.air[2] + adot * age, self.p.r_alpha * s, rd.ALPHA)
+
+    def add_gyro(self, f: SensorFrame, d: Sequence[float]) -> None:
+        """Queue the mean gyro reading, carried from the middle of its window to now with the modelled rates d [3]."""
+        r = self.p.r_rate / math.sqrt(f.gyro_count)
+        for i in range(3):
+            self.add(3 + i, f.gyro_mean_b[i] + d[i] * f.gyro_age_s, r, rd.GYRO)
+
+    def noise_factor(self, R_bi: np.ndarray, dt: float) -> None:
+        """Fill the filter's SQ [15,18]: diagonal part, and the wind increment through -eps^-1 R_BI (R_bi [9])."""
+        SQ, x = self.ukf.SQ, self.ukf.x
+        rt = dt**0.5
+        air_jacobian(x[0], x[1], x[2], R_bi, self.wind_jacobian)
+        qw = self.p.q_wind * rt
+        if self.p.correlated_wind:
+            SQ[0:3, 15:18] = self.wind_jacobian * qw
+        np.multiply(self._qdiag, rt, out=SQ.ravel()[: 15 * (SQ.shape[1] + 1) : SQ.shape[1] + 1])
+        SQ[12, 15] = SQ[13, 16] = SQ[14, 17] = qw
+
+    def publish_sigma(self, o: NavState) -> None:
+        """Write the reported 1-sigma values of wind and attitude: filter covariance, and the sensors' lasting errors on top."""
+        s, p = self.ukf.sigmas(), self.p
+        n = max(self.probes, 1)  # biases of separate probes average out
+        b = o.V * o.V * (p.bias_flow**2 / n + p.bias_att**2) + p.bias_V**2 / n + p.bias_vel**2
+        a = p.bias_att
+        o.wind_sigma = (math.sqrt(s[12] ** 2 + b), math.sqrt(s[13] ** 2 + b), math.sqrt(s[14] ** 2 + b))
+        o.att_sigma = (math.hypot(s[6], a), math.hypot(s[7], a, p.model_pitch), math.hypot(s[8], a))
+        o.scatter = (s[9], s[10], s[11])
+
+
+def sane(x: np.ndarray, S: np.ndarray) -> bool:
+    """Whether a filter's state and factor are finite and its airspeed is one a wing flies at."""
+    # a sum is finite only where every term is
+    finite = math.isfinite(float(x.sum())) and math.isfinite(float(S.sum()))
+    return finite and 20.0 < x[0] < 400.0 and abs(x[2]) < 0.6 and abs(x[1]) < 0.6
+
+
+_HEALTH_TO_UPDATE = (
+    (HF_AIR, UPD_AIR),
+    (HF_ATT, UPD_ATT),
+    (HF_GNSS, UPD_GNSS),
+    (HF_IMU, UPD_IMU),
+    (HF_REL, UPD_REL),
+    (HF_PEER, UPD_PEER),
+)
+
+
+def failed_bits(h: Health) -> int:
+    """Sensor update bits that health has ruled out."""
+    bits = 0
+    if h.failed:
+        for flag, upd in _HEALTH_TO_UPDATE:
+            if h.failed & flag:
+                bits |= upd
+    return bits

@@ -1,0 +1,262 @@
+"""Onboard aircraft model: aerodynamic build-up and wind-axis equations of motion as compiled kernels.
+
+State order of a free aircraft (15): V, beta, alpha, p, q, r, psi, theta, phi, x, y, z, Wn, We, Wd.
+State order relative to a tanker (15): V, beta, alpha, p, q, r (of receiver relative to tanker, receiver axes), psi, theta,
+phi (tanker body to receiver body), xi (3, tanker axes), Wn, We, Wd. Lee 2011, equations (2.2)-(2.29), signs and errata as
+re-derived; the aerodynamic build-up is in stability axes and includes the alpha-dot derivatives.
+
+Controls u (4): aileron, elevator, rudder [rad], thrust [N]. Parameters P: flightsw.sixdof.params.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from flightsw.kernels.atmosphere import G0
+from flightsw.kernels.jit import jit
+from flightsw.kernels.rotations import dcm_from_euler
+
+NX = 15
+TK = 18  # one tanker stage: R_BI [9], w [3], w_dot [3], v_n [3]
+
+
+@jit
+def force_moment(
+    V: float, beta: float, alpha: float, p: float, q: float, r: float, u: np.ndarray, rho: float, P: np.ndarray,
+    out: np.ndarray,
+) -> None:  # fmt: skip
+    """Specific force and moment in body axes, and their sensitivity to alpha-dot.
+
+    V [m/s], beta, alpha [rad], p, q, r [rad/s] relative to the air, u [4], rho [kg/m^3]. out [9] <- specific force
+    without gravity fx, fy, fz [m/s^2]; moments L, M, N [N m] at alpha-dot = 0; d(fx), d(fz), d(M) per rad/s of alpha-dot.
+    Moments: stability-axis derivatives rotated by alpha (Stevens and Lewis, section 2.3).
+    """
+    ca, sa = math.cos(alpha), math.sin(alpha)
+    qS = 0.5 * rho * V * V * P[1]
+    hb = 0.5 * P[2] / V
+    hc = 0.5 * P[3] / V
+    da, de, dr, T = u[0], u[1], u[2], u[3]
+    ps = p * ca + r * sa
+    rs = r * ca - p * sa
+    CLs = P[8] + P[9] * alpha + P[12] * de
+    CL = CLs + P[11] * hc * q
+    CD = P[13] + P[14] * CLs * CLs
+    CY = P[20] * beta + hb * (P[21] * ps + P[22] * rs) + P[23] * dr
+    Cl = P[24] * beta + hb * (P[25] * ps + P[26] * rs) + P[27] * da + P[28] * dr
+    Cm = P[15] + P[16] * alpha + P[18] * hc * q + P[19] * de
+    Cn = P[29] * beta + hb * (P[30] * ps + P[31] * rs) + P[32] * da + P[33] * dr
+    # wind axes to body axes: [-D, Y, -L] through R_BW (Lee 2.11; his S is -Y)
+    cb, sb = math.cos(beta), math.sin(beta)
+    k = qS / P[0]
+    axial = CD * cb + CY * sb
+    out[0] = k * (CL * sa - axial * ca) + T / P[0]
+    out[1] = k * (CY * cb - CD * sb)
+    out[2] = -k * (CL * ca + axial * sa)
+    out[3] = qS * P[2] * (Cl * ca - Cn * sa)
+    out[4] = qS * P[3] * Cm
+    out[5] = qS * P[2] * (Cl * sa + Cn * ca)
+    kad = k * P[10] * hc
+    out[6] = kad * sa
+    out[7] = -kad * ca
+    out[8] = qS * P[3] * P[17] * hc
+
+
+@jit
+def _rigid(
+    V: float, beta: float, alpha: float, p: float, q: float, r: float, fm: np.ndarray,
+    gx: float, gy: float, gz: float, P: np.ndarray, d: np.ndarray,
+) -> None:  # fmt: skip
+    """d [6] <- V_dot, beta_dot, alpha_dot, p_dot, q_dot, r_dot (inertial rates p, q, r) from fm [9] and gravity in body axes.
+
+    eps^-1 of Lee (2.2) and Euler's equation with Ixz; fm[0], fm[2], fm[4] are completed with the alpha-dot terms, so that
+    fm[0:3] is the total specific force afterwards. The wind acceleration is taken as zero (a random walk has none).
+    """
+    cb, sb = math.cos(beta), math.sin(beta)
+    ca, sa = math.cos(alpha), math.sin(alpha)
+    uu, vv, ww = V * ca * cb, V * sb, V * sa * cb
+    ax = fm[0] + gx + r * vv - q * ww
+    ay = fm[1] + gy + p * ww - r * uu
+    az = fm[2] + gz + q * uu - p * vv
+    den = V * cb
+    ad = (az * ca - ax * sa) / den
+    # alpha_dot appears on both sides through CL_alphadot: linear, solved exactly
+    ad = ad / (1.0 - (fm[7] * ca - fm[6] * sa) / den)
+    ax += fm[6] * ad
+    az += fm[7] * ad
+    fm[0] += fm[6] * ad
+    fm[2] += fm[7] * ad
+    fm[4] += fm[8] * ad
+    Vd = ax * ca * cb + ay * sb + az * sa * cb
+    d[0] = Vd
+    d[1] = (ay - Vd * sb) / den
+    d[2] = ad
+    Ix, Iy, Iz, Ixz = P[4], P[5], P[6], P[7]
+    hx = Ix * p - Ixz * r
+    hz = Iz * r - Ixz * p
+    mx = fm[3] - (q * hz - r * Iy * q)
+    my = fm[4] - (r * hx - p * hz)
+    mz = fm[5] - (p * Iy * q - q * hx)
+    D = Ix * Iz - Ixz * Ixz
+    d[3] = (Iz * mx + Ixz * mz) / D
+    d[4] = my / Iy
+    d[5] = (Ixz * mx + Ix * mz) / D
+
+
+@jit
+def _euler_rates(p: float, q: float, r: float, theta: float, phi: float, d: np.ndarray) -> None:
+    """d [3] <- psi_dot, theta_dot, phi_dot of 3-2-1 angles."""
+    sf, cf = math.sin(phi), math.cos(phi)
+    a = q * sf + r * cf
+    d[0] = a / math.cos(theta)
+    d[1] = q * cf - r * sf
+    d[2] = p + a * math.tan(theta)
+
+
+@jit
+def air_velocity(V: float, beta: float, alpha: float) -> tuple[float, float, float]:
+    """Air-relative velocity [m/s] in body axes, R_BW [V, 0, 0]."""
+    cb = math.cos(beta)
+    return V * math.cos(alpha) * cb, V * math.sin(beta), V * math.sin(alpha) * cb
+
+
+@jit
+def free_rates(
+    x: np.ndarray, u: np.ndarray, rho: float, P: np.ndarray, R: np.ndarray, fm: np.ndarray, d: np.ndarray
+) -> None:
+    """d [15] <- time derivative of the free aircraft state x [15]; R [9] <- R_BI, fm [9] <- specific force etc. (outputs)."""
+    dcm_from_euler(x[6], x[7], x[8], R)
+    force_moment(x[0], x[1], x[2], x[3], x[4], x[5], u, rho, P, fm)
+    _rigid(x[0], x[1], x[2], x[3], x[4], x[5], fm, G0 * R[2], G0 * R[5], G0 * R[8], P, d)
+    _euler_rates(x[3], x[4], x[5], x[7], x[8], d[6:9])
+    a, b, c = air_velocity(x[0], x[1], x[2])
+    for i in range(3):
+        d[9 + i] = R[i] * a + R[3 + i] * b + R[6 + i] * c + x[12 + i]
+        d[12 + i] = 0.0
+
+
+@jit
+def relative_rates(
+    x: np.ndarray,
+    u: np.ndarray,
+    rho: float,
+    P: np.ndarray,
+    tk: np.ndarray,
+    R: np.ndarray,
+    fm: np.ndarray,
+    d: np.ndarray,
+) -> None:
+    """d [15] <- time derivative of the receiver state relative to the tanker, x [15] or x [18] with rotational wind.
+
+    tk [18]: tanker R_BI [9], w_T [3], w_T_dot [3] (tanker axes), v_T (NED) [3]. R [9] <- R_BRBT. Lee (2.16)-(2.29), W_I form.
+    x[15:18]: effective rotational wind [rad/s], receiver axes; it changes the rates the aerodynamics see and nothing else.
+    """
+    dcm_from_euler(x[6], x[7], x[8], R)
+    w0, w1, w2 = tk[9], tk[10], tk[11]
+    # R w_T, and total inertial rates in receiver axes
+    t0 = R[0] * w0 + R[1] * w1 + R[2] * w2
+    t1 = R[3] * w0 + R[4] * w1 + R[5] * w2
+    t2 = R[6] * w0 + R[7] * w1 + R[8] * w2
+    p, q, r = x[3] + t0, x[4] + t1, x[5] + t2
+    if x.shape[0] > NX:
+        force_moment(x[0], x[1], x[2], p - x[15], q - x[16], r - x[17], u, rho, P, fm)
+    else:
+        force_moment(x[0], x[1], x[2], p, q, r, u, rho, P, fm)
+    g0, g1, g2 = G0 * tk[2], G0 * tk[5], G0 * tk[8]  # gravity in tanker axes
+    _rigid(
+        x[0], x[1], x[2], p, q, r, fm,
+        R[0] * g0 + R[1] * g1 + R[2] * g2,
+        R[3] * g0 + R[4] * g1 + R[5] * g2,
+        R[6] * g0 + R[7] * g1 + R[8] * g2,
+        P, d,
+    )  # fmt: skip
+    # d/dt(R w_T) = -w_rel x (R w_T) + R w_T_dot
+    e0, e1, e2 = tk[12], tk[13], tk[14]
+    d[3] -= -(x[4] * t2 - x[5] * t1) + R[0] * e0 + R[1] * e1 + R[2] * e2
+    d[4] -= -(x[5] * t0 - x[3] * t2) + R[3] * e0 + R[4] * e1 + R[5] * e2
+    d[5] -= -(x[3] * t1 - x[4] * t0) + R[6] * e0 + R[7] * e1 + R[8] * e2
+    _euler_rates(x[3], x[4], x[5], x[7], x[8], d[6:9])
+    relative_velocity(x, tk, R, d[9:12])
+    d[12] = d[13] = d[14] = 0.0
+
+
+@jit
+def relative_velocity(x: np.ndarray, tk: np.ndarray, R: np.ndarray, v: np.ndarray) -> None:
+    """v [3] <- d(xi)/dt in tanker axes: R^T u_a + R_BTI (W - v_T) - w_T x xi (Lee 2.23); R [9] = R_BRBT of x."""
+    a, b, c = air_velocity(x[0], x[1], x[2])
+    n0, n1, n2 = x[12] - tk[15], x[13] - tk[16], x[14] - tk[17]
+    w0, w1, w2 = tk[9], tk[10], tk[11]
+    for i in range(3):
+        v[i] = R[i] * a + R[3 + i] * b + R[6 + i] * c + tk[3 * i] * n0 + tk[3 * i + 1] * n1 + tk[3 * i + 2] * n2
+    v[0] -= w1 * x[11] - w2 * x[10]
+    v[1] -= w2 * x[9] - w0 * x[11]
+    v[2] -= w0 * x[10] - w1 * x[9]
+
+
+@jit
+def propagate_free(X: np.ndarray, u: np.ndarray, rho: float, P: np.ndarray, dt: float, W: np.ndarray) -> None:
+    """One RK4 step of dt [s] for every row of X [k,15] in place; u [4] held; W [5,15] workspace."""
+    R = np.empty(9)
+    fm = np.empty(9)
+    for s in range(X.shape[0]):
+        x = X[s]
+        free_rates(x, u, rho, P, R, fm, W[0])
+        for i in range(12):
+            W[4, i] = x[i] + 0.5 * dt * W[0, i]
+        for i in range(12, 15):
+            W[4, i] = x[i]
+        free_rates(W[4], u, rho, P, R, fm, W[1])
+        for i in range(12):
+            W[4, i] = x[i] + 0.5 * dt * W[1, i]
+        free_rates(W[4], u, rho, P, R, fm, W[2])
+        for i in range(12):
+            W[4, i] = x[i] + dt * W[2, i]
+        free_rates(W[4], u, rho, P, R, fm, W[3])
+        for i in range(12):
+            x[i] += dt / 6.0 * (W[0, i] + 2.0 * (W[1, i] + W[2, i]) + W[3, i])
+
+
+@jit
+def propagate_relative(
+    X: np.ndarray, u: np.ndarray, rho: float, P: np.ndarray, TKS: np.ndarray, dt: float, W: np.ndarray
+) -> None:
+    """One RK4 step of dt [s] for every row of X [k,>=nx] in place; TKS [3,18] tanker at start, middle and end.
+
+    W [5,nx] is workspace and says how many entries of a row belong to the model: 15, or 18 with rotational wind (held).
+    """
+    nx = W.shape[1]
+    R = np.empty(9)
+    fm = np.empty(9)
+    for s in range(X.shape[0]):
+        x = X[s, :nx]
+        relative_rates(x, u, rho, P, TKS[0], R, fm, W[0])
+        for i in range(12):
+            W[4, i] = x[i] + 0.5 * dt * W[0, i]
+        for i in range(12, nx):
+            W[4, i] = x[i]
+        relative_rates(W[4], u, rho, P, TKS[1], R, fm, W[1])
+        for i in range(12):
+            W[4, i] = x[i] + 0.5 * dt * W[1, i]
+        relative_rates(W[4], u, rho, P, TKS[1], R, fm, W[2])
+        for i in range(12):
+            W[4, i] = x[i] + dt * W[2, i]
+        relative_rates(W[4], u, rho, P, TKS[2], R, fm, W[3])
+        for i in range(12):
+            x[i] += dt / 6.0 * (W[0, i] + 2.0 * (W[1, i] + W[2, i]) + W[3, i])
+
+
+@jit
+def air_jacobian(V: float, beta: float, alpha: float, R: np.ndarray, G: np.ndarray) -> None:
+    """G [3,3] <- -eps^-1 R: change of (V, beta, alpha) for a wind increment in the parent frame of R [9] (parent to body).
+
+    The process-noise coupling of Lee's filter: a wind jump dW changes the air-relative velocity by -dW at once.
+    """
+    cb, sb = math.cos(beta), math.sin(beta)
+    ca, sa = math.cos(alpha), math.sin(alpha)
+    for j in range(3):
+        x, y, z = R[j], R[3 + j], R[6 + j]
+        dv = x * ca * cb + y * sb + z * sa * cb
+        G[0, j] = -dv
+        G[1, j] = -(y - dv * sb) / (V * cb)
+        G[2, j] = -(z * ca - x * sa) / (V * cb)

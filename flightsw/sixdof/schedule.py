@@ -1,0 +1,70 @@
+"""Gain schedule over six nominal conditions: turn rate (3 nodes) by airspeed (2 nodes), Lagrange weights (Lee 2.40-2.47)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flightsw.kernels.jit import jit
+from flightsw.kernels.linalg import vecmat
+from flightsw.sixdof.lqr import Design
+
+
+@jit
+def weights(psi_dot: float, V: float, yd: np.ndarray, Vn: np.ndarray, w: np.ndarray) -> None:
+    """w [6] <- l_i(psi_dot) m_j(V), order (yd1,V1),(yd1,V2),(yd2,V1)...; yd [3] rad/s, Vn [2] m/s.
+
+    They sum to one and are cardinal at the nodes. Inputs are clamped to the node range: the quadratic extrapolates badly.
+    """
+    y = min(max(psi_dot, yd[0]), yd[2])
+    v = min(max(V, Vn[0]), Vn[1])
+    m2 = (v - Vn[0]) / (Vn[1] - Vn[0])
+    for i in range(3):
+        li = 1.0
+        for k in range(3):
+            if k != i:
+                li *= (y - yd[k]) / (yd[i] - yd[k])
+        w[2 * i] = li * (1.0 - m2)
+        w[2 * i + 1] = li * m2
+
+
+@jit
+def scheduled(
+    K: np.ndarray, z0: np.ndarray, u0: np.ndarray, w: np.ndarray, z: np.ndarray, off: np.ndarray, u: np.ndarray
+) -> None:
+    """u [4] <- sum_i w_i (u0_i - K_i (z - z0_i - off)); K [6,4,nz], z0 [6,nz], u0 [6,4], w [6], z, off [nz]."""
+    for a in range(4):
+        u[a] = 0.0
+    for i in range(K.shape[0]):
+        for a in range(4):
+            s = u0[i, a]
+            for j in range(K.shape[2]):
+                s -= K[i, a, j] * (z[j] - z0[i, j] - off[j])
+            u[a] += w[i] * s
+
+
+class GainSchedule:
+    """Six designs stacked, evaluated with Lagrange weights."""
+
+    def __init__(self, designs: list[Design], psi_dots: tuple[float, ...], speeds: tuple[float, ...]) -> None:
+        self.K = np.ascontiguousarray([d.K for d in designs])
+        self.z0 = np.ascontiguousarray([d.z0 for d in designs])
+        self.u0 = np.ascontiguousarray([d.u0 for d in designs])
+        self.yd, self.Vn = np.array(psi_dots), np.array(speeds)
+        self.w = np.zeros(6)
+        self.u = np.zeros(4)
+        self.nz = self.K.shape[2]
+
+    def set_condition(self, psi_dot: float, V: float) -> None:
+        """Choose the operating point: turn rate [rad/s] and airspeed [m/s]."""
+        weights(psi_dot, V, self.yd, self.Vn, self.w)
+
+    def evaluate(self, z: np.ndarray, off: np.ndarray) -> np.ndarray:
+        """Command u [4] for state z [nz] and reference offset `off` [nz] (returned array is reused)."""
+        scheduled(self.K, self.z0, self.u0, self.w, z, off, self.u)
+        return self.u
+
+    def trim_command(self) -> np.ndarray:
+        """Feed-forward u [4] of the current condition without feedback."""
+        u = np.zeros(4)
+        vecmat(self.w, self.u0, u)
+        return u

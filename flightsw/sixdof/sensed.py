@@ -1,0 +1,100 @@
+"""Prediction that leans on inertial sensors instead of aerodynamics, and the rates of change of measurements.
+
+"hybrid": translation from the accelerometers, rotation from the aerodynamic moments. "inertial": rotation from the gyro's own
+difference as well (Lee 2011, chapter 5; the accelerometer gives specific force, so gravity is added).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flightsw.kernels.atmosphere import G0
+from flightsw.kernels.jit import jit
+from flightsw.kernels.rotations import dcm_from_euler
+from flightsw.sixdof.motion import _euler_rates, _rigid, air_velocity, force_moment
+
+
+@jit
+def sensed_rates(
+    x: np.ndarray, u: np.ndarray, rho: float, P: np.ndarray, s: np.ndarray, inertial: bool, R: np.ndarray, fm: np.ndarray,
+    d: np.ndarray,
+) -> None:  # fmt: skip
+    """d [15] <- rates of the free state x [15]; s [6]: specific force [m/s^2] and angular acceleration [rad/s^2], body axes.
+
+    `inertial`: use the angular acceleration of s, else that of the aerodynamic moments. R [9], fm [9] as in free_rates.
+    """
+    dcm_from_euler(x[6], x[7], x[8], R)
+    force_moment(x[0], x[1], x[2], x[3], x[4], x[5], u, rho, P, fm)
+    fm[0], fm[1], fm[2] = s[0], s[1], s[2]
+    fm[6] = fm[7] = 0.0  # already in what the accelerometer felt
+    _rigid(x[0], x[1], x[2], x[3], x[4], x[5], fm, G0 * R[2], G0 * R[5], G0 * R[8], P, d)
+    if inertial:
+        d[3], d[4], d[5] = s[3], s[4], s[5]
+    _euler_rates(x[3], x[4], x[5], x[7], x[8], d[6:9])
+    a, b, c = air_velocity(x[0], x[1], x[2])
+    for i in range(3):
+        d[9 + i] = R[i] * a + R[3 + i] * b + R[6 + i] * c + x[12 + i]
+        d[12 + i] = 0.0
+
+
+@jit
+def propagate_sensed(
+    X: np.ndarray, u: np.ndarray, rho: float, P: np.ndarray, s: np.ndarray, inertial: bool, dt: float, W: np.ndarray
+) -> None:
+    """One RK4 step of dt [s] for every row of X [k,>=15] in place; s [6] held over the step; W [5,15] workspace."""
+    R = np.empty(9)
+    fm = np.empty(9)
+    for k in range(X.shape[0]):
+        x = X[k]
+        sensed_rates(x, u, rho, P, s, inertial, R, fm, W[0])
+        for i in range(15):
+            W[4, i] = x[i] + 0.5 * dt * W[0, i]
+        sensed_rates(W[4], u, rho, P, s, inertial, R, fm, W[1])
+        for i in range(15):
+            W[4, i] = x[i] + 0.5 * dt * W[1, i]
+        sensed_rates(W[4], u, rho, P, s, inertial, R, fm, W[2])
+        for i in range(15):
+            W[4, i] = x[i] + dt * W[2, i]
+        sensed_rates(W[4], u, rho, P, s, inertial, R, fm, W[3])
+        for i in range(15):
+            x[i] += dt / 6.0 * (W[0, i] + 2.0 * (W[1, i] + W[2, i]) + W[3, i])
+
+
+@jit
+def measure_differenced(
+    X: np.ndarray,
+    codes: np.ndarray,
+    m: int,
+    u: np.ndarray,
+    rho: float,
+    P: np.ndarray,
+    cf: float,
+    cx: float,
+    Y: np.ndarray,
+) -> None:
+    """Y [k,>=m] <- cf d(h)/dt + cx h for the measurement codes of models.measure (0..14): what differencing turns y into.
+
+    The rate of a state entry is the model's; that of the inertial velocity is the inertial acceleration.
+    """
+    R = np.empty(9)
+    fm = np.empty(9)
+    d = np.empty(15)
+    for k in range(X.shape[0]):
+        x = X[k]
+        dcm_from_euler(x[6], x[7], x[8], R)
+        force_moment(x[0], x[1], x[2], x[3], x[4], x[5], u, rho, P, fm)
+        _rigid(x[0], x[1], x[2], x[3], x[4], x[5], fm, G0 * R[2], G0 * R[5], G0 * R[8], P, d)
+        _euler_rates(x[3], x[4], x[5], x[7], x[8], d[6:9])
+        a, b, c = air_velocity(x[0], x[1], x[2])
+        for i in range(3):
+            d[9 + i] = R[i] * a + R[3 + i] * b + R[6 + i] * c + x[12 + i]
+        for j in range(m):
+            q = codes[j]
+            if q < 12:
+                Y[k, j] = cf * d[q] + cx * x[q]
+            else:
+                i = q - 12
+                acc = R[i] * fm[0] + R[3 + i] * fm[1] + R[6 + i] * fm[2]
+                if i == 2:
+                    acc += G0
+                Y[k, j] = cf * acc + cx * d[9 + i]

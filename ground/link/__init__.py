@@ -1,0 +1,1 @@
+"""Links of the ground: recording, live view, commands, injected failures."""

@@ -1,0 +1,1 @@
+"""The page on Rivard (1982)."""

@@ -1,0 +1,1 @@
+"""What the ground makes of one mission each: figures, drawing, words."""

@@ -1,0 +1,1 @@
+"""Position in the wake and fault detection, from the logs."""

@@ -1,0 +1,313 @@
+"""nav/receiver/fdi/... and nav/receiver/wake/...: fault detection and position from the air-data probes, and their tab.
+
+Portraits: the whitened parity vector of each variable over the square root of the threshold, so that the threshold is
+the unit circle whatever its value; what lies far outside is drawn on the rim. Maps: air-path axes of the tanker seen
+from behind, y right, z down [m].
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
+from numpy.typing import NDArray
+
+from ground.columns import Columns, Table
+from ground.link.packets import RECEIVER
+from ground.rrd.blueprint import Plots
+from ground.rrd.palette import BOX, COLOR, NAV, TRUTH, Color
+from ground.rrd.series import AXIS, Array, Sink
+from ground.views.airdata.read import (
+    DIRECTIONS,
+    PROBES,
+    VARIABLES,
+    TruePosition,
+    alarm_words,
+    channel_words,
+    ellipses,
+    has_airdata,
+    true_position,
+    vortices,
+)
+
+FDI, WAKE = "nav/receiver/fdi", "nav/receiver/wake"
+MAP, TRUE_MAP, TANKER_MAP = f"{WAKE}/map", "truth/receiver/wake_map", "truth/tanker/wake_map"
+RIM = 3.0  # [-] threshold radii drawn
+WIDE_S, CLOSE_S, PORTRAIT_S = 120.0, 15.0, 10.0  # [s] history shown behind the cursor
+CONTACT_M = (0.0, 8.5)  # [m] the close map is centred here if there is no truth
+CLOSE_M = 2.0  # [m] half height of the close map
+BOX_M = 1.0  # [m] half side of the box about the commanded position
+PERIOD_US = 100_000  # [us]
+RECENT_US = 500_000  # [us] a sample is current for
+SILENT_US = 1_000_000  # [us] without a message: nothing is known
+QUIET: Color = (120, 170, 130)
+ALARM: Color = (240, 70, 60)
+FAINT: Color = (90, 96, 106)
+VORTEX: Color = (190, 120, 230)
+STATE_COLORS: dict[str, Color] = {"quiet": (55, 105, 70), "none": (55, 105, 70), "valid": (55, 105, 70)}
+STATE_COLORS |= {"not checked": (110, 110, 110)}
+
+
+def airdata(sink: Sink, run: Path, truth: Columns, tlm: Columns) -> None:
+    """Send everything of this module; nothing for a run without the messages."""
+    if not has_airdata(tlm):
+        return
+    fdi, wake = tlm.get(RECEIVER, "FDI_STATUS"), tlm.get(RECEIVER, "WAKE_POSITION")
+    if fdi is not None:
+        _fdi(sink, fdi, wake, tlm.end_us)
+    if wake is not None:
+        true = true_position(truth)
+        _series(sink, wake, true, tlm.end_us)
+        _maps(sink, run, wake, true, tlm.get(RECEIVER, "RELATIVE_STATE"))
+
+
+def _lane(sink: Sink, path: str, t_us: NDArray[np.int64], names: list[str]) -> None:
+    """A lane of the state timeline: quiet states green, the others red."""
+    look: Mapping[str, Color] = {n: STATE_COLORS.get(n, (200, 60, 60)) for n in set(names)}
+    sink.states(path, t_us, names, look)
+
+
+def current(t_us: NDArray[np.int64], table: Table) -> NDArray[np.bool_]:
+    """Whether at times t_us the newest row of a table of samples with a validity is valid and its own sample recent."""
+    at = np.searchsorted(table.t_us, t_us, side="right") - 1
+    sample = table["time_usec"].astype(np.int64)[at]
+    return (at >= 0) & (table["valid"][at] != 0) & (t_us - sample <= RECENT_US)
+
+
+def _ends(t_us: NDArray[np.int64], names: list[str], end_us: int) -> tuple[NDArray[np.int64], list[str]]:
+    """The rows of a lane, "no report" put in where none came for long, up to the end of the log."""
+    gap = np.flatnonzero(np.diff(t_us, append=end_us) > SILENT_US)
+    return np.insert(t_us, gap + 1, t_us[gap] + SILENT_US), np.insert(
+        np.array(names, dtype=object), gap + 1, "no report"
+    ).tolist()
+
+
+def _fdi(sink: Sink, fdi: Table, wake: Table | None, end_us: int) -> None:
+    """Portraits, statistic over threshold, lanes of alarms and exclusions. Quiet is only what was checked: by a current test
+    against a current wake position."""
+    t = fdi.t_us
+    h = np.maximum(fdi["threshold"].astype(np.float64), 1e-9)
+    fresh = t - fdi["time_usec"].astype(np.int64) <= RECENT_US
+    valid = (fdi["valid"] != 0) & fresh
+    checked = valid if wake is None else valid & current(t, wake)
+    for i, (variable, color) in enumerate(zip(VARIABLES, AXIS, strict=True)):
+        on = fdi["alarm"] >> i & 1 > 0
+        ratio = fdi["gamma"][:, i] / h
+        sink.series(f"{FDI}/ratio/{variable}", t[valid], ratio[valid], variable, color)
+        mask = 7 << 3 * i
+        names = [
+            (alarm_words({"alarm": 1 << i, "isolated": int(a) & mask, "negative": int(b)}) if k else "quiet")
+            if c or (k and f)
+            else "not checked"
+            for k, c, f, a, b in zip(on, checked, fresh, fdi["isolated"], fdi["negative"], strict=True)
+        ]
+        _lane(sink, f"{FDI}/alarm/{variable}", *_ends(t, names, end_us))
+        _portrait(
+            sink, f"{FDI}/portrait/{variable}", t[valid], fdi["residual"][valid, 2 * i : 2 * i + 2], h[valid], on[valid]
+        )
+    sink.level(f"{FDI}/limit", (1.0, 1.0), "threshold", BOX)
+    names = [channel_words(int(m)) or "none" for m in fdi["excluded"]]
+    _lane(sink, f"{FDI}/excluded", *_ends(t, names, end_us))
+
+
+def _portrait(sink: Sink, path: str, t_us: NDArray[np.int64], residual: Array, h: Array, alarm: NDArray) -> None:
+    """Parity vectors of one variable, the threshold circle, and where a high or low reading of each probe points."""
+    flip = np.array([1.0, -1.0])  # a 2-D view's y points down
+    angle = np.linspace(0.0, 2.0 * np.pi, 73)
+    circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    rays = DIRECTIONS / np.linalg.norm(DIRECTIONS, axis=1, keepdims=True) * flip
+    lines = [circle, RIM * circle, *(np.array([-RIM * r, RIM * r]) for r in rays)]
+    thin = rr.Radius.ui_points(1.0)
+    look = rr.LineStrips2D(
+        lines, colors=[BOX, FAINT, *[FAINT] * 3], radii=[rr.Radius.ui_points(2.0), thin, *[thin] * 3]
+    )
+    sink.rec.log(f"{path}/frame", look, static=True)
+    names = rr.Points2D(
+        1.2 * RIM * rays,
+        colors=[FAINT],
+        radii=rr.Radius.ui_points(0.5),
+        labels=[f"{p} +" for p in PROBES],
+        show_labels=True,
+    )
+    sink.rec.log(f"{path}/names", names, static=True)
+    at = residual.astype(np.float64) * flip / np.sqrt(h)[:, None]
+    far = np.linalg.norm(at, axis=1)
+    at *= np.where(far > RIM, RIM / np.maximum(far, 1e-9), 1.0)[:, None]
+    sink.rec.log(f"{path}/vector", rr.Points2D.from_fields(radii=rr.Radius.ui_points(3.5)), static=True)
+    hue = np.where(alarm, _packed(ALARM), _packed(QUIET)).astype(np.uint32)
+    sink.columns(f"{path}/vector", t_us, rr.Points2D.columns(positions=at, colors=hue))
+
+
+def _packed(c: Color) -> int:
+    return c[0] << 24 | c[1] << 16 | c[2] << 8 | 255
+
+
+def _series(sink: Sink, wake: Table, true: TruePosition, end_us: int) -> None:
+    """Error with 2 sigma, wake strength, vortex height, common wind, NIS, validity."""
+    at = wake["time_usec"].astype(np.int64)
+    known, place = true.at(at)
+    use = known & (wake["valid"] != 0)
+    t, error = at[use], wake["pos"][use].astype(np.float64) - place[use]
+    band = tuple(c // 2 + 20 for c in NAV)
+    for i, (axis, column) in enumerate((("y", 0), ("z", 2))):
+        s2 = 2.0 * np.sqrt(np.maximum(wake["cov"][use, column].astype(np.float64), 0.0))
+        sink.series(f"{WAKE}/error_2sigma/{axis}", t, np.stack([-s2, s2], axis=1), f"{axis} 2 sigma", band, 1.0)
+        sink.series(f"{WAKE}/error/{axis}", t, error[:, i + 1], f"{axis} error", AXIS[i + 1], 1.6)
+    d = wake.pick(wake["valid"] != 0)
+    for i, (name, color) in enumerate((("wing", NAV), ("tail", COLOR["envelope"]))):
+        k, s = d["scale"][:, i].astype(np.float64), d["scale_sigma"][:, i].astype(np.float64)
+        faint = tuple(c // 2 for c in color)
+        sink.series(
+            f"{WAKE}/scale_sigma/{name}", d.t_us, np.stack([k - s, k + s], axis=1), f"{name} 1 sigma", faint, 1.0
+        )
+        sink.series(f"{WAKE}/scale/{name}", d.t_us, k, name, color)
+    sink.series(f"{WAKE}/height", d.t_us, d["height"], "vortices below model [m]", VORTEX)
+    for i, axis in enumerate("xyz"):
+        sink.series(f"{WAKE}/wind/{axis}", d.t_us, d["wind"][:, i], f"common wind {axis}", AXIS[i], 1.0)
+    seen = wake.pick(wake["nis_dof"] > 0)
+    sink.series(f"{WAKE}/nis", seen.t_us, seen["nis"] / seen["nis_dof"], "NIS / dof", NAV, 1.0)
+    reasons = [b.decode("utf-8", "replace") or "not valid" for b in wake["reason"]]
+    good = current(wake.t_us, wake)
+    names = [
+        ("valid" if g else "no new sample") if v else r for v, g, r in zip(wake["valid"], good, reasons, strict=True)
+    ]
+    _lane(sink, f"{WAKE}/state", *_ends(wake.t_us, names, end_us))
+
+
+def _maps(sink: Sink, run: Path, wake: Table, true: TruePosition, rel: Table | None) -> None:
+    """Tanker with its vortices, truth, command, estimate with its 2-sigma ellipse, trails."""
+    _tanker(sink, run, float(true.alpha.mean()) if len(true.alpha) else 0.0)
+    slot = np.flatnonzero(np.diff(true.t_us // PERIOD_US, prepend=-1))
+    place = true.pos[slot][:, 1:]
+    _dot(sink, f"{TRUE_MAP}/position", true.t_us[slot], place, TRUTH, 5.0)
+    _trail(sink, f"{TRUE_MAP}/trail", true.t_us[slot], place, tuple(c * 2 // 3 for c in TRUTH))
+    if rel is not None:
+        d = rel.decimated(PERIOD_US)
+        goal = true.turn(d.t_us, d["cmd_pos"].astype(np.float64))[:, 1:]
+        _dot(sink, "guid/receiver/wake_map/commanded", d.t_us, goal, COLOR["command"], 4.0)
+        box = rr.Boxes2D.from_fields(
+            half_sizes=[[BOX_M, BOX_M]], radii=rr.Radius.ui_points(0.7), colors=[COLOR["command"]]
+        )
+        sink.rec.log("guid/receiver/wake_map/box", box, static=True)
+        sink.columns("guid/receiver/wake_map/box", d.t_us, rr.Boxes2D.columns(centers=goal))
+    good = wake["valid"] != 0
+    d = wake.pick(good)
+    yz = d["pos"][:, 1:].astype(np.float64)
+    _trail(sink, f"{MAP}/trail", d.t_us, yz, tuple(c * 2 // 3 for c in NAV))
+    shown = np.where(good[:, None], wake["pos"][:, 1:], np.float32(np.nan)).astype(np.float64)  # no dot while not valid
+    _dot(sink, f"{MAP}/position", wake.t_us, shown, NAV, 5.0)
+    sink.rec.log(
+        f"{MAP}/ellipse", rr.LineStrips2D.from_fields(radii=rr.Radius.ui_points(1.5), colors=[NAV]), static=True
+    )
+    rings = ellipses(yz, d["cov"]).astype(np.float32)
+    sink.columns(f"{MAP}/ellipse", d.t_us, rr.LineStrips2D.columns(strips=rings))
+
+
+def _dot(sink: Sink, path: str, t_us: NDArray[np.int64], at: Array, color: tuple[int, ...], size: float) -> None:
+    look = rr.Points2D.from_fields(radii=rr.Radius.ui_points(size), colors=[color])
+    sink.rec.log(path, look, static=True)
+    sink.columns(path, t_us, rr.Points2D.columns(positions=at))
+
+
+def _trail(sink: Sink, path: str, t_us: NDArray[np.int64], at: Array, color: tuple[int, ...]) -> None:
+    """A path as short segments; the view's visible history joins them. Breaks where samples are missing."""
+    near = np.flatnonzero(np.diff(t_us) < 5 * PERIOD_US)
+    segments = np.stack([at[near], at[near + 1]], axis=1).astype(np.float32)
+    sink.rec.log(path, rr.LineStrips2D.from_fields(radii=rr.Radius.ui_points(1.0), colors=[color]), static=True)
+    sink.columns(path, t_us[near + 1], rr.LineStrips2D.columns(strips=segments))
+
+
+def _tanker(sink: Sink, run: Path, alpha: float) -> None:
+    """Surfaces, trailing vortices with their cores and sense of rotation, seen from behind."""
+    v = vortices(run, alpha)
+    if v is None:
+        return
+    wide, thin = rr.Radius.ui_points(3.0), rr.Radius.ui_points(1.2)
+    sink.rec.log(
+        f"{TANKER_MAP}/surfaces", rr.LineStrips2D([v.wing, v.tail], colors=[COLOR["tanker"]], radii=wide), static=True
+    )
+    angle = np.linspace(0.0, 2.0 * np.pi, 41)
+    ring = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    cores = [c + r * ring for c, r in zip(v.centre, v.core, strict=True)]
+    sink.rec.log(f"{TANKER_MAP}/cores", rr.LineStrips2D(cores, colors=[VORTEX], radii=thin), static=True)
+    dots = rr.Points2D(v.centre, colors=[VORTEX], radii=rr.Radius.ui_points(2.0))
+    sink.rec.log(f"{TANKER_MAP}/vortices", dots, static=True)
+    wing, tail = v.centre[:2], v.centre[2:].mean(axis=0)
+    at = np.concatenate([wing, [tail]]) - np.array([0.0, 9.0])
+    names = ["wing vortex", "wing vortex", "tail vortices"]
+    text = rr.Points2D(at, colors=[VORTEX], radii=rr.Radius.ui_points(0.0), labels=names, show_labels=True)
+    sink.rec.log(f"{TANKER_MAP}/names", text, static=True)
+
+
+# --- layout -----------------------------------------------------------------------------------------------------------
+def _history(paths: list[str], seconds: float) -> dict[str, rrb.VisibleTimeRanges]:
+    """Overrides that show the named entities over the last `seconds`."""
+    window = rrb.VisibleTimeRange(
+        "sim_time",
+        start=rrb.TimeRangeBoundary.cursor_relative(seconds=-seconds),
+        end=rrb.TimeRangeBoundary.cursor_relative(),
+    )
+    return {path: rrb.VisibleTimeRanges([window]) for path in paths}
+
+
+def _map(name: str, centre: tuple[float, float], half: tuple[float, float], trail_s: float) -> rrb.Spatial2DView:
+    (y, z), (dy, dz) = centre, half
+    return rrb.Spatial2DView(
+        origin="/",
+        name=name,
+        contents=[f"{TANKER_MAP}/**", f"{TRUE_MAP}/**", f"{MAP}/**", "guid/receiver/wake_map/**"],
+        overrides=_history([f"{TRUE_MAP}/trail", f"{MAP}/trail"], trail_s),  # type: ignore[arg-type]
+        visual_bounds=rrb.VisualBounds2D(x_range=[y - dy, y + dy], y_range=[z - dz, z + dz]),
+        background=rrb.Background(color=(24, 30, 40)),
+    )
+
+
+def close_centre(truth: Columns, tlm: Columns) -> tuple[float, float]:
+    """Where the close map looks: the mean true (y, z) [m] in contact, else at the end of the run."""
+    true = true_position(truth)
+    status = tlm.get(RECEIVER, "MISSION_STATUS")
+    if not len(true.t_us):
+        return CONTACT_M
+    contact = status.t_us[status["measure"] != 0] if status is not None else true.t_us[-1:]
+    contact = contact if len(contact) else true.t_us[-1:]
+    mean = true.at(contact)[1].mean(axis=0)
+    return float(mean[1]), float(mean[2])
+
+
+def airdata_tab(p: Plots, centre: tuple[float, float]) -> rrb.Vertical:
+    """The tab "Air data": maps, residual portraits, lanes of alarms and exclusions, statistics and errors."""
+    portraits = [
+        rrb.Spatial2DView(
+            origin=f"{FDI}/portrait/{v}",
+            name=f"{v} residual / threshold",
+            overrides=_history([f"{FDI}/portrait/{v}/vector"], PORTRAIT_S),  # type: ignore[arg-type]
+            visual_bounds=rrb.VisualBounds2D(x_range=[-4.4, 4.4], y_range=[-4.4, 4.4]),
+            background=rrb.Background(color=(24, 30, 40)),
+        )
+        for v in VARIABLES
+    ]
+    lanes = rrb.StateTimelineView(
+        origin="/",
+        contents=[*(f"{FDI}/alarm/{v}" for v in VARIABLES), f"{FDI}/excluded", f"{WAKE}/state"],
+        name="Alarms, channels excluded, wake position",
+        time_view=p.time,
+    )
+    maps = rrb.Horizontal(
+        _map("From behind: truth white, estimate orange", (18.0, 10.0), (45.0, 22.0), WIDE_S),
+        _map("Near contact: 2 sigma, command +-1 m", centre, (CLOSE_M, CLOSE_M), CLOSE_S),
+    )
+    error = [f"{WAKE}/{k}/{a}" for a in "yz" for k in ("error_2sigma", "error")]
+    scale = [f"{WAKE}/{k}/{a}" for a in ("wing", "tail") for k in ("scale_sigma", "scale")]
+    plots = rrb.Grid(
+        p.plot("wake position error, 2 sigma [m]", error, (-1.5, 1.5)),
+        p.plot("gamma / threshold", [f"{FDI}/limit", *(f"{FDI}/ratio/{v}" for v in VARIABLES)], (0.0, 3.0)),
+        p.plot("circulation / onboard model", scale, (0.4, 1.6)),
+        p.plot("wake position NIS / dof", [f"{WAKE}/nis"], (0.0, 4.0)),
+        grid_columns=2,
+    )
+    return rrb.Vertical(
+        maps, rrb.Horizontal(*portraits), lanes, plots, name="Air data", row_shares=[1.25, 1.05, 1.2, 1.5]
+    )

@@ -1,0 +1,1 @@
+"""Gust load alleviation, from the logs."""

@@ -1,0 +1,1 @@
+"""A receiver's way to its tanker, from the logs."""

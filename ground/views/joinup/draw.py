@@ -1,0 +1,110 @@
+"""truth/receiver/join/..., guid/receiver/join/...: the receiver's way to the tanker, its plots, their tab.
+
+Side view and view from above in the tanker's axes over the last stretch, with the vortex cores of the wing; distance, closure
+as flown and as wanted; heights.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
+
+from flightsw.aircraft import load_aircraft
+from ground.columns import Columns, hold, match
+from ground.link.packets import RECEIVER, TANKER
+from ground.rrd.blueprint import Plots
+from ground.rrd.palette import BOX, COLOR, NAV
+from ground.rrd.series import Sink
+from ground.views.joinup.figures import CONTACT, ENROUTE, JOIN_UP, OBSERVATION, WAKE_OF, first_us
+
+ROOT = "truth/receiver/join"
+PERIOD_US = 500_000  # [us]
+STRETCH_M = 450.0  # what the two views show
+CORE = (230, 90, 90)
+
+
+def has_joinup(tlm: Columns) -> bool:
+    """True if the receiver's mission began en route."""
+    status = tlm.get(RECEIVER, "MISSION_STATUS")
+    return status is not None and first_us(status, ENROUTE) is not None
+
+
+def span(tlm: Columns, end_s: float) -> tuple[float, float]:
+    """Time range [s] of the first look: until a minute after contact is reached."""
+    status = tlm.get(RECEIVER, "MISSION_STATUS")
+    stop = first_us(status, CONTACT) if status is not None else None
+    return 0.0, end_s if stop is None else min(stop * 1e-6 + 60.0, end_s)
+
+
+def until_joinup(truth: Columns, tlm: Columns) -> Columns:
+    """The part of the truth a plan of the rendezvous should show: up to the join-up."""
+    status = tlm.get(RECEIVER, "MISSION_STATUS")
+    start = first_us(status, JOIN_UP) if status is not None else None
+    if start is None:
+        return truth
+    return Columns({k: t.pick(t.t_us <= start) for k, t in truth.tables.items()})
+
+
+def joinup(sink: Sink, truth: Columns, tlm: Columns) -> None:
+    """Send everything of this module; nothing for a run without join-up."""
+    true, status = truth.get(RECEIVER, "TRUTH"), tlm.get(RECEIVER, "MISSION_STATUS")
+    lead = truth.get(TANKER, "TRUTH")
+    if true is None or status is None or lead is None or not has_joinup(tlm):
+        return
+    d = true.decimated(PERIOD_US)
+    distance = np.linalg.norm(d["xi"], axis=1)
+    sink.series(f"{ROOT}/distance", d.t_us, distance, "distance", COLOR["receiver"])
+    phase = hold(d.t_us, status.t_us, status["phase"])
+    joined = (phase == JOIN_UP) | (phase == OBSERVATION)
+    rate = -np.gradient(distance, d.t_us * 1e-6)
+    sink.series(f"{ROOT}/closure", d.t_us[joined], rate[joined], "closure", COLOR["receiver"])
+    rel = tlm.get(RECEIVER, "RELATIVE_STATE")
+    if rel is not None:
+        w = rel.pick(hold(rel.t_us, status.t_us, status["phase"]) == JOIN_UP).decimated(PERIOD_US)
+        sink.series("guid/receiver/join/closure", w.t_us, w["cmd_vel"][:, 0], "wanted", BOX)
+    i, j = match(d.t_us, lead.t_us)
+    below = lead["pos_n"][j][:, 2] - d["pos_n"][i][:, 2]
+    sink.series(f"{ROOT}/above", d.t_us[i], below, "height over the tanker", NAV)
+    _views(sink, d["xi"].astype(np.float64), d.t_us, joined)
+
+
+def _views(sink: Sink, xi: np.ndarray, t_us: np.ndarray, joined: np.ndarray) -> None:
+    """Path in the tanker's axes from above (forward up) and from behind (right, down)."""
+    ac = load_aircraft(WAKE_OF)
+    y = np.pi / 8.0 * ac.geometry.b_m
+    near = joined & (xi[:, 0] > -STRETCH_M)
+    for name, a, b, signs in (("above", 1, 0, (1.0, -1.0)), ("side", 0, 2, (1.0, 1.0))):
+        path = np.stack([signs[0] * xi[:, a], signs[1] * xi[:, b]], axis=1)
+        at = f"{ROOT}/{name}"
+        strip = rr.LineStrips2D([path[near]], colors=[COLOR["receiver"]], radii=rr.Radius.ui_points(1.5))
+        sink.rec.log(f"{at}/path", strip, static=True)
+        spot = rr.Points2D.from_fields(colors=[COLOR["receiver"]], radii=rr.Radius.ui_points(6.0), labels=["receiver"])
+        sink.rec.log(f"{at}/spot", spot, static=True)
+        sink.columns(f"{at}/spot", t_us[near], rr.Points2D.columns(positions=path[near]))
+        own = rr.Points2D([[0.0, 0.0]], colors=[COLOR["tanker"]], radii=rr.Radius.ui_points(7.0), labels=["tanker"])
+        sink.rec.log(f"{at}/tanker", own, static=True)
+        if name == "above":
+            lines = [[[s * y, 0.0], [s * y, STRETCH_M]] for s in (-1.0, 1.0)]
+        else:
+            back = STRETCH_M * np.array([-np.cos(0.06), -np.sin(0.06)])
+            lines = [[[0.0, 0.0], back.tolist()]]
+        cores = rr.LineStrips2D(lines, colors=[CORE], radii=rr.Radius.ui_points(1.0))
+        sink.rec.log(f"{at}/cores", cores, static=True)
+
+
+def joinup_tab(p: Plots) -> rrb.Vertical:
+    """Plots and views of this module."""
+    above, side = (
+        rrb.Spatial2DView(origin="/", contents=[f"{ROOT}/{k}/**"], name=title)
+        for k, title in (("above", "last stretch from above, tanker's axes [m]"), ("side", "from the side [m]"))
+    )
+    return rrb.Vertical(
+        rrb.Horizontal(above, side, column_shares=[1.0, 1.6]),
+        p.plot("distance to the tanker [m]", [f"{ROOT}/distance"]),
+        p.plot("closure: flown, wanted [m/s]", [f"{ROOT}/closure", "guid/receiver/join/closure"], (-3.0, 20.0)),
+        p.plot("height over the tanker [m]", [f"{ROOT}/above"]),
+        p.plot("true airspeed [m/s]", ["truth/tanker/V", "truth/receiver/V"], (190.0, 220.0)),
+        name="Join-up",
+        row_shares=[1.7, 1, 1, 1, 1],
+    )

@@ -1,0 +1,1 @@
+"""Rendezvous by TACAN, from the logs."""

@@ -1,0 +1,212 @@
+"""nav/tanker/rendezvous/...: plan view of the rendezvous, its plots, their tab.
+
+Plan view, north up [m]: both true tracks, the estimator's components (the banana: dots by weight), range ring of the last
+TACAN reply, the turn as planned now, the point two miles ahead of the estimate that it aims at.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
+from numpy.typing import NDArray
+
+from ground.columns import Columns, Table
+from ground.link.packets import TANKER
+from ground.rrd.blueprint import Plots
+from ground.rrd.palette import BOX, COLOR, NAV
+from ground.rrd.series import AXIS, Array, Sink
+from ground.views.rendezvous.read import SEPARATION_M, errors, frame_of, nees3, to_plan
+
+ROOT = "nav/tanker/rendezvous"
+MAP = f"{ROOT}/map"
+FAINT = (90, 96, 106)
+RING = (90, 150, 190)
+LAG_US = 6_000_000  # [us] a cloud is drawn that long after its range at most
+RING_HALF = np.radians(35.0)  # of the range ring drawn
+MARGIN_M = 4000.0
+NEVER_S = 1e6
+TURN, DONE = 1, 3  # WKF_RDV_PHASE
+STATES = ("approach", "turn", "roll-out", "ahead")
+STATE_COLORS = {"approach": (70, 120, 150), "turn": (200, 150, 60), "roll-out": (150, 160, 70), "ahead": (60, 170, 80)}
+ALARM_COLORS = {"as planned": (55, 105, 70), "NOT AS PLANNED": (220, 60, 50), "no estimate": (110, 110, 110)}
+
+
+def rendezvous(sink: Sink, truth: Columns, tlm: Columns) -> None:
+    """Send everything of this module; nothing for a run without the messages."""
+    state = tlm.get(TANKER, "RENDEZVOUS_STATE")
+    if state is None:
+        return
+    _plots(sink, truth, state)
+    good = state.pick(state["valid"] != 0)
+    if not len(good):
+        return
+    frame = frame_of(state)
+    far = np.array([[-2.0e4, 7.0e4], [0.0, 0.0]])
+    line = to_plan(frame, far[0], far[1])
+    sink.rec.log(f"{MAP}/axis", rr.LineStrips2D([line], colors=[FAINT], radii=rr.Radius.ui_points(0.8)), static=True)
+    point = rr.Points2D(
+        [to_plan(frame, np.zeros(()), np.zeros(()))],
+        colors=[FAINT],
+        radii=rr.Radius.ui_points(4.0),
+        labels=["control point"],
+    )
+    sink.rec.log(f"{MAP}/control_point", point, static=True)
+    cloud = tlm.get(TANKER, "RENDEZVOUS_CLOUD")
+    if cloud is not None:
+        _cloud(sink, cloud, frame)
+    _ring(sink, good, frame)
+    _plan(sink, good, frame)
+
+
+def _cloud(sink: Sink, cloud: Table, frame: Array) -> None:
+    """Components by weight, all parts of one time together."""
+    sink.rec.log(f"{MAP}/cloud", rr.Points2D.from_fields(colors=[NAV]), static=True)
+    at = cloud["time_usec"].astype(np.int64)
+    for t in np.unique(at):
+        rows = cloud.pick((at == t) & (cloud.t_us < t + LAG_US))
+        seen = {int(p): i for i, p in enumerate(rows["part"])}
+        xs, ys, ws = [], [], []
+        for i in seen.values():
+            n = int(rows["count"][i])
+            xs.append(rows["x"][i][:n])
+            ys.append(rows["y"][i][:n])
+            ws.append(rows["weight"][i][:n])
+        if not xs:
+            continue
+        w = np.concatenate(ws).astype(np.float64)
+        keep = w > 1e-4
+        place = to_plan(frame, *(np.concatenate(a).astype(np.float64)[keep] for a in (xs, ys)))
+        size = rr.Radius.ui_points(2.0 + 9.0 * np.sqrt(w[keep]))
+        t_us = np.array([rows.t_us[0]])
+        columns = rr.Points2D.columns(positions=place, radii=size).partition(lengths=[len(place)])
+        sink.columns(f"{MAP}/cloud", t_us, columns)
+
+
+def _ring(sink: Sink, good: Table, frame: Array) -> None:
+    """Arc of the last range about where the tanker was then, towards the estimate."""
+    new = np.flatnonzero(np.diff(good["updates"].astype(np.int64), prepend=0) != 0)
+    d = good.pick(new)
+    own, est = d["own"].astype(np.float64), d["est"].astype(np.float64)
+    towards = np.arctan2(est[:, 2] - own[:, 1], est[:, 0] - own[:, 0])
+    a = towards[:, None] + np.linspace(-RING_HALF, RING_HALF, 49)
+    r = d["range"].astype(np.float64)[:, None]
+    strips = to_plan(frame, own[:, :1] + r * np.cos(a), own[:, 1:2] + r * np.sin(a)).astype(np.float32)
+    sink.rec.log(f"{MAP}/ring", rr.LineStrips2D.from_fields(colors=[RING], radii=rr.Radius.ui_points(1.0)), static=True)
+    sink.columns(f"{MAP}/ring", d.t_us, rr.LineStrips2D.columns(strips=strips))
+
+
+def turn_path(row: NDArray, steps: int = 60) -> Array:
+    """Planned path (n,2) in the rendezvous frame from one RENDEZVOUS_STATE: straight to the turn, then one or two arcs.
+
+    Through the air as if it did not move. Where no radii are sent the one arc has the length the time of the turn gives.
+    """
+    x, y, psi = (float(v) for v in row["own"])
+    v, left = float(row["cmd_speed"]), float(row["final_psi"]) - psi
+    points = [(x, y)]
+    ttg = float(row["time_to_go"])
+    if row["phase"] == 0 and 0.0 < ttg < NEVER_S:
+        x, y = x + v * ttg * np.cos(psi), y + v * ttg * np.sin(psi)
+        points.append((x, y))
+    if left <= 0.0:
+        return np.array(points)
+    one = v * float(row["turn_time"]) / left
+    radii = [float(r) for r in row["radius"]] if row["radius"][0] > 0.0 and row["phase"] == TURN else [one, one]
+    for r in radii:
+        for _ in range(steps // 2):
+            d = left / steps
+            chord = 2.0 * r * np.sin(0.5 * d)
+            x, y = x + chord * np.cos(psi + 0.5 * d), y + chord * np.sin(psi + 0.5 * d)
+            psi += d
+            points.append((x, y))
+    return np.array(points)
+
+
+def _plan(sink: Sink, good: Table, frame: Array) -> None:
+    """Planned turn, mean of the estimate, the point ahead of it."""
+    flying = good.pick(good["phase"] < DONE)
+    line = rr.LineStrips2D.from_fields(colors=[COLOR["command"]], radii=rr.Radius.ui_points(1.5))
+    sink.rec.log(f"{MAP}/turn", line, static=True)
+    strips = []
+    for k in range(len(flying)):
+        p = turn_path(flying.rows[k])
+        strips.append(to_plan(frame, p[:, 0], p[:, 1]).astype(np.float32))
+    if strips:
+        sink.columns(f"{MAP}/turn", flying.t_us, rr.LineStrips2D.columns(strips=strips))
+    over = good.t_us[good["phase"] == DONE]
+    if len(over):
+        sink.columns(f"{MAP}/turn", over[:1], rr.LineStrips2D.columns(strips=[np.zeros((2, 2), dtype=np.float32)]))
+    est = good["est"].astype(np.float64)
+    for name, color, size, shift in (("mean", NAV, 5.0, 0.0), ("goal", COLOR["command"], 3.5, SEPARATION_M)):
+        look = rr.Points2D.from_fields(colors=[color], radii=rr.Radius.ui_points(size))
+        sink.rec.log(f"{MAP}/{name}", look, static=True)
+        at = to_plan(frame, est[:, 0] - shift, est[:, 2])
+        sink.columns(f"{MAP}/{name}", good.t_us, rr.Points2D.columns(positions=at))
+
+
+def _plots(sink: Sink, truth: Columns, state: Table) -> None:
+    """Errors with 2 sigma, consistency, time to go, bank, predicted miss, lanes."""
+    t, e, P = errors(truth, state)
+    for k, axis, color in ((0, "x", AXIS[0]), (2, "y", AXIS[1])):
+        s2 = 2.0 * np.sqrt(np.maximum(P[:, k, k], 0.0))
+        band = tuple(c // 2 + 20 for c in color)
+        sink.series(f"{ROOT}/error_2sigma/{axis}", t, np.stack([-s2, s2], axis=1), f"{axis} 2 sigma", band, 1.0)
+        sink.series(f"{ROOT}/error/{axis}", t, e[:, k], f"{axis} error", color, 1.6)
+    s2 = 2.0 * np.sqrt(np.maximum(P[:, 1, 1], 0.0))
+    sink.series(f"{ROOT}/error_2sigma/vx", t, np.stack([-s2, s2], axis=1), "v_x 2 sigma", FAINT, 1.0)
+    sink.series(f"{ROOT}/error/vx", t, e[:, 1], "v_x error", NAV)
+    sink.series(f"{ROOT}/nees", t, nees3(e, P), "NEES / 3 (x, v_x, y)", NAV)
+    good = state.pick(state["valid"] != 0)
+    u = good.t_us
+    sink.series(f"{ROOT}/window_nis", u, good["window_nis"], "mean NIS of the window", BOX, step=True)
+    before = good.pick((good["phase"] == 0) & (good["time_to_go"] < NEVER_S))
+    sink.series(f"{ROOT}/time_to_go", before.t_us, before["time_to_go"], "time to go", COLOR["command"])
+    left = good.pick(good["phase"] < DONE)
+    sink.series(f"{ROOT}/bank", u, np.degrees(good["bank"]), "bank (left +)", COLOR["tanker"])
+    sink.series(f"{ROOT}/cmd_bank", left.t_us, np.degrees(left["cmd_bank"]), "command", COLOR["command"], 1.0)
+    for i, axis in enumerate("xy"):
+        sink.series(f"{ROOT}/miss/{axis}", left.t_us, left["miss"][:, i], f"{axis} predicted", AXIS[i])
+    sink.series(f"{ROOT}/range", u, good["range"] * 1e-3, "slant range [km]", RING, step=True)
+    sink.states(f"{ROOT}/phase", state.t_us, [STATES[min(int(p), 3)] for p in state["phase"]], STATE_COLORS)
+    names = [
+        "no estimate" if not v else "NOT AS PLANNED" if a else "as planned"
+        for v, a in zip(state["valid"], state["alarm"], strict=True)
+    ]
+    sink.states(f"{ROOT}/alarm", state.t_us, names, ALARM_COLORS)
+
+
+# --- layout -----------------------------------------------------------------------------------------------------------
+def rendezvous_map(truth: Columns) -> rrb.Spatial2DView:
+    """Plan view with bounds about the tracks."""
+    points = []
+    for sysid in truth.sysids():
+        table = truth.get(sysid, "TRUTH")
+        if table is not None:
+            points.append(np.stack([table["pos_n"][:, 1], -table["pos_n"][:, 0]], axis=1))
+    every = np.concatenate(points) if points else np.zeros((1, 2))
+    lo, hi = every.min(axis=0) - MARGIN_M, every.max(axis=0) + MARGIN_M
+    return rrb.Spatial2DView(
+        origin="/",
+        name="Rendezvous, plan, north up [m]: truth blue and green, estimate orange, plan magenta",
+        contents=["truth/tanker/plan/**", "truth/receiver/plan/**", f"{MAP}/**"],
+        visual_bounds=rrb.VisualBounds2D(x_range=[float(lo[0]), float(hi[0])], y_range=[float(lo[1]), float(hi[1])]),
+        background=rrb.Background(color=(24, 30, 40)),
+    )
+
+
+def rendezvous_tab(p: Plots) -> rrb.Vertical:
+    """The tab "Rendezvous"."""
+    lanes = rrb.StateTimelineView(
+        origin="/", contents=[f"{ROOT}/phase", f"{ROOT}/alarm"], name="Phase, innovation test", time_view=p.time
+    )
+    error = [f"{ROOT}/{k}/{a}" for a in "xy" for k in ("error_2sigma", "error")]
+    plots = rrb.Grid(
+        p.plot("estimate - truth, 2 sigma [m]", error, (-4000.0, 4000.0)),
+        p.plot("closing velocity error [m/s]", [f"{ROOT}/error_2sigma/vx", f"{ROOT}/error/vx"], (-15.0, 15.0)),
+        p.plot("bank, left positive [deg]", [f"{ROOT}/bank", f"{ROOT}/cmd_bank"]),
+        p.plot("airspeed [m/s]", ["truth/tanker/V", "guid/tanker/V"]),
+        p.plot("predicted miss at roll-out [m]", [f"{ROOT}/miss/x", f"{ROOT}/miss/y"]),
+        p.plot("NEES / 3, mean NIS of the window", [f"{ROOT}/nees", f"{ROOT}/window_nis"], (0.0, 5.0)),
+        grid_columns=2,
+    )
+    return rrb.Vertical(lanes, plots, name="Rendezvous", row_shares=[1.3, 6.0])

@@ -1,0 +1,1 @@
+"""Wind shear on the approach, from the logs."""

@@ -1,0 +1,209 @@
+"""A run of the windshear mission in Rerun: flight path in the vertical plane over the downburst's wind, wind estimate with
+2-sigma bands against truth, hazard index with its thresholds. No tanker and no receiver here, so the layout is its own.
+
+scene/<aircraft>/..., truth/<aircraft>/..., nav/<aircraft>/..., guid/<aircraft>/..., timing/<aircraft>/...
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import rerun as rr
+
+from ground.columns import Columns
+from ground.link.packets import health_words, phase_name
+from ground.rrd.palette import COLOR, NAV, PHASE_COLORS, TRUTH, Color
+from ground.rrd.series import Sink
+from ground.views.windshear.look import SCENE, STRETCH, windshear_blueprint
+from ground.views.windshear.read import (
+    ABORT,
+    ACCUSED,
+    AL,
+    CAUTION,
+    ESTIMATORS,
+    GA,
+    KD,
+    KL,
+    LAWS,
+    VA,
+    WH,
+    WX,
+    H,
+    T,
+    WindshearFlight,
+    X,
+    flights,
+    names,
+)
+
+DEG = 180.0 / np.pi
+BAND: Color = (150, 100, 50)
+MONITOR: Color = (110, 140, 190)
+LIMIT: Color = (214, 80, 70)
+AMBER: Color = (235, 180, 70)
+HEAD: tuple[int, int, int] = (70, 150, 235)
+TAIL: tuple[int, int, int] = (235, 95, 75)
+GRID: Color = (80, 86, 98)
+PER_MPS = 11.0  # [m] of the scene along x, one m/s of an arrow
+STEP_X, LEVELS = 250.0, (15.0, 50.0, 100.0, 170.0, 250.0, 340.0)
+NOTHING_S = 0.1
+
+
+def convert_windshear(run: Path, path: Path, truth: Columns, tlm: Columns, tab: str = "") -> Path:
+    """Write the recording of a windshear run to `path`. Raises NoTabError for an unknown tab, OSError if unwritable."""
+    found = flights(run, truth, tlm)
+    known = names(run, tlm)
+    end = max(truth.end_us, tlm.end_us, int(NOTHING_S * 1e6))
+    look = windshear_blueprint(run.resolve().name or "run", list(known.values()), end * 1e-6, found, tab)
+    with path.open("wb"):  # a plain message for a read-only folder, before rerun starts
+        pass
+    step = int(np.median(np.diff(found[0].t_us))) if found else 20_000
+    sink = Sink(path, run.resolve().name or "run", 0, end, look, step)
+    for f in found:
+        _scene(sink, f)
+        _wind(sink, f)
+        _hazard(sink, f)
+        _flight(sink, f)
+    for sysid, name in known.items():
+        _housekeeping(sink, tlm, sysid, name)
+    sink.close()
+    return path
+
+
+def _at(x: np.ndarray, h: np.ndarray) -> np.ndarray:
+    """Points [N,2] of the scene: x to the right, height up and stretched (a 2-D view's y points down)."""
+    return np.stack([x, -STRETCH * h], axis=1)
+
+
+def _scene(sink: Sink, f: WindshearFlight) -> None:
+    """Downburst as arrows, ground, slope, flight path by phase, estimate of it, and the aircraft with the wind it meets."""
+    at, rec = f"{SCENE}/{f.name}", sink.rec
+    thin, thick = rr.Radius.ui_points(0.8), rr.Radius.ui_points(2.2)
+    x0, x1 = float(f.true[:, X].min()), float(f.true[:, X].max())
+    ticks = np.arange(np.ceil(x0 / 1000.0), np.floor(x1 / 1000.0) + 1.0) * 1000.0
+    lines = [_at(np.array([x0, x1]), np.full(2, h)) for h in (0.0, 100.0, 200.0, 300.0)]
+    rec.log(f"{at}/grid", rr.LineStrips2D(lines, colors=[(140, 120, 90), GRID, GRID, GRID], radii=thin), static=True)
+    labels = [f"{x / 1000.0:g} km" for x in ticks] + ["100 m", "200 m", "300 m"]
+    spots = np.vstack(
+        [_at(ticks, np.full(len(ticks), -4.0)), _at(np.full(3, x0 - 150.0), np.array([100.0, 200.0, 300.0]))]
+    )
+    words = rr.Points2D(
+        spots, colors=[(200, 204, 212)], radii=rr.Radius.ui_points(0.0), labels=labels, show_labels=True
+    )
+    rec.log(f"{at}/labels", words, static=True)
+    if f.burst.outflow_mps > 0.0:
+        gx, gh = (g.ravel() for g in np.meshgrid(np.arange(x0, x1, STEP_X), np.array(LEVELS)))
+        along, up = f.burst.wind(gx, gh)
+        near = np.hypot(along, up) > 0.7
+        share = np.clip(0.5 + 0.5 * along[near] / f.burst.outflow_mps, 0.0, 1.0)[:, None]
+        shade = (np.array(HEAD) * (1.0 - share) + np.array(TAIL) * share).astype(np.uint8)
+        arrows = np.stack([along[near], -up[near]], axis=1) * PER_MPS
+        rec.log(
+            f"{at}/burst",
+            rr.Arrows2D(vectors=arrows, origins=_at(gx[near], gh[near]), colors=shade, radii=rr.Radius.ui_points(1.0)),
+            static=True,
+        )
+    cut = np.flatnonzero(np.diff(f.phase)) + 1
+    parts = [p for p in np.split(np.arange(len(f.phase)), cut) if len(p) > 1]
+    strips = [_at(f.true[p[0] : p[-1] + 2, X], f.true[p[0] : p[-1] + 2, H])[::5] for p in parts]
+    colors = [PHASE_COLORS.get(phase_name(int(f.phase[p[0]])), TRUTH) for p in parts]
+    rec.log(f"{at}/path", rr.LineStrips2D(strips, colors=colors, radii=thick), static=True)
+    est = _at(f.x[f.valid, X], f.x[f.valid, H])[::5]
+    rec.log(f"{at}/estimate", rr.LineStrips2D([est], colors=[NAV], radii=thin), static=True)
+    thinned = slice(None, None, 5)
+    here = _at(f.true[:, X], f.true[:, H]).astype(np.float32)[thinned]
+    rec.log(
+        f"{at}/aircraft",
+        rr.Points2D.from_fields(colors=[COLOR["receiver"]], radii=rr.Radius.ui_points(5.0)),
+        static=True,
+    )
+    sink.columns(f"{at}/aircraft", f.t_us[thinned], rr.Points2D.columns(positions=here))
+    for key, who, color in (("wind", f.true, TRUTH), ("wind_estimate", f.x, NAV)):
+        rec.log(f"{at}/{key}", rr.Arrows2D.from_fields(colors=[color], radii=rr.Radius.ui_points(1.6)), static=True)
+        v = np.stack([who[thinned, WX], -who[thinned, WH]], axis=1).astype(np.float32) * np.float32(2.0 * PER_MPS)
+        sink.columns(f"{at}/{key}", f.t_us[thinned], rr.Arrows2D.columns(vectors=v, origins=here))
+
+
+def _wind(sink: Sink, f: WindshearFlight) -> None:
+    name, t, m = f.name, f.t_us, f.valid
+    for key, column, word in (("w_x", WX, "tail wind"), ("w_h", WH, "updraught")):
+        est, s2 = f.x[m, column], 2.0 * f.sigma[m, column]
+        other = f.state["wind_monitor"][:, column - WX].astype(np.float64)
+        good = np.isfinite(other)
+        band = np.stack([est - s2, est + s2], axis=1)
+        sink.series(f"nav/{name}/{key}_monitor", t[good], other[good], f"{word}, monitor", MONITOR, 1.0)
+        sink.series(f"nav/{name}/{key}_2sigma", t[m], band, "2 sigma", BAND, 1.0)
+        sink.series(f"truth/{name}/{key}", t, f.true[:, column], f"{word} truth", TRUTH, 1.4)
+        sink.series(f"nav/{name}/{key}", t[m], est, f"{word} estimate", NAV, 1.4)
+        sink.series(f"nav/{name}/{key}_error", t[m], est - f.true[m, column], f"error of {key}", NAV, 1.0)
+        sink.series(f"nav/{name}/{key}_error_2sigma", t[m], np.stack([-s2, s2], axis=1), "2 sigma", BAND, 1.0)
+    for key, column, color in (("lift", KL, NAV), ("drag", KD, AMBER)):
+        band = np.stack([f.x[m, column] + k * f.sigma[m, column] for k in (-2.0, 2.0)], axis=1)
+        sink.series(f"nav/{name}/scale/{key}", t[m], f.x[m, column], f"scale of {key}", color, 1.6)
+        sink.series(f"nav/{name}/scale/{key}_2sigma", t[m], band, f"{key}, 2 sigma", BAND, 1.0)
+    sink.series(f"nav/{name}/turbulence", t, f.state["turbulence"], "white steps of the wind [m/s/sqrt(s)]", NAV)
+    ratio = f.state["nis"] / np.maximum(f.state["channels"], 1)
+    sink.series(f"nav/{name}/nis", t, ratio, "NIS / reading", NAV, 0.8)
+
+
+def _hazard(sink: Sink, f: WindshearFlight) -> None:
+    name, t, th = f.name, f.t_us, f.thresholds
+    sink.series(f"truth/{name}/F_quick", t, f.low(th["caution_s"]), f"F truth, {th['caution_s']:g} s", TRUTH, 1.4)
+    sink.series(f"nav/{name}/F_quick", t, f.state["quick"], f"F estimate, {th['caution_s']:g} s", NAV, 1.4)
+    sink.series(f"truth/{name}/F_slow", t, f.low(th["abort_s"]), f"F truth, {th['abort_s']:g} s", TRUTH, 1.4)
+    sink.series(f"nav/{name}/F_slow", t, f.state["slow"], f"F estimate, {th['abort_s']:g} s", NAV, 1.4)
+    monitor = f.state["hazard_monitor"].astype(np.float64)
+    good = np.isfinite(monitor)
+    sink.series(f"nav/{name}/F_monitor", t[good], monitor[good], "F of the monitor", MONITOR, 1.0)
+    sink.level(f"guid/{name}/caution_F", [th["caution_F"]], "caution", AMBER)
+    sink.level(f"guid/{name}/abort_F", [th["abort_F"]], "abort", LIMIT)
+    alert = f.state["alert"]
+    words = np.select(
+        [(alert & ABORT) > 0, (alert & CAUTION) > 0, (alert & ACCUSED) > 0],
+        ["abort", "caution", "monitor differs"],
+        "none",
+    )
+    colors = {"abort": LIMIT, "caution": AMBER, "monitor differs": MONITOR, "none": GRID}
+    sink.states(f"guid/{name}/alert", t, words.tolist(), colors)
+
+
+def _flight(sink: Sink, f: WindshearFlight) -> None:
+    name, t, m = f.name, f.t_us, f.valid
+    for key, values, est, factor in (
+        ("height", f.true[:, H], f.x[:, H], 1.0),
+        ("airspeed", f.true[:, VA], f.x[:, VA], 1.0),
+        ("alpha", f.true[:, AL], f.x[:, AL], DEG),
+        ("path", f.true[:, GA], f.x[:, GA], DEG),
+        ("thrust", f.true[:, T], f.x[:, T], 1.0),
+    ):
+        sink.series(f"truth/{name}/{key}", t, values * factor, f"{key} truth", TRUTH, 1.4)
+        sink.series(f"nav/{name}/{key}", t[m], est[m] * factor, f"{key} estimate", NAV, 1.2)
+    sink.series(f"ctrl/{name}/thrust", t, f.state["thrust"], "thrust command", COLOR["command"], 1.0)
+    sink.series(f"ctrl/{name}/elevator", t, f.state["elevator"] * DEG, "elevator command", COLOR["command"], 1.0)
+    sink.series(f"guid/{name}/climb", t, f.state["climb"], "climb rate demanded", COLOR["command"], 1.2)
+    climb = f.true[:, VA] * np.sin(f.true[:, GA]) + f.true[:, WH]
+    sink.series(f"truth/{name}/climb", t, climb, "climb rate truth", TRUTH, 1.2)
+    law = [
+        f"{ESTIMATORS.get(int(e), '?')} {int(n)}, {LAWS.get(int(k), '?')}"
+        for e, n, k in zip(f.state["estimator"], f.state["states"], f.state["law"], strict=True)
+    ]
+    sink.states(f"guid/{name}/law", t, law, dict.fromkeys(law, (70, 110, 150)))
+
+
+def _housekeeping(sink: Sink, tlm: Columns, sysid: int, name: str) -> None:
+    """Phase, health, texts, timing of one aircraft."""
+    status, health = tlm.get(sysid, "MISSION_STATUS"), tlm.get(sysid, "HEALTH_STATUS")
+    text, timing = tlm.get(sysid, "STATUSTEXT"), tlm.get(sysid, "LOOP_TIMING")
+    if status is not None:
+        sink.states(f"guid/{name}/phase", status.t_us, [phase_name(int(p)) for p in status["phase"]], PHASE_COLORS)
+    if health is not None:
+        words = [health_words(int(b)) for b in health["failed"]]
+        sink.states(f"sensors/{name}/health", health.t_us, words, PHASE_COLORS)
+    if text is not None:
+        lines = [f"{name}: {b.decode('utf-8', 'replace')}" for b in text["text"]]
+        level = ["ERROR" if s <= 3 else "WARN" if s == 4 else "INFO" for s in text["severity"]]
+        sink.columns(f"guid/{name}/text", text.t_us, rr.TextLog.columns(text=lines, level=level))
+    if timing is not None:
+        for key in ("exec_mean", "exec_max", "late_p50", "late_p99", "slips"):
+            sink.series(f"timing/{name}/{key}", timing.t_us, timing[key], f"{name} {key}", NAV, step=key == "slips")

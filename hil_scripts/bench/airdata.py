@@ -1,0 +1,39 @@
+"""Time of one 20 Hz step of the receiver's air data (wake position, fault detection) in a flight behind the tanker."""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+from flightsw.missions.receiver.mission import ReceiverMission
+from hil_scripts.launch.inproc import InProcess
+from hil_scripts.launch.runfolder import make_folder, resolve
+
+FLIGHT_S = 20.0
+DROP = 40  # steps of start-up
+
+
+def step_us() -> tuple[float, float]:
+    """Median and 99th percentile [us] of one air-data step, measured in `airdata` flown in this process."""
+    took: list[float] = []
+    with tempfile.TemporaryDirectory() as tmp:
+        plan = resolve("airdata", 1, [], FLIGHT_S)
+        flight = InProcess(plan, make_folder(plan, Path(tmp) / "run"))
+        missions = [getattr(node.app, "mission", None) for node in flight.nodes]
+        air = next(m.air for m in missions if isinstance(m, ReceiverMission) and m.air is not None)
+        step = air.step
+
+        def timed(*args: object) -> None:
+            t0 = time.perf_counter()
+            step(*args)  # type: ignore[arg-type]
+            took.append(time.perf_counter() - t0)
+
+        air.step = timed  # type: ignore[method-assign, assignment]
+        for _ in range(round(FLIGHT_S * 100)):
+            flight.tick()
+        flight.close()
+    us = np.array(took[DROP:]) * 1e6
+    return float(np.median(us)), float(np.percentile(us, 99))

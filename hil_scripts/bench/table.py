@@ -1,0 +1,242 @@
+"""`sil bench`: how fast everything is on this machine, in one table. Nothing here is a test: it measures and prints."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from flightsw.icd import wire
+from flightsw.icd.tlog import read
+from hil_scripts.bench import airdata as bench_airdata
+from hil_scripts.bench import filters as bench_filters
+from hil_scripts.bench import gust as bench_gust
+from hil_scripts.bench import link as bench_link
+from hil_scripts.bench import plant as bench_plant
+from hil_scripts.bench import rendezvous as bench_rendezvous
+from hil_scripts.bench import windshear as bench_windshear
+from hil_scripts.launch import ports
+
+TICK_HZ = 100
+REALTIME_S = 60.0
+PING_TICKS = 20_000
+RUN_TIMEOUT_S = 900.0
+LOOP_COLUMNS = {
+    "ticks": "ticks",
+    "slips": "slips",
+    "exec_mean": "exec mean",
+    "exec_max": "max",
+    "late_p50": "late p50",
+    "late_p99": "p99",
+    "late_p999": "p99.9",
+    "late_max": "max",
+}
+
+
+@dataclass(frozen=True)
+class Row:
+    """One measured figure. `goal` is what the project wants, as text; empty if it has no goal."""
+
+    key: str
+    what: str
+    value: float
+    unit: str
+    goal: str = ""
+
+
+class BenchError(RuntimeError):
+    """A measurement could not be made; the text says which and why."""
+
+
+def fly(folder: Path, duration_s: float, *flags: str) -> dict[str, Any]:
+    """Run `sil run refueling` for `duration_s` in a process of its own; its summary. Raises BenchError."""
+    offset = ports.free_offset({1: "tanker", 2: "receiver"}, range(2000, 2500, 20))
+    args = ["run", "refueling", "--no-rrd", "--duration", str(duration_s), "--out", str(folder), *flags]
+    args += [] if "--in-process" in flags else ["--port-offset", str(offset)]
+    cmd = [sys.executable, "-m", "hil_scripts.sil", *args]
+    r = subprocess.run(cmd, capture_output=True, text=True, timeout=RUN_TIMEOUT_S + duration_s, check=False)
+    try:
+        summary = json.loads((folder / "summary.json").read_text())
+    except (OSError, ValueError):
+        raise BenchError(
+            f"sil {' '.join(args)}: exit code {r.returncode}\n{r.stdout[-2000:]}{r.stderr[-2000:]}"
+        ) from None
+    if summary.get("run.outcome") != "completed":
+        raise BenchError(f"sil {' '.join(args)}: exit code {r.returncode}\n{r.stdout[-2000:]}{r.stderr[-2000:]}")
+    return dict(summary)
+
+
+def measure(
+    folder: Path, duration_s: float, realtime_s: float, say: Callable[[str], None]
+) -> tuple[list[Row], list[dict[str, Any]]]:
+    """All rows, and the timing of the real-time run per aircraft (empty if realtime_s is 0). Raises BenchError."""
+    rows: list[Row] = []
+    say(f"lockstep mission, separate processes, {duration_s:.0f} s simulated")
+    multi = float(fly(folder / "multi", duration_s)["run.sim_s_per_wall_s"])
+    rows.append(Row("lockstep.sim_s_per_wall_s", "lockstep mission, four processes", multi, "s/s", ">= 10, goal 20"))
+    say("the same in one process")
+    single = float(fly(folder / "single", duration_s, "--in-process")["run.sim_s_per_wall_s"])
+    rows.append(Row("in_process.sim_s_per_wall_s", "same in process, no sockets", single, "s/s", ">= 25, goal 60"))
+    say("bare-socket ping-pong with the same datagrams")
+    sizes = [bench_link.measure_sizes(p) for p in sorted((folder / "multi").glob("link_*.tlog"))]
+    bare = bench_link.ping_pong(sizes, PING_TICKS) / TICK_HZ
+    rows.append(Row("bare.sim_s_per_wall_s", "bare sockets, same datagrams and bytes", bare, "s/s"))
+    rows.append(Row("lockstep.ratio_to_bare", "lockstep mission takes, times bare sockets", bare / multi, "x"))
+    say("estimator and plant")
+    rows += filter_rows() + plant_rows() + gust_rows() + windshear_rows() + airdata_rows()
+    say("rendezvous by range")
+    rows += rendezvous_rows()
+    timing: list[dict[str, Any]] = []
+    if realtime_s > 0:
+        say(f"real time, {realtime_s:.0f} s at {TICK_HZ} Hz")
+        fly(folder / "realtime", realtime_s, "--realtime")
+        timing = loop_timing(folder / "realtime" / "tlm.tlog")
+    return rows, timing
+
+
+def filter_rows() -> list[Row]:
+    """SR-UKF step against filterpy's UKF."""
+    ours, theirs = bench_filters.step_us(), bench_filters.filterpy_step_us()
+    slow = bench_filters.filterpy_python_model_us()
+    return [
+        Row("srukf.step_us", "SR-UKF step, 15 states, 15 measurements", ours, "us"),
+        Row("filterpy.step_us", "filterpy UKF step, our compiled model", theirs, "us"),
+        Row("filterpy.python_model_step_us", "filterpy UKF step, the model in plain Python", slow, "us"),
+        Row("srukf.speedup", "SR-UKF faster, same compiled model", theirs / ours, "x", ">= 30"),
+        Row("srukf.speedup_python_model", "SR-UKF faster, model in plain Python", slow / ours, "x", ">= 30"),
+        *family_rows(),
+    ]
+
+
+def family_rows() -> list[Row]:
+    """Every filter of the family on the same 15-state problem: compiled, and as plain Python."""
+    rows = []
+    for kind in ("srukf", "srukf_printed", "ukf", "ukf_augmented", "ekf", "srckf"):
+        fast, slow = bench_filters.step_us(kind), bench_filters.python_step_us(kind)
+        rows.append(Row(f"filter.{kind}.step_us", f"{kind}, compiled", fast, "us"))
+        rows.append(Row(f"filter.{kind}.python_step_us", f"{kind}, not compiled", slow, "us"))
+    return rows
+
+
+def plant_rows() -> list[Row]:
+    """Plant step against JSBSim."""
+    us = bench_plant.step_us()
+    ours, dynamics = us[bench_plant.PLANT], us[bench_plant.DYNAMICS]
+    with_sockets, bare = (us[k] for k in bench_plant.AIRCRAFT)
+    return [
+        Row("plant.dynamics_step_us", "plant, one aircraft, one tick, no sensors", dynamics, "us"),
+        Row("plant.aircraft_step_us", "plant, one aircraft, one tick, sensors included", ours, "us"),
+        Row("jsbsim.run_us", "JSBSim run(), Boeing 737 (polls its input sockets)", with_sockets, "us"),
+        Row("jsbsim.b747_run_us", "JSBSim run(), Boeing 747 (has none)", bare, "us"),
+        Row(
+            "plant.ratio_to_jsbsim",
+            "plant without sensors takes, times JSBSim 737",
+            dynamics / with_sockets,
+            "x",
+            "<= 1",
+        ),
+        Row(
+            "plant.sensors_ratio_to_jsbsim",
+            "plant with sensors takes, times JSBSim 737",
+            ours / with_sockets,
+            "x",
+            "<= 1",
+        ),
+    ]
+
+
+def airdata_rows() -> list[Row]:
+    """Wake position and air-data fault detection per 20 Hz step, and the share of the 10 ms frame it runs in."""
+    median, p99 = bench_airdata.step_us()
+    return [
+        Row("airdata.step_us", "wake position and air-data FDI, one step", median, "us"),
+        Row("airdata.step_p99_us", "99th percentile of the same", p99, "us"),
+        Row("airdata.frame_share_pct", "share of the 10 ms frame it runs in", median / 100.0, "%"),
+    ]
+
+
+def rendezvous_rows() -> list[Row]:
+    """A hundred thousand rendezvous against plain numpy, and the onboard estimators."""
+    b, n = bench_rendezvous.thousands(), "1e5 rendezvous, source's filter"
+    rows = [
+        Row("rendezvous.seed_1e5_s", f"{n}, compiled, 2 threads", b["compiled.two_threads_s"], "s", "< 10"),
+        Row("rendezvous.seed_1e5_one_thread_s", f"{n}, compiled, 1 thread", b["compiled.one_thread_s"], "s"),
+        Row("rendezvous.numpy_1e5_s", f"{n}, plain numpy, the same flights", b["numpy_s"], "s"),
+        Row("rendezvous.ratio_to_numpy", "compiled on 2 threads faster than numpy", b["ratio.two_threads"], "x"),
+        Row("rendezvous.cpu_ratio_to_numpy", "compiled faster than numpy, processor time", b["ratio.cpu"], "x"),
+    ]
+    for name, components in bench_rendezvous.ESTIMATORS:
+        c = bench_rendezvous.estimator_cost(name, components)
+        key, text = (f"{name}{components}", f"{name} of {components}") if name == "bank" else (name, name)
+        rows.append(Row(f"rendezvous.{key}.range_us", f"{text}, one range", c.range_us, "us"))
+        rows.append(Row(f"rendezvous.{key}.range_worst_us", f"{text}, dearest range of an approach", c.worst_us, "us"))
+        rows.append(Row(f"rendezvous.{key}.predict_us", f"{text}, one step between ranges", c.predict_us, "us"))
+        rows.append(Row(f"rendezvous.{key}.memory_bytes", f"{text}, its arrays", float(c.memory_bytes), "B"))
+    rows.append(Row("rendezvous.guidance_us", "two-arc guidance, one step", bench_rendezvous.guidance_us(), "us"))
+    return rows
+
+
+def gust_rows() -> list[Row]:
+    """Estimators and laws of the small UAV, one 50 Hz sample each."""
+    rows = []
+    for name, took in bench_gust.estimators().items():
+        rows.append(Row(f"gust.{name}.step_us", f"gust estimator {name}, one sample", took.median_us, "us", "<= 2000"))
+        rows.append(Row(f"gust.{name}.p99_us", f"gust estimator {name}, 99th percentile", took.p99_us, "us"))
+    for name, took in bench_gust.laws().items():
+        rows.append(Row(f"gust.law.{name}.step_us", f"gust law {name} and servo model", took.median_us, "us"))
+    return rows
+
+
+def windshear_rows() -> list[Row]:
+    """Estimators, guidance and control of the jet transport, one 50 Hz sample each."""
+    rows = []
+    for name, took in bench_windshear.estimators().items():
+        text = f"windshear {name}, one sample"
+        rows.append(Row(f"windshear.{name}.step_us", text, took.median_us, "us", "<= 2000"))
+        rows.append(Row(f"windshear.{name}.p99_us", f"windshear {name}, 99th percentile", took.p99_us, "us"))
+    for name, took in bench_windshear.laws().items():
+        text = f"windshear {name}: guidance and inverse dynamics"
+        rows.append(Row(f"windshear.law.{name}.step_us", text, took.median_us, "us"))
+    return rows
+
+
+def loop_timing(log: Path) -> list[dict[str, Any]]:
+    """Last LOOP_TIMING of every aircraft in a telemetry log, as flat dicts with `sysid`."""
+    last: dict[int, dict[str, Any]] = {}
+    for _t, _link, packet in read(log):
+        if wire.message_id(packet) != wire.BY_NAME["LOOP_TIMING"].id:
+            continue
+        for spec, values, sysid, *_ in wire.split(packet, wire.SPECS, wire.Counters()):
+            last[sysid] = {"sysid": sysid, **spec.to_dict(values)}
+    return [last[k] for k in sorted(last)]
+
+
+def show(console: Console, rows: list[Row], timing: list[dict[str, Any]]) -> None:
+    """Print the tables."""
+    t = Table(title="sil bench", title_justify="left")
+    t.add_column("measured", no_wrap=True)
+    t.add_column("value", justify="right")
+    t.add_column("unit")
+    t.add_column("wanted")
+    for r in rows:
+        t.add_row(r.what, f"{r.value:.2f}" if r.value < 100 else f"{r.value:.0f}", r.unit, r.goal)
+    console.print(t)
+    if timing:
+        t = Table(title=f"real time at {TICK_HZ} Hz; execution and lateness of the wake-up [us]", title_justify="left")
+        for head in ("aircraft", *LOOP_COLUMNS.values()):
+            t.add_column(head, justify="right")
+        for row in timing:
+            t.add_row(str(row["sysid"]), *(f"{row[k]:.0f}" for k in LOOP_COLUMNS))
+        console.print(t)
+
+
+def as_json(rows: list[Row], timing: list[dict[str, Any]]) -> str:
+    """The same as JSON text."""
+    return json.dumps({"rows": [asdict(r) for r in rows], "realtime": timing}, indent=2)

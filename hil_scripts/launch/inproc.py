@@ -1,0 +1,140 @@
+"""The same run in one process without sockets: same objects, same bytes in every log."""
+
+from __future__ import annotations
+
+import contextlib
+import gc
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+
+from flightsw.app import FlightApp
+from flightsw.icd.tlog import TlogWriter
+from flightsw.process.accounts import accounts as flight_accounts
+from flightsw.process.config import load_flight
+from flightsw.process.node import Node, make_app
+from flightsw.process.recorder import LinkRecorder
+from ground.link.record import Recorder
+from hil_scripts.launch import screen
+from hil_scripts.launch.mission import Outcome, deleted
+from hil_scripts.launch.preflight import Built
+from hil_scripts.launch.procs import StopFlag
+from hil_scripts.launch.progress import Board
+from hil_scripts.launch.runfolder import RunPlan, make_folder, resolve
+from sim_plant.accounts import accounts as plant_accounts
+from sim_plant.scenario import load_scenario
+from sim_plant.server import PlantServer
+from sim_plant.world import AircraftLostError
+
+LOOK_EVERY = 64  # ticks between looks at the stop flag and the screen
+
+
+class InProcess:
+    """Plant, onboard nodes and ground recorder of a run folder, stepped together; `built`: from the plan, not from the folder.
+
+    Raises ConfigError or OSError naming what cannot be read or written.
+    """
+
+    def __init__(self, plan: RunPlan, run: Path, built: Built | None = None) -> None:
+        world = built.world if built is not None else None
+        self.server = PlantServer(load_scenario(str(run / "scenario.toml")), plan.seed, run, world)
+        if built is not None:
+            self.nodes = built.nodes
+        else:
+            self.nodes = [Node(load_flight(run / f"flight_{f.name}.toml")) for f in plan.flights]
+        self.links = [LinkRecorder(run / f"link_{f.name}.tlog", f.sysid) for f in plan.flights]
+        self.ground = Recorder(TlogWriter(run / "tlm.tlog"))
+
+    def tick(self) -> None:
+        """One tick of everything."""
+        nodes = self.nodes
+        replies = [node.step((d,)) for node, d in zip(nodes, self.server.begin_tick(), strict=True)]
+        self.server.end_tick(replies)
+        for node, link, reply in zip(nodes, self.links, replies, strict=True):
+            telemetry = node.after()
+            link.inbound(node.t_us, node.take_heard())
+            link.outbound(node.t_us, reply, telemetry)
+            for d in telemetry:
+                self.ground.take(d)
+
+    def finish(self) -> None:
+        """The end of the run as the plant announces it; then close every log."""
+        for node, link, d in zip(self.nodes, self.links, self.server.shutdown(), strict=True):
+            node.step((d,))
+            link.inbound(node.t_us, node.take_heard())
+        self.close()
+
+    def accounts(self) -> dict[str, int | float]:
+        """What each program lost, under the keys separate processes have."""
+        parts: dict[str, dict[str, Any]] = {"plant": plant_accounts(self.server), "ground": self.ground.accounts()}
+        parts |= {f"flightsw.{n.cfg.app.name}": flight_accounts(n) for n in self.nodes}
+        return {f"{who}.{k}": v for who, part in parts.items() for k, v in part.items()}
+
+    def close(self) -> None:
+        """Close every log, whatever state the run is in. Raises the first OSError after all have been tried."""
+        errors = []
+        for close in (*(link.close for link in self.links), self.server.close, self.ground.finish):
+            try:
+                close()
+            except OSError as e:
+                errors.append(e)
+        if errors:
+            raise errors[0]
+
+
+def fly(plan: RunPlan, run: Path, console: Console, stop: StopFlag, built: Built | None = None) -> Outcome:
+    """Run the plan in this process, with what is built of it already. A log that cannot be written is a failed outcome; other
+    errors come out as they are."""
+    with Board(console, plan.duration_s, plan.names) as board:
+        flight = InProcess(plan, run, built)
+        gc.collect()
+        gc.freeze()
+        gc.disable()  # as the separate processes do
+        lost = ""
+        try:
+            try:
+                _loop(flight, board, stop)
+            except AircraftLostError as e:
+                lost = str(e)
+                board.advance(flight.server.t_us / 1e6, flight.server.tick)
+            flight.finish()
+        except OSError as e:
+            with contextlib.suppress(OSError):
+                flight.close()
+            reason = deleted(run) or str(e)
+            console.print(f"run failed at t = {board.sim_s:.1f} s: {reason}", style="red", soft_wrap=True)
+            return Outcome("failed", reason, board.sim_s, board.speed, accounts=flight.accounts())
+        finally:
+            gc.enable()
+            gc.unfreeze()
+    speed, accounts = board.speed, flight.accounts()
+    if stop:
+        return Outcome("aborted", stop.text(board.sim_s), board.sim_s, speed, stop.signum, accounts)
+    return Outcome("lost" if lost else "completed", lost, board.sim_s, speed, accounts=accounts)
+
+
+def _loop(flight: InProcess, board: Board, stop: StopFlag) -> None:
+    server = flight.server
+    while not server.done and not stop:
+        flight.tick()
+        if server.tick % LOOK_EVERY == 0:
+            flight.ground.write_ready()
+            board.advance(server.t_us / 1e6, server.tick)
+            board.on_ground(flight.ground.status())
+            board.draw()
+    board.advance(server.t_us / 1e6, server.tick)
+
+
+def fly_a_little(scenario: str, duration_s: float) -> None:
+    """Warm up the onboard software of a scenario and fly its first seconds in a folder that is thrown away: every kernel gets
+    compiled."""
+    with tempfile.TemporaryDirectory(prefix="wakefield-") as tmp, StopFlag() as stop:
+        plan = resolve(scenario, None, [], duration_s)
+        run = make_folder(plan, Path(tmp) / "run")
+        for f in plan.flights:
+            app = make_app(load_flight(run / f"flight_{f.name}.toml"))
+            assert isinstance(app, FlightApp)
+            app.warmup()
+        fly(plan, run, screen.console(quiet=True), stop)

@@ -1,0 +1,80 @@
+"""The files a run is flown with, kept in its folder: aircraft and sounding beside the configurations that name them.
+
+The tables written to the folder name the copies, so that the run flies again from anywhere, whatever becomes of the originals.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+from flightsw import aircraft
+from flightsw.missions import MISSIONS
+from flightsw.strict import ConfigError, read_toml
+from hil_scripts.launch import tomlout
+from sim_plant.wind.prevailing import sounding_path
+
+AIRCRAFT, SOUNDINGS = "aircraft", "soundings"  # folders of a run folder
+TANKER = "tanker"  # key of a flight file
+
+
+@dataclass
+class Kept:
+    """Relative name in the run folder -> bytes, and which original each came from."""
+
+    files: dict[str, bytes] = field(default_factory=dict)
+    _of: dict[Path, str] = field(default_factory=dict)
+
+    def name(self, folder: str, original: Path, data: bytes) -> str:
+        """Name of the copy of `original`; two originals of one name get two copies."""
+        original = original.resolve()
+        if original not in self._of:
+            n, name = 1, f"{folder}/{original.name}"
+            while name in self.files:
+                n += 1
+                name = f"{folder}/{original.stem}-{n}{original.suffix}"
+            self.files[name] = data
+            self._of[original] = name
+        return self._of[original]
+
+    def write(self, run: Path) -> None:
+        """Put the copies into the run folder. Raises OSError."""
+        for name, data in self.files.items():
+            (run / name).parent.mkdir(exist_ok=True)
+            (run / name).write_bytes(data)
+
+
+def _aircraft(kept: Kept, name: str) -> str:
+    path = aircraft.find(name)
+    data = path.read_bytes()
+    if "base" in tomllib.loads(data.decode()):
+        data = tomlout.dumps(read_toml(path)).encode()  # whole: what it is based on is not kept
+    return kept.name(AIRCRAFT, path, data)
+
+
+def _flight(kept: Kept, f: dict[str, Any]) -> dict[str, Any]:
+    app = f["app"]
+    own = {**f, "app": {**app, "aircraft": _aircraft(kept, app["aircraft"])}}
+    mission: Any = MISSIONS[app["mission"]]
+    default = {x.name: x.default for x in fields(mission.params_type)}.get(TANKER)
+    if default is not None:  # missions that know their tanker's aircraft
+        own[TANKER] = _aircraft(kept, f.get(TANKER, default))
+    return own
+
+
+def keep(scenario: dict[str, Any], flights: list[dict[str, Any]]) -> tuple[Kept, dict[str, Any], list[dict[str, Any]]]:
+    """What to keep, and the tables of a scenario and its flights changed to name it. Raises ConfigError naming a file that
+    cannot be read."""
+    kept = Kept()
+    own = {**scenario, "aircraft": [{**a, "file": _aircraft(kept, a["file"])} for a in scenario["aircraft"]]}
+    wind = own["wind"]
+    if wind["prevailing"] == "sounding":
+        path = sounding_path(wind["sounding"])
+        try:
+            data = path.read_bytes()
+        except OSError as e:
+            raise ConfigError(f"wind.sounding = {wind['sounding']!r}: {path} cannot be read: {e.strerror}") from None
+        own["wind"] = {**wind, "sounding": kept.name(SOUNDINGS, path, data)}
+    return kept, own, [_flight(kept, f) for f in flights]

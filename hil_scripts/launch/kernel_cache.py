@@ -1,0 +1,81 @@
+"""Where numba keeps compiled kernels, and whether they are there.
+
+numba rebuilds a cached function when *its own* file changes, not when a function it calls changes in another file. So
+the cache folder is named by a digest of every source file that holds kernels: edit any of them and the next start
+compiles afresh, in a visible step, instead of flying stale machine code.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import platform
+import re
+import shutil
+import sys
+import tempfile
+from importlib.metadata import version
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGES = ("flightsw", "sim_plant")
+KEEP = 4  # older digests are removed
+
+
+def kernel_sources() -> list[Path]:
+    """Every source file of the flying programs that mentions the `jit` decorator, sorted."""
+    files = (p for pkg in PACKAGES for p in (ROOT / pkg).rglob("*.py"))
+    return sorted(p for p in files if re.search(rb"\bjit\b", p.read_bytes()))
+
+
+def digest() -> str:
+    """Hash of kernel sources (content and time, both of which numba checks), interpreter and numba version."""
+    h = hashlib.sha256(f"{sys.version_info[:3]} {version('numba')} {platform.machine()}".encode())
+    for p in kernel_sources():
+        h.update(f"{p}{p.stat().st_mtime_ns}".encode())
+        h.update(p.read_bytes())
+    return h.hexdigest()[:16]
+
+
+def _base() -> Path:
+    for base in (ROOT / "build" / "numba", Path(tempfile.gettempdir()) / f"wakefield-numba-{os.getuid()}"):
+        try:
+            base.mkdir(parents=True, exist_ok=True)
+        except OSError:
+            continue
+        if os.access(base, os.W_OK):
+            return base
+    raise OSError("no writable folder for compiled kernels (tried build/numba and the temporary folder)")
+
+
+def cache_dir() -> Path:
+    """The folder for NUMBA_CACHE_DIR; an NUMBA_CACHE_DIR already in the environment wins. Created, old ones removed."""
+    given = os.environ.get("NUMBA_CACHE_DIR")
+    if given:
+        Path(given).mkdir(parents=True, exist_ok=True)
+        return Path(given)
+    base = _base()
+    mine = base / digest()
+    mine.mkdir(exist_ok=True)
+    os.utime(mine)
+    others = sorted((d for d in base.iterdir() if d.is_dir()), key=lambda d: d.stat().st_mtime, reverse=True)
+    for old in others[KEEP:]:
+        shutil.rmtree(old, ignore_errors=True)
+    return mine
+
+
+def use() -> Path:
+    """Point this process and its children at `cache_dir()`. Call before numba is imported."""
+    d = cache_dir()
+    os.environ["NUMBA_CACHE_DIR"] = str(d)
+    return d
+
+
+def is_warm() -> bool:
+    """True when a warm-up has completed into the current cache folder (or compilation is switched off)."""
+    return os.environ.get("NUMBA_DISABLE_JIT") == "1" or (cache_dir() / "warm").exists()
+
+
+def mark_warm() -> None:
+    """Record that every kernel has been compiled into the current cache folder."""
+    (cache_dir() / "warm").touch()

@@ -1,0 +1,1 @@
+"""Studies on Lee (2011)."""

@@ -1,0 +1,1 @@
+"""Studies on Rivard (1982)."""

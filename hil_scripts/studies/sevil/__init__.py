@@ -1,0 +1,1 @@
+"""Studies on Sevil (2013)."""

@@ -1,0 +1,65 @@
+"""Contours of a wake map at measured levels."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import cast
+
+import contourpy
+import numpy as np
+from numpy.typing import NDArray
+
+from hil_scripts.studies.sevil.wake_map import WakeMap
+
+Arr = NDArray[np.float64]
+Chunks = tuple[list[Arr | None], list[NDArray[np.uint32] | None]]  # what LineType.ChunkCombinedOffset gives
+
+
+@dataclass(frozen=True)
+class Lines:
+    """Polylines: vertices xy [n, 2] = (y, z) [m, F]; polyline k is xy[at[k]:at[k + 1]]. None are joined to each other."""
+
+    xy: Arr
+    at: NDArray[np.int64]
+
+    @property
+    def empty(self) -> bool:
+        """No vertex at all."""
+        return len(self.xy) == 0
+
+
+NOTHING = Lines(np.zeros((0, 2)), np.zeros(1, np.int64))
+
+
+class Contours:
+    """The contour generators of one wake map, built once (contour extraction itself allocates).
+
+    Erratum E10: A_q^beta is the contour of map q of sideslip at the measured sideslip (Sevil 2013, Table 4.1 names the
+    other variable), A_q^alpha that of incidence at the measured incidence.
+    """
+
+    def __init__(self, wake_map: WakeMap) -> None:
+        self.map = wake_map
+        self._cut = [
+            contourpy.contour_generator(
+                wake_map.y,
+                wake_map.z,
+                wake_map.readings[c],
+                name="serial",
+                line_type=contourpy.LineType.ChunkCombinedOffset,
+            )
+            for c in range(9)
+        ]
+
+    def lines(self, channel: int, level: float) -> Lines:
+        """Contour of map `channel` (0..8: V1..3, beta1..3, alpha1..3) at `level` ([m/s] or [rad]), linear in each cell.
+
+        Where the level is not reached, or is not finite, there is no line.
+        """
+        if not math.isfinite(level):
+            return NOTHING
+        points, offsets = cast(Chunks, self._cut[channel].lines(level))
+        if points[0] is None or offsets[0] is None:
+            return NOTHING
+        return Lines(np.ascontiguousarray(points[0]), offsets[0].astype(np.int64))

@@ -1,0 +1,1 @@
+"""Kinds of aircraft the plant flies."""

@@ -1,0 +1,1 @@
+"""The small UAV in the vertical plane."""

@@ -1,0 +1,101 @@
+"""The small UAV in the plant's world: alexis.py behind the house's sensors, faults and command path.
+
+Throttle 0 to 1 is thrust per mass from none to twice that of level flight. Two of these in one scenario meet the turbulence of
+their tables at the same time.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Annotated
+
+from flightsw.aircraft import Alexis as Record
+from flightsw.strict import ConfigError, Range
+from sim_plant.aircraft.alexis.dynamics import A_T0, A_TSET, F_HEIGHT, F_VUP, F_VX
+from sim_plant.aircraft.alexis.flight import Alexis, AlexisParams, AlexisSensors, AlexisServo
+from sim_plant.aircraft.base import Craft, Mean, plant_table
+from sim_plant.kernels import layout as n
+from sim_plant.kernels.atmosphere import isa
+from sim_plant.scenario import AircraftCfg, Scenario
+from sim_plant.wind.planar import AlexisWind
+
+PERFECT = AlexisSensors(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)  # errors are those of the scenario's sensors
+TRIM = (0.0, 0.0, 0.0, 0.5, False, 0.0)
+
+
+@dataclass(frozen=True)
+class AlexisTable:
+    """[aircraft.plant] with model = "alexis". Factors multiply forces and moments as a whole; `ticks`: integration steps per
+    base tick; wind: Dryden turbulence and discrete gusts along this flight."""
+
+    linear: bool = False
+    lift_factor: Annotated[float, Range(0.1, 3.0)] = 1.0
+    moment_factor: Annotated[float, Range(0.1, 3.0)] = 1.0
+    ticks: Annotated[int, Range(1, 100)] = 4
+    servo: AlexisServo = field(default_factory=AlexisServo)
+    wind: AlexisWind = field(default_factory=lambda: AlexisWind(0.0, 0.0))
+
+
+class AlexisCraft(Craft):
+    """One ALEXIS. Its start must be at the trim airspeed of its file."""
+
+    table = AlexisTable
+    surfaces = ("aileron", "elevator")  # the flap stands in the aileron's place
+
+    def __init__(self, cfg: AircraftCfg, ac: Record, sc: Scenario, seed: int, mean: Mean) -> None:
+        """Raises ConfigError for another airspeed at the start, or a table the model does not take."""
+        super().__init__(cfg, ac, sc, seed, TRIM, mean)
+        t: AlexisTable = plant_table(AlexisCraft, cfg)
+        north, east, down = cfg.start.pos_n_m
+        p = AlexisParams(
+            linear=t.linear, aircraft=ac, height_m=-down, lift_factor=t.lift_factor, moment_factor=t.moment_factor,
+            servo=t.servo, sensors=PERFECT,
+        )  # fmt: skip
+        if cfg.start.V_mps != p.V_mps:
+            raise ConfigError(
+                f"aircraft.{cfg.name}.start.V_mps = {cfg.start.V_mps}: allowed: {p.V_mps:g}, the model's trim"
+            )
+        ticks = round(sc.meta.duration_s * sc.clock.base_rate_hz) + 1
+        ahead, _, sinking = self.along(self.free)
+        self.flight = Alexis(p, t.wind, seed, ticks * self.dt_s, self.dt_s, t.ticks, (sinking, ahead))
+        self._at = [north, east]
+        self.mass_kg = ac.mass.kg
+        self._slope = ac.side.beta
+
+    @property
+    def height_m(self) -> float:
+        """Height [m]."""
+        return float(self.flight.f[F_HEIGHT])
+
+    def observe(self) -> None:
+        a, s, o = self.flight, self.view.s, self.view.o
+        ahead, cross, sinking = self.along(self.free)
+        a.breathe(sinking, ahead)
+        vx, vup = float(a.f[F_VX]), float(a.f[F_VUP])
+        rate, alpha, airspeed, pitch, height = (float(x) for x in a.reading[:5])
+        down, tail = (float(x) for x in a.air)
+        self.attitude(pitch, rate, vx, vup)
+        s[n.S_P : n.S_P + 3] = self._at[0], self._at[1], -height
+        push = float(a.a[A_T0] + a.a[A_TSET] * a.command[1])
+        s[n.S_T] = push * self.mass_kg
+        elevator, flap = a.surfaces
+        s[n.S_SURF : n.S_SURF + 3] = flap, elevator, 0.0
+        fx, fz = a.specific_force
+        o[0:3] = fx, self.flow(airspeed, alpha, self._slope * (airspeed / a.p.V_mps) ** 2), fz
+        o[n.O_MASS], o[n.O_PRESS] = self.mass_kg, isa(height)[1]
+        o[n.O_AVAIL] = 2.0 * float(a.a[A_T0]) * self.mass_kg
+        self.wind[:3] = *self.level(tail, cross), down
+
+    def advance(self, jam: list[float]) -> None:
+        a = self.flight
+        _, elevator, _, throttle, _, flap = self.path.current
+        setting = (2.0 * throttle - 1.0) * a.a[A_T0] / a.a[A_TSET]
+        a.freeze(elevator=jam[1] > 0.5, flap=jam[0] > 0.5)
+        before, aside = float(a.f[F_VX]), self.side_m
+        a.command[:] = elevator, setting, flap
+        a.step(a.command)
+        self.carry()
+        d, aside = 0.5 * (before + float(a.f[F_VX])) * self.dt_s, self.side_m - aside
+        north, east = self.level(d, aside)
+        self._at[0] += north
+        self._at[1] += east

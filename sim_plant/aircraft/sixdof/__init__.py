@@ -1,0 +1,1 @@
+"""Rigid-body aircraft in six degrees of freedom."""

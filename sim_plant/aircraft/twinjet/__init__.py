@@ -1,0 +1,1 @@
+"""The twin-jet transport in the vertical plane."""

@@ -1,0 +1,1 @@
+"""What acts between aircraft: boom, radio, traffic."""

@@ -1,0 +1,1 @@
+"""What goes wrong: script, schedule, judge, command desk."""
