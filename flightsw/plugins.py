@@ -1,0 +1,64 @@
+"""Parts that are found, not imported: missions, kinds of aircraft, views, studies and estimators, of this project and of any other
+installed package, by the entry points both declare the same way.
+
+A group's table in pyproject.toml: `name = "package.module:OBJECT"`. Where one part is named in a configuration,
+`package.module:Class` does as well and needs no table.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from importlib import import_module
+from importlib.metadata import EntryPoint, entry_points
+from typing import TypeVar
+
+from flightsw.strict import ConfigError, near
+
+MISSIONS, AIRCRAFT, VIEWS, STUDIES, ESTIMATORS = (
+    f"wakefield.{group}" for group in ("missions", "aircraft", "views", "studies", "estimators")
+)
+T = TypeVar("T")
+
+
+@cache
+def declared(group: str) -> dict[str, EntryPoint]:
+    """Entry points of a group by name, sorted. Raises ConfigError for a name two packages declare."""
+    found: dict[str, EntryPoint] = {}
+    for e in sorted(entry_points(group=group), key=lambda e: e.name):
+        other = found.setdefault(e.name, e)
+        if other.value != e.value:
+            raise ConfigError(f"{group}: {e.name!r} is declared by {_owner(other)} and by {_owner(e)}")
+    return found
+
+
+def _owner(e: EntryPoint) -> str:
+    return f"{e.dist.name if e.dist else 'an unnamed package'} ({e.value})"
+
+
+def part(group: str, name: str, kind: type[T], at: str) -> T:
+    """The part a configuration calls `name` at the key `at`: declared in `group`, or `package.module:Object`.
+
+    Raises ConfigError naming the key and what is allowed if there is none, it cannot be imported, or it is no `kind`.
+    """
+    module, colon, attribute = name.partition(":")
+    known = declared(group)
+    if not colon:
+        if name not in known:
+            raise ConfigError(
+                f"{at} = {name!r}: allowed: {', '.join(known)}, or package.module:Object{near(name, known)}"
+            )
+        module, _, attribute = known[name].value.partition(":")
+    try:
+        found = getattr(import_module(module), attribute)
+    except (ImportError, AttributeError) as e:
+        raise ConfigError(f"{at} = {name!r}: cannot be imported: {e}") from e
+    if not isinstance(found, kind):
+        raise ConfigError(
+            f"{at} = {name!r}: {module}:{attribute} is a {type(found).__name__}; allowed: a {kind.__name__}"
+        )
+    return found
+
+
+def parts(group: str, kind: type[T]) -> dict[str, T]:
+    """Every part declared in a group, by name. Raises ConfigError naming what cannot be imported or is no `kind`."""
+    return {name: part(group, name, kind, group) for name in declared(group)}
