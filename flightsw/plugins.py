@@ -1,4 +1,4 @@
-"""Parts that are found, not imported: missions, kinds of aircraft, views, studies and estimators, of this project and of any other
+"""Parts that are found, not imported: missions, kinds of aircraft, views, studies and estimators, of this project or of any other
 installed package, by the entry points both declare the same way.
 
 A group's table in pyproject.toml: `name = "package.module:OBJECT"`. Where one part is named in a configuration,

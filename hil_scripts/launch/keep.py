@@ -11,13 +11,12 @@ from pathlib import Path
 from typing import Any
 
 from flightsw import aircraft
-from flightsw.missions import MISSIONS
+from flightsw.missions.base import find_mission
 from flightsw.strict import ConfigError, read_toml
 from hil_scripts.launch import tomlout
 from sim_plant.wind.prevailing import sounding_path
 
 AIRCRAFT, SOUNDINGS = "aircraft", "soundings"  # folders of a run folder
-TANKER = "tanker"  # key of a flight file
 
 
 @dataclass
@@ -57,10 +56,10 @@ def _aircraft(kept: Kept, name: str) -> str:
 def _flight(kept: Kept, f: dict[str, Any]) -> dict[str, Any]:
     app = f["app"]
     own = {**f, "app": {**app, "aircraft": _aircraft(kept, app["aircraft"])}}
-    mission: Any = MISSIONS[app["mission"]]
-    default = {x.name: x.default for x in fields(mission.params_type)}.get(TANKER)
-    if default is not None:  # missions that know their tanker's aircraft
-        own[TANKER] = _aircraft(kept, f.get(TANKER, default))
+    spec = find_mission(app["mission"], app["name"])
+    defaults = {x.name: x.default for x in fields(spec.params)}
+    for key in spec.files:
+        own[key] = _aircraft(kept, f.get(key, defaults[key]))
     return own
 
 

@@ -12,9 +12,10 @@ import pytest
 from flightsw.icd import wire
 from flightsw.icd.codec_telemetry import ENCODERS, OPTIONAL, TIMED
 from flightsw.icd.rates import DEFAULT_RATES, MISSION_RATES, OFFSETS, due, names_due
+from flightsw.missions.receiver.airdata.reports import FdiStatus, WakeFix
 from flightsw.process.config import TelemetryConfig
 from flightsw.process.node import Node
-from flightsw.types import HF_GNSS, FdiStatus, Text, WakeFix
+from flightsw.types import HF_GNSS, Text
 
 from .flight_fakes import FakeApp, FakePlant, config, fields, names
 

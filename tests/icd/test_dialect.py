@@ -11,8 +11,8 @@ import pytest
 from pymavlink.dialects.v20 import common
 
 from flightsw.icd import codec_receive, gen, mav, wire
+from flightsw.missions.receiver.airdata.reports import FdiStatus, WakeFix
 from flightsw.process import services
-from flightsw.types import FdiStatus, WakeFix
 
 from .conftest import extreme
 

@@ -13,6 +13,7 @@ from flightsw.icd.codec import FlightCodec, PlantCodec
 from flightsw.icd.codec_telemetry import CLOUD_PART, CLOUD_PARTS, ENCODERS, OPTIONAL, Context
 from flightsw.icd.geo import DEFAULT_ORIGIN, WireMap
 from flightsw.icd.wire import Counters, Sender
+from flightsw.missions.rendezvous.reports import RendezvousState
 from flightsw.types import (
     UPD_IMU,
     UPD_RADAR,
@@ -21,7 +22,6 @@ from flightsw.types import (
     GuidanceCmd,
     Health,
     NavState,
-    RendezvousState,
     SensorFrame,
     Snapshot,
     Timing,

@@ -16,8 +16,9 @@ from flightsw.icd.codec import PlantCodec
 from flightsw.icd.geo import Origin
 from flightsw.icd.tlog import TlogWriter
 from flightsw.icd.wire import Counters
+from flightsw.missions.gust.reports import GustState
 from flightsw.process.telemetry import Telemetry
-from flightsw.types import ActuatorCmd, GuidanceCmd, GustState, Health, NavState, SensorFrame, Snapshot, Timing
+from flightsw.types import ActuatorCmd, GuidanceCmd, Health, NavState, SensorFrame, Snapshot, Timing
 from ground.__main__ import app
 from ground.columns import load
 from ground.link.record import Recorder

@@ -10,9 +10,10 @@ import pytest
 from flightsw.aircraft import load_aircraft
 from flightsw.missions.receiver.aids import AidParams, PositionAid, VelocityAid
 from flightsw.missions.receiver.airdata.airdata import AirData, AirDataParams, rate_slopes
+from flightsw.missions.receiver.airdata.reports import FdiStatus, WakeFix
 from flightsw.missions.receiver.estimator import RelativeNav
 from flightsw.sixdof.estimator_core import EstimatorCore, NavParams
-from flightsw.types import FdiStatus, Health, SensorFrame, WakeFix
+from flightsw.types import Health, SensorFrame
 
 LEARJET = load_aircraft("learjet24")
 LEVEL = np.eye(3).ravel()
