@@ -7,6 +7,7 @@ in lockstep, in real time, in process and in replay.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 
@@ -19,6 +20,7 @@ from flightsw.missions.base import AnySpec, Report, Reports, find_mission
 from flightsw.strict import ConfigError, Tree, convert
 from flightsw.types import (
     HF_ACT,
+    UNSUPPORTED,
     UPD_AIR,
     UPD_ATT,
     UPD_BARO,
@@ -251,7 +253,7 @@ class FlightApp:
     @property
     def commands(self) -> frozenset[int]:
         """MAV_CMD the mission takes."""
-        return self.mission.commands
+        return self.spec.commands
 
     @property
     def reports(self) -> tuple[Report, ...]:
@@ -263,8 +265,16 @@ class FlightApp:
         """Whether it follows another aircraft and says where that is."""
         return self.spec.sends_relative
 
+    @property
+    def settable(self) -> Mapping[str, Callable[[float], bool]]:
+        """No key may be changed in flight."""
+        return {}
+
     def _answer(self, c: Command) -> Ack:
-        result, why = self.mission.command(c)
+        if c.command in self.spec.commands:
+            result, why = self.mission.obey(c)
+        else:
+            result, why = UNSUPPORTED, f"command {c.command} is not one of this mission"
         return Ack(c.command, result, c.src_system, c.src_component, why)
 
 

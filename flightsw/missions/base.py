@@ -16,7 +16,7 @@ from flightsw import plugins
 from flightsw.aircraft import Airframe, load_as
 from flightsw.refusal import Refusals
 from flightsw.strict import ConfigError
-from flightsw.types import UNSUPPORTED, Command, GuidanceCmd, Health, NavState, SensorFrame, Text
+from flightsw.types import Command, GuidanceCmd, Health, NavState, SensorFrame, Text
 
 Packets = Iterator[tuple[float | int | bytes, ...]]  # values of the fields of one packet each, in the dialect's order
 Reports = dict[type, object]  # records for telemetry, by their class
@@ -62,7 +62,6 @@ class Mission(Protocol[ActIn]):
     """What the application asks of every mission. A class that names it as its base inherits the answers given here."""
 
     watch: int  # HF_* flags of what the aircraft depends on now
-    commands: frozenset[int] = frozenset()  # MAV_CMD it takes; any other is refused
     cruise: tuple[float, float] = (195.0, 7010.0)  # [m/s], [m] of the level flight the warm-up feeds it
     halves: int = 1  # stretches of flight the warm-up goes through
 
@@ -97,15 +96,8 @@ class Mission(Protocol[ActIn]):
         """Records of this step for the spec's `reports`."""
         return {}
 
-    def command(self, c: Command) -> tuple[int, str]:
-        """MAV_RESULT of a ground command, and why it is refused."""
-        if c.command not in self.commands:
-            return UNSUPPORTED, f"command {c.command} is not one of this mission"
-        return self.obey(c)
-
     def obey(self, c: Command) -> tuple[int, str]:
-        """The same for one of `commands`."""
-        raise NotImplementedError
+        """MAV_RESULT for one of the spec's commands, and why it is refused."""
 
     def exercise(self) -> None:
         """Run what the warm-up's level flight does not reach, on made-up readings; this object is of no further use then."""
@@ -118,10 +110,13 @@ class Mission(Protocol[ActIn]):
 
 @dataclass(frozen=True)
 class MissionSpec(Generic[A, P, Act]):
-    """All that can be said of a mission without one. `params`: dataclass of the mission's tables in a flight file; `record`,
-    `model`: class and model name of its aircraft; `controls`: length of a command; `one_rate`: it runs at every base tick and no
-    other rate; `air_used`: AIR_* bits of health for the air-data readings it takes one by one, 0: whole probes; `sends_relative`:
-    RELATIVE_STATE goes down; `files`: keys of the tables that name aircraft files, kept in run folders."""
+    """All that can be said of a mission without one.
+
+    `params`: dataclass of the mission's tables in a flight file; `record`, `model`: class and model name of its aircraft;
+    `commands`: MAV_CMD it takes, any other is refused; `controls`: length of a command; `one_rate`: it runs at every base tick
+    and at no other; `air_used`: AIR_* bits of health for the air-data readings it takes one by one, 0: whole probes;
+    `sends_relative`: RELATIVE_STATE goes down; `files`: keys of the tables that name aircraft files, kept in run folders.
+    """
 
     name: str
     params: type[P]
@@ -129,6 +124,7 @@ class MissionSpec(Generic[A, P, Act]):
     model: str
     build: Callable[[A, P, float], Mission[Act]]  # from the record, the parameters and the period [s]
     actuators: Callable[[A, int], Act]  # `delay_ticks` base ticks pass between a command and its reaching them
+    commands: frozenset[int] = frozenset()
     controls: int = 4
     one_rate: bool = False
     air_used: int = 0

@@ -119,10 +119,16 @@ def load_flight(path: str | Path, overrides: dict[str, Any] | None = None) -> Fl
     """
     data = read_toml(path)
     apply_overrides(data, overrides or {}, str(path))
-    own = {k: data.pop(k) for k in OWN if k in data}
-    cfg = convert(own, FlightConfig, str(path))
-    tables = {k: beside(path, v) if isinstance(v, str) else v for k, v in data.items()}  # a bare name is that of a file
+    cfg = flight_of(data, str(path))
+    # a bare name among the tables is that of a file
+    tables = {k: beside(path, v) if isinstance(v, str) else v for k, v in cfg.tables.items()}
     return replace(cfg, app=replace(cfg.app, aircraft=beside(path, cfg.app.aircraft)), tables=tables)
+
+
+def flight_of(tree: Tree, where: str) -> FlightConfig:
+    """The record of a parsed flight file. Raises ConfigError naming the key."""
+    cfg = convert({k: v for k, v in tree.items() if k in OWN}, FlightConfig, where)
+    return replace(cfg, tables={k: v for k, v in tree.items() if k not in OWN})
 
 
 def flight_tree(cfg: FlightConfig) -> Tree:

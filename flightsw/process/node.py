@@ -8,7 +8,7 @@ then telemetry.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Protocol
 
@@ -22,7 +22,7 @@ from flightsw.process.clock import LockstepClock
 from flightsw.process.config import FlightConfig, flight_tree
 from flightsw.process.executive import Executive, no_time
 from flightsw.process.recorder import Heard
-from flightsw.process.services import CMD_SHUTDOWN, PACKETS_MAX, Services
+from flightsw.process.services import CMD_SHUTDOWN, PACKETS_MAX, Services, Setter
 from flightsw.process.telemetry import Telemetry
 from flightsw.strict import ConfigError
 from flightsw.types import HF_PEER, Ack, ActuatorCmd, Command, SensorFrame, Snapshot, Text
@@ -51,6 +51,10 @@ class App(Protocol):
     @property
     def sends_relative(self) -> bool:
         """Whether it follows another aircraft and says where that is."""
+
+    @property
+    def settable(self) -> Mapping[str, Setter]:
+        """Keys of the configuration that may be changed in flight."""
 
     def tick(self, frame: SensorFrame, dt_s: float) -> tuple[ActuatorCmd, Snapshot]:
         """One base tick."""
@@ -121,6 +125,7 @@ class Node:
             shown,
             self.telemetry,
             self.app.commands,
+            self.app.settable,
         )
         self.frame = SensorFrame()
         self.frames = Frames(self.codec.count)

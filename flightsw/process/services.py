@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from typing import Any
 
@@ -100,7 +100,7 @@ class Services:
         tree: dict[str, Any],
         telemetry: Telemetry,
         commands: frozenset[int],
-        settable: dict[str, Setter] | None = None,
+        settable: Mapping[str, Setter] | None = None,
     ) -> None:
         self.sysid = sysid
         self.mission = mission

@@ -6,13 +6,13 @@ The tables written to the folder name the copies, so that the run flies again fr
 from __future__ import annotations
 
 import tomllib
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from flightsw import aircraft
 from flightsw.missions.base import find_mission
-from flightsw.strict import ConfigError, read_toml
+from flightsw.strict import ConfigError, convert, read_toml, to_dict
 from hil_scripts.launch import tomlout
 from sim_plant.wind.prevailing import sounding_path
 
@@ -57,7 +57,7 @@ def _flight(kept: Kept, f: dict[str, Any]) -> dict[str, Any]:
     app = f["app"]
     own = {**f, "app": {**app, "aircraft": _aircraft(kept, app["aircraft"])}}
     spec = find_mission(app["mission"], app["name"])
-    defaults = {x.name: x.default for x in fields(spec.params)}
+    defaults = to_dict(convert({}, spec.params, app["name"])) if spec.files else {}
     for key in spec.files:
         own[key] = _aircraft(kept, f.get(key, defaults[key]))
     return own

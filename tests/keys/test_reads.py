@@ -10,9 +10,10 @@ from pathlib import Path
 
 import pytest
 
+from flightsw import plugins
 from flightsw.aircraft import RECORDS
 from flightsw.health import HealthParams
-from flightsw.missions import MISSIONS
+from flightsw.missions.base import MissionSpec
 from flightsw.process.config import FlightConfig
 from flightsw.process.node import Node
 from flightsw.strict import convert
@@ -25,8 +26,9 @@ from tests.keys.reads import Reads, records
 ROOT = Path(__file__).resolve().parent.parent.parent
 SCENARIOS = ("refueling", "airdata", "rendezvous", "joinup", "gust", "windshear")
 TICKS = 75  # past the first valid navigation of all but the longest start-up
+MISSIONS = plugins.parts(plugins.MISSIONS, MissionSpec).values()
 ROOTS = (
-    Scenario, FlightConfig, HealthParams, *RECORDS.values(), *(m.params_type for m in MISSIONS.values()),
+    Scenario, FlightConfig, HealthParams, *RECORDS.values(), *(m.params for m in MISSIONS),
     *(c.table for c in CRAFTS.values()),
 )  # fmt: skip
 WHOLE = {"Aero": "taken whole, in the order of its fields, by the parameter vectors of both sides"}

@@ -76,7 +76,6 @@ class GustActuators:
 class GustMission(Mission[GustActuators]):
     """Components of the gust mission and their order."""
 
-    commands = frozenset({MAV_CMD_USER_2})
     watch = HF_IMU | HF_AIR | HF_ATT
     ctrl: GustLaws
 
@@ -223,7 +222,15 @@ def _actuators(ac: Alexis, delay_ticks: int) -> GustActuators:
 
 
 SPEC = MissionSpec(
-    "gust", GustMissionParams, Alexis, "alexis", GustMission, _actuators, controls=CONTROLS, air_used=AIR_V | AIR_ALPHA,
+    "gust",
+    GustMissionParams,
+    Alexis,
+    "alexis",
+    GustMission,
+    _actuators,
+    commands=frozenset({MAV_CMD_USER_2}),
+    controls=CONTROLS,
+    air_used=AIR_V | AIR_ALPHA,
     one_rate=True,  # servos and law are stepped together: their mean and delay are per sample
     reports=REPORTS,
-)  # fmt: skip
+)

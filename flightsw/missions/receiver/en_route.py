@@ -18,7 +18,7 @@ from flightsw.kernels.rotations import euler_from_dcm, to_parent
 from flightsw.missions.base import Mission, MissionSpec, Reports
 from flightsw.missions.receiver.airdata.reports import REPORTS
 from flightsw.missions.receiver.joinup import JOIN_UP, JoinUpGuidance, JoinUpParams, Sight
-from flightsw.missions.receiver.mission import ReceiverMission, ReceiverParams
+from flightsw.missions.receiver.mission import MAV_CMD_USER_1, ReceiverMission, ReceiverParams
 from flightsw.missions.receiver.sequence import Sequence, SequenceParams
 from flightsw.missions.receiver.station_keeping import ReceiverControl
 from flightsw.missions.receiver.tanker_link import PeerTracker
@@ -81,7 +81,6 @@ class JoinMission(Mission[ActuatorModel]):
     """Components of the receiver on its way to the tanker, and the refuelling mission it becomes."""
 
     halves = 2
-    commands = ReceiverMission.commands
 
     def __init__(self, ac: Aircraft, p: JoinParams, period_s: float) -> None:
         j = p.join
@@ -237,6 +236,14 @@ class JoinMission(Mission[ActuatorModel]):
 
 
 SPEC = MissionSpec(
-    "receiver_rendezvous", JoinParams, Aircraft, "sixdof", JoinMission, ActuatorModel, reports=REPORTS, sends_relative=True,
+    "receiver_rendezvous",
+    JoinParams,
+    Aircraft,
+    "sixdof",
+    JoinMission,
+    ActuatorModel,
+    commands=frozenset({MAV_CMD_USER_1}),
+    reports=REPORTS,
+    sends_relative=True,
     files=("tanker",),
-)  # fmt: skip
+)

@@ -58,7 +58,6 @@ class ReceiverParams:
 class ReceiverMission(Mission[ActuatorModel]):
     """Components of the receiver and their order."""
 
-    commands = frozenset({MAV_CMD_USER_1})
     watch = HF_IMU | HF_AIR | HF_ATT | HF_GNSS | HF_REL | HF_PEER
 
     def __init__(self, ac: Aircraft, p: ReceiverParams, period_s: float) -> None:
@@ -151,6 +150,14 @@ class ReceiverMission(Mission[ActuatorModel]):
 
 
 SPEC = MissionSpec(
-    "receiver", ReceiverParams, Aircraft, "sixdof", ReceiverMission, ActuatorModel, reports=REPORTS, sends_relative=True,
+    "receiver",
+    ReceiverParams,
+    Aircraft,
+    "sixdof",
+    ReceiverMission,
+    ActuatorModel,
+    commands=frozenset({MAV_CMD_USER_1}),
+    reports=REPORTS,
+    sends_relative=True,
     files=("tanker",),
-)  # fmt: skip
+)

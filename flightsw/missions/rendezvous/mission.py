@@ -68,7 +68,6 @@ class RendezvousMissionParams:
 class RendezvousMission(Mission[ActuatorModel]):
     """Components of the rendezvous tanker and their order."""
 
-    commands = frozenset({MAV_CMD_DO_CHANGE_SPEED})
     watch = HF_IMU | HF_AIR | HF_ATT | HF_GNSS
 
     def __init__(self, ac: Aircraft, p: RendezvousMissionParams, period_s: float) -> None:
@@ -179,5 +178,12 @@ class RendezvousMission(Mission[ActuatorModel]):
 
 
 SPEC = MissionSpec(
-    "rendezvous", RendezvousMissionParams, Aircraft, "sixdof", RendezvousMission, ActuatorModel, reports=REPORTS
+    "rendezvous",
+    RendezvousMissionParams,
+    Aircraft,
+    "sixdof",
+    RendezvousMission,
+    ActuatorModel,
+    commands=frozenset({MAV_CMD_DO_CHANGE_SPEED}),
+    reports=REPORTS,
 )

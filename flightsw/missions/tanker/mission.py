@@ -50,7 +50,6 @@ class TankerParams:
 class TankerMission(Mission[ActuatorModel]):
     """Components of the tanker and their order."""
 
-    commands = frozenset({MAV_CMD_DO_CHANGE_SPEED})
     watch = HF_IMU | HF_AIR | HF_ATT | HF_GNSS
 
     def __init__(self, ac: Aircraft, p: TankerParams, period_s: float) -> None:
@@ -109,4 +108,12 @@ def speed_command(c: Command, guid: RacetrackGuidance, envelope: Envelope) -> tu
     return (ACCEPTED if ok else DENIED), why
 
 
-SPEC = MissionSpec("tanker", TankerParams, Aircraft, "sixdof", TankerMission, ActuatorModel)
+SPEC = MissionSpec(
+    "tanker",
+    TankerParams,
+    Aircraft,
+    "sixdof",
+    TankerMission,
+    ActuatorModel,
+    commands=frozenset({MAV_CMD_DO_CHANGE_SPEED}),
+)

@@ -98,7 +98,6 @@ class WindshearActuators:
 class WindshearMission(Mission[WindshearActuators]):
     """Components of the windshear mission and their order."""
 
-    commands = frozenset({MAV_CMD_DO_GO_AROUND, MAV_CMD_USER_3})
     watch = HF_IMU | HF_AIR | HF_ATT | HF_GNSS
     cruise = (75.0, 350.0)
     ctrl: WindshearControl
@@ -314,7 +313,14 @@ def _actuators(ac: TwinJet, delay_ticks: int) -> WindshearActuators:
 
 
 SPEC = MissionSpec(
-    "windshear", WindshearMissionParams, TwinJet, "twinjet", WindshearMission, _actuators, air_used=AIR_V | AIR_ALPHA,
+    "windshear",
+    WindshearMissionParams,
+    TwinJet,
+    "twinjet",
+    WindshearMission,
+    _actuators,
+    commands=frozenset({MAV_CMD_DO_GO_AROUND, MAV_CMD_USER_3}),
+    air_used=AIR_V | AIR_ALPHA,
     one_rate=True,  # readings and commands are per sample
     reports=REPORTS,
-)  # fmt: skip
+)
