@@ -1,4 +1,5 @@
-"""The files a run is flown with, kept in its folder: aircraft and sounding beside the configurations that name them.
+"""The files a run is flown with, kept in its folder: aircraft and sounding beside the configurations that name them, and the
+dialect its logs are written in.
 
 The tables written to the folder name the copies, so that the run flies again from anywhere, whatever becomes of the originals.
 """
@@ -11,12 +12,13 @@ from pathlib import Path
 from typing import Any
 
 from flightsw import aircraft
+from flightsw.icd import dialect
 from flightsw.missions.base import find_mission
 from flightsw.strict import ConfigError, convert, read_toml, to_dict
 from hil_scripts.launch import tomlout
 from sim_plant.wind.prevailing import sounding_path
 
-AIRCRAFT, SOUNDINGS = "aircraft", "soundings"  # folders of a run folder
+AIRCRAFT, SOUNDINGS, DIALECT = "aircraft", "soundings", "dialect"  # folders of a run folder
 
 
 @dataclass
@@ -67,6 +69,8 @@ def keep(scenario: dict[str, Any], flights: list[dict[str, Any]]) -> tuple[Kept,
     """What to keep, and the tables of a scenario and its flights changed to name it. Raises ConfigError naming a file that
     cannot be read."""
     kept = Kept()
+    for path in dialect.files():
+        kept.name(DIALECT, path, path.read_bytes())
     own = {**scenario, "aircraft": [{**a, "file": _aircraft(kept, a["file"])} for a in scenario["aircraft"]]}
     wind = own["wind"]
     if wind["prevailing"] == "sounding":

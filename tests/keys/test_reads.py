@@ -76,11 +76,10 @@ def sources() -> tuple[tuple[set[str], set[str]], ...]:
     out = []
     for top in ("flightsw", "sim_plant", "hil_scripts", "ground"):
         for path in sorted((ROOT / top).rglob("*.py")):
-            if path.name != "mav.py":
-                tree = ast.parse(path.read_text())
-                out.append(
-                    ({n.id for n in ast.walk(tree) if isinstance(n, ast.Name)} | set(_bound(tree)), set(_read(tree)))
-                )
+            tree = ast.parse(path.read_text())
+            out.append(
+                ({n.id for n in ast.walk(tree) if isinstance(n, ast.Name)} | set(_bound(tree)), set(_read(tree)))
+            )
     return tuple(out)
 
 
