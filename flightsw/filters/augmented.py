@@ -169,7 +169,7 @@ def augmented_correct(
 
 
 class AugmentedUKF(AugmentedPoints):
-    """UKF as printed: full covariance, L = n + nq + m. With kappa None (3 - L) the centre weight is negative (trap 13)."""
+    """UKF as printed: full covariance, L = n + nq + m. With kappa None (3 - L) the centre weight is negative (lee.md trap 13)."""
 
     def __init__(
         self, n: int, m: int, nq: int, *, alpha: float = 1.0, kappa: float | None = 0.0, beta: float = 2.0,

@@ -3,7 +3,7 @@
 Kept beside the down-date-free `SquareRootUKF` to measure what the printed form costs. Corrected only where the print cannot
 run: a negative centre weight takes a down-date with sqrt(|w0c|) (erratum E17), and (3.18j) is m rank-1 down-dates of the
 lower factor, one per column of U = K Sy (E18). A down-date that would leave P indefinite is detected, not performed, and
-counted in `failures` (trap 14).
+counted in `failures` (lee.md trap 14).
 """
 
 from __future__ import annotations

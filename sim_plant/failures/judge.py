@@ -28,7 +28,7 @@ KIND = {
     INTERMITTENT: "intermittent",
 }
 _DEG = math.radians(1.0)
-# per channel V, alpha, beta: what a type does if no value is given (the seed's fault sizes; the rest our choice)
+# per channel V, alpha, beta: what a type does if no value is given (the source's fault sizes; the rest our choice)
 DEFAULT = {
     WRONG: (3.0, _DEG, _DEG),  # [m/s, rad]
     SLOW: (0.1, _DEG / 30.0, _DEG / 30.0),  # [m/s^2, rad/s]

@@ -1,6 +1,6 @@
 """Dryden turbulence as an exactly discretised linear system.
 
-Shaping filters of lee.md section 3.5 with erratum E13; their unit noise has autocorrelation pi delta(t) (trap 8).
+Shaping filters of lee.md section 3.5 with erratum E13; their unit noise has autocorrelation pi delta(t) (lee.md trap 8).
 One-sided spectra: u: sigma^2 2L/(pi V) / (1 + (L w/V)^2); v, w: sigma^2 L/(pi V) (1 + 3 (L w/V)^2) / (1 + (L w/V)^2)^2.
 """
 

@@ -1,4 +1,4 @@
-"""Trim, modes and linearisation of the onboard model against aircraft-data.md tables 1.4 and 2.4 and finer
+"""Trim, modes and linearisation of the onboard model against aircraft-data.md sections 1.4 and 2.4 and finer
 derivatives.
 """
 

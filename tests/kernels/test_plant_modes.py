@@ -1,4 +1,4 @@
-"""Trim and linearised modes of both aircraft against aircraft-data.md tables 1.4 and 2.4 (two solvers agree there)."""
+"""Trim and linearised modes of both aircraft against aircraft-data.md sections 1.4 and 2.4 (two solvers agree there)."""
 
 from __future__ import annotations
 

@@ -161,7 +161,7 @@ def test_wake_is_read_where_the_probe_is() -> None:
 
 @given(st.floats(-20, 20), st.floats(-6, 14))
 def test_left_right_symmetry_of_the_readings(y: float, z: float) -> None:
-    """V and alpha of the left probe at y are those of the right one at -y, sideslip with the other sign (trap 12.3)."""
+    """V and alpha of the left probe at y are those of the right one at -y, sideslip with the other sign (sevil.md trap 3)."""
     a, b = readings(y, z), readings(-y, z)
     swap = [0, 2, 1]
     assert b[:3] == pytest.approx(a[:3][swap], abs=1e-11)

@@ -108,7 +108,7 @@ def test_sweeps_of_noise_and_fault_size_follow_theory(var: float, fault: float) 
      (10, 1e-6, 27.63, 0.0, 1.43, 0.14)],
 )  # fmt: skip
 def test_window_table(n: int, p: float, h: float, miss: float, least_V: float, least_deg: float) -> None:
-    """Spec 9.3: threshold, false alarms, misses and the fault found with 99.9 %."""
+    """sevil.md 9.3: threshold, false alarms, misses and the fault found with 99.9 %."""
     assert metrics.threshold(p) == pytest.approx(h, abs=0.006)
     assert 1 - metrics.detection_probability(3.0, SIGMA_V, p, n) == pytest.approx(miss, rel=0.1, abs=1e-14)
     least = optimize.brentq(lambda f: metrics.detection_probability(f, 1.0, p, n) - 0.999, 0.1, 20.0)
@@ -124,7 +124,7 @@ def test_window_table(n: int, p: float, h: float, miss: float, least_V: float, l
     ("n", "p", "mean", "p999"), [(1, 1e-2, 1.0, 2), (3, 1e-4, 1.9, 3), (5, 1e-5, 2.4, 4), (10, 1e-6, 3.5, 5)]
 )
 def test_window_delay(n: int, p: float, mean: float, p999: int) -> None:
-    """Spec 9.3: delay to the alarm after a 3 m/s step, samples counted from 1."""
+    """sevil.md 9.3: delay to the alarm after a 3 m/s step, samples counted from 1."""
     runs, before, after = 8000, n, 10
     r = np.random.default_rng(n).normal(0.0, SIGMA_V, (runs, before + after, 3))
     r[:, before:, 1] += 3.0
@@ -169,7 +169,7 @@ def test_record_of_the_source_windowed() -> None:
 
 
 def test_cusum_false_alarm_rate() -> None:
-    """delta 2, h 13: Siegmund's (1985) run length of six one-sided schemes; spec 9.3: 4.9e-6 of samples."""
+    """delta 2, h 13: Siegmund's (1985) run length of six one-sided schemes; sevil.md 9.3: 4.9e-6 of samples."""
     n, events, samples = 2_000_000, 0, 0
     for seed in range(2):
         res = parity.plain(noise3(n, 90 + seed), SIGMA_V)

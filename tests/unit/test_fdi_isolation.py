@@ -117,7 +117,7 @@ def test_two_faults_angles(fault: tuple, want: int, least: float) -> None:
 
 def test_single_sample_is_too_weak_and_no_virtual_sensor_blames_the_third() -> None:
     one = (decided((3, 3, 0), SIGMA_V, 0.39, 1, 7) == 0b011).mean()
-    assert 0.75 <= one <= 0.92  # spec 9.4: 84 %
+    assert 0.75 <= one <= 0.92  # sevil.md 9.4: 84 %
     without = decided((3, 3, 0), SIGMA_V, 0.39, 5, 7, virtual=False)
     assert (without == 0b100).mean() > 0.999
     # two opposite faults fit no single one: it is said that nothing fits
@@ -125,7 +125,7 @@ def test_single_sample_is_too_weak_and_no_virtual_sensor_blames_the_third() -> N
 
 
 def test_two_equal_faults_look_like_one_negative() -> None:
-    """Spec 9.4: (3, 3, 0) with the signed rule: third probe low in 99.4 %; as printed a coin toss between 1 and 2."""
+    """sevil.md 9.4: (3, 3, 0) with the signed rule: third probe low in 99.4 %; as printed a coin toss between 1 and 2."""
     r = parity.plain(np.array([3.0, 3.0, 0.0]) + noise3(N, 8), SIGMA_V)
     a = r.gamma > metrics.threshold(0.01)
     probe, sign = isolation.isolate(r.t[a], r.mu)

@@ -1,4 +1,4 @@
-"""Rendezvous guidance against turns integrated by scipy, the spec's traps, and the border of the frame."""
+"""Rendezvous guidance against turns integrated by scipy, the traps of its source, and the border of the frame."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Monte Carlo of the rendezvous: compiled loop against plain numpy and against the onboard classes, and the spec's figures."""
+"""Monte Carlo of the rendezvous: compiled loop against plain numpy and against the onboard classes, and the reference figures."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from hil_scripts.studies.rivard.mc import BLOCK, NM, SEED, RivardCase, draw, run
 from hil_scripts.studies.rivard.plain_numpy import run_numpy
 from sim_plant.couplings import traffic_kernel as tr
 
-# printed RMS of 30 runs (x, y) and the rule the specification finds them under; NM
+# printed RMS of 30 runs (x, y) and the start rule that finds them; NM
 PRINTED = {
     "cross_b": (1.38, 0.27),
     "k2_b": (0.84, 0.44),

@@ -81,7 +81,7 @@ def test_branches_equal_flights_of_their_own() -> None:
 
 
 def test_escape_table_with_perfect_state() -> None:
-    """Least heights of the specification (6.3, an independent program) within a few metres, and who hits the ground."""
+    """Least heights of jing.md 6.3 (an independent program) within a few metres, and who hits the ground."""
     want = {
         ("seed", 300.0): {"open_loop": None, "climb_5": 69.0, "pitch_15": 53.0, "managed_45": 49.0},
         ("severe", 350.0): {"climb_5": None, "pitch_15": None, "managed_45": 53.0},

@@ -84,7 +84,7 @@ def test_map_that_is_not_its_provenance_is_refused(tmp_path: Path) -> None:
 
 
 def test_map_is_mirror_symmetric() -> None:
-    """V and alpha left(y) = right(-y), beta left(y) = -beta right(-y), nose beta odd (sevil.md trap 12.3)."""
+    """V and alpha left(y) = right(-y), beta left(y) = -beta right(-y), nose beta odd (sevil.md trap 3)."""
     r = load_map("small").readings
     for first, sign in ((0, 1.0), (3, -1.0), (6, 1.0)):
         assert np.abs(r[first + 1] - sign * r[first + 2][:, ::-1]).max() < 1e-10

@@ -95,7 +95,7 @@ def test_E24_the_sample_rate_rule_covers_the_tanker_only() -> None:
     assert real_t == pytest.approx(1.1525, rel=0.2)  # our tanker's roll mode: 0.099 s by the rule
     assert 0.1 / real_t > 0.087
     assert 0.1 / all_t < 0.087  # with the short-period pair counted, 0.070 s: the rule reads real eigenvalues only
-    assert 0.1 / found[4989.5][1] < 0.03  # short period: the seed's own 0.05 s breaks the rule
+    assert 0.1 / found[4989.5][1] < 0.03  # short period: the source's own 0.05 s breaks the rule
     assert 0.1 / found[4082.0][0] < 0.03  # roll, tip tanks empty
     assert 0.1 / servo == pytest.approx(0.005)
     # what 0.05 s really costs: one Runge-Kutta step against the exponential, servo left out as a known input

@@ -49,7 +49,7 @@ def test_E13_stiffness_of_the_turbulence_filter_is_squared() -> None:
     var = {}
     for flag in (False, True):
         A, B, C = dryden_52(printed=flag)
-        P = C @ solve_continuous_lyapunov(A, -math.pi * B @ B.T) @ C.T  # autocorrelation pi delta(t): trap 8
+        P = C @ solve_continuous_lyapunov(A, -math.pi * B @ B.T) @ C.T  # autocorrelation pi delta(t): lee.md trap 8
         by_spectrum = [quad(lambda w, i=i: spectrum(A, B, C, w)[i], 0, np.inf, limit=200)[0] for i in range(3)]  # noqa: B023
         assert np.allclose(np.diag(P), by_spectrum, rtol=1e-6)
         var[flag] = np.diag(P)

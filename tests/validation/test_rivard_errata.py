@@ -1,4 +1,4 @@
-"""Errata of Rivard (1982): the printed form fails where the corrected one holds. Numbers are those of the specification."""
+"""Errata of Rivard (1982): the printed form fails where the corrected one holds. Numbers: rivard.md section 5."""
 
 from __future__ import annotations
 

@@ -42,7 +42,7 @@ def sensors(cases: Cases) -> str:
 
 
 def _pairs(cases: Cases, kind: str) -> list[tuple[str, CaseOf | None, CaseOf | None]]:
-    """(name, seed's case, ours) of a kind, in the study's order."""
+    """(name, source's case, ours) of a kind, in the study's order."""
     names = list(dict.fromkeys(c.name.removesuffix("_seed") for c in cases.kind(kind)))
     return [(n, cases.named(f"{n}_seed"), cases.named(n)) for n in names if not n.endswith("_open")]
 

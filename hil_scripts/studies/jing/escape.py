@@ -89,7 +89,7 @@ def run_survival(case: Case, seed: int) -> RunResult:
 def run_alerts(case: Case, seed: int) -> RunResult:
     """An approach in turbulence without a microburst: cautions and false aborts; or with one: where they come.
 
-    The specification's alerting reads the source's filter (13 states, no turbulence), the pair reads the default one; crossed,
+    The alerting of jing.md 6.4 reads the source's filter (13 states, no turbulence), the pair reads the default one; crossed,
     the quick abort reads the default one and the pair the source's.
     """
     p = case.params

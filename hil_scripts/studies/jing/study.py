@@ -24,7 +24,7 @@ from hil_scripts.studies.jing import flight as jf
 from sim_plant.aircraft.twinjet.flight import TwinJetAir, TwinJetParams
 from sim_plant.wind.microburst import MICROBURSTS
 
-# spec 3.4, 6: abort at F = 0.12 after 1.5 s from the estimator's rates, no caution before, one threshold of F for escape and
+# jing.md 3.4, 6: abort at F = 0.12 after 1.5 s from the estimator's rates, no caution before, one threshold of F for escape and
 # clear, managed height 45 m at 8 m/s
 AS_SPECIFIED = WindshearGuidanceParams(
     approach=ApproachParams(caution_speed_mps=0.0),

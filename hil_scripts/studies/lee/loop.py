@@ -2,7 +2,7 @@
 
 Each run flies every controller of its case on the same seed: the same wind, the same noise, the same aerodynamic errors.
 "estimated" is the flight configuration; "measured" feeds raw readings to the same law, "true" the true state; "soft" is the
-published kind of gains (with the estimates), "tight" the re-tuned ones of the specification.
+published kind of gains (with the estimates), "tight" the re-tuned ones.
 """
 
 from __future__ import annotations

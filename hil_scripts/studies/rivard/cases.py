@@ -94,7 +94,7 @@ def _better() -> dict[str, RivardCase]:
 
 
 def _open_questions() -> dict[str, RivardCase]:
-    """Sensitivity to the model, wind, and the cases neither source nor specification did. Suffix _seed: k = 3, else b7re."""
+    """Sensitivity to the model, wind, and cases the source did not try. Suffix _seed: k = 3, else b7re."""
     better = _better()
     bases = {"_seed": RivardCase(), "": better["b7re"]}
     changes: dict[str, dict[str, object]] = {

@@ -1,4 +1,4 @@
-"""The seed's rendezvous in plain numpy, all flights abreast: three-state filter, closed loop with gain k.
+"""The source's rendezvous in plain numpy, all flights abreast: three-state filter, closed loop with gain k.
 
 Written from the equations, not from the kernels: the yardstick of speed, and a check of the compiled loop, which must give
 the same misses from the same normals. Rule A, unlimited roll rate, no wind, SI.
@@ -157,7 +157,7 @@ def _block(W: Array, case: mc.RivardCase) -> tuple[Array, Array]:
 def run_numpy(case: mc.RivardCase, n: int, seed: int = mc.SEED, chunk: int = 32) -> tuple[Array, float]:
     """x_m, y_m [n, 2] of rendezvous 0 ... n-1, and the wall time [s]; `chunk` blocks of 256 flown abreast.
 
-    Only the seed's setting: three-state filter, cross-track or closed loop, rule A, no wind, unlimited roll; ValueError
+    Only the source's setting: three-state filter, cross-track or closed loop, rule A, no wind, unlimited roll; ValueError
     otherwise.
     """
     plain = case.but(guid_gain=3.0, guid_law="closed_loop")

@@ -111,7 +111,7 @@ class AirFlight:
 
 
 def table_faults(sign: float = 1.0) -> tuple[Fault, ...]:
-    """The seed's three faults (sevil.md section 4): V sensor 2 3 m/s, beta sensor 1 1 deg, alpha sensor 3 1 deg."""
+    """The source's three faults (sevil.md section 4): V sensor 2 3 m/s, beta sensor 1 1 deg, alpha sensor 3 1 deg."""
     deg = math.radians(1.0)
     return (
         Fault(0, 1, 3.0 * sign, 500.0, 1500.0),

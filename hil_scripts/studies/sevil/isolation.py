@@ -40,7 +40,7 @@ def fit_gain(T: Array, V: Array, S: Array) -> tuple[Array, Array]:
     """(gain [N,3], fault [N,3]) of blaming each probe alone: raw residuals T [N,2] = V r, their covariance S [...,2,2].
 
     gain_i = (V_i^T S^-1 T)^2 / (V_i^T S^-1 V_i) is how much gamma falls, fault_i = (V_i^T S^-1 T) / (V_i^T S^-1 V_i) the most
-    likely size (spec 6).
+    likely size (sevil.md 6).
     """
     W = np.linalg.inv(S)
     num = np.einsum("...ji,...jk,...k->...i", V, W, T)

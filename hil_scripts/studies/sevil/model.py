@@ -1,5 +1,5 @@
 """The onboard side of the air-data studies: expected readings of the onboard wake model along a flight, the receiver with
-the probes of the specification, and the statistics of turbulence averaged over a window. Frame and reading order as in
+the probes of sevil.md section 4, and the statistics of turbulence averaged over a window. Frame and reading order as in
 `sevil_flight`; nothing here touches the plant.
 """
 
@@ -32,7 +32,7 @@ VARIABLES = ("V", "beta", "alpha")
 
 @cache
 def receiver() -> Aircraft:
-    """The Learjet's record with the probe places of the specification."""
+    """The Learjet's record with the probe places of sevil.md section 4."""
     ac = load_aircraft("learjet24")
     return replace(ac, probe=tuple(replace(p, position_m=q) for p, q in zip(ac.probe, SEVIL_PROBES, strict=True)))
 

@@ -1,4 +1,4 @@
-"""More than one fault in a variable, with a virtual sensor of the common value (spec 9.4).
+"""More than one fault in a variable, with a virtual sensor of the common value (sevil.md 9.4).
 
 Three probes leave two parity dimensions, in which (f, f, 0) looks like (0, 0, -f). A prediction of the common value from
 elsewhere (inertial velocity and wind estimate) adds the third. Hypotheses are sets s of faulty probes (3-bit masks): with the

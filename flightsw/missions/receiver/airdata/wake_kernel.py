@@ -1,6 +1,6 @@
 """Wake of a tanker as the onboard software believes it: two horseshoe vortices, and what air-data probes read in it.
 
-Frame F: origin at the tanker's centre of gravity, x along its air velocity, y right, z down [m]. Source: sevil.md,
+Frame F: origin at the tanker's centre of gravity, x along its air velocity, y right, z down [m]. Source: sevil.md
 sections 3 and 3.2 (Sevil 2013, equations 2.35-2.36, with the direction of the induced velocity added).
 """
 

@@ -1,4 +1,4 @@
-"""Detectors over whole records: single sample, mean of the last n, CUSUM (spec 9.3). All take residuals of parity.py."""
+"""Detectors over whole records: single sample, mean of the last n, CUSUM (sevil.md 9.3). All take residuals of parity.py."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def windowed_cleared(
 ) -> Residuals:
     """As `windowed` (additive), but while in alarm the window drops its older samples once the newer ones are calm again.
 
-    Without that a window keeps up to n-1 faulty samples after a fault has gone (spec 9.3). p_alarm: false-alarm probability
+    Without that a window keeps up to n-1 faulty samples after a fault has gone (sevil.md 9.3). p_alarm: false-alarm probability
     per sample of the alarm that arms the clearing.
     """
     Y = np.ascontiguousarray(Y, dtype=float)
@@ -92,7 +92,7 @@ class Cusum:
 
 
 def cusum(res: Residuals, delta: float = 2.0, h: float = 13.0, cap: float | None = None, reset: bool = False) -> Cusum:
-    """CUSUM of single-sample residuals along the six signed probe directions (spec 9.3).
+    """CUSUM of single-sample residuals along the six signed probe directions (sevil.md 9.3).
 
     delta: shift in standard deviations it is tuned to; alarm above h. Sums stop at `cap` (default 2 h), so that an alarm
     ends a few samples after its fault; with `reset` they restart at every alarm instead (counts events).

@@ -21,7 +21,7 @@ def threshold(p_false: float, dof: int = 2) -> float:
 
 
 def noncentrality(fault: float, sigma: float, n: int = 1) -> float:
-    """lambda = n (2/3) f^2/sigma^2 of one probe's constant fault in the mean of n samples, any probe (spec 6, 9.3)."""
+    """lambda = n (2/3) f^2/sigma^2 of one probe's constant fault in the mean of n samples, any probe (sevil.md 6, 9.3)."""
     return n * (2.0 / 3.0) * (fault / sigma) ** 2
 
 

@@ -1,4 +1,4 @@
-"""Onboard air-data monitor: detects and isolates faulty channels, keeps them out and lets them back in (spec 6, 9.3 to 9.5).
+"""Onboard air-data monitor: detects and isolates faulty channels, keeps them out and lets them back in (sevil.md 6, 9.3 to 9.5).
 
 Per variable (V, beta, alpha) the mean of the last samples of reading minus expectation is tested in parity space. An alarm is
 resolved into a set of faulty probes, those channels are excluded but watched, and re-admitted after enough quiet samples.

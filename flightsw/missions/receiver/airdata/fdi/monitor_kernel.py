@@ -1,4 +1,4 @@
-"""One variable, one sample of the air-data monitor: window, test, decision, exclusion and re-admission (spec 9.3 to 9.5)."""
+"""One variable, one sample of the air-data monitor: window, test, decision, exclusion and re-admission (sevil.md 9.3 to 9.5)."""
 
 from __future__ import annotations
 

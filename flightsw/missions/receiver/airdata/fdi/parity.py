@@ -1,4 +1,4 @@
-"""Parity residuals of three redundant probes: null space, normalisation, test statistic (Sevil 2013, 5.1, 5.2; spec 6).
+"""Parity residuals of three redundant probes: null space, normalisation, test statistic (Sevil 2013, 5.1, 5.2; sevil.md 6).
 
 Arrays of N samples at once; one variable at a time. The onboard monitor uses the kernels of parity_kernels.py instead; a test
 holds the two together.
@@ -61,7 +61,7 @@ def normalise(T: Array, V: Array, C: Array) -> Residuals:
 
 def covariance(sigma: Array | float, S: Array | None = None) -> Array:
     """diag(sigma^2) + S: [3,3] or [N,3,3]. sigma: 1-sigma of one reading, one for all probes or [3]; S covariance of the
-    expectation, J P J^T for a position covariance P and J = d e / d xi (spec 6)."""
+    expectation, J P J^T for a position covariance P and J = d e / d xi (sevil.md 6)."""
     R = np.diag(np.broadcast_to(np.asarray(sigma, dtype=float) ** 2, (3,)))
     return R if S is None else R + S
 
@@ -73,7 +73,7 @@ def plain(Y: Array, sigma: Array | float, V: Array = PARITY) -> Residuals:
 
 
 def additive(Y: Array, E: Array, sigma: Array | float, S: Array | None = None, V: Array = PARITY) -> Residuals:
-    """Residuals of Y - E, E [N,3] or [3] readings expected at the relative position (spec 6, robust form recommended).
+    """Residuals of Y - E, E [N,3] or [3] readings expected at the relative position (sevil.md 6, robust form recommended).
 
     S [3,3] or [N,3,3]: covariance of E (J P J^T).
     """

@@ -135,7 +135,7 @@ def smallest_set(g: np.ndarray, ok: int, within: int, extra: int, start: int, h:
 
     g [8] from subset_gammas; extra 1 with a virtual sensor, else 0; sets of fewer than `start` suspects are not considered;
     h [4]: threshold by degrees of freedom. The rest must be testable (at least one degree of freedom), except that a
-    virtual sensor may contradict every probe. Among sets of equal size the smallest statistic wins (spec 9.4).
+    virtual sensor may contradict every probe. Among sets of equal size the smallest statistic wins (sevil.md 9.4).
     """
     k = popcount(ok)
     for size in range(start, k + 1):
