@@ -1,8 +1,8 @@
 """Range-only rendezvous: the three-state extended Kalman filter, and the window of innovations every estimator feeds.
 
 Rendezvous frame R: origin at the control point, +x towards the initial point the receiver comes from, +y 90 deg
-counter-clockwise from +x seen from above; SI units. Source: Rivard (1982), equations 29 to 47 as corrected in its
-specification (P23 unchanged by propagation, R a variance, cross term of the bias correction available).
+counter-clockwise from +x seen from above; SI units. Source: Rivard (1982), equations 29 to 47 as corrected in
+rivard.md section 5 (P23 unchanged by propagation, R a variance, cross term of the bias correction available).
 """
 
 from __future__ import annotations
