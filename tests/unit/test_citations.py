@@ -1,5 +1,5 @@
-"""Citations lead somewhere: `lee.md 3.5` to a heading, erratum or trap of docs/sources/lee.md, and every link of the docs to a page
-and heading that exists."""
+"""Citations lead somewhere: `lee.md 3.5` to a heading, erratum or trap of docs/sources/lee.md, links of the docs to a page and
+heading that exist."""
 
 from __future__ import annotations
 

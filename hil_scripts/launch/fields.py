@@ -1,0 +1,166 @@
+"""Configuration dataclasses as rows of a table: key, default, limits, unit, and the comment beside the field in its source."""
+
+from __future__ import annotations
+
+import ast
+import dataclasses
+import inspect
+import io
+import math
+import re
+import textwrap
+import tokenize
+import types
+import typing
+from collections.abc import Iterator
+from dataclasses import MISSING, dataclass
+from functools import cache
+from typing import Annotated, Any, get_args, get_origin
+
+from flightsw.strict import OneOf, Range
+
+UNITS = {
+    "1prad": "1/rad", "1ps": "1/s", "F": "-", "N": "N", "deg": "deg", "degps": "deg/s", "degps2": "deg/s^2", "frac": "-",
+    "hz": "Hz", "kN": "kN", "kg": "kg", "kgps": "kg/s", "m": "m", "m2": "m^2", "m2ps": "m^2/s", "m2ps3": "m^2/s^3", "mps": "m/s",
+    "mps2": "m/s^2", "ms": "ms", "rad": "rad", "radpm": "rad/m", "radps": "rad/s", "s": "s", "s2pm": "s^2/m",
+    "ticks": "base ticks", "us": "us",
+}  # fmt: skip
+IN_TEXT = re.compile(r"^\[([^\]]+)\]\s*")
+
+
+@dataclass(frozen=True)
+class Row:
+    """One key that can be set. `table`: the dotted table it stands in, "" at the top; `about`: what its class says of itself."""
+
+    table: str
+    key: str
+    kind: str
+    default: str
+    allowed: str
+    unit: str
+    text: str
+    about: str
+
+
+@cache
+def comments(cls: type) -> dict[str, str]:
+    """Comment beside, or in the lines of, each field of a dataclass and of those it inherits from. Empty where there is none."""
+    out: dict[str, str] = {}
+    for c in reversed(cls.__mro__):
+        if not dataclasses.is_dataclass(c):
+            continue
+        source = textwrap.dedent(inspect.getsource(c))
+        notes = {
+            t.start[0]: t.string.lstrip("#").strip()
+            for t in tokenize.generate_tokens(io.StringIO(source).readline)
+            if t.type == tokenize.COMMENT and not t.string.startswith(("# fmt:", "# type:", "# noqa"))
+        }
+        (tree,) = ast.parse(source).body
+        assert isinstance(tree, ast.ClassDef)
+        for node in tree.body:
+            if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
+                lines = range(node.lineno, (node.end_lineno or node.lineno) + 1)
+                out[node.target.id] = " ".join(notes[n] for n in lines if n in notes)
+    return out
+
+
+def rows(cls: type, default: Any = None, table: str = "") -> Iterator[Row]:
+    """Every key of a configuration dataclass, own ones before those of its tables; `default`: a record with the defaults."""
+    hints, notes = typing.get_type_hints(cls, include_extras=True), comments(cls)
+    about = "" if (cls.__doc__ or "").startswith(f"{cls.__name__}(") else " ".join((cls.__doc__ or "").split())
+    tables = []
+    for f in dataclasses.fields(cls):
+        if not f.init:
+            continue
+        value = _default(f, default)
+        inner, suffix = _inner(hints[f.name])
+        if inner is not None:
+            name = f"{table}.{f.name}{suffix}" if table else f"{f.name}{suffix}"
+            tables.append((inner, value if dataclasses.is_dataclass(value) else None, name))
+            continue
+        unit, text = UNITS.get(f.name.rpartition("_")[2], "") if "_" in f.name else "", notes.get(f.name, "")
+        if m := IN_TEXT.match(text):
+            unit, text = m[1].partition(",")[0], text[m.end() :]
+        yield Row(table, f.name, _kind(hints[f.name]), shown(value), _allowed(hints[f.name]), unit, text, about)
+    for inner, record, name in tables:
+        yield from rows(inner, record, name)
+
+
+def _default(f: dataclasses.Field[Any], base: Any) -> Any:
+    if base is not None:
+        return getattr(base, f.name)
+    return f.default_factory() if f.default_factory is not MISSING else f.default
+
+
+def _plain(tp: Any) -> Any:
+    """A type without Annotated and without None."""
+    if get_origin(tp) is Annotated:
+        return _plain(get_args(tp)[0])
+    if get_origin(tp) in (typing.Union, types.UnionType):
+        return _plain(next(a for a in get_args(tp) if a is not type(None)))
+    return tp
+
+
+def _inner(tp: Any) -> tuple[type | None, str]:
+    """Dataclass that is a table of its own, and how its name in a path ends: [] for each of a list, .<name> for any name."""
+    tp = _plain(tp)
+    if isinstance(tp, type) and dataclasses.is_dataclass(tp):
+        return tp, ""
+    args = get_args(tp)
+    if get_origin(tp) in (tuple, list) and args and dataclasses.is_dataclass(_plain(args[0])):
+        return _plain(args[0]), "[]"
+    if get_origin(tp) is dict and len(args) == 2 and dataclasses.is_dataclass(_plain(args[1])):
+        return _plain(args[1]), ".<name>"
+    return None, ""
+
+
+def _kind(tp: Any) -> str:
+    tp = _plain(tp)
+    origin, args = get_origin(tp), get_args(tp)
+    if origin in (tuple, list):
+        of = _kind(args[0])
+        return f"list of {of}" if args[-1] is Ellipsis or origin is list else f"{len(args)} x {of}"
+    if tp is dict or origin is dict:
+        return "table"
+    return {float: "float", int: "int", str: "text", bool: "true, false"}.get(tp, "any")
+
+
+def _limits(tp: Any) -> Iterator[Range | OneOf]:
+    for a in get_args(tp):
+        if isinstance(a, (Range, OneOf)):
+            yield a
+        elif get_origin(a) is not None:
+            yield from _limits(a)
+
+
+def _allowed(tp: Any) -> str:
+    out: list[str] = []
+    for c in _limits(tp):
+        if isinstance(c, OneOf):
+            text = ", ".join(f"`{w}`" if w else '`""`' for w in c.allowed)
+        elif math.isinf(c.hi):
+            text = f">= {c.lo:g}"
+        elif math.isinf(c.lo):
+            text = f"<= {c.hi:g}"
+        else:
+            text = f"{c.lo:g} to {c.hi:g}"
+        if text not in out:
+            out.append(text)
+    return "; ".join(out)
+
+
+def shown(value: Any) -> str:
+    """A default as it would stand in TOML; "required" where there is none."""
+    if value is MISSING:
+        return "required"
+    if value is None:
+        return "not set"
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    if isinstance(value, str):
+        return f'"{value}"'
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(shown(v) for v in value) + "]"
+    return "{}" if value == {} else str(value)
