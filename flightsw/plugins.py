@@ -14,8 +14,8 @@ from typing import TypeVar
 
 from flightsw.strict import ConfigError, near
 
-MISSIONS, AIRCRAFT, VIEWS, STUDIES, ESTIMATORS = (
-    f"wakefield.{group}" for group in ("missions", "aircraft", "views", "studies", "estimators")
+MISSIONS, AIRCRAFT, VIEWS, STUDIES, ESTIMATORS, BENCHES = (
+    f"wakefield.{group}" for group in ("missions", "aircraft", "views", "studies", "estimators", "benches")
 )
 T = TypeVar("T")
 
