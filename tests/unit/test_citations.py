@@ -25,7 +25,6 @@ DOC = re.compile(r"(?<![\w/])docs/[\w/-]+\.md(?:#[\w.-]+)?")
 NUMBERED = re.compile(r"^#+ (\d+(?:\.\d+)*)\b|\*\*(trap \d+)\*\*|^\| (E\d+) \|", re.MULTILINE)
 HEADING = re.compile(r"^#+ +(.+)$", re.MULTILINE)
 NAMELESS = re.compile(r"\b[Ss]pec \d+(?:\.\d+)*")  # a section of a page it does not name
-OTHER_PAGES = {"README", "new-aircraft"}  # pages named in prose by their file name alone
 
 
 def files() -> list[Path]:
@@ -38,6 +37,12 @@ def files() -> list[Path]:
 def places(page: Path) -> frozenset[str]:
     """Numbers of a page of sources: headings "3.5", errata "E13", traps "trap 6"."""
     return frozenset(x for m in NUMBERED.findall(page.read_text()) for x in m if x)
+
+
+@cache
+def pages() -> frozenset[str]:
+    """File names of all pages of the docs: prose may name one."""
+    return frozenset(p.name for p in (ROOT / "docs").rglob("*.md"))
 
 
 @cache
@@ -71,7 +76,7 @@ def dangling(text: str) -> list[str]:
     for work, place in wanted(text):
         page = SOURCES / f"{work}.md"
         if not page.exists():
-            if work not in OTHER_PAGES and not (not place and (ROOT / "docs" / f"{work}.md").exists()):
+            if place or f"{work}.md" not in pages():
                 out.append(f"{work}.md: no such page in docs/sources")
         elif place and place not in places(page):
             out.append(f"{work}.md {place}: no such section, erratum or trap")
