@@ -4,18 +4,20 @@
 VENV  := .venv
 BIN   := $(VENV)/bin
 STAMP := $(VENV)/.installed
+DOCS  := build/docs-env
 TESTS ?= tests
 # byte code of the programs is kept: each of a run's processes starts half a second sooner
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: env fly test check bench clean
+.PHONY: env fly test check docs bench clean
 .DEFAULT_GOAL := help
 
 help:
 	@echo "make fly    build the environment if needed, fly the refuelling, leave a run folder"
 	@echo "make test   build the environment if needed, run the tests (TESTS=path to choose)"
 	@echo "make env    build .venv from requirements.lock"
-	@echo "make check  style, types, import directions, dialect"
+	@echo "make check  style, types, import directions, generated pages"
+	@echo "make docs   all pages as a site with search, in build/site"
 	@echo "make bench  speed of everything, printed as a table"
 	@echo "make clean  remove .venv, caches and compiled kernels (runs/ stays)"
 
@@ -38,6 +40,18 @@ check: env
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/python -m flightsw.icd.gen --check
+	$(BIN)/python -m hil_scripts.launch.reference --check
+
+# the site's tools (extra `docs` of pyproject.toml) have an environment of their own: the locked one stays as it is
+$(DOCS)/.installed: pyproject.toml | $(STAMP)
+	$(BIN)/python -m venv $(DOCS)
+	$(DOCS)/bin/pip install -q --disable-pip-version-check $$($(BIN)/python -c \
+		"import tomllib; print(*tomllib.load(open('pyproject.toml', 'rb'))['project']['optional-dependencies']['docs'])")
+	@touch $@
+
+docs: $(DOCS)/.installed
+	NO_MKDOCS_2_WARNING=1 $(DOCS)/bin/mkdocs build --strict
+	@echo "build/site/index.html"
 
 bench: env
 	$(BIN)/sil bench

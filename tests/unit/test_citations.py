@@ -112,6 +112,12 @@ def test_citations_are_many() -> None:
     assert {w for w, _ in cited} == {p.stem for p in SOURCES.glob("*.md")} - {"README"}
 
 
+def test_every_page_is_in_the_site() -> None:
+    """mkdocs.yml names each page once, and no other."""
+    listed = re.findall(r": ([\w/-]+\.md)$", (ROOT / "mkdocs.yml").read_text(), re.MULTILINE)
+    assert sorted(listed) == sorted(str(p.relative_to(ROOT / "docs")) for p in (ROOT / "docs").rglob("*.md"))
+
+
 @pytest.mark.parametrize(
     ("text", "found"),
     [
