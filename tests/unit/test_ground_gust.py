@@ -193,7 +193,7 @@ def test_conversion_and_tabs(run: Path, tmp_path: Path) -> None:
     path = convert(run, tmp_path / "run.rrd")
     assert path.stat().st_size > 20_000
     assert convert(run, tmp_path / "loads.rrd", tab="loads").exists()
-    with pytest.raises(NoTabError, match="Gust, Loads, Filter, Flight and timing"):
+    with pytest.raises(NoTabError, match="Gust, Loads, Filter, Wind, Flight, Controls, Timing and filter, Sensors"):
         convert(run, tmp_path / "none.rrd", tab="boom")
 
 

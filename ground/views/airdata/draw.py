@@ -16,10 +16,10 @@ import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
 from ground.columns import Columns, Table
-from ground.link.packets import RECEIVER
-from ground.rrd.blueprint import Plots
-from ground.rrd.palette import BOX, COLOR, NAV, TRUTH, Color
+from ground.rrd.layout import Layout, Look, Plots
+from ground.rrd.palette import BOX, NAV, TRUTH, Color
 from ground.rrd.series import AXIS, Array, Sink
+from ground.run import Run
 from ground.views.airdata.read import (
     DIRECTIONS,
     PROBES,
@@ -32,6 +32,8 @@ from ground.views.airdata.read import (
     true_position,
     vortices,
 )
+from ground.views.refueling.aircraft import RECEIVER
+from ground.views.refueling.palette import COLOR
 
 FDI, WAKE = "nav/receiver/fdi", "nav/receiver/wake"
 MAP, TRUE_MAP, TANKER_MAP = f"{WAKE}/map", "truth/receiver/wake_map", "truth/tanker/wake_map"
@@ -275,6 +277,11 @@ def close_centre(truth: Columns, tlm: Columns) -> tuple[float, float]:
     contact = contact if len(contact) else true.t_us[-1:]
     mean = true.at(contact)[1].mean(axis=0)
     return float(mean[1]), float(mean[2])
+
+
+def layout(run: Run, look: Look) -> Layout:
+    """The tab of this module."""
+    return Layout(tabs=[airdata_tab(Plots(*look.span), close_centre(run.truth, run.tlm))])
 
 
 def airdata_tab(p: Plots, centre: tuple[float, float]) -> rrb.Vertical:
