@@ -148,7 +148,10 @@ def live(
 @app.command(context_settings={"ignore_unknown_options": True})  # so that a value may be negative
 def send(
     action: Annotated[str, typer.Argument(help="a word of the mission flown (`list` shows all), or inject")],
-    value: Annotated[float | None, typer.Argument(help="the number a word needs, SI; inject: see --type")] = None,
+    value: Annotated[
+        float | None,
+        typer.Argument(help="the number it takes: a speed [m/s], the number of a law; inject: see --type, SI"),
+    ] = None,
     to: Annotated[
         int | None, typer.Option("--to", help="sysid; default: the mission's usual one", min=1, max=250)
     ] = None,
@@ -207,7 +210,13 @@ def diff(run_a: Run, run_b: Annotated[Path, typer.Argument(help="the other run f
 
 def main() -> None:
     """Entry point of the `ground` command."""
-    app()
+    from flightsw.strict import ConfigError
+
+    try:
+        app()
+    except ConfigError as exc:  # of somebody's view or report
+        print(f"ground: {exc}", file=sys.stderr)
+        sys.exit(2)
 
 
 if __name__ == "__main__":

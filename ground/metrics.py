@@ -13,6 +13,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from flightsw.plugins import VIEWS
+from flightsw.strict import ConfigError
 from ground import run as runs
 from ground.columns import Columns, load
 from ground.consistency import consistency_figures, fuel_metrics, refusal_figures
@@ -60,8 +62,8 @@ def common(run: Run, crafts: Mapping[int, str], counts: Counts) -> Figures:
 
 
 def compute(folder: Path) -> Figures:
-    """All metrics of a run folder. Raises LogError if it is none or a log is no log, ValueError if meta.json is broken or two
-    views give one figure."""
+    """All metrics of a run folder. Raises LogError if it is none or a log is no log, ValueError if meta.json is broken,
+    ConfigError if two views give one figure."""
     run = runs.load(folder)
     views = registry.found(run.tlm)
 
@@ -75,6 +77,6 @@ def compute(folder: Path) -> Figures:
     for name, view in views.items():
         own = view.figures(run)
         if twice := out.keys() & own.keys():
-            raise ValueError(f"view {name!r}: figure {min(twice)!r} is another's")
+            raise ConfigError(f"{VIEWS} = {name!r}: figure {min(twice)!r} is another's")
         out |= own
     return out

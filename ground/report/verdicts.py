@@ -10,7 +10,7 @@ from ground.report.load import Stat
 
 
 class Target(Protocol):
-    """What a value must be; see sevil.Target."""
+    """What a value must be."""
 
     def met(self, value: float) -> bool:
         """Whether a value meets it."""

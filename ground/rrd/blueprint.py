@@ -11,6 +11,8 @@ import rerun.blueprint as rrb
 
 from ground.rrd.layout import Layout, Look, Plots, Tab
 
+LANE = 0.3  # share of a lane in the height, where the scenes have 4
+LONG_S = 120.0  # [s] runs up to here are played slower
 SURFACES = ("aileron", "elevator", "rudder")
 
 
@@ -120,11 +122,13 @@ def blueprint(
     world = rrb.MapView(origin="/", contents=tracks, name="Map", zoom=9.0)
     scenes = rrb.Tabs(*(s for v in ranked for s in v.scenes), plan, world, active_tab=0, name="Scene")
     plots = rrb.Tabs(*tabs, active_tab=_number(tabs, tab), name=f"Plots of {title}")
-    modes = _modes(p, names, ranked)
+    modes, lanes = _modes(p, names, ranked), 2 * len(names) + sum(len(v.lanes) for v in ranked)
     if lead.wide:
         whole: Tab = rrb.Vertical(scenes, plots, modes, row_shares=[5, 6, 2.6])
     else:
-        whole = rrb.Horizontal(rrb.Vertical(scenes, modes, row_shares=[4, 1.5]), plots, column_shares=[1.2, 1])
+        whole = rrb.Horizontal(
+            rrb.Vertical(scenes, modes, row_shares=[4, max(1.5, LANE * lanes)]), plots, column_shares=[1.2, 1]
+        )
     return rrb.Blueprint(
         whole,
         rrb.BlueprintPanel(state="collapsed"),
@@ -132,7 +136,7 @@ def blueprint(
         rrb.TimePanel(
             state="collapsed",
             timeline="sim_time",
-            playback_speed=5.0,
+            playback_speed=5.0 if look.end_s > LONG_S else 2.0,
             play_state="paused",
             time_selection=rr.encodings.AbsoluteTimeRange(int(start_s * 1e9), int(end_s * 1e9)),
         ),

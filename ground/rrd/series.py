@@ -9,6 +9,9 @@ import numpy as np
 import rerun as rr
 from numpy.typing import NDArray
 
+from flightsw.plugins import VIEWS
+from flightsw.strict import ConfigError
+
 APPLICATION = "wakefield"
 TICK_US = 10_000  # [us] base tick
 AXIS = ((232, 92, 80), (96, 190, 110), (90, 150, 240))  # colours of x, y, z and the like
@@ -30,11 +33,11 @@ class Sink:
         self._standing = frozenset(self._drawn)
 
     def _free(self, path: str) -> bool:
-        """Whether a path is to be drawn now. Raises ValueError for one that two would draw."""
+        """Whether a path is to be drawn now. Raises ConfigError for one that two views draw."""
         if path in self._standing:
             return False
         if path in self._drawn:
-            raise ValueError(f"{path} is drawn twice")
+            raise ConfigError(f"{VIEWS}: {path} is drawn twice")
         self._drawn.add(path)
         return True
 

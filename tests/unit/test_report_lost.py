@@ -13,10 +13,11 @@ import numpy as np
 import pytest
 from matplotlib.axes import Axes
 
-from ground.report import figures, open_loop, verdicts
+from ground.report import figures, verdicts
 from ground.report import page as p
-from ground.report.build import claims, lee_report
+from ground.report.lee import open_loop
 from ground.report.lee import page as lee
+from ground.report.lee.build import claims, lee_report
 from ground.report.load import Stat, load
 from ground.report.rivard import cells as rivard_cells
 from ground.report.sevil.cases import Cases, matrix, sweep_points

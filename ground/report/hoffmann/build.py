@@ -6,10 +6,11 @@ import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from ground.report import figures, open_loop
+from ground.report import figures
 from ground.report import page as p
 from ground.report import verdicts as v
 from ground.report.build import Pictures, load_all, provenance, warnings, write_page
+from ground.report.chapters import everything
 from ground.report.hoffmann import figures as f
 from ground.report.hoffmann import page as hoffmann
 from ground.report.hoffmann.loops import adaptation, alleviation, estimators, labels, robustness
@@ -43,9 +44,7 @@ def _text(found: Found, pictures: Pictures) -> str:
         ("adaptation", "Turbulence that comes and goes", adaptation(found.get("hoffmann_adaptation"), pictures)),
     ]
     chapters = [c for c in chapters if c[2]]
-    chapters.append(
-        ("figures", "All figures", "".join(p.details(s, open_loop.everything(c)) for s, c in found.items()))
-    )
+    chapters.append(("figures", "All figures", "".join(p.details(s, everything(c)) for s, c in found.items())))
     chapters.append(("reading", "How to read this", "".join(p.paragraph(t) for t in READING.strip().split("\n\n"))))
     chapters.append(("provenance", "Provenance", provenance(list(found.values()))))
     body = cards + "".join(warnings(c) for c in found.values())

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 
-from ground.report import open_loop
 from ground.report import page as p
 from ground.report import verdicts as v
 from ground.report.build import Pictures, load_all, provenance, warnings, write_page
+from ground.report.chapters import everything
 from ground.report.load import Campaign, Stat
 from ground.report.sevil import faults as sevil_faults
 from ground.report.sevil import page as sevil
@@ -101,7 +101,7 @@ def _closed_loop(c: Campaign) -> str:
 
 
 def _everything(c: Campaign) -> str:
-    return f"<h3>{escape(c.study)}</h3>" + p.paragraph(str(c.meta.get("purpose", ""))) + open_loop.everything(c)
+    return f"<h3>{escape(c.study)}</h3>" + p.paragraph(str(c.meta.get("purpose", ""))) + everything(c)
 
 
 READING = """

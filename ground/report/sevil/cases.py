@@ -10,8 +10,8 @@ from typing import Any
 
 from ground.report import figures as f
 from ground.report import page as p
+from ground.report.chapters import Keeper
 from ground.report.load import Campaign, Stat
-from ground.report.open_loop import Keeper
 from ground.report.sevil import page as sevil
 
 CASE_LABELS = {"all": "all disturbances", "two_none_V": "none, V", "calm": "calm air, perfect attitude"}

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy import signal
 
 from ground.rrd.layout import Layout, Look, Plots
-from ground.rrd.palette import NAV, TRUTH, Color
+from ground.rrd.palette import CRAFTS, NAV, TRUTH, Color
 from ground.rrd.series import Array, Sink
 from ground.run import Run
 from ground.views.gust.figures import pair
@@ -21,7 +21,6 @@ from ground.views.gust.read import ESTIMATORS, LAWS, GustFlight, flights, names
 
 DEG = 180.0 / np.pi
 G = 9.81
-SHADES: tuple[Color, ...] = ((90, 200, 255), (170, 170, 180), (120, 230, 140), (240, 160, 120))
 BAND: Color = (150, 100, 50)
 WEIGHTS: tuple[Color, ...] = ((90, 150, 240), (96, 190, 110), (240, 190, 70), (232, 92, 80))
 WANTED = (("alpha_w", "deg", DEG), ("v_w", "m/s", 1.0), ("bias", "deg", DEG))
@@ -36,7 +35,7 @@ def draw(sink: Sink, run: Run) -> None:
     """Send everything of this module."""
     found = flights(run.folder, run.truth, run.tlm)
     for i, f in enumerate(found):
-        _flight(sink, f, SHADES[i % len(SHADES)])
+        _flight(sink, f, CRAFTS[i % len(CRAFTS)])
     _spectra(sink, found)
 
 
@@ -101,7 +100,7 @@ def _spectra(sink: Sink, found: list[GustFlight]) -> None:
         hz, density = signal.welch(f.a_z[f.t >= 2.0], rate, nperseg=min(512, len(f.t_us) // 4))
         keep = (hz > 10.0 ** DECADES[0]) & (hz < 10.0 ** DECADES[1])
         strip = _point(hz[keep], density[keep])
-        color = SHADES[i % len(SHADES)]
+        color = CRAFTS[i % len(CRAFTS)]
         curve = rr.LineStrips2D([strip], colors=[color], radii=rr.Radius.ui_points(1.8))
         sink.rec.log(f"{SPECTRUM}/{f.name}", curve, static=True)
         labels.append(f.name)
