@@ -19,7 +19,7 @@ from ground.views.base import Figures
 
 SETTLE_S = 60.0  # [s] the figures start here
 AXES_NEES = ("position", "attitude")  # of nees.<aircraft>
-DRY_KG = 0.01  # [kg] single-precision mass of a tanker
+DRY_KG = 0.01  # [kg] single-precision mass of a heavy aircraft
 Pairs = tuple[Table, Table]
 Array = NDArray[np.float64]
 

@@ -83,15 +83,15 @@ def order(action: str, value: float | None, to: int | None) -> Order:
     if action not in known:
         raise CommandError(f"unknown action {action!r}; known: {', '.join([*known, 'inject'])}")
     choice = known[action]
-    one = choice[0]
-    if one.value is None and value is not None:
+    usual = {c.to for c in choice}
+    if value is not None and all(c.value is None for c in choice):
         raise CommandError(f"action {action!r} takes no value, got {value:g}")
-    target = one.to if to is None else to
+    target = to if to is not None else usual.pop() if len(usual) == 1 else None
     if target is None or not any(_takes(c, value) for c in choice):
-        raise CommandError(f"{action} needs {_needs(choice)}, for example: {_example(one)}")
+        raise CommandError(f"{action} needs {_needs(choice)}, for example: {_example(choice[0])}")
     if len(choice) > 1:
         return Order(target, 0, (), action if value is None else f"{action} {value:g}", word=action, value=value)
-    return _filled(one, target, value)
+    return _filled(choice[0], target, value)
 
 
 def listing() -> list[str]:
@@ -120,7 +120,9 @@ def _needs(choice: list[Command]) -> str:
         parts.append(f"a number ({'; '.join(listed)})")
     elif value is not None:
         parts.append(f"a value in {value.unit} greater than 0")
-    return " and ".join([*parts, *(["an aircraft"] if choice[0].to is None else [])])
+    if len({c.to for c in choice}) > 1 or choice[0].to is None:
+        parts.append("an aircraft")
+    return " and ".join(parts)
 
 
 def _example(c: Command) -> str:

@@ -61,6 +61,7 @@ class Vehicle:
     def __init__(self, sysid: int, now: float) -> None:
         self.sysid = sysid
         self.packets: dict[str, bytes] = {}
+        self._at_us: dict[str, int] = {}  # when they were heard, of those without a stamp of their own
         self.count = 0
         self.rate = 0.0  # [1/s] wall time
         self.t_us = 0
@@ -77,7 +78,9 @@ class Vehicle:
         self.count += 1
         self.heard = now
         t_us = packet_time_us(packet)
-        if t_us is not None and (t_us > self.t_us or name not in own_time()):
+        if t_us is None:
+            self._at_us[name] = self.t_us
+        elif t_us > self.t_us or name not in own_time():
             self.t_us = t_us
         if name == "STATUSTEXT":
             f = decode(packet)
@@ -106,8 +109,10 @@ class Vehicle:
     def age_s(self, name: str) -> float:
         """How far the newest sample of a message lies behind the newest of all [s]; infinite if there was none."""
         packet = self.packets.get(name)
-        t_us = None if packet is None else packet_time_us(packet)
-        return math.inf if t_us is None else (self.t_us - t_us) * 1e-6
+        if packet is None:
+            return math.inf
+        t_us = packet_time_us(packet)
+        return (self.t_us - (self._at_us[name] if t_us is None else t_us)) * 1e-6
 
 
 def wind_words(wind: list[float], sigma: list[float]) -> str:

@@ -34,7 +34,7 @@ class Airdata(View):
 
     def layout(self, run: Run, look: Look) -> Layout:
         """The tab Air data."""
-        from ground.views.airdata.draw import layout
+        from ground.views.airdata.look import layout
 
         return layout(run, look)
 
