@@ -16,7 +16,7 @@ from ground.whole import scenario
 GROUND = 255  # system id of ground stations
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Run:
     """A run folder with truth and telemetry loaded."""
 

@@ -34,7 +34,7 @@ def convert(folder: Path, out: Path | None = None, near: bool = False, tab: str 
     views = list(registry.found(run.tlm).values())
     end = max(run.end_us, NOTHING_US)
     look = Look(interest(run.tlm, end), end * 1e-6, near)
-    layouts = [view.layout(run, look) for view in views]
+    layouts = [shown for view in views if (shown := view.layout(run, look)) is not None]
     estimating = [name for s, name in run.names.items() if run.tlm.get(s, "NAV_STATE") is not None]
     screen = blueprint(run.title, list(run.names.values()), estimating, look, layouts, tab)
     with path.open("wb"):  # a plain message for a read-only folder, before rerun starts

@@ -110,11 +110,9 @@ class View(ABC):
         """Figures for summary.json: flat dotted keys, SI unless the key ends in another unit; without samples None."""
         return {}
 
-    def layout(self, run: Run, look: Look) -> Layout:
-        """What the viewer shows of it."""
-        from ground.rrd.layout import Layout
-
-        return Layout()
+    def layout(self, run: Run, look: Look) -> Layout | None:
+        """What the viewer shows of it; None: nothing."""
+        return None
 
     def draw(self, sink: Sink, run: Run) -> None:  # noqa: B027 -- nothing to draw is allowed
         """Send its entities. What a view has drawn stands: the common part does not draw that path again."""
