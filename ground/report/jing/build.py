@@ -9,7 +9,7 @@ from ground.report import figures
 from ground.report import page as p
 from ground.report.build import Pictures, load_all, provenance, warnings, write_page
 from ground.report.chapters import everything
-from ground.report.hoffmann.build import Found, judged
+from ground.report.goals import Found, judged
 from ground.report.jing import figures as f
 from ground.report.jing import page as jing
 from ground.report.load import Campaign
