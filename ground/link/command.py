@@ -19,6 +19,8 @@ from flightsw.icd.link import plant_command_port, telemetry_port
 from flightsw.icd.scaling import COMP_AUTOPILOT, COMP_PLANT
 from flightsw.icd.texts import Joiner
 from flightsw.icd.wire import Sender
+from flightsw.plugins import VIEWS
+from flightsw.strict import ConfigError
 from ground.link.packets import IDS, decode, packet_id, split, words
 from ground.views import registry
 from ground.views.base import Command
@@ -28,6 +30,7 @@ CMD_REQUEST_MESSAGE: int = mav.MAV_CMD_REQUEST_MESSAGE
 RETRY_S = 0.7  # [s] wall time before a repeat
 ATTEMPTS = 4
 IN_PROGRESS = 5  # MAV_RESULT: begun, a final answer follows
+RESERVED = ("inject", "list")  # words of `ground send` that are of no mission
 UNSUPPORTED: int = mav.MAV_RESULT_UNSUPPORTED
 PROGRESS_S = 5.0  # [s] how long to wait for that final answer
 DATAGRAM = 65536  # [byte]
@@ -68,10 +71,12 @@ class Answer:
 
 
 def offered() -> dict[str, list[Command]]:
-    """Word -> the commands that views offer by it."""
+    """Word -> the commands that views offer by it. Raises ConfigError for a view that offers one of `ground send` itself."""
     out: dict[str, list[Command]] = {}
-    for view in registry.views().values():
+    for name, view in registry.views().items():
         for command in view.commands:
+            if command.word in RESERVED:
+                raise ConfigError(f"{VIEWS} = {name!r}: command {command.word!r} is one of `ground send` itself")
             out.setdefault(command.word, []).append(command)
     return out
 
@@ -114,7 +119,7 @@ def _takes(c: Command, value: float | None) -> bool:
 
 def _needs(choice: list[Command]) -> str:
     """What a word needs, in words."""
-    value, parts = choice[0].value, []
+    value, parts = next((c.value for c in choice if c.value is not None), None), []
     if value is not None and value.choices:
         listed = (f"{c.missions[0]}: {_listed(c.value.choices)}" for c in choice if c.value is not None)
         parts.append(f"a number ({'; '.join(listed)})")

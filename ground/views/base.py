@@ -85,13 +85,12 @@ class Command:
 class View(ABC):
     """One mission on the ground. Everything but `finds` may be left as it is here: nothing to say."""
 
-    aircraft: Mapping[int, str] = {}  # usual system ids, for logs and links without a scenario
-    own_time: frozenset[str] = (
-        frozenset()
-    )  # messages stamped with a sample that may be long past, not with the tick of sending
-    alarms: Mapping[
-        str, Callable[[Fields], str]
-    ] = {}  # message -> words of an alarm in it ("" none), kept by the monitor
+    # usual system ids, for logs and links without a scenario
+    aircraft: Mapping[int, str] = {}
+    # messages stamped with a sample that may be long past, not with the tick of sending
+    own_time: frozenset[str] = frozenset()
+    # message -> words of an alarm in it ("" none), kept by the monitor after it is over
+    alarms: Mapping[str, Callable[[Fields], str]] = {}
     commands: tuple[Command, ...] = ()
 
     @abstractmethod

@@ -253,6 +253,12 @@ def test_a_view_that_cannot_be_had_is_named(
         compute(run)
 
 
+def test_a_word_of_the_program_itself_is_not_a_views(installed: Installer) -> None:
+    installed(VIEW.replace('"ballast"', '"inject"'), "glider = glider_view:VIEW")
+    with pytest.raises(ConfigError, match="'glider': command 'inject' is one of `ground send` itself"):
+        offered()
+
+
 def test_two_views_that_draw_one_path_are_refused(installed: Installer, run: Path, tmp_path: Path) -> None:
     installed(VIEW + "OTHER = Glider()\n", "glider = glider_view:VIEW\nother = glider_view:OTHER")
     with pytest.raises(ConfigError, match="nav/glider/climb is drawn twice"):
