@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Annotated, Any, TypeVar, get_args, get_origin
 
 T = TypeVar("T")
+Tree = dict[str, Any]  # a parsed TOML table
 
 
 class ConfigError(ValueError):
@@ -45,6 +46,20 @@ class OneOf:
     """The strings a value may take."""
 
     allowed: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class PartOf:
+    """A part found by name: one declared in an entry-point group, or `package.module:Object` (flightsw.plugins)."""
+
+    group: str
+
+    @property
+    def allowed(self) -> tuple[str, ...]:
+        """Names declared by whatever is installed."""
+        from flightsw.plugins import declared  # that module names errors of this one
+
+        return tuple(declared(self.group))
 
 
 def read_toml(path: str | Path, _above: tuple[Path, ...] = ()) -> dict[str, Any]:
@@ -242,5 +257,5 @@ def _check(v: Any, c: Any, where: str, key: str) -> None:
         for x in v if isinstance(v, (list, tuple)) else (v,):
             if x is not None and not c.lo <= x <= c.hi:
                 raise ConfigError(f"{_at(where, key)} = {x!r}: allowed {c.lo:g} to {c.hi:g}")
-    elif isinstance(c, OneOf) and v not in c.allowed:
+    elif isinstance(c, (OneOf, PartOf)) and v not in c.allowed and not (isinstance(c, PartOf) and ":" in v):
         raise ConfigError(f"{_at(where, key)} = {v!r}: allowed: {', '.join(c.allowed)}{near(v, c.allowed)}")

@@ -14,29 +14,29 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from flightsw.icd import mav
+from flightsw.icd.dialect import HOUSE, VALUES
 from flightsw.icd.link import plant_command_port, telemetry_port
 from flightsw.icd.scaling import COMP_AUTOPILOT, COMP_PLANT
 from flightsw.icd.texts import Joiner
 from flightsw.icd.wire import Sender
 from flightsw.plugins import VIEWS
 from flightsw.strict import ConfigError
-from ground.link.packets import IDS, decode, packet_id, split, words
+from ground.link.packets import IDS, decode, packet_id, split
 from ground.views import registry
 from ground.views.base import Command
 
 GROUND_SYSID, GROUND_COMPID = 255, 190
-CMD_REQUEST_MESSAGE: int = mav.MAV_CMD_REQUEST_MESSAGE
+CMD_REQUEST_MESSAGE: int = VALUES["MAV_CMD_REQUEST_MESSAGE"]
 RETRY_S = 0.7  # [s] wall time before a repeat
 ATTEMPTS = 4
 IN_PROGRESS = 5  # MAV_RESULT: begun, a final answer follows
 RESERVED = ("inject", "list")  # words of `ground send` that are of no mission
-UNSUPPORTED: int = mav.MAV_RESULT_UNSUPPORTED
+UNSUPPORTED: int = VALUES["MAV_RESULT_UNSUPPORTED"]
 PROGRESS_S = 5.0  # [s] how long to wait for that final answer
 DATAGRAM = 65536  # [byte]
 
 
-MISSIONS = words("WKF_MISSION")
+MISSIONS = HOUSE.words("WKF_MISSION")
 
 
 class CommandError(Exception):
@@ -150,8 +150,8 @@ def _filled(c: Command, target: int, value: float | None) -> Order:
 
 def result_name(result: int) -> str:
     """MAV_RESULT as a word."""
-    entry = mav.enums["MAV_RESULT"].get(result)
-    return entry.name.removeprefix("MAV_RESULT_") if entry else f"result {result}"
+    word = HOUSE.words("MAV_RESULT").get(result)
+    return word.upper() if word else f"result {result}"
 
 
 def fit(what: Order, mission: str | None) -> tuple[Order, str]:

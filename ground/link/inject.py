@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import math
 
+from flightsw.icd.dialect import HOUSE
 from ground.link.command import COMP_PLANT, CommandError, Order
-from ground.link.packets import words
 
 CMD_INJECT = 420  # MAV_CMD_INJECT_FAILURE
 
 
-UNITS = {word: v for v, word in words("FAILURE_UNIT", "FAILURE_UNIT_SENSOR_").items()}
-TYPES = {word: v for v, word in words("FAILURE_TYPE").items()}
+UNITS = {word.removeprefix("sensor_"): v for v, word in HOUSE.words("FAILURE_UNIT").items()}
+TYPES = {word: v for v, word in HOUSE.words("FAILURE_TYPE").items()}
 USUAL = 2  # [-] system id that fails where none is named
 ALIASES = {"bias": "wrong", "drift": "slow", "clear": "ok"}
 PROBES = {"all": 0, "nose": 1, "left": 2, "right": 3}

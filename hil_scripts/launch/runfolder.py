@@ -20,7 +20,7 @@ from typing import Any
 
 from flightsw.aircraft import load_airframe
 from flightsw.files import write_whole
-from flightsw.process.config import load_flight
+from flightsw.process.config import flight_tree, load_flight
 from flightsw.strict import ConfigError, changed, near, to_dict
 from hil_scripts.launch import tomlout
 from sim_plant.obeyed import refuse
@@ -170,7 +170,7 @@ def resolve(
         file = _flight_config_path(a, path)
         cfg = load_flight(file, {**sets_of, **own})
         check(cfg.app.mission, cfg.tables, cfg.app.base_rate_hz, cfg.app.mission_rate_hz, str(file))
-        flights.append(FlightPlan(a["name"], int(a["sysid"]), to_dict(cfg)))
+        flights.append(FlightPlan(a["name"], int(a["sysid"]), flight_tree(cfg)))
     if not any(f.config["link"]["broadcast_peer"] for f in flights):
         for key, value, default in (
             ("latency_ms", scenario.link.radio_latency_ms, Link().radio_latency_ms),
@@ -200,12 +200,14 @@ def resolve(
 
 def _other_aircraft(plant: list[dict[str, Any]], flights: list[FlightPlan]) -> tuple[str, ...]:
     """What the onboard software believes to fly, or to follow, where the plant flies another aircraft. Raises ConfigError."""
+    from flightsw.missions.base import find_mission  # slow to import (numba)
+
     out = []
     for a, f in zip(plant, flights, strict=True):
         pairs = [("app.aircraft", f.config["app"]["aircraft"], a)]
         leader = next((p for p in plant if p["name"] == a.get("rel_nav_to")), None)
-        if leader is not None and "tanker" in f.config:
-            pairs.append(("tanker", f.config["tanker"], leader))
+        spec = find_mission(f.config["app"]["mission"], f.name)
+        pairs += [(key, f.config[key], leader) for key in spec.files if leader is not None and key in f.config]
         for key, believed, flown in pairs:
             mine, true = load_airframe(believed), load_airframe(flown["file"])
             what = changed(mine, true) if type(mine) is type(true) else ("meta.model", mine.meta.model)

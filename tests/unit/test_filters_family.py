@@ -7,9 +7,12 @@ import pytest
 from filterpy.kalman import KalmanFilter as PyKF
 from filterpy.kalman import SquareRootKalmanFilter as PySquareRoot
 
+from flightsw import plugins
 from flightsw.filters.covariance import log_likelihood
-from flightsw.filters.factory import KINDS, make_filter
+from flightsw.filters.factory import make_filter
 from flightsw.filters.kalman import KalmanFilter
+
+KINDS = tuple(plugins.declared(plugins.ESTIMATORS))
 
 Array = np.ndarray
 DT = 0.1

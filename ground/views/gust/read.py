@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flightsw.icd.dialect import HOUSE
 from ground.align import align
 from ground.columns import Columns, Table, load
-from ground.link.packets import words
 from ground.run import names_of
 from ground.whole import scenario
 
@@ -32,7 +32,7 @@ PASSING = (
 SHOWN = {"alpha_w": AW, "v_w": VW, "bias": AB}
 
 
-LAWS, ESTIMATORS = words("WKF_GUST_LAW"), words("WKF_GUST_ESTIMATOR")
+LAWS, ESTIMATORS = HOUSE.words("WKF_GUST_LAW"), HOUSE.words("WKF_GUST_ESTIMATOR")
 
 
 def has_gust(tlm: Columns) -> bool:

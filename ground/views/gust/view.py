@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from flightsw.icd import mav
+from flightsw.icd.dialect import VALUES
 from ground.columns import Columns
 from ground.run import Run
 from ground.views.base import Command, Figures, Value, View
@@ -20,7 +20,7 @@ class Gust(View):
     """Wind, vane bias, loads of a small UAV."""
 
     own_time = frozenset({"GUST_STATE"})
-    commands = (Command("law", mav.MAV_CMD_USER_2, ("gust",), value=Value(0, 0.0, choices=LAWS)),)
+    commands = (Command("law", VALUES["MAV_CMD_USER_2"], ("gust",), value=Value(0, 0.0, choices=LAWS)),)
 
     def finds(self, tlm: Columns) -> bool:
         """GUST_STATE."""

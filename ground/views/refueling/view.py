@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from flightsw.icd import mav
+from flightsw.icd.dialect import HOUSE, VALUES
 from ground.columns import Columns
-from ground.link.packets import PHASES, words
+from ground.link.packets import PHASES
 from ground.run import Run
 from ground.views.base import NOT_VALID, Command, Figures, Heard, Mask, Value, View, Words
 from ground.views.refueling.aircraft import NAMES, RECEIVER, TANKER
@@ -44,8 +44,8 @@ SPEED: tuple[float, ...] = (
     0.0,
 )  # MAV_CMD_DO_CHANGE_SPEED: airspeed, .., throttle left alone
 ORDERS = tuple(
-    Command(word, mav.MAV_CMD_USER_1, ("receiver", "receiver_rendezvous"), RECEIVER, (float(v),) + (0.0,) * 6)
-    for v, word in words("WKF_ACTION").items()
+    Command(word, VALUES["MAV_CMD_USER_1"], ("receiver", "receiver_rendezvous"), RECEIVER, (float(v),) + (0.0,) * 6)
+    for v, word in HOUSE.words("WKF_ACTION").items()
 )
 
 
@@ -55,7 +55,9 @@ class Refueling(View):
     aircraft = NAMES
     commands = (
         *ORDERS,
-        Command("speed", mav.MAV_CMD_DO_CHANGE_SPEED, ("tanker", "rendezvous"), TANKER, SPEED, Value(1, 195.0, "m/s")),
+        Command(
+            "speed", VALUES["MAV_CMD_DO_CHANGE_SPEED"], ("tanker", "rendezvous"), TANKER, SPEED, Value(1, 195.0, "m/s")
+        ),
     )
 
     def finds(self, tlm: Columns) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from flightsw.icd import mav
+from flightsw.icd.dialect import VALUES
 from ground.columns import Columns
 from ground.run import Run
 from ground.views.base import Command, Figures, Value, View
@@ -23,8 +23,8 @@ class Windshear(View):
 
     own_time = frozenset({"WINDSHEAR_STATE"})
     commands = (
-        Command("law", mav.MAV_CMD_USER_3, ("windshear",), value=Value(0, 0.0, choices=LAWS)),
-        Command("go-around", mav.MAV_CMD_DO_GO_AROUND, ("windshear",), JET),
+        Command("law", VALUES["MAV_CMD_USER_3"], ("windshear",), value=Value(0, 0.0, choices=LAWS)),
+        Command("go-around", VALUES["MAV_CMD_DO_GO_AROUND"], ("windshear",), JET),
     )
 
     def finds(self, tlm: Columns) -> bool:
