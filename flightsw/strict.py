@@ -41,25 +41,21 @@ class Range:
     hi: float = math.inf
 
 
-@dataclass(frozen=True)
-class OneOf:
-    """The strings a value may take."""
+class Names:
+    """A limit to certain strings: those `allowed`, and whatever else is admitted."""
 
     allowed: tuple[str, ...]
 
+    def admits(self, value: str) -> bool:
+        """Whether a value may be taken."""
+        return value in self.allowed
+
 
 @dataclass(frozen=True)
-class PartOf:
-    """A part found by name: one declared in an entry-point group, or `package.module:Object` (flightsw.plugins)."""
+class OneOf(Names):
+    """The strings a value may take."""
 
-    group: str
-
-    @property
-    def allowed(self) -> tuple[str, ...]:
-        """Names declared by whatever is installed."""
-        from flightsw.plugins import declared  # that module names errors of this one
-
-        return tuple(declared(self.group))
+    allowed: tuple[str, ...]
 
 
 def read_toml(path: str | Path, _above: tuple[Path, ...] = ()) -> dict[str, Any]:
@@ -257,5 +253,5 @@ def _check(v: Any, c: Any, where: str, key: str) -> None:
         for x in v if isinstance(v, (list, tuple)) else (v,):
             if x is not None and not c.lo <= x <= c.hi:
                 raise ConfigError(f"{_at(where, key)} = {x!r}: allowed {c.lo:g} to {c.hi:g}")
-    elif isinstance(c, (OneOf, PartOf)) and v not in c.allowed and not (isinstance(c, PartOf) and ":" in v):
+    elif isinstance(c, Names) and not c.admits(v):
         raise ConfigError(f"{_at(where, key)} = {v!r}: allowed: {', '.join(c.allowed)}{near(v, c.allowed)}")

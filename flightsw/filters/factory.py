@@ -20,6 +20,7 @@ from flightsw.filters.kalman import KalmanFilter
 from flightsw.filters.srukf import SquareRootUKF
 from flightsw.filters.srukf_printed import PrintedSquareRootUKF
 from flightsw.filters.ukf import UnscentedKalmanFilter
+from flightsw.strict import ConfigError
 
 
 @dataclass(frozen=True)
@@ -84,10 +85,10 @@ def make_filter(
     elif isinstance(found, type):
         made = found(n, m, nq)
     else:
-        raise plugins.ConfigError(f"filter = {kind!r}: is {found!r}; allowed: a class, or a function that builds one")
+        raise ConfigError(f"filter = {kind!r}: is {found!r}; allowed: a class, or a function that builds one")
     if not isinstance(made, PointFilter):
         lacks = sorted(a for a in MEMBERS if not hasattr(made, a))
-        raise plugins.ConfigError(f"filter = {kind!r}: lacks {', '.join(lacks)} of flightsw.filters.base.PointFilter")
+        raise ConfigError(f"filter = {kind!r}: lacks {', '.join(lacks)} of flightsw.filters.base.PointFilter")
     return made
 
 

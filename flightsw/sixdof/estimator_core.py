@@ -18,7 +18,7 @@ from flightsw.refusal import GateParams
 from flightsw.sixdof.measure import average_probes
 from flightsw.sixdof.motion import air_jacobian
 from flightsw.sixdof.params import parameter_vector, set_mass
-from flightsw.strict import OneOf, PartOf, Range
+from flightsw.strict import OneOf, Range
 from flightsw.types import (
     HF_AIR,
     HF_ATT,
@@ -97,7 +97,7 @@ class NavParams:
     peer_att: NonNeg = 1.4e-3  # [rad] receiver only: of the tanker's transmitted attitude, lasting error and scatter
     wind_sigma0: Pos = 20.0  # [m/s]
     gate: GateParams = field(default_factory=GateParams)
-    filter: Annotated[str, PartOf(plugins.ESTIMATORS)] = "srukf"  # flightsw.filters.factory
+    filter: Annotated[str, plugins.PartOf(plugins.ESTIMATORS)] = "srukf"  # flightsw.filters.factory
     model: Annotated[str, OneOf(MODELS)] = "aero"  # what drives the prediction (free aircraft)
     velocity: bool = True  # inertial velocity is a measurement
     cmw: bool = False  # calculated measurement of wind instead (Lee's printed method)

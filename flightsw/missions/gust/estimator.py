@@ -31,7 +31,7 @@ from flightsw.missions.gust.model import (
     parameter_vector,
     published,
 )
-from flightsw.strict import OneOf, PartOf, Range
+from flightsw.strict import OneOf, Range
 
 Array = np.ndarray
 BASIC = 0b0011111  # q, alpha, V_A, Theta, H
@@ -45,7 +45,7 @@ ANGLE_MAX = 1.2  # [rad] of an incidence; the linear study goes to 0.7 in turbul
 class GustParams:
     """Tuning of GustNav. `scales` are turbulence intensities relative to `turbulence`: one is a single filter, more a bank."""
 
-    filter: Annotated[str, PartOf(plugins.ESTIMATORS)] = "ekf"
+    filter: Annotated[str, plugins.PartOf(plugins.ESTIMATORS)] = "ekf"
     model: Annotated[str, OneOf(("nonlinear", "linear"))] = "nonlinear"
     aircraft: GustAircraft = field(default_factory=published)
     turbulence: Turbulence = field(default_factory=Turbulence)
