@@ -81,7 +81,8 @@ def rows(cls: type, default: Any = None, table: str = "") -> Iterator[Row]:
             continue
         unit, text = UNITS.get(f.name.rpartition("_")[2], "") if "_" in f.name else "", notes.get(f.name, "")
         if m := IN_TEXT.match(text):
-            unit, text = m[1].partition(",")[0], text[m.end() :]
+            unit, _, more = m[1].partition(", ")
+            text = f"({more}) {text[m.end() :]}" if more else text[m.end() :]
         yield Row(table, f.name, _kind(hints[f.name]), shown(value), _allowed(hints[f.name]), unit, text, about)
     for inner, record, name in tables:
         yield from rows(inner, record, name)

@@ -22,6 +22,7 @@ from flightsw.icd.rates import table as rate_table
 from flightsw.missions.base import MissionSpec
 from flightsw.process.config import AppConfig, LinkConfig, OriginConfig, TelemetryConfig
 from hil_scripts.launch.fields import Row, rows
+from sim_plant.aircraft.register import CRAFTS
 from sim_plant.scenario import Scenario
 
 FOLDER = Path(__file__).parents[2] / "docs" / "reference"
@@ -39,6 +40,11 @@ def ours() -> dict[str, Any]:
     return {
         name: s for name, s in found.items() if plugins.declared(plugins.MISSIONS)[name].value.startswith("flightsw.")
     }
+
+
+def plant_tables() -> dict[str, type]:
+    """Dataclass of [aircraft.plant] by kind, of the kinds that have one."""
+    return {model: craft.table for model, craft in CRAFTS.items()}
 
 
 def _cell(text: str) -> str:
@@ -89,7 +95,16 @@ def scenario() -> str:
         "`--set plant.<table>.<key>=<value>`. `[[name]]` stands for each of several tables, `<name>` for an aircraft.",
         "What the world of a scenario cannot obey is refused by name.", "",
     ]  # fmt: skip
-    return "\n".join(out + tables(rows(Scenario), "##", "Keys in no table"))
+    out += tables(rows(Scenario), "##", "Keys in no table")
+    for model, cls in plant_tables().items():
+        out += [
+            f"## Kind {model}",
+            "",
+            f"Read from {_where(cls)}.",
+            "",
+            *tables(rows(cls, table="aircraft.plant"), "###", ""),
+        ]
+    return "\n".join(out)
 
 
 def _entries(enum: str) -> dict[int, ET.Element]:
