@@ -1,4 +1,4 @@
-"""Parts that are found, not imported: missions, kinds of aircraft, views, studies and estimators, of this project and of any other
+"""Parts that are found, not imported: missions, kinds of aircraft and the types of their records, views, studies and estimators, of this project and of any other
 installed package, by the entry points both declare the same way.
 
 A group's table in pyproject.toml: `name = "package.module:OBJECT"`. Where one part is named in a configuration,
@@ -14,8 +14,8 @@ from typing import TypeVar
 
 from flightsw.strict import ConfigError, near
 
-MISSIONS, AIRCRAFT, VIEWS, STUDIES, ESTIMATORS = (
-    f"wakefield.{group}" for group in ("missions", "aircraft", "views", "studies", "estimators")
+MISSIONS, AIRCRAFT, RECORDS, VIEWS, STUDIES, ESTIMATORS = (
+    f"wakefield.{group}" for group in ("missions", "aircraft", "records", "views", "studies", "estimators")
 )
 T = TypeVar("T")
 

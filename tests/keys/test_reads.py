@@ -10,14 +10,15 @@ from pathlib import Path
 
 import pytest
 
-from flightsw.aircraft import RECORDS
+from flightsw.aircraft import record_types
 from flightsw.health import HealthParams
 from flightsw.missions import MISSIONS
+from flightsw.plugins import AIRCRAFT, parts
 from flightsw.process.config import FlightConfig
 from flightsw.process.node import Node
 from flightsw.strict import convert
 from hil_scripts.launch.runfolder import resolve
-from sim_plant.aircraft.register import CRAFTS
+from sim_plant.aircraft.kind import Kind
 from sim_plant.scenario import Scenario
 from sim_plant.server import PlantServer
 from tests.keys.reads import Reads, records
@@ -26,8 +27,8 @@ ROOT = Path(__file__).resolve().parent.parent.parent
 SCENARIOS = ("refueling", "airdata", "rendezvous", "joinup", "gust", "windshear")
 TICKS = 75  # past the first valid navigation of all but the longest start-up
 ROOTS = (
-    Scenario, FlightConfig, HealthParams, *RECORDS.values(), *(m.params_type for m in MISSIONS.values()),
-    *(c.table for c in CRAFTS.values()),
+    Scenario, FlightConfig, HealthParams, *record_types().values(), *(m.params_type for m in MISSIONS.values()),
+    *(k.table() for k in parts(AIRCRAFT, Kind).values()),
 )  # fmt: skip
 WHOLE = {"Aero": "taken whole, in the order of its fields, by the parameter vectors of both sides"}
 # read by nobody, each for a reason

@@ -32,7 +32,7 @@ STILL = TrafficCfg(
 def flown(cfg: TrafficCfg, seed: int, steps: int, dt: float, track: RendezvousTrack = EAST) -> Traffic:
     t = Traffic(cfg, track, (0.0, 0.0), seed, dt)
     for _ in range(steps):
-        t.step()
+        t.advance()
     return t
 
 
@@ -54,7 +54,7 @@ def test_spread_of_the_population_is_that_of_the_closed_form() -> None:
 def test_receiver_holds_its_track_in_wind() -> None:
     t = Traffic(STILL, EAST, (12.0, -5.0), 1, 0.5)
     for _ in range(100):
-        t.step()
+        t.advance()
     north, east, _ = t.position
     assert north == pytest.approx(100.0, abs=1e-6)
     assert east == pytest.approx(-200.0 + STILL.x_m - 50.0 * (math.sqrt(STILL.V_mps**2 - 144.0) + 5.0), rel=1e-12)
@@ -70,7 +70,7 @@ def test_velocity_is_the_rate_of_position_through_a_manoeuvre(turn: float, chang
     before, checked = np.array(t.position), 0
     for k in range(6000):
         v0 = np.array(t.velocity)
-        t.step()
+        t.advance()
         now, v1 = np.array(t.position), np.array(t.velocity)
         if k % 500 == 250:
             assert np.allclose((now - before) / 0.01, 0.5 * (v0 + v1), atol=2e-3)
@@ -136,7 +136,7 @@ def replies(over: dict[str, Any], seconds: float, seed: int = 1, scenario: str =
             out.append((w.t_us, f.tacan_t_us, f.tacan_range_m, f.tacan_bearing))
         if f.updated & UPD_RADAR:
             out.append((w.t_us, f.radar_y_m, f.radar_sigma_m))
-        w.step([w.trim_cmd(i) for i in range(len(w.vehicles))])
+        w.step([w.trim_cmd(i) for i in range(len(w.members))])
     return out
 
 

@@ -1,1 +1,26 @@
 """The small UAV in the vertical plane."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from sim_plant.aircraft.kind import Kind, Setup
+
+if TYPE_CHECKING:
+    from sim_plant.aircraft.base import Member
+
+
+def _build(setup: Setup) -> Member:
+    from sim_plant.aircraft.alexis.member import AlexisMember
+
+    return AlexisMember(setup)
+
+
+def _table() -> type:
+    from sim_plant.aircraft.alexis.member import AlexisTable
+
+    return AlexisTable
+
+
+# the flap stands in the aileron's place
+KIND = Kind("alexis", _build, _table, surfaces=("aileron", "elevator"))

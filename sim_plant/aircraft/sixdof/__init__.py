@@ -1,1 +1,26 @@
 """Rigid-body aircraft in six degrees of freedom."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from sim_plant.aircraft.kind import Kind, Setup
+
+if TYPE_CHECKING:
+    from sim_plant.aircraft.base import Member
+
+
+def _build(setup: Setup) -> Member:
+    from sim_plant.aircraft.sixdof.member import SixDofMember
+
+    return SixDofMember(setup)
+
+
+KIND = Kind(
+    "sixdof",
+    _build,
+    carries=("imu", "baro", "mag", "gnss", "att", "fuel"),
+    surfaces=("aileron", "elevator", "rudder"),
+    takes=("fuel_kg", "aero_error_frac"),
+    formation=True,
+)

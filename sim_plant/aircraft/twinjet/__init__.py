@@ -1,1 +1,25 @@
 """The twin-jet transport in the vertical plane."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from sim_plant.aircraft.kind import Kind, Setup
+
+if TYPE_CHECKING:
+    from sim_plant.aircraft.base import Member
+
+
+def _build(setup: Setup) -> Member:
+    from sim_plant.aircraft.twinjet.member import TwinJetMember
+
+    return TwinJetMember(setup)
+
+
+def _table() -> type:
+    from sim_plant.aircraft.twinjet.member import TwinJetTable
+
+    return TwinJetTable
+
+
+KIND = Kind("twinjet", _build, _table, surfaces=("elevator",))
