@@ -7,18 +7,20 @@ in lockstep, in real time, in process and in replay.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
 import numpy as np
 
 from flightsw.condition import Condition, ConditionParams
 from flightsw.health import HealthMonitor, HealthParams, refuse_unwatched
 from flightsw.kernels.atmosphere import calibrated_airspeed
-from flightsw.missions import MISSIONS
-from flightsw.strict import ConfigError, convert, near
+from flightsw.missions.base import AnySpec, Report, Reports, find_mission
+from flightsw.strict import ConfigError, Tree, convert
 from flightsw.types import (
     HF_ACT,
+    UNSUPPORTED,
     UPD_AIR,
     UPD_ATT,
     UPD_BARO,
@@ -48,42 +50,46 @@ V_TOP, H_TOP = 600.0, 20e3  # [m/s], [m] beyond which there is no calibrated air
 MAX_STEP_S = 0.25  # [s] longest control step integrated at once, however late the tick
 
 
-def check(
-    mission: str, tables: dict[str, Any], base_rate_hz: int, mission_rate_hz: int, where: str
-) -> tuple[Any, Any, HealthParams, ConditionParams]:
-    """Class, parameters, limits of health and of condition of `mission` from its tables, rates checked: all that can be told
-    without building anything. Raises ConfigError naming the key."""
-    if mission not in MISSIONS:
-        raise ConfigError(
-            f"{where}: app.mission = {mission!r}: allowed: {', '.join(MISSIONS)}{near(mission, MISSIONS)}"
-        )
+@dataclass(frozen=True)
+class Checked:
+    """A mission and its tables, sound as far as can be told without building anything."""
+
+    spec: AnySpec
+    params: object  # of the class spec.params
+    health: HealthParams
+    condition: ConditionParams
+
+
+def check(mission: str, tables: Tree, base_rate_hz: int, mission_rate_hz: int, where: str) -> Checked:
+    """Find `mission` and convert its tables, rates checked. Raises ConfigError naming the key."""
+    spec = find_mission(mission, where)
     if base_rate_hz % mission_rate_hz:
         raise ConfigError(
             f"{where}: app.mission_rate_hz = {mission_rate_hz}: must divide base_rate_hz = {base_rate_hz}"
         )
-    cls: Any = MISSIONS[mission]
-    if cls.one_rate and base_rate_hz != mission_rate_hz:
+    if spec.one_rate and base_rate_hz != mission_rate_hz:
         raise ConfigError(
             f"{where}: app.mission_rate_hz = {mission_rate_hz}: allowed for mission {mission}: base_rate_hz = {base_rate_hz}"
         )
     own = dict(tables)
     health = convert(own.pop("health", {}), HealthParams, f"{where}: health")
     condition = convert(own.pop("condition", {}), ConditionParams, f"{where}: condition")
-    return cls, convert(own, cls.params_type, where), health, condition
+    return Checked(spec, convert(own, spec.params, where), health, condition)
 
 
 class FlightApp:
     """Everything between a sensor frame and an actuator command."""
 
     def __init__(
-        self, mission: str, aircraft: str, tables: dict[str, Any], *, base_rate_hz: int = 100, mission_rate_hz: int = 20,
+        self, mission: str, aircraft: str, tables: Tree, *, base_rate_hz: int = 100, mission_rate_hz: int = 20,
         link_delay_ticks: int = 1, where: str = "flight configuration",
     ) -> None:  # fmt: skip
         """Compose `mission` for `aircraft`; `tables` holds the mission's own tables (nav, ctrl, guid, health).
 
         Raises ConfigError (unknown mission, bad key), TrimError or DesignError (control design).
         """
-        cls, params, health, condition = check(mission, tables, base_rate_hz, mission_rate_hz, where)
+        checked = check(mission, tables, base_rate_hz, mission_rate_hz, where)
+        spec = self.spec = checked.spec
         self._again = partial(
             FlightApp, mission, aircraft, tables, base_rate_hz=base_rate_hz, mission_rate_hz=mission_rate_hz,
             link_delay_ticks=link_delay_ticks, where=where,
@@ -91,22 +97,23 @@ class FlightApp:
         self.period_us = 1_000_000 // base_rate_hz
         self.slow_us = 1_000_000 // mission_rate_hz
         try:
-            self.ac = cls.load(aircraft)
+            self.ac = spec.load(aircraft)
         except ConfigError as e:
             raise ConfigError(f"{where}: app.mission = {mission!r}, app.aircraft = {aircraft!r}: {e}") from None
         try:
-            self.mission = cls(self.ac, params, 1.0 / mission_rate_hz)
+            self.mission = spec.build(self.ac, checked.params, 1.0 / mission_rate_hz)
         except ConfigError as e:
             raise ConfigError(f"{where}: {e}") from None
-        refuse_unwatched(health, self.mission.may_watch)
-        self.health = HealthMonitor(health, self.mission.watch, self.mission.air_used)
-        self.condition = Condition(condition, self.ac.fuel_capacity_kg)
-        self.act = cls.actuators(self.ac, link_delay_ticks)
-        self.u = np.zeros(cls.controls)
+        refuse_unwatched(checked.health, self.mission.may_watch)
+        self.health = HealthMonitor(checked.health, self.mission.watch, spec.air_used)
+        self.condition = Condition(checked.condition, self.ac.fuel_capacity_kg)
+        self.act = spec.actuators(self.ac, link_delay_ticks)
+        self.u = np.zeros(spec.controls)
         self._good = (0.0, 0.0, 0.0, 0.0, 0.0)
         self._good_u = self.u.copy()
         self.cmd = ActuatorCmd(armed=False)
         self.nav, self.guid, self.timing = NavState(), GuidanceCmd(), Timing()
+        self.reported: Reports = {}
         self.tick_no = 0
         self._updated = 0
         self._baro_us = -BARO_AGE_US
@@ -134,7 +141,7 @@ class FlightApp:
         self._guard(texts, fresh)
         c = self.cmd
         c.t_us = f.t_us
-        snap = Snapshot(f.t_us, self.tick_no, f, self.nav, self.guid, c, h, self.timing, texts, acks)
+        snap = Snapshot(f.t_us, self.tick_no, f, self.nav, self.guid, c, h, self.timing, texts, acks, self.reported)
         self.tick_no += 1
         return c, snap
 
@@ -143,19 +150,16 @@ class FlightApp:
         app = self._again()
         n = len(self.ac.probe)
         V, h = app.mission.cruise
-        air = getattr(app.mission, "air", None)
-        if air is not None:
-            air.exercise()
+        app.mission.exercise()
         f = SensorFrame(
             acc_b=(0.0, 0.0, -9.8), gnss_pos_n=(0.0, 0.0, -h), gnss_vel_n=(V, 0.0, 0.0), air_mask=(1 << n) - 1,
             air_V=(V,) * n, air_alpha=(0.03,) * n, air_beta=(0.0,) * n, baro_alt_m=h, rel_valid=True,
             rel_pos_t=(-59.0, 56.0, 0.0), fuel_kg=1800.0,
         )  # fmt: skip
         f.peer = PeerState(vel_n=(V, 0.0, 0.0))
-        rehearse = getattr(app.mission, "rehearse", None)  # missions of two halves
-        for k in range(WARMUP_TICKS if rehearse is None else 2 * WARMUP_TICKS):
-            if rehearse is not None and k == WARMUP_TICKS:
-                rehearse()
+        for k in range(app.mission.halves * WARMUP_TICKS):
+            if k and k % WARMUP_TICKS == 0:
+                app.mission.rehearse()
             f.t_us = f.gnss_t_us = f.air_t_us = f.att_t_us = f.rel_t_us = f.peer.t_us = (k + 1) * self.period_us
             f.updated = UPD_IMU | UPD_BARO | UPD_AIR | UPD_ATT | UPD_GNSS | UPD_REL | UPD_PEER
             # a sensor that repeats itself is refused as stuck: let the readings move
@@ -182,6 +186,7 @@ class FlightApp:
         self._average_imu(f)
         self.nav, self.guid, u, throttle = self.mission.step(f, self.act, self._updated, self.health.out, dt)
         self.nav.V_cal = self._calibrated(f)
+        self.reported = self.mission.reports
         self._updated = 0
         self.health.watch = self.mission.watch
         self.u[:] = u
@@ -248,10 +253,28 @@ class FlightApp:
     @property
     def commands(self) -> frozenset[int]:
         """MAV_CMD the mission takes."""
-        return self.mission.commands
+        return self.spec.commands
+
+    @property
+    def reports(self) -> tuple[Report, ...]:
+        """Messages only this mission sends."""
+        return self.spec.reports
+
+    @property
+    def sends_relative(self) -> bool:
+        """Whether it follows another aircraft and says where that is."""
+        return self.spec.sends_relative
+
+    @property
+    def settable(self) -> Mapping[str, Callable[[float], bool]]:
+        """No key may be changed in flight."""
+        return {}
 
     def _answer(self, c: Command) -> Ack:
-        result, why = self.mission.command(c)
+        if c.command in self.spec.commands:
+            result, why = self.mission.obey(c)
+        else:
+            result, why = UNSUPPORTED, f"command {c.command} is not one of this mission"
         return Ack(c.command, result, c.src_system, c.src_component, why)
 
 

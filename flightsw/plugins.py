@@ -1,5 +1,5 @@
-"""Parts that are found, not imported: missions, kinds of aircraft and the types of their records, views, studies and estimators, of this project and of any other
-installed package, by the entry points both declare the same way.
+"""Parts that are found, not imported: missions, kinds of aircraft and types of their records, views, studies and estimators, of
+this project or of any other installed package, by the entry points both declare the same way.
 
 A group's table in pyproject.toml: `name = "package.module:OBJECT"`. Where one part is named in a configuration,
 `package.module:Class` does as well and needs no table.

@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Annotated, Any, TypeVar, get_args, get_origin
 
 T = TypeVar("T")
+Tree = dict[str, Any]  # a parsed TOML table
 
 
 class ConfigError(ValueError):

@@ -10,9 +10,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 Vec3 = tuple[float, float, float]
 Quat = tuple[float, float, float, float]
+R = TypeVar("R")
 
 ZERO3: Vec3 = (0.0, 0.0, 0.0)
 IDENTITY_Q: Quat = (1.0, 0.0, 0.0, 0.0)
@@ -146,150 +148,6 @@ class ActuatorCmd:
 
 
 @dataclass(slots=True)
-class WakeFix:
-    """Own position in the tanker's wake from the air-data probes alone. F = the tanker's air-path axes (x along its air
-    velocity, y right, z down), origin at its centre of gravity."""
-
-    t_us: int = 0
-    valid: bool = False
-    reason: str = "not started"
-    pos_f: Vec3 = ZERO3  # [m] x is an input (held from elsewhere), y and z are estimated
-    vel_f: Vec3 = ZERO3  # [m/s]
-    cov_yy: float = 0.0  # [m^2]
-    cov_yz: float = 0.0
-    cov_zz: float = 0.0
-    scale: tuple[float, float] = (1.0, 1.0)  # [-] circulation of wing and tail relative to the onboard model
-    scale_sigma: tuple[float, float] = (0.0, 0.0)
-    height_m: float = 0.0  # [m] vortices below (+) the onboard model, where it is estimated
-    wind_f: Vec3 = ZERO3  # [m/s] wind common to the probes besides the wake
-    nis: float = 0.0
-    nis_dof: int = 0
-    restarts: int = 0
-
-
-@dataclass(slots=True)
-class FdiStatus:
-    """Air-data fault detection. Channel c = 3 variable + probe; variables V, beta, alpha; masks have 9 bits."""
-
-    t_us: int = 0
-    valid: bool = False  # expected readings were at hand
-    gamma: Vec3 = ZERO3  # [-] test statistic per variable, chi-square with 2 degrees of freedom
-    threshold: float = 0.0  # [-]
-    residual: tuple[float, float, float, float, float, float] = (
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-    )  # whitened parity vectors
-    alarm: int = 0  # variables in alarm now, bit = variable
-    isolated: int = 0  # channels blamed now
-    negative: int = 0  # of those, the ones reading low
-    excluded: int = 0  # channels kept out of navigation
-    exclusions: int = 0  # how many so far
-
-
-@dataclass(slots=True)
-class RendezvousState:
-    """Estimate of a receiver to be met, and the turn planned on it. Rendezvous frame R (missions/rendezvous/frame.py), SI:
-    x to the initial point, y and psi counter-clockwise, bank positive LEFT."""
-
-    t_us: int = 0
-    valid: bool = False
-    reason: str = "no range yet"
-    mean: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)  # x, v_x, y, v_y over ground
-    cov: tuple[float, ...] = (0.0,) * 10  # of mean: upper triangle row by row
-    own: Vec3 = ZERO3  # [m, m, rad] x, y, course through the air (unwrapped) of the own aircraft
-    bank: float = 0.0  # [rad]
-    bank_cmd: float = 0.0  # [rad]
-    speed_cmd: float = 0.0  # [m/s]
-    time_to_go_s: float = 0.0  # to the start of the turn; 1e9: not known to come
-    turn_time_s: float = 0.0  # from now to wings level
-    miss: tuple[float, float] = (0.0, 0.0)  # [m] x_m, y_m predicted for the roll-out
-    radii: tuple[float, float] = (0.0, 0.0)  # [m] of the two arcs planned, 0: none
-    final_psi: float = 0.0  # [rad]
-    estimator: int = 0  # index in nav.rendezvous_params.ESTIMATORS
-    law: int = 0  # index in guid.rendezvous.LAWS
-    phase: int = 0  # index in guid.rendezvous.PHASES
-    limited: bool = False
-    range_m: float = 0.0  # last slant range
-    range_age_s: float = 1e9
-    innovation_m: float = 0.0
-    nis: float = 0.0
-    window_nis: float = 0.0
-    window_drift: float = 0.0
-    alarm: bool = False
-    updates: int = 0
-    refused: int = 0
-    frame: Vec3 = ZERO3  # [m, m, rad] north, east of the control point, heading of +x
-    fix_us: int = 0  # time the components belong to
-    weights: tuple[float, ...] = ()  # of the estimator's components
-    xs: tuple[float, ...] = ()  # [m] where they are
-    ys: tuple[float, ...] = ()
-
-
-Nine = tuple[float, float, float, float, float, float, float, float, float]
-
-
-@dataclass(slots=True)
-class GustState:
-    """Wind felt as incidence and speed, and what is done against it (small UAV). Deviations from trim, SI, in the order of
-    flightsw.missions.gust.dynamics: x1, alpha_W, V_W, q, alpha_K, V_K, Theta, H, vane bias."""
-
-    t_us: int = 0
-    valid: bool = False
-    reason: str = "not started"
-    x: Nine = (0.0,) * 9
-    sigma: Nine = (0.0,) * 9  # 1-sigma; NaN: the estimator has none
-    nis: float = 0.0  # normalised innovation squared of the step
-    channels: int = 0  # readings it was made of
-    scale: float = 0.0  # turbulence intensity relative to the one expected
-    weights: tuple[float, ...] = ()  # of the bank's filters, ascending intensity
-    a_z: float = 0.0  # [m/s^2] upward specific force less g, as measured
-    a_z_model: float = 0.0  # [m/s^2] as the estimate has it; 0 with the hold
-    elevator: float = 0.0  # [rad] command
-    flap: float = 0.0  # [rad] command
-    estimator: int = 0  # index in nav.gust_select.ESTIMATORS
-    law: int = 0  # index in ctrl.gust_select.LAWS
-
-
-@dataclass(slots=True)
-class WindshearState:
-    """Wind on the jet transport's approach, the hazard in it, and what is done about it. Estimate in SI and kN, in the order of
-    dynamics.py: x, h, airspeed, air-path angle, incidence, pitch rate, thrust, wind along and up, their first
-    and second rates, scales of lift and drag."""
-
-    t_us: int = 0
-    valid: bool = False
-    reason: str = "not started"
-    x: tuple[float, ...] = (0.0,) * 15
-    sigma: tuple[float, ...] = (0.0,) * 15
-    F: float = 0.0  # [-] hazard index as the alerting takes it
-    quick: float = 0.0  # [-] its low-pass for the caution
-    slow: float = 0.0  # [-] and for the abort
-    F_states: float = 0.0  # [-] hazard index with the wind's rates of the estimate
-    F_monitor: float = 0.0  # [-] the same of the kinematic monitor; NaN: it does not run
-    wind_monitor: tuple[float, float] = (0.0, 0.0)  # [m/s] its wind along and up
-    nis: float = 0.0  # normalised innovation squared of the step
-    channels: int = 0  # readings it was made of
-    states: int = 15  # estimated: 13 or 15
-    turbulence: float = 0.0  # [m/s/sqrt(s)] white steps of the wind
-    climb: float = 0.0  # [m/s] demanded
-    speed: float = 0.0  # [m/s] demanded airspeed (approach)
-    pitch: float = 0.0  # [rad] demanded (pitch law)
-    mode: int = 0  # index in models.windshear.MODES
-    thrust_kN: float = 0.0  # command
-    elevator: float = 0.0  # [rad] command
-    estimator: int = 0  # index in missions.windshear.ESTIMATORS
-    law: int = 0  # index in guid.windshear.LAWS
-    phase: int = 0  # index in guid.windshear.PHASES
-    caution: bool = False
-    abort: bool = False
-    accused: bool = False  # the monitor has disagreed with the estimate for long
-
-
-@dataclass(slots=True)
 class NavState:
     """Navigation output. `x` holds the filter's state in its own order (see nav/layout.py), `sigma` its 1-sigma."""
 
@@ -316,7 +174,7 @@ class NavState:
     trouble: str = ""  # why a valid estimate is not to be trusted; empty: it is
     nis: float = 0.0  # [-] normalised innovation squared of the last update
     nis_dof: int = 0
-    # relative to the tanker (receiver only)
+    # relative to another aircraft, where one is followed; its axes: _t
     rel_valid: bool = False
     rel_age_s: float = 1e9
     rel_pos_t: Vec3 = ZERO3  # [m]
@@ -329,11 +187,6 @@ class NavState:
     peer_age_s: float = 1e9
     wind_rot: Vec3 = ZERO3  # [rad/s] effective rotational wind, own body axes (where it is estimated)
     wind_rot_sigma: Vec3 = ZERO3  # [rad/s]
-    wake: WakeFix | None = None  # position in the wake from air data (receiver only)
-    fdi: FdiStatus | None = None  # air-data fault detection
-    rendezvous: RendezvousState | None = None  # the receiver to be met (rendezvous tanker only)
-    gust: GustState | None = None  # wind on the small UAV (gust mission only)
-    windshear: WindshearState | None = None  # wind on an approach (windshear mission only)
 
 
 @dataclass(slots=True)
@@ -431,3 +284,11 @@ class Snapshot:
     timing: Timing
     texts: list[Text] = field(default_factory=list)
     acks: list[Ack] = field(default_factory=list)
+    reports: Mapping[type, object] = field(
+        default_factory=dict
+    )  # what only this mission sends, by the class of the record
+
+    def report(self, kind: type[R]) -> R | None:
+        """The mission's record of class `kind`; None: it has none now."""
+        found = self.reports.get(kind)
+        return found if isinstance(found, kind) else None

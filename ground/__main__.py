@@ -54,6 +54,29 @@ def record(
 
 
 @app.command()
+def dialect(
+    out: Annotated[Path | None, typer.Option("--out", help="wakefield.py, .xml, or .lua for Wireshark")] = None,
+    install: Annotated[
+        bool, typer.Option("--install", help="into this environment's pymavlink, as `wakefield`")
+    ] = False,
+) -> None:
+    """Write the complete dialect (common and ours) for mavutil, mavlogdump, MAVProxy and other people's tools."""
+    from flightsw.files import write_whole
+    from ground.dialect import NAME, DialectError, complete, stock_folder
+
+    if (out is None) is not install:
+        _fail("dialect: one of --out FILE and --install", 2)
+    path = stock_folder() / f"{NAME}.py" if out is None else out
+    try:
+        write_whole(path, complete(path.suffix))
+    except DialectError as exc:
+        _fail(f"dialect: {exc}", 2)
+    except OSError as exc:
+        _fail(exc)
+    print(path)
+
+
+@app.command()
 def metrics(
     run: Annotated[Path, typer.Argument(help="run folder, or one .tlog: what is in it")],
     write: Annotated[bool, typer.Option(help="also write RUN/summary.json")] = False,

@@ -14,7 +14,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from flightsw.icd import mav
+from flightsw.icd.dialect import VALUES
 from flightsw.icd.scan import scan
 from ground.columns import Columns
 from ground.link.packets import IDS, decode
@@ -118,6 +118,6 @@ def link_whole(path: Path) -> bool:
         return False
     for k in ((log.msgid == IDS["COMMAND_LONG"]) & log.known & ~log.v1).nonzero()[0]:
         command = decode(log.raw[log.head[k] : log.head[k] + log.size[k]])
-        if command["command"] == mav.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN and command["param1"] == 2.0:
+        if command["command"] == VALUES["MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN"] and command["param1"] == 2.0:
             return True
     return False

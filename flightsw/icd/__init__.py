@@ -1,1 +1,1 @@
-"""Message ICD: house.xml, what is generated from it (mav.py), the fast codec, the `.tlog` format and the UDP endpoints."""
+"""Message ICD: house.xml and the dialect read from it, the fast codec, the `.tlog` format and the UDP endpoints."""

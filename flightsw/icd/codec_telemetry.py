@@ -1,4 +1,4 @@
-"""Snapshot to telemetry messages: one encoder per message, all of the same shape, in one table."""
+"""Snapshot to the telemetry messages every mission has: one encoder per message, all of the same shape, in one table."""
 
 from __future__ import annotations
 
@@ -80,84 +80,6 @@ def _mission(s: Snapshot, c: Context) -> bytes:
         _S["MISSION_STATUS"], s.t_us, g.phase_t_s, g.V, g.alt_m, g.psi_dot, u.aileron, u.elevator, u.rudder, u.throttle,
         g.phase, 1 if g.measure else 0, 1 if s.sensors.boom_contact else 0, 1 if g.latch else 0,
         g.reason.encode("ascii", "replace")[:50],
-    )  # fmt: skip
-
-
-def _fdi(s: Snapshot, c: Context) -> bytes:
-    f = s.nav.fdi
-    if f is None:
-        raise ValueError("FDI_STATUS: navigation has no fault detection")
-    return c.send.pack(
-        _S["FDI_STATUS"], f.t_us, *f.gamma, f.threshold, *f.residual, min(f.exclusions, 0xFFFFFFFF), f.isolated,
-        f.negative, f.excluded, f.alarm, 1 if f.valid else 0,
-    )  # fmt: skip
-
-
-def _wake(s: Snapshot, c: Context) -> bytes:
-    w = s.nav.wake
-    if w is None:
-        raise ValueError("WAKE_POSITION: navigation has no wake position")
-    return c.send.pack(
-        _S["WAKE_POSITION"], w.t_us, *w.pos_f, *w.vel_f, w.cov_yy, w.cov_yz, w.cov_zz, *w.scale, *w.scale_sigma,
-        w.height_m, *w.wind_f, w.nis, min(w.restarts, 0xFFFF), min(w.nis_dof, 255), 1 if w.valid else 0,
-        w.reason.encode("ascii", "replace")[:50],
-    )  # fmt: skip
-
-
-def _rendezvous(s: Snapshot, c: Context) -> bytes:
-    r = s.nav.rendezvous
-    if r is None:
-        raise ValueError("RENDEZVOUS_STATE: navigation has no rendezvous")
-    return c.send.pack(
-        _S["RENDEZVOUS_STATE"], r.t_us, *r.mean, *r.cov, *r.own, r.bank, r.bank_cmd, r.speed_cmd, r.time_to_go_s,
-        r.turn_time_s, *r.miss, *r.radii, r.final_psi, r.range_m, r.range_age_s, r.innovation_m, r.nis, r.window_nis,
-        r.window_drift, *r.frame, min(r.updates, 0xFFFF), min(r.refused, 0xFFFF), r.estimator, r.law, r.phase,
-        1 if r.limited else 0, 1 if r.alarm else 0, 1 if r.valid else 0,
-    )  # fmt: skip
-
-
-CLOUD_PART, CLOUD_PARTS = 16, 4  # components in a RENDEZVOUS_CLOUD, messages at most
-
-
-def _cloud(s: Snapshot, c: Context) -> bytes:
-    """All parts, one after the other; the heaviest components where there are more than fit."""
-    r = s.nav.rendezvous
-    if r is None:
-        raise ValueError("RENDEZVOUS_CLOUD: navigation has no rendezvous")
-    w = r.weights
-    keep = range(len(w))
-    if len(w) > CLOUD_PART * CLOUD_PARTS:
-        keep = sorted(sorted(keep, key=lambda i: -w[i])[: CLOUD_PART * CLOUD_PARTS])  # type: ignore[assignment]
-    parts = -(-len(keep) // CLOUD_PART)
-    out = b""
-    for k in range(parts):
-        at = keep[k * CLOUD_PART : (k + 1) * CLOUD_PART]
-        pad = (0.0,) * (CLOUD_PART - len(at))
-        rows = [x for v in (r.xs, r.ys, w) for x in (*(v[i] for i in at), *pad)]
-        out += c.send.pack(_S["RENDEZVOUS_CLOUD"], r.fix_us, *rows, k, parts, len(at))
-    return out
-
-
-def _gust(s: Snapshot, c: Context) -> bytes:
-    g = s.nav.gust
-    if g is None:
-        raise ValueError("GUST_STATE: navigation has no gust estimate")
-    weights = (g.weights + (0.0,) * 4)[:4]
-    return c.send.pack(
-        _S["GUST_STATE"], g.t_us, *g.x, *g.sigma, g.nis, g.scale, *weights, g.a_z, g.a_z_model, g.elevator, g.flap,
-        g.channels, g.estimator, g.law, 1 if g.valid else 0,
-    )  # fmt: skip
-
-
-def _windshear(s: Snapshot, c: Context) -> bytes:
-    w = s.nav.windshear
-    if w is None:
-        raise ValueError("WINDSHEAR_STATE: navigation has no wind shear estimate")
-    alert = w.caution | w.abort << 1 | w.accused << 2
-    return c.send.pack(
-        _S["WINDSHEAR_STATE"], w.t_us, *w.x, *w.sigma, w.F, w.quick, w.slow, w.F_states, w.F_monitor, *w.wind_monitor,
-        w.nis, w.turbulence, w.climb, w.speed, w.pitch, w.thrust_kN, w.elevator, w.channels, w.states, w.estimator, w.law,
-        w.mode, alert, 1 if w.valid else 0,
     )  # fmt: skip
 
 
@@ -272,12 +194,6 @@ ENCODERS: dict[str, Encoder] = {
     "LOCAL_POSITION_NED": _local,
     "RELATIVE_STATE": _relative,
     "MISSION_STATUS": _mission,
-    "FDI_STATUS": _fdi,
-    "WAKE_POSITION": _wake,
-    "RENDEZVOUS_STATE": _rendezvous,
-    "RENDEZVOUS_CLOUD": _cloud,
-    "GUST_STATE": _gust,
-    "WINDSHEAR_STATE": _windshear,
     "WIND_COV": _wind,
     "ATTITUDE": _attitude,
     "GLOBAL_POSITION_INT": _global,
@@ -288,13 +204,5 @@ ENCODERS: dict[str, Encoder] = {
     "LOOP_TIMING": _timing,
     "HEALTH_STATUS": _health,
 }
-OPTIONAL: dict[str, Callable[[Snapshot], bool]] = {  # message -> whether this snapshot has it; the others always do
-    "FDI_STATUS": lambda s: s.nav.fdi is not None,
-    "WAKE_POSITION": lambda s: s.nav.wake is not None,
-    "RENDEZVOUS_STATE": lambda s: s.nav.rendezvous is not None,
-    "RENDEZVOUS_CLOUD": lambda s: s.nav.rendezvous is not None and len(s.nav.rendezvous.weights) > 0,
-    "GUST_STATE": lambda s: s.nav.gust is not None,
-    "WINDSHEAR_STATE": lambda s: s.nav.windshear is not None,
-}
-# messages that carry the tick's time and may lead a datagram; the optional ones carry their own sample's
-TIMED = frozenset(n for n in ENCODERS if n not in OPTIONAL and {"time_usec", "time_boot_ms"} & set(_S[n].slots))
+# messages that carry the tick's time and may lead a datagram; those of one mission only carry their own sample's
+TIMED = frozenset(n for n in ENCODERS if {"time_usec", "time_boot_ms"} & set(_S[n].slots))

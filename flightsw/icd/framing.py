@@ -8,11 +8,9 @@ can be checked. Source: MAVLink serialisation guide (mavlink.io).
 
 from __future__ import annotations
 
-import struct
-
 from fastcrc import crc16
 
-from flightsw.icd import mav
+from flightsw.icd.dialect import HOUSE
 from flightsw.icd.wire import SPECS
 
 V2, V1 = 0xFD, 0xFE
@@ -28,14 +26,12 @@ crc = crc16.mcrf4xx
 def _time_fields() -> dict[int, tuple[int, int, int]]:
     """id -> (offset in the payload, size, factor to microseconds) of the message's time field."""
     out: dict[int, tuple[int, int, int]] = {}
-    for i, cls in mav.mavlink_map.items():
+    for i, m in HOUSE.messages.items():
         at = 0
-        codes = bytes(cls.native_format).decode().lstrip("<")
-        for name, code, count in zip(cls.ordered_fieldnames, codes, cls.array_lengths, strict=True):
-            size = struct.calcsize("<" + code)
-            if i >= 0 and name in ("time_usec", "time_boot_ms"):
-                out.setdefault(i, (at, size, 1 if name == "time_usec" else 1000))
-            at += size * max(count, 1)
+        for f in m.wire:
+            if f.name in ("time_usec", "time_boot_ms"):
+                out.setdefault(i, (at, f.size, 1 if f.name == "time_usec" else 1000))
+            at += f.size * max(f.length, 1)
     return out
 
 

@@ -1,83 +1,22 @@
-"""Generate mav.py (pymavlink's mavgen) and docs/icd.md from house.xml.
+"""Generate docs/icd.md from house.xml.
 
-python -m flightsw.icd.gen            write both
-python -m flightsw.icd.gen --check    exit 1 and name the file if either is out of date
+python -m flightsw.icd.gen            write it
+python -m flightsw.icd.gen --check    exit 1 and name the file if it is out of date
 """
 
 from __future__ import annotations
 
 import argparse
-import contextlib
-import io
-import os
 import sys
-import tempfile
 import xml.etree.ElementTree as ET
-from pathlib import Path
 
-HERE = Path(__file__).resolve().parent
-XML = HERE / "house.xml"
-MAV = HERE / "mav.py"
-DOC = HERE.parents[1] / "docs" / "icd.md"
-MAX_PAYLOAD = 255  # [byte] MAVLink 2; mavgen does not check it
-SIZES = {"char": 1, "int8_t": 1, "int16_t": 2, "int32_t": 4, "int64_t": 8, "float": 4, "double": 8}
+from flightsw.icd.dialect import XML, Dialect, read
+
+DOC = XML.parents[2] / "docs" / "icd.md"
 
 
-class IcdError(ValueError):
-    """house.xml breaks a rule of the ICD. The text names message and field."""
-
-
-def type_size(wire_type: str) -> int:
-    """Bytes of a MAVLink field type such as "float[4]"."""
-    base, _, rest = wire_type.replace("_mavlink_version", "").partition("[")
-    base = base.removeprefix("u") if base.startswith("uint") else base
-    return SIZES[base] * (int(rest.rstrip("]")) if rest else 1)
-
-
-def check_xml(text: str) -> ET.Element:
-    """Parse the ICD and check what mavgen does not: payload limit, every field described, unique ids.
-
-    Raises IcdError naming the offending message and field.
-    """
-    root = ET.fromstring(text)
-    seen: dict[str, str] = {}
-    for m in root.iter("message"):
-        name, mid = m.attrib["name"], m.attrib["id"]
-        if mid in seen:
-            raise IcdError(f"message {name}: id {mid} is already used by {seen[mid]}")
-        seen[mid] = name
-        fields = m.findall("field")
-        size = sum(type_size(f.attrib["type"]) for f in fields)
-        if size > MAX_PAYLOAD:
-            raise IcdError(f"message {name}: payload {size} bytes; allowed at most {MAX_PAYLOAD}")
-        for f in fields:
-            if not (f.text or "").strip():
-                raise IcdError(f"message {name}, field {f.attrib['name']}: no description")
-        if not (m.findtext("description") or "").strip():
-            raise IcdError(f"message {name}: no description")
-    return root
-
-
-def make_module() -> str:
-    """Text of mav.py. Deterministic: mavgen writes no dates, and only the bare XML name goes in."""
-    from pymavlink.generator import mavgen
-
-    with tempfile.TemporaryDirectory() as tmp:
-        # mavgen writes its arguments into the file: work on a copy under a bare name
-        (Path(tmp) / XML.name).write_bytes(XML.read_bytes())
-        cwd = Path.cwd()
-        os.chdir(tmp)
-        try:
-            with contextlib.redirect_stdout(io.StringIO()):
-                opts = mavgen.Opts("mav.py", wire_protocol="2.0", language="Python3", validate=False)
-                mavgen.mavgen(opts, [XML.name])
-            return (Path(tmp) / "mav.py").read_text()
-        finally:
-            os.chdir(cwd)
-
-
-def make_doc(root: ET.Element) -> str:
-    """Text of docs/icd.md from the parsed ICD."""
+def make_doc(root: ET.Element, d: Dialect) -> str:
+    """Text of docs/icd.md from the parsed ICD and the dialect read from it."""
     out = [
         "# Message ICD",
         "",
@@ -90,8 +29,7 @@ def make_doc(root: ET.Element) -> str:
         "",
     ]
     for m in sorted(root.iter("message"), key=lambda m: int(m.attrib["id"])):
-        fields = m.findall("field")
-        size = sum(type_size(f.attrib["type"]) for f in fields)
+        size = d.messages[int(m.attrib["id"])].packer.size
         out += [f"### {m.attrib['name']} ({m.attrib['id']})", "", f"{m.findtext('description')} {size} bytes.", ""]
         out += ["| field | type | unit | meaning | invalid |", "|---|---|---|---|---|"]
         ext = False
@@ -126,21 +64,13 @@ def main(argv: list[str] | None = None) -> int:
     ap = argparse.ArgumentParser(prog="flightsw.icd.gen", description=__doc__)
     ap.add_argument("--check", action="store_true", help="change nothing; exit 1 if a generated file is out of date")
     args = ap.parse_args(argv)
-    try:
-        root = check_xml(XML.read_text())
-    except (IcdError, ET.ParseError) as e:
-        print(f"{XML}: {e}", file=sys.stderr)
+    text = make_doc(ET.fromstring(XML.read_text()), read([XML]))
+    if not args.check:
+        DOC.write_text(text)
+    elif not DOC.exists() or DOC.read_text() != text:
+        print(f"{DOC} is out of date: run python -m flightsw.icd.gen", file=sys.stderr)
         return 1
-    stale = 0
-    for path, text in ((MAV, make_module()), (DOC, make_doc(root))):
-        if args.check:
-            if not path.exists() or path.read_text() != text:
-                print(f"{path} is out of date: run python -m flightsw.icd.gen", file=sys.stderr)
-                stale = 1
-        else:
-            path.parent.mkdir(exist_ok=True)
-            path.write_text(text)
-    return stale
+    return 0
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""The one table of telemetry: message -> rate [Hz]. Tests read it too.
+"""The one table of telemetry: message -> rate [Hz]. Tests read it too. What only one mission sends is in that mission's spec.
 
 Messages of 10 Hz and less share the ticks of a 10 Hz grid, so a tick sends one datagram or none; the 1 Hz messages are
 spread over the ten slots of a second by their offset. A faster message (command SET_MESSAGE_INTERVAL) goes on its own
@@ -7,23 +7,19 @@ ticks.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 GRID_HZ = 10  # [Hz]
 MAX_RATE_HZ = 1000.0  # [Hz]
 
 # message -> (rate [Hz], offset in slots of the grid). Order = order within a datagram: the first due one must carry a
 # time.
-_COMMON = {
+COMMON: dict[str, tuple[float, int]] = {
     "NAV_STATE": (10.0, 0),
     "ATTITUDE_QUATERNION": (10.0, 0),
     "LOCAL_POSITION_NED": (10.0, 0),
-    "RELATIVE_STATE": (10.0, 0),
-    "MISSION_STATUS": (10.0, 0),
-    "FDI_STATUS": (10.0, 0),  # this and the next three: only while navigation has them
-    "WAKE_POSITION": (10.0, 0),
-    "RENDEZVOUS_STATE": (2.0, 1),
-    "RENDEZVOUS_CLOUD": (0.5, 3),
-    "GUST_STATE": (0.0, 0),  # every sample of the gust mission, none of another
-    "WINDSHEAR_STATE": (0.0, 0),  # likewise of the windshear mission
+    "RELATIVE_STATE": (10.0, 0),  # of missions that follow another aircraft
+    "MISSION_STATUS": (10.0, 0),  # here follows what only the mission sends
     "WIND_COV": (5.0, 1),
     "ATTITUDE": (4.0, 0),
     "GLOBAL_POSITION_INT": (4.0, 0),
@@ -34,23 +30,18 @@ _COMMON = {
     "LOOP_TIMING": (1.0, 6),
     "HEALTH_STATUS": (1.0, 8),
 }
-DEFAULT_RATES: dict[str, float] = {name: rate for name, (rate, _) in _COMMON.items()}
-OFFSETS: dict[str, int] = {name: offset for name, (_, offset) in _COMMON.items()}
-_NO_RECEIVER = {"RELATIVE_STATE": 0.0, "FDI_STATUS": 0.0, "WAKE_POSITION": 0.0}
-_NO_RENDEZVOUS = {"RENDEZVOUS_STATE": 0.0, "RENDEZVOUS_CLOUD": 0.0}
-MISSION_RATES: dict[str, dict[str, float]] = {
-    "tanker": _NO_RECEIVER | _NO_RENDEZVOUS,
-    "receiver": _NO_RENDEZVOUS,
-    "receiver_rendezvous": _NO_RENDEZVOUS,
-    "rendezvous": _NO_RECEIVER,
-    "gust": _NO_RECEIVER | _NO_RENDEZVOUS | {"GUST_STATE": 50.0},
-    "windshear": _NO_RECEIVER | _NO_RENDEZVOUS | {"WINDSHEAR_STATE": 50.0},
-}
+RELATIVE, LEADING = "RELATIVE_STATE", "MISSION_STATUS"
 
 
-def rates_for(mission: str, overrides: dict[str, float] | None = None) -> dict[str, float]:
-    """Rate of every message for a mission, the configuration's overrides applied."""
-    return DEFAULT_RATES | MISSION_RATES.get(mission, {}) | (overrides or {})
+def table(own: Iterable[tuple[str, float, int]], relative: bool) -> dict[str, tuple[float, int]]:
+    """Rate [Hz] and offset of every message of a mission, in the order of a datagram: the common ones, and its own (name, rate,
+    offset). relative: whether it follows another aircraft."""
+    out: dict[str, tuple[float, int]] = {}
+    for name, entry in COMMON.items():
+        out[name] = (0.0, entry[1]) if name == RELATIVE and not relative else entry
+        if name == LEADING:
+            out |= {message: (rate, offset) for message, rate, offset in own}
+    return out
 
 
 def due(tick: int, rate_hz: float, offset: int, base_hz: int) -> bool:
@@ -71,6 +62,6 @@ def due(tick: int, rate_hz: float, offset: int, base_hz: int) -> bool:
     return slot * rate // whole != (slot - 1) * rate // whole
 
 
-def names_due(rates: dict[str, float], tick: int, base_hz: int) -> tuple[str, ...]:
-    """Messages due on base tick `tick`, in order; repeats every ten seconds."""
-    return tuple(n for n, r in rates.items() if due(tick, r, OFFSETS.get(n, 0), base_hz))
+def names_due(rates: dict[str, float], offsets: dict[str, int], tick: int, base_hz: int) -> tuple[str, ...]:
+    """Messages due on base tick `tick`, in the order of `rates`; repeats every ten seconds."""
+    return tuple(n for n, r in rates.items() if due(tick, r, offsets[n], base_hz))

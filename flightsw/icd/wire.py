@@ -1,7 +1,6 @@
-"""Fast table-driven MAVLink 2 packer and parser, byte for byte the generated codec (tests/icd proves it).
+"""Fast table-driven MAVLink 2 packer and parser, byte for byte the generator's own codec (tests/icd proves it).
 
-The generated module is read once, for its layout: struct format in wire order, CRC_EXTRA, array lengths. From then on a
-message is one `struct` call and one CRC. Values travel as one flat tuple in *wire order* (largest type first, as
+A message is one `struct` call and one CRC. Values travel as one flat tuple in *wire order* (largest type first, as
 MAVLink sorts them): arrays are spread out, a char array is one bytes object. `Spec.pick` finds fields by name.
 """
 
@@ -15,7 +14,7 @@ from typing import Any
 
 from fastcrc import crc16
 
-from flightsw.icd import mav
+from flightsw.icd.dialect import HOUSE, Message
 
 MAGIC = 0xFD
 TRIES = 32  # magic bytes looked at within the damage of one datagram
@@ -49,27 +48,26 @@ class Spec:
         "unpack",
     )
 
-    def __init__(self, cls: Any) -> None:
-        self.id: int = cls.id
-        self.name: str = cls.msgname
-        self.packer: struct.Struct = cls.unpacker
-        self.unpack = cls.unpacker.unpack
-        self.size: int = cls.unpacker.size
-        self.crc_extra: int = cls.crc_extra
-        self.extra = bytes([cls.crc_extra])
-        self.id_bytes = (cls.id & 0xFF, cls.id >> 8 & 0xFF, cls.id >> 16)
-        self.fields: tuple[str, ...] = tuple(cls.fieldnames)
+    def __init__(self, m: Message) -> None:
+        self.id: int = m.id
+        self.name: str = m.name
+        self.packer: struct.Struct = m.packer
+        self.unpack = m.packer.unpack
+        self.size: int = m.packer.size
+        self.crc_extra: int = m.crc_extra
+        self.extra = bytes([m.crc_extra])
+        self.id_bytes = (m.id & 0xFF, m.id >> 8 & 0xFF, m.id >> 16)
+        self.fields: tuple[str, ...] = tuple(f.name for f in m.fields)
         self.slots: dict[str, tuple[int, int]] = {}
         self.is_text: set[str] = set()
         self.defaults: dict[str, Any] = {}
         at = 0
-        for name, n in zip(cls.ordered_fieldnames, cls.array_lengths, strict=True):
-            kind = cls.fieldtypes[cls.fieldnames.index(name)]
-            text = kind == "char"
-            self.slots[name] = (at, n)
+        for f in m.wire:
+            text = f.type == "char"
+            self.slots[f.name] = (at, f.length)
             if text:
-                self.is_text.add(name)
-            at += 1 if text or n == 0 else n
+                self.is_text.add(f.name)
+            at += 1 if text or f.length == 0 else f.length
         if self.name == "HEARTBEAT":
             self.defaults["mavlink_version"] = 3
 
@@ -112,7 +110,7 @@ class Spec:
         return tuple(out)
 
 
-SPECS: dict[int, Spec] = {mid: Spec(cls) for mid, cls in mav.mavlink_map.items() if mid >= 0}
+SPECS: dict[int, Spec] = {i: Spec(m) for i, m in HOUSE.messages.items()}
 BY_NAME: dict[str, Spec] = {s.name: s for s in SPECS.values()}
 
 

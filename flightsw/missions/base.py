@@ -1,54 +1,90 @@
-"""What the application asks of every mission. The answers given here are those of the six-degree-of-freedom aircraft; a
-mission that brings its own aircraft or actuators gives others."""
+"""The contract between the application and a mission, this project's or another package's.
+
+A mission is a class that fills `Mission`, and one `SPEC = MissionSpec(...)` that says what the application must know before there
+is one. Specs are found by name (flightsw.plugins, group wakefield.missions).
+"""
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Generic, Protocol, TypeVar
 
-from flightsw.aircraft import Airframe, load_aircraft
+import numpy as np
+
+from flightsw import plugins
+from flightsw.aircraft import Airframe, load_as
 from flightsw.refusal import Refusals
-from flightsw.sixdof.actuators import ActuatorModel
-from flightsw.types import UNSUPPORTED, Command
+from flightsw.strict import ConfigError
+from flightsw.types import Command, GuidanceCmd, Health, NavState, SensorFrame, Text
+
+Packets = Iterator[tuple[float | int | bytes, ...]]  # values of the fields of one packet each, in the dialect's order
+Reports = dict[type, object]  # records for telemetry, by their class
+R = TypeVar("R")
+A = TypeVar("A", bound=Airframe)
+P = TypeVar("P")
+Act = TypeVar("Act", bound="Actuators")
+ActIn = TypeVar("ActIn", bound="Actuators", contravariant=True)
 
 
-class Mission:
-    """Base of all missions. A mission has besides: params_type, watch, step, first_command, texts."""
+@dataclass(frozen=True)
+class Report:
+    """A message only one mission sends: its name in the dialect, the class of the record it is made of, how that becomes packets,
+    and when: `rate_hz` [Hz], `offset` in slots of the 10 Hz grid (icd/rates.py). Made by `report`."""
 
-    commands: frozenset[int] = frozenset()  # MAV_CMD it takes
-    controls = 4  # length of a command: three surfaces [rad], thrust [N] (and a flap [rad])
-    one_rate = False  # whether the mission runs at every base tick, and at no other rate
-    air_used = 0  # AIR_* bits of health for the air-data readings it takes one by one; 0: whole probes
-    cruise = (195.0, 7010.0)  # [m/s], [m] of the level flight the warm-up feeds it
+    message: str
+    kind: type
+    packets: Callable[[object], Packets]  # of a record of that class; none of anything else
+    rate_hz: float
+    offset: int = 0
+
+
+def report(message: str, kind: type[R], values: Callable[[R], Packets], rate_hz: float, offset: int = 0) -> Report:
+    """The report of a message made of records of class `kind`, one tuple of `values` per packet."""
+
+    def packets(record: object) -> Packets:
+        return values(record) if isinstance(record, kind) else iter(())
+
+    return Report(message, kind, packets, rate_hz, offset)
+
+
+class Actuators(Protocol):
+    """Onboard copy of the actuators: what is between a command and what acts now."""
+
+    def reset(self, surfaces: np.ndarray, thrust: float) -> None:
+        """The aircraft comes with surfaces [3] [rad] and thrust [N]."""
+
+    def step(self, u: np.ndarray, dt: float) -> None:
+        """From the tick at which the command u was sent to this one, dt [s] later."""
+
+
+class Mission(Protocol[ActIn]):
+    """What the application asks of every mission. A class that names it as its base inherits the answers given here."""
+
     watch: int  # HF_* flags of what the aircraft depends on now
-    ctrl: Any
+    cruise: tuple[float, float] = (195.0, 7010.0)  # [m/s], [m] of the level flight the warm-up feeds it
+    halves: int = 1  # stretches of flight the warm-up goes through
+
+    def step(
+        self, f: SensorFrame, act: ActIn, updated: int, health: Health, dt: float
+    ) -> tuple[NavState, GuidanceCmd, np.ndarray, float]:
+        """One step, dt [s] after the last: readings f of which `updated` (UPD_*) are new -> navigation, guidance, command u
+        (three surfaces [rad], thrust [N], and a flap [rad] where the spec says so), throttle 0..1."""
+
+    def first_command(self) -> np.ndarray:
+        """Command u sent until navigation is valid."""
+
+    def texts(self) -> list[Text]:
+        """Messages since the last call."""
+
+    @property
+    def saturated(self) -> bool:
+        """Whether a command sits at its limit."""
 
     @property
     def may_watch(self) -> int:
         """HF_* flags it depends on at one time or another."""
         return self.watch
-
-    @staticmethod
-    def load(aircraft: str) -> Airframe:
-        """Record of the aircraft. Raises ConfigError."""
-        return load_aircraft(aircraft)
-
-    @staticmethod
-    def actuators(ac: Any, delay_ticks: int) -> Any:
-        """Onboard copy of the actuators; `delay_ticks` base ticks pass between sending a command and its reaching them.
-
-        Has reset(surfaces, thrust) and step(command, dt); what else is between it and the mission's step.
-        """
-        return ActuatorModel(ac, delay_ticks)
-
-    def command(self, c: Command) -> tuple[int, str]:
-        """MAV_RESULT of a ground command, and why it is refused."""
-        if c.command not in self.commands:
-            return UNSUPPORTED, f"command {c.command} is not one of this mission"
-        return self.obey(c)
-
-    def obey(self, c: Command) -> tuple[int, str]:
-        """The same for one of `commands`."""
-        raise NotImplementedError
 
     @property
     def refusals(self) -> Refusals | None:
@@ -56,6 +92,57 @@ class Mission:
         return None
 
     @property
-    def saturated(self) -> bool:
-        """Whether a command sits at its limit."""
-        return bool(self.ctrl.core.saturated)
+    def reports(self) -> Reports:
+        """Records of this step for the spec's `reports`."""
+        return {}
+
+    def obey(self, c: Command) -> tuple[int, str]:
+        """MAV_RESULT for one of the spec's commands, and why it is refused."""
+
+    def exercise(self) -> None:
+        """Run what the warm-up's level flight does not reach, on made-up readings; this object is of no further use then."""
+        return
+
+    def rehearse(self) -> None:
+        """Go on as if the next half of the flight had begun: the warm-up runs that too."""
+        return
+
+
+@dataclass(frozen=True)
+class MissionSpec(Generic[A, P, Act]):
+    """All that can be said of a mission without one.
+
+    `params`: dataclass of the mission's tables in a flight file; `record`, `model`: class and model name of its aircraft;
+    `commands`: MAV_CMD it takes, any other is refused; `controls`: length of a command; `one_rate`: it runs at every base tick
+    and at no other; `air_used`: AIR_* bits of health for the air-data readings it takes one by one, 0: whole probes;
+    `sends_relative`: RELATIVE_STATE goes down; `files`: keys of the tables that name aircraft files, kept in run folders.
+    """
+
+    name: str
+    params: type[P]
+    record: type[A]
+    model: str
+    build: Callable[[A, P, float], Mission[Act]]  # from the record, the parameters and the period [s]
+    actuators: Callable[[A, int], Act]  # `delay_ticks` base ticks pass between a command and its reaching them
+    commands: frozenset[int] = frozenset()
+    controls: int = 4
+    one_rate: bool = False
+    air_used: int = 0
+    reports: tuple[Report, ...] = ()
+    sends_relative: bool = False
+    files: tuple[str, ...] = ()
+
+    def load(self, aircraft: str) -> A:
+        """Record of an aircraft this mission flies. Raises ConfigError."""
+        return load_as(aircraft, self.record, self.model)
+
+
+AnySpec = MissionSpec[Airframe, object, Actuators]
+
+
+def find_mission(name: str, where: str) -> AnySpec:
+    """The spec of the mission a flight file names: one that is declared, or `package.module:SPEC`. Raises ConfigError."""
+    spec: AnySpec = plugins.part(plugins.MISSIONS, name, MissionSpec, f"{where}: app.mission")
+    if spec.name != name and ":" not in name:
+        raise ConfigError(f"{where}: app.mission = {name!r}: its spec calls itself {spec.name!r}")
+    return spec

@@ -6,15 +6,15 @@ plain tree; `FlightApp` converts it, as strictly.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Annotated, Any
 
 from flightsw.files import beside
 from flightsw.icd.geo import Origin
 from flightsw.icd.link import GROUND_PORT, OPERATOR_PORT
-from flightsw.icd.rates import DEFAULT_RATES, MAX_RATE_HZ
-from flightsw.strict import Range, load
+from flightsw.icd.rates import MAX_RATE_HZ
+from flightsw.strict import Range, Tree, apply_overrides, convert, read_toml, to_dict
 
 Hz = Annotated[float, Range(0.0, MAX_RATE_HZ)]
 Port = Annotated[int, Range(1, 65535)]
@@ -85,39 +85,16 @@ class TelemetryConfig:
 
     rates_hz: dict[str, Hz] = field(default_factory=dict)
 
-    def __post_init__(self) -> None:
-        for name in self.rates_hz:
-            if name not in DEFAULT_RATES:
-                raise ValueError(f"rates_hz.{name}: unknown message; allowed: {', '.join(DEFAULT_RATES)}")
-
-
-TABLES = ("health", "nav", "ctrl", "guid", "airdata", "rendezvous", "join")  # a mission's own
-
 
 @dataclass(frozen=True)
 class FlightConfig:
-    """One flight file. The dict tables are the mission's own."""
+    """One flight file. `tables`: everything else in it, the mission's own."""
 
     app: AppConfig
-    tanker: str | None = None  # receiver missions: aircraft file of the tanker
     origin: OriginConfig = field(default_factory=OriginConfig)
     link: LinkConfig = field(default_factory=LinkConfig)
     telemetry: TelemetryConfig = field(default_factory=TelemetryConfig)
-    health: dict[str, Any] = field(default_factory=dict)
-    nav: dict[str, Any] = field(default_factory=dict)
-    ctrl: dict[str, Any] = field(default_factory=dict)
-    guid: dict[str, Any] = field(default_factory=dict)
-    airdata: dict[str, Any] = field(default_factory=dict)
-    rendezvous: dict[str, Any] = field(default_factory=dict)
-    join: dict[str, Any] | None = None  # receivers that start en route
-
-    @property
-    def tables(self) -> dict[str, Any]:
-        """What FlightApp converts itself; keys the file leaves out are left out here."""
-        out: dict[str, Any] = {k: getattr(self, k) for k in TABLES if getattr(self, k)}
-        if self.tanker is not None:
-            out["tanker"] = self.tanker
-        return out
+    tables: Tree = field(default_factory=dict)
 
     @property
     def period_us(self) -> int:
@@ -133,10 +110,28 @@ def parse_target(text: str) -> tuple[str, int]:
     return host, int(port)
 
 
+OWN = tuple(f.name for f in fields(FlightConfig) if f.name != "tables")  # tables read here
+
+
 def load_flight(path: str | Path, overrides: dict[str, Any] | None = None) -> FlightConfig:
     """Read a flight file; `overrides` maps dotted keys to values. Aircraft files it names lie beside it, or are known by
     name. Raises ConfigError naming file, key and what is allowed.
     """
-    cfg = load(path, FlightConfig, overrides)
-    tanker = None if cfg.tanker is None else beside(path, cfg.tanker)
-    return replace(cfg, app=replace(cfg.app, aircraft=beside(path, cfg.app.aircraft)), tanker=tanker)
+    data = read_toml(path)
+    apply_overrides(data, overrides or {}, str(path))
+    cfg = flight_of(data, str(path))
+    # a bare name among the tables is that of a file
+    tables = {k: beside(path, v) if isinstance(v, str) else v for k, v in cfg.tables.items()}
+    return replace(cfg, app=replace(cfg.app, aircraft=beside(path, cfg.app.aircraft)), tables=tables)
+
+
+def flight_of(tree: Tree, where: str) -> FlightConfig:
+    """The record of a parsed flight file. Raises ConfigError naming the key."""
+    cfg = convert({k: v for k, v in tree.items() if k in OWN}, FlightConfig, where)
+    return replace(cfg, tables={k: v for k, v in tree.items() if k not in OWN})
+
+
+def flight_tree(cfg: FlightConfig) -> Tree:
+    """The inverse: the tables of a flight file that `load_flight` reads back to an equal record."""
+    tree = to_dict(cfg)
+    return {k: tree[k] for k in OWN} | tree["tables"]

@@ -8,9 +8,9 @@ then telemetry.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from flightsw.aircraft import load_airframe
 from flightsw.icd.codec import FlightCodec
@@ -19,13 +19,16 @@ from flightsw.icd.stamps import Frames
 from flightsw.icd.tlog import GROUND_IN, LINK_IN
 from flightsw.icd.wire import Counters
 from flightsw.process.clock import LockstepClock
-from flightsw.process.config import FlightConfig
+from flightsw.process.config import FlightConfig, flight_tree
 from flightsw.process.executive import Executive, no_time
 from flightsw.process.recorder import Heard
-from flightsw.process.services import CMD_SHUTDOWN, PACKETS_MAX, Services
+from flightsw.process.services import CMD_SHUTDOWN, PACKETS_MAX, Services, Setter
 from flightsw.process.telemetry import Telemetry
-from flightsw.strict import ConfigError, to_dict
+from flightsw.strict import ConfigError
 from flightsw.types import HF_PEER, Ack, ActuatorCmd, Command, SensorFrame, Snapshot, Text
+
+if TYPE_CHECKING:
+    from flightsw.missions.base import Report
 
 GROUND_MAX = 32  # [datagram] of the ground that wait for a tick
 MAX_HEARD = 1000  # [datagram] kept for the log between two ticks
@@ -40,6 +43,18 @@ class App(Protocol):
     @property
     def commands(self) -> frozenset[int]:
         """MAV_CMD the mission takes; any other is answered by the services."""
+
+    @property
+    def reports(self) -> tuple[Report, ...]:
+        """Messages only this mission sends."""
+
+    @property
+    def sends_relative(self) -> bool:
+        """Whether it follows another aircraft and says where that is."""
+
+    @property
+    def settable(self) -> Mapping[str, Setter]:
+        """Keys of the configuration that may be changed in flight."""
 
     def tick(self, frame: SensorFrame, dt_s: float) -> tuple[ActuatorCmd, Snapshot]:
         """One base tick."""
@@ -100,16 +115,17 @@ class Node:
             lockstep=not realtime,
         )
         self.telemetry = Telemetry(
-            cfg.app.sysid, cfg.app.mission, origin, base, self.codec.count, cfg.telemetry.rates_hz
-        )
-        shown = {k: v for k, v in to_dict(cfg).items() if k not in ("link", "telemetry")}
+            cfg.app.sysid, self.app.reports, self.app.sends_relative, origin, base, self.codec.count,
+            cfg.telemetry.rates_hz,
+        )  # fmt: skip
+        shown = {k: v for k, v in flight_tree(cfg).items() if k not in ("link", "telemetry")}
         self.services = Services(
             cfg.app.sysid,
             cfg.app.mission,
             shown,
             self.telemetry,
             self.app.commands,
-            getattr(self.app, "settable", None),
+            self.app.settable,
         )
         self.frame = SensorFrame()
         self.frames = Frames(self.codec.count)

@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from typing import Any
 
-from flightsw.icd import mav
 from flightsw.icd.codec_receive import command_of
+from flightsw.icd.dialect import ENUMS, VALUES
 from flightsw.icd.scaling import COMP_AUTOPILOT
 from flightsw.icd.wire import SPECS, Counters, Sender, split, table
 from flightsw.process.telemetry import Maker, Telemetry
@@ -44,8 +44,7 @@ QUEUE_MAX = 200  # [packet] beyond this, answers are dropped and counted
 SENDERS_MAX = 16  # whose last command is remembered
 VERSION = (0, 1, 0, 0)
 _REAL32 = 9
-COMMANDS = {v: e.description.rstrip(".") for v, e in mav.enums["MAV_CMD"].items()}
-MISSION_NUMBER = {e.name: v for v, e in mav.enums["WKF_MISSION"].items()}
+COMMANDS = {v: e.description.rstrip(".") for v, e in ENUMS["MAV_CMD"].items()}
 
 Setter = Callable[[float], bool]
 
@@ -100,7 +99,7 @@ class Services:
         tree: dict[str, Any],
         telemetry: Telemetry,
         commands: frozenset[int],
-        settable: dict[str, Setter] | None = None,
+        settable: Mapping[str, Setter] | None = None,
     ) -> None:
         self.sysid = sysid
         self.mission = mission
@@ -266,6 +265,6 @@ class Services:
             "AUTOPILOT_VERSION",
             capabilities=2 | 8192,
             flight_sw_version=a << 24 | b << 16 | c << 8 | d,
-            product_id=MISSION_NUMBER.get(f"WKF_MISSION_{self.mission.upper()}", 0),
+            product_id=VALUES.get(f"WKF_MISSION_{self.mission.upper()}", 0),
             uid=self.sysid,
         )

@@ -1,4 +1,4 @@
-"""The single telemetry tap: Snapshot -> datagrams, by the rate table of icd/rates.py.
+"""The single telemetry tap: Snapshot -> datagrams, by the rate table of icd/rates.py and the reports of the mission.
 
 Building never raises and sending never blocks: a message that cannot be encoded is counted in `failed`, a datagram the
 system does not take in `ctx.dropped`. Every datagram begins with a packet that carries the sample time, so the ground
@@ -10,15 +10,20 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable, Sequence
 from functools import partial
+from typing import TYPE_CHECKING
 
-from flightsw.icd.codec_telemetry import ENCODERS, OPTIONAL, TIMED, Context
+from flightsw.icd.codec_telemetry import ENCODERS, TIMED, Context
 from flightsw.icd.geo import Origin, WireMap
-from flightsw.icd.rates import names_due, rates_for
+from flightsw.icd.rates import names_due, table
 from flightsw.icd.scaling import COMP_AUTOPILOT
 from flightsw.icd.stamps import boot_ms
 from flightsw.icd.texts import answer, text
-from flightsw.icd.wire import BY_NAME, Counters, Sender
+from flightsw.icd.wire import BY_NAME, Counters, Sender, Spec
+from flightsw.strict import ConfigError, near
 from flightsw.types import Ack, Snapshot, Text, Timing
+
+if TYPE_CHECKING:
+    from flightsw.missions.base import Report
 
 MAX_DATAGRAM = 1400  # [byte]
 TIME_SIZE = 24  # [byte] of a SYSTEM_TIME packet, at most
@@ -32,17 +37,30 @@ class Telemetry:
     def __init__(
         self,
         sysid: int,
-        mission: str,
+        reports: Sequence[Report],
+        relative: bool,
         origin: Origin,
         base_hz: int,
         count: Counters,
         overrides: dict[str, float] | None = None,
     ) -> None:
+        """reports: messages only this mission sends; relative: whether it follows another aircraft. Raises ConfigError for an
+        override of a message it does not send."""
         self.base_hz = base_hz
         self.ctx = Context(
             Sender(sysid, COMP_AUTOPILOT), WireMap(origin), count, Timing(), period_us=1_000_000 // base_hz
         )
-        self.defaults = rates_for(mission, overrides)
+        self.own = {r.message: r for r in reports}
+        entries = table([(r.message, r.rate_hz, r.offset) for r in reports], relative)
+        self.offsets = {name: offset for name, (_, offset) in entries.items()}
+        self.defaults = {name: rate for name, (rate, _) in entries.items()}
+        for name in overrides or {}:
+            if name not in self.defaults:
+                known = ", ".join(self.defaults)
+                raise ConfigError(
+                    f"telemetry.rates_hz.{name}: unknown message; allowed: {known}{near(name, self.defaults)}"
+                )
+        self.defaults |= overrides or {}
         self.rates = dict(self.defaults)
         self._cycle = 10 * base_hz  # [tick] after which the table repeats
         self._schedule: list[tuple[str, ...] | None] = [None] * self._cycle  # worked out when a tick first comes
@@ -59,7 +77,7 @@ class Telemetry:
         k = tick % self._cycle
         names = self._schedule[k]
         if names is None:
-            names = self._schedule[k] = names_due(self.rates, k, self.base_hz)
+            names = self._schedule[k] = names_due(self.rates, self.offsets, k, self.base_hz)
         return names
 
     def datagrams(
@@ -74,17 +92,21 @@ class Telemetry:
         numbers.
         """
         names = self.names(tick)
-        if names and not OPTIONAL.keys().isdisjoint(names):
-            names = tuple(n for n in names if n not in OPTIONAL or OPTIONAL[n](snap))
-        if not (names or texts or acks or answers or self.once):
-            return []
         send = self.ctx.send
-        makers: list[Maker] = [partial(self._encode, n, snap) for n in (*names, *self.once)]
+        makers: list[Maker] = []
+        lead = ""
+        for n in (*names, *self.once):
+            maker = self._reporter(n, snap) if n in self.own else partial(self._encode, n, snap)
+            if maker is not None:
+                makers.append(maker)
+                lead = lead or (n if n in names else "")
         self.once.clear()
+        if not (makers or texts or acks or answers):
+            return []
         makers += [partial(text, send, t.severity, t.text) for t in texts]
         makers += [partial(answer, send, a) for a in acks]
         makers += answers
-        timed = not names or names[0] not in TIMED
+        timed = lead not in TIMED
         before = (send.seq, send.ident, self.failed)
         whole = self._pack(makers, snap.t_us, timed)
         if len(whole) <= MAX_DATAGRAM:
@@ -116,10 +138,25 @@ class Telemetry:
         """SYSTEM_TIME packet of sample time `t_us` [us]."""
         return self.ctx.send.pack(_SYSTEM_TIME, 0, boot_ms(t_us))
 
+    def _reporter(self, name: str, snap: Snapshot) -> Maker | None:
+        """What packs a message of the mission; None: the mission has none now."""
+        own = self.own[name]
+        try:
+            rows = list(own.packets(snap.reports.get(own.kind)))
+        except (ValueError, OverflowError, TypeError):
+            self.failed += 1
+            return None
+        return partial(self._pack_rows, BY_NAME[name], rows) if rows else None
+
+    def _pack_rows(self, spec: Spec, rows: Sequence[tuple[float | int | bytes, ...]]) -> bytes:
+        try:
+            return b"".join([self.ctx.send.pack(spec, *row) for row in rows])
+        except (ValueError, OverflowError, TypeError, struct.error):
+            self.failed += 1
+            return b""
+
     def _encode(self, name: str, snap: Snapshot) -> bytes:
         """A message, empty if there is none or it cannot be encoded."""
-        if name in OPTIONAL and not OPTIONAL[name](snap):  # asked for by command
-            return b""
         try:
             return ENCODERS[name](snap, self.ctx)
         except (ValueError, OverflowError, TypeError, struct.error):  # a non-finite value where the wire has an integer

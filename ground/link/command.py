@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
-from flightsw.icd import mav
+from flightsw.icd.dialect import ENUMS, VALUES
 from flightsw.icd.link import plant_command_port, telemetry_port
 from flightsw.icd.scaling import COMP_AUTOPILOT, COMP_PLANT
 from flightsw.icd.texts import Joiner
@@ -22,24 +22,24 @@ from flightsw.icd.wire import Sender
 from ground.link.packets import AIRCRAFT, IDS, RECEIVER, TANKER, decode, packet_id, split
 
 GROUND_SYSID, GROUND_COMPID = 255, 190
-CMD_REFUEL: int = mav.MAV_CMD_USER_1
-CMD_GUST_LAW: int = mav.MAV_CMD_USER_2
-CMD_ESCAPE_LAW: int = mav.MAV_CMD_USER_3
-CMD_SPEED: int = mav.MAV_CMD_DO_CHANGE_SPEED
-CMD_GO_AROUND: int = mav.MAV_CMD_DO_GO_AROUND
-CMD_REQUEST_MESSAGE: int = mav.MAV_CMD_REQUEST_MESSAGE
+CMD_REFUEL: int = VALUES["MAV_CMD_USER_1"]
+CMD_GUST_LAW: int = VALUES["MAV_CMD_USER_2"]
+CMD_ESCAPE_LAW: int = VALUES["MAV_CMD_USER_3"]
+CMD_SPEED: int = VALUES["MAV_CMD_DO_CHANGE_SPEED"]
+CMD_GO_AROUND: int = VALUES["MAV_CMD_DO_GO_AROUND"]
+CMD_REQUEST_MESSAGE: int = VALUES["MAV_CMD_REQUEST_MESSAGE"]
 RETRY_S = 0.7  # [s] wall time before a repeat
 ATTEMPTS = 4
 IN_PROGRESS = 5  # MAV_RESULT: begun, a final answer follows
-UNSUPPORTED: int = mav.MAV_RESULT_UNSUPPORTED
+UNSUPPORTED: int = VALUES["MAV_RESULT_UNSUPPORTED"]
 PROGRESS_S = 5.0  # [s] how long to wait for that final answer
 DATAGRAM = 65536  # [byte]
 
 
 def _words(enum: str) -> dict[str, int]:
     """Lower-case word -> value of an enumeration of the dialect."""
-    found = mav.enums[enum].items()
-    return {e.name.removeprefix(enum + "_").lower(): v for v, e in found if not e.name.endswith("ENUM_END")}
+    found = ENUMS[enum].items()
+    return {e.name.removeprefix(enum + "_").lower(): v for v, e in found}
 
 
 ACTIONS, LAWS, ESCAPE_LAWS = _words("WKF_ACTION"), _words("WKF_GUST_LAW"), _words("WKF_WS_LAW")
@@ -115,7 +115,7 @@ def _listed(words: dict[str, int]) -> str:
 
 def result_name(result: int) -> str:
     """MAV_RESULT as a word."""
-    entry = mav.enums["MAV_RESULT"].get(result)
+    entry = ENUMS["MAV_RESULT"].get(result)
     return entry.name.removeprefix("MAV_RESULT_") if entry else f"result {result}"
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from flightsw.icd import mav
+from flightsw.icd.dialect import ENUMS
 from ground.link.command import COMP_PLANT, CommandError, Order
 from ground.link.packets import RECEIVER
 
@@ -17,8 +17,8 @@ CMD_INJECT = 420  # MAV_CMD_INJECT_FAILURE
 
 def _words(enum: str, prefix: str) -> dict[str, int]:
     """Lower-case word -> value of an enumeration of the dialect."""
-    entries = mav.enums[enum].items()
-    return {e.name.removeprefix(prefix).lower(): v for v, e in entries if not e.name.endswith("ENUM_END")}
+    entries = ENUMS[enum].items()
+    return {e.name.removeprefix(prefix).lower(): v for v, e in entries}
 
 
 UNITS = _words("FAILURE_UNIT", "FAILURE_UNIT_SENSOR_")

@@ -11,18 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from flightsw.icd import mav
+from flightsw.icd.dialect import ENUMS, HOUSE, Message
 from flightsw.icd.framing import HEAD, TIME, V2, as_v2, check, next_sound
 
 HEADER = HEAD[V2]  # bytes before the payload
-PHASES: dict[int, str] = {
-    value: entry.name.removeprefix("WKF_PHASE_")
-    for value, entry in mav.enums.get("WKF_PHASE", {}).items()
-    if not entry.name.endswith("ENUM_END")
-}
-FLAGS = [
-    (v, e.name.removeprefix("WKF_HEALTH_")) for v, e in mav.enums["WKF_HEALTH"].items() if "ENUM_END" not in e.name
-]
+PHASES: dict[int, str] = {value: entry.name.removeprefix("WKF_PHASE_") for value, entry in ENUMS["WKF_PHASE"].items()}
+FLAGS = [(v, e.name.removeprefix("WKF_HEALTH_")) for v, e in ENUMS["WKF_HEALTH"].items()]
 AIRCRAFT: dict[int, str] = {1: "tanker", 2: "receiver"}  # sysid -> name of the entity path
 TANKER, RECEIVER = 1, 2
 
@@ -30,24 +24,22 @@ _NUMPY = {"c": "S", "b": "i1", "B": "u1", "h": "<i2", "H": "<u2", "i": "<i4", "I
 _NUMPY |= {"f": "<f4", "d": "<f8"}
 
 
-def _dtype(cls: Any) -> np.dtype:
+def _dtype(m: Message) -> np.dtype:
     """Structured dtype of a message's untruncated payload, fields in wire order."""
     spec: list[tuple] = []
-    for name, code, count in zip(
-        cls.ordered_fieldnames, bytes(cls.native_format).decode().lstrip("<"), cls.array_lengths, strict=True
-    ):
-        if code == "c":
-            spec.append((name, f"S{max(count, 1)}"))
-        elif count:
-            spec.append((name, _NUMPY[code], (count,)))
+    for f in m.wire:
+        if f.code == "c":
+            spec.append((f.name, f"S{max(f.length, 1)}"))
+        elif f.length:
+            spec.append((f.name, _NUMPY[f.code], (f.length,)))
         else:
-            spec.append((name, _NUMPY[code]))
+            spec.append((f.name, _NUMPY[f.code]))
     return np.dtype(spec)
 
 
-NAMES: dict[int, str] = {i: c.msgname for i, c in mav.mavlink_map.items() if i >= 0}
+NAMES: dict[int, str] = {i: m.name for i, m in HOUSE.messages.items()}
 IDS: dict[str, int] = {n: i for i, n in NAMES.items()}
-DTYPES: dict[int, np.dtype] = {i: _dtype(c) for i, c in mav.mavlink_map.items() if i >= 0}
+DTYPES: dict[int, np.dtype] = {i: _dtype(m) for i, m in HOUSE.messages.items()}
 
 
 MISSION_STATUS = IDS.get("MISSION_STATUS", -1)

@@ -1,4 +1,5 @@
-"""The files a run is flown with, kept in its folder: aircraft and sounding beside the configurations that name them.
+"""The files a run is flown with, kept in its folder: aircraft and sounding beside the configurations that name them, and the
+dialect its logs are written in.
 
 The tables written to the folder name the copies, so that the run flies again from anywhere, whatever becomes of the originals.
 """
@@ -6,18 +7,18 @@ The tables written to the folder name the copies, so that the run flies again fr
 from __future__ import annotations
 
 import tomllib
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from flightsw import aircraft
-from flightsw.missions import MISSIONS
-from flightsw.strict import ConfigError, read_toml
+from flightsw.icd import dialect
+from flightsw.missions.base import find_mission
+from flightsw.strict import ConfigError, convert, read_toml, to_dict
 from hil_scripts.launch import tomlout
 from sim_plant.wind.prevailing import sounding_path
 
-AIRCRAFT, SOUNDINGS = "aircraft", "soundings"  # folders of a run folder
-TANKER = "tanker"  # key of a flight file
+AIRCRAFT, SOUNDINGS, DIALECT = "aircraft", "soundings", "dialect"  # folders of a run folder
 
 
 @dataclass
@@ -57,10 +58,10 @@ def _aircraft(kept: Kept, name: str) -> str:
 def _flight(kept: Kept, f: dict[str, Any]) -> dict[str, Any]:
     app = f["app"]
     own = {**f, "app": {**app, "aircraft": _aircraft(kept, app["aircraft"])}}
-    mission: Any = MISSIONS[app["mission"]]
-    default = {x.name: x.default for x in fields(mission.params_type)}.get(TANKER)
-    if default is not None:  # missions that know their tanker's aircraft
-        own[TANKER] = _aircraft(kept, f.get(TANKER, default))
+    spec = find_mission(app["mission"], app["name"])
+    defaults = to_dict(convert({}, spec.params, app["name"])) if spec.files else {}
+    for key in spec.files:
+        own[key] = _aircraft(kept, f.get(key, defaults[key]))
     return own
 
 
@@ -68,6 +69,8 @@ def keep(scenario: dict[str, Any], flights: list[dict[str, Any]]) -> tuple[Kept,
     """What to keep, and the tables of a scenario and its flights changed to name it. Raises ConfigError naming a file that
     cannot be read."""
     kept = Kept()
+    for path in dialect.files():
+        kept.name(DIALECT, path, path.read_bytes())
     own = {**scenario, "aircraft": [{**a, "file": _aircraft(kept, a["file"])} for a in scenario["aircraft"]]}
     wind = own["wind"]
     if wind["prevailing"] == "sounding":

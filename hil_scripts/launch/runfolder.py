@@ -20,7 +20,7 @@ from typing import Any
 
 from flightsw.aircraft import load_airframe
 from flightsw.files import write_whole
-from flightsw.process.config import load_flight
+from flightsw.process.config import flight_tree, load_flight
 from flightsw.strict import ConfigError, changed, near, to_dict
 from hil_scripts.launch import tomlout
 from sim_plant.obeyed import refuse
@@ -170,7 +170,7 @@ def resolve(
         file = _flight_config_path(a, path)
         cfg = load_flight(file, {**sets_of, **own})
         check(cfg.app.mission, cfg.tables, cfg.app.base_rate_hz, cfg.app.mission_rate_hz, str(file))
-        flights.append(FlightPlan(a["name"], int(a["sysid"]), to_dict(cfg)))
+        flights.append(FlightPlan(a["name"], int(a["sysid"]), flight_tree(cfg)))
     if not any(f.config["link"]["broadcast_peer"] for f in flights):
         for key, value, default in (
             ("latency_ms", scenario.link.radio_latency_ms, Link().radio_latency_ms),

@@ -34,8 +34,8 @@ class Tanks:
 
 
 class Member(ABC):
-    """Base of every kind's class. A world calls start() once, then per tick: the air fills `free` (wind without wake, [3] m/s NED),
-    `wind` (effective wind [NW]) and `probe_wake` ([probes, 3] m/s NED); observe(); sensors read `view`; advance().
+    """Base of every kind's class. A world calls start() once, then per tick: the air fills `free` (wind without wake [3], m/s
+    NED), `wind` (effective wind [NW]) and `probe_wake` ([probes, 3] m/s NED); observe(); sensors read `view`; advance().
 
     `s` [NS], `obs` [NO] (layout.py): state and what instruments see, current after start() and observe(); `view` holds the same
     as plain floats, and what couplings put there. What a kind brings of its own wind comes on top of `free`, into `wind`.
@@ -94,8 +94,8 @@ class Member(ABC):
 
     @abstractmethod
     def start(self, air: AirMass, other: Member | None) -> None:
-        """Put it into steady flight in the mean wind (gusts not in it), call hold(), and observe. other: whom its start is relative
-        to. Raises ConfigError where there is no such flight."""
+        """Put it into steady flight in the mean wind (gusts not in it), call hold(), and observe. other: whom its start is
+        relative to. Raises ConfigError where there is no such flight."""
 
     @abstractmethod
     def observe(self) -> None:
@@ -103,7 +103,7 @@ class Member(ABC):
 
     @abstractmethod
     def advance(self, jam: list[float]) -> None:
-        """Fly one tick with `path.current` in force; jam [3]: 1 = aileron (or what stands in its place), elevator, rudder frozen."""
+        """Fly one tick with `path.current` in force; jam [3]: 1 = aileron (or what is in its place), elevator, rudder frozen."""
 
     def wake_source(self, wake: Wake) -> Arr | None:
         """Source vector (wind/vortex.py) of the wake it sheds; None: this kind sheds none."""

@@ -5,16 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from typing import Annotated
 
-from flightsw.icd import mav
+from flightsw.icd.dialect import ENUMS, VALUES
 from flightsw.strict import ConfigError, OneOf, Range
 from sim_plant.sensors.config import NonNeg
 
 SENSORS = ("imu", "baro", "mag", "gnss", "air", "att", "rel", "fuel", "boom", "tacan")
-_ACTION, _END = "WKF_ACTION_", "WKF_ACTION_ENUM_END"
-ACTIONS: dict[str, int] = {
-    e.name.removeprefix(_ACTION).lower(): v for v, e in mav.enums["WKF_ACTION"].items() if e.name != _END
-}
-CMD_REFUEL: int = mav.MAV_CMD_USER_1  # what an action is sent as
+_ACTION = "WKF_ACTION_"
+ACTIONS: dict[str, int] = {e.name.removeprefix(_ACTION).lower(): v for v, e in ENUMS["WKF_ACTION"].items()}
+CMD_REFUEL: int = VALUES["MAV_CMD_USER_1"]  # what an action is sent as
 SENSOR_KINDS = (
     "dropout", "off", "bias", "drift", "garbage", "scale", "stuck", "delayed", "intermittent", "spike",
 )  # fmt: skip

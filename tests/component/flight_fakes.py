@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import Any
+from typing import Any, ClassVar
 
 from flightsw.aircraft import load_aircraft
 from flightsw.icd import wire
 from flightsw.icd.codec import PlantCodec
+from flightsw.missions.receiver.airdata.reports import REPORTS
 from flightsw.process.config import AppConfig, FlightConfig, LinkConfig, TelemetryConfig
+from flightsw.process.services import Setter
 from flightsw.types import (
     UPD_IMU,
     Ack,
@@ -28,6 +30,9 @@ class FakeApp:
     """Commands what the gyro says; accepts every command it is given; remembers the time steps and stamps it saw."""
 
     commands = frozenset({31010})
+    reports = REPORTS
+    sends_relative = True
+    settable: ClassVar[dict[str, Setter]] = {}
 
     def __init__(self) -> None:
         self.n = 0
@@ -39,6 +44,7 @@ class FakeApp:
         self.health = Health()
         self.nav = NavState(valid=True, V=195.0, reason="")
         self.gain = 1.0
+        self.reported: dict[type, object] = {}
 
     def tick(self, frame: SensorFrame, dt_s: float) -> tuple[ActuatorCmd, Snapshot]:
         self.steps.append(dt_s)
@@ -61,6 +67,7 @@ class FakeApp:
             Timing(),
             texts,
             acks,
+            self.reported,
         )
         self.n += 1
         return cmd, snap
@@ -72,7 +79,7 @@ def config(**changes: Any) -> FlightConfig:
         AppConfig("receiver", "receiver", "learjet24", 2),
         link=LinkConfig(peer_sysid=1),
         telemetry=TelemetryConfig(),
-        ctrl={"w_pos_m": [0.6, 0.5, 0.4], "schedule": {"V_mps": [180.0, 200.0]}},
+        tables={"ctrl": {"w_pos_m": [0.6, 0.5, 0.4], "schedule": {"V_mps": [180.0, 200.0]}}},
     )
     return dataclasses.replace(cfg, **changes)
 

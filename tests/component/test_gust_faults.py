@@ -13,6 +13,7 @@ import pytest
 from flightsw.app import FlightApp
 from flightsw.missions.gust import dynamics as k
 from flightsw.missions.gust.mission import ALLEVIATION, HOLD
+from flightsw.missions.gust.reports import GustState
 from flightsw.types import UPD_AIR, UPD_ATT, UPD_BARO, UPD_GNSS, UPD_IMU, SensorFrame
 from hil_scripts.studies.hoffmann import flight as hf
 from sim_plant.aircraft.alexis.flight import Alexis, AlexisParams, AlexisServo
@@ -72,8 +73,8 @@ def fly(
             u[jam[0]] = jam[1]
         plant.step(u)
         out.texts += [t.text for t in s.texts]
-        if i * DT >= AT_S and s.nav.gust is not None:
-            out.alpha_w.append(math.degrees(s.nav.gust.x[k.AW] - plant.truth[k.AW]))
+        if i * DT >= AT_S and s.report(GustState) is not None:
+            out.alpha_w.append(math.degrees(s.report(GustState).x[k.AW] - plant.truth[k.AW]))
             out.phase.append(s.guid.phase)
             out.height.append(float(plant.truth[k.H]))
             out.a_z += plant.vertical.tolist()

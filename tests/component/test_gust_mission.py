@@ -18,6 +18,7 @@ from flightsw.missions.gust.estimators import ESTIMATORS, GustNavTable, make_gus
 from flightsw.missions.gust.laws import LAWS, GustCtrlTable, GustLaws
 from flightsw.missions.gust.mission import ALLEVIATION, HOLD, MAV_CMD_USER_2
 from flightsw.missions.gust.model import Turbulence, published
+from flightsw.missions.gust.reports import GustState
 from flightsw.missions.gust.servos import GustServos
 from flightsw.process.config import load_flight
 from flightsw.strict import ConfigError
@@ -93,7 +94,7 @@ def sink(app: FlightApp, size_mps: float, until_s: float, seed: int = 3) -> Snap
 def test_level_flight_in_calm_air_gives_small_commands_and_a_valid_estimate(designed: FlightApp) -> None:
     app = copy.deepcopy(designed)
     s = Feed().fly(app, 6.0)
-    g = s.nav.gust
+    g = s.report(GustState)
     assert g is not None and g.valid and s.cmd.armed
     assert s.guid.phase == ALLEVIATION and LAWS[g.law] == "alleviation"
     assert abs(g.x[k.AW]) < math.radians(0.5) and abs(g.x[k.AB]) < math.radians(0.5)
@@ -107,11 +108,11 @@ def test_level_flight_in_calm_air_gives_small_commands_and_a_valid_estimate(desi
 def test_sinking_air_lowers_the_flap(designed: FlightApp) -> None:
     """Sinking air takes incidence away; the flap gives lift back before the flight path has bent."""
     s = sink(copy.deepcopy(designed), 1.5, 5.5)
-    assert s.nav.gust is not None
-    assert math.degrees(s.nav.gust.x[k.AW]) == pytest.approx(math.degrees(1.5 / 20.0), abs=1.2)
+    assert s.report(GustState) is not None
+    assert math.degrees(s.report(GustState).x[k.AW]) == pytest.approx(math.degrees(1.5 / 20.0), abs=1.2)
     assert s.cmd.flap > math.radians(2.5)
-    assert abs(s.nav.gust.x[k.H]) < 1.0
-    assert s.nav.wind_n[2] == pytest.approx(20.0 * s.nav.gust.x[k.AW])
+    assert abs(s.report(GustState).x[k.H]) < 1.0
+    assert s.nav.wind_n[2] == pytest.approx(20.0 * s.report(GustState).x[k.AW])
 
 
 @pytest.mark.parametrize("psi", [0.0, 2.0])
@@ -136,7 +137,7 @@ def test_the_ground_chooses_the_law_and_a_wrong_number_is_refused(designed: Flig
         f.commands = [Command(MAV_CMD_USER_2, (law, 0, 0, 0, 0, 0, 0), 255, 190)]
         s = app.tick(f, DT)[1]
         assert s.acks[0].result == 0
-        assert s.guid.phase == phase and s.nav.gust is not None and s.nav.gust.law == int(law)
+        assert s.guid.phase == phase and s.report(GustState) is not None and s.report(GustState).law == int(law)
         if law == 2.0:
             assert s.cmd.flap == 0.0
     for bad in (3.0, -1.0, 0.5, math.nan, math.inf):
@@ -168,14 +169,14 @@ def test_lost_readings_are_reported_and_the_estimate_goes_on(designed: FlightApp
     feed.fly(app, 6.0)
     s = feed.fly(app, 1.0, ALL & ~UPD_AIR)
     assert s.nav.valid and s.health.failed & HF_AIR
-    assert s.nav.gust is not None and s.nav.gust.channels < 6
+    assert s.report(GustState) is not None and s.report(GustState).channels < 6
     assert math.isfinite(s.cmd.elevator + s.cmd.flap + s.cmd.throttle)
 
 
 @pytest.mark.parametrize("estimator", ESTIMATORS)
 def test_every_estimator_finds_sinking_air(estimator: str) -> None:
     s = sink(make(nav__estimator=estimator), 1.5, 5.8)
-    g = s.nav.gust
+    g = s.report(GustState)
     assert g is not None and ESTIMATORS[g.estimator] == estimator
     assert math.degrees(g.x[k.AW]) == pytest.approx(math.degrees(1.5 / 20.0), abs=1.2)
     assert math.isnan(g.sigma[k.AW]) == estimator.startswith("printed")
@@ -235,4 +236,4 @@ def test_warm_up_leaves_the_application_as_it_was(designed: FlightApp) -> None:
     app, other = copy.deepcopy(designed), copy.deepcopy(designed)
     app.warmup()
     a, b = Feed().fly(app, 1.0), Feed().fly(other, 1.0)
-    assert a.nav.gust == b.nav.gust and a.cmd == b.cmd
+    assert a.report(GustState) == b.report(GustState) and a.cmd == b.cmd

@@ -214,5 +214,5 @@ def test_realtime_timing_and_slip_warning_reach_the_ground() -> None:
 def test_real_application_refuses_an_unknown_mission() -> None:
     cfg = config()
     cfg = dataclasses.replace(cfg, app=dataclasses.replace(cfg.app, mission="bombing"))
-    with pytest.raises(ConfigError, match=r"app\.mission = 'bombing': allowed: tanker, receiver"):
+    with pytest.raises(ConfigError, match=r"app\.mission = 'bombing': allowed: gust, receiver, receiver_rendezvous"):
         make_app(cfg)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from flightsw import refusal as rd
-from flightsw.icd import mav
 from flightsw.icd.codec_telemetry import READINGS
+from flightsw.icd.dialect import ENUMS
 from flightsw.types import HF_AIR
 from sim_plant.failures.script import Event
 from tests.component.refuel_rig import Rig
@@ -165,7 +165,7 @@ def test_moderate_turbulence_keeps_no_sensor_out_for_good() -> None:
 
 
 def test_the_names_of_the_readings_are_those_of_the_icd() -> None:
-    entries = [e.name for _, e in sorted(mav.enums["WKF_READING"].items()) if "ENUM_END" not in e.name]
+    entries = [e.name for _, e in sorted(ENUMS["WKF_READING"].items()) if "ENUM_END" not in e.name]
     ours = {
         "AIRSPEED": rd.V, "SIDESLIP": rd.BETA, "INCIDENCE": rd.ALPHA, "GYRO": rd.GYRO, "ATTITUDE": rd.ATT,
         "GNSS_POSITION": rd.GNSS_POS, "GNSS_VELOCITY": rd.GNSS_VEL, "REL_POSITION": rd.REL_POS, "REL_VELOCITY": rd.REL_VEL,

@@ -11,10 +11,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from flightsw import types
-from flightsw.icd import mav, wire
+from flightsw import plugins, types
+from flightsw.icd import wire
 from flightsw.icd.codec_receive import COMMANDS_MAX
-from flightsw.missions import MISSIONS
+from flightsw.icd.dialect import ENUMS, VALUES
+from flightsw.missions.base import MissionSpec
 from flightsw.missions.gust.laws import LAWS as GUST_LAWS
 from flightsw.missions.receiver import refuel
 from flightsw.missions.windshear.guidance import LAWS as ESCAPE_LAWS
@@ -25,6 +26,8 @@ from ground.link.merge import SequenceGaps
 from .flight_fakes import FakeApp, FakePlant, config, fields, names
 
 GCS = wire.Sender(255, 190)
+
+MISSIONS = plugins.parts(plugins.MISSIONS, MissionSpec)
 
 
 class Bench:
@@ -163,25 +166,25 @@ def test_a_repeated_order_is_carried_out_once_and_answered_each_time() -> None:
 def test_the_version_names_the_mission() -> None:
     b = Bench()
     [v] = fields(b.tick(GCS.named("COMMAND_LONG", target_system=2, command=512, param1=148.0)), "AUTOPILOT_VERSION")
-    assert v["product_id"] == mav.WKF_MISSION_RECEIVER
-    known = {e.name.removeprefix("WKF_MISSION_").lower() for e in mav.enums["WKF_MISSION"].values()}
-    assert set(MISSIONS) == known - {"enum_end"}
+    assert v["product_id"] == VALUES["WKF_MISSION_RECEIVER"]
+    known = {e.name.removeprefix("WKF_MISSION_").lower() for e in ENUMS["WKF_MISSION"].values()}
+    assert set(MISSIONS) == known
 
 
 def test_commands_of_the_missions_are_those_of_the_icd() -> None:
     """Algorithms do not import the ICD: their copies of its numbers are compared here."""
     for cls in MISSIONS.values():
-        module = sys.modules[cls.__module__]
+        module = sys.modules[cls.build.__module__]
         copies = {n: v for n, v in vars(module).items() if n.startswith("MAV_CMD_")}
-        assert copies == {n: getattr(mav, n) for n in copies}
-        assert cls.commands and cls.commands <= set(mav.enums["MAV_CMD"])
+        assert copies == {n: VALUES[n] for n in copies}
+        assert cls.commands and cls.commands <= set(ENUMS["MAV_CMD"])
     for name in ("ACCEPTED", "TEMPORARILY_REJECTED", "DENIED", "UNSUPPORTED"):
-        assert getattr(types, name) == getattr(mav, f"MAV_RESULT_{name}")
+        assert getattr(types, name) == VALUES[f"MAV_RESULT_{name}"]
     for enum, own in (("WKF_ACTION", refuel.ACTIONS), ("WKF_GUST_LAW", dict(enumerate(GUST_LAWS))),
                       ("WKF_WS_LAW", dict(enumerate(ESCAPE_LAWS)))):  # fmt: skip
-        icd = {v: e.name.removeprefix(f"{enum}_").lower() for v, e in mav.enums[enum].items()}
+        icd = {v: e.name.removeprefix(f"{enum}_").lower() for v, e in ENUMS[enum].items()}
         assert own.items() <= icd.items() and len(own) == len(icd) - 1
-    own_numbers = [c for cls in MISSIONS.values() for c in cls.commands if c >= mav.MAV_CMD_USER_1]
+    own_numbers = [c for cls in MISSIONS.values() for c in cls.commands if c >= VALUES["MAV_CMD_USER_1"]]
     families = {MISSIONS[m].commands & set(own_numbers) for m in ("receiver", "gust", "windshear")}
     assert len(families) == 3 and all(len(f) == 1 for f in families)  # no number means two things
 

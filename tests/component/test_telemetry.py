@@ -9,21 +9,37 @@ from itertools import pairwise
 
 import pytest
 
+from flightsw import plugins
 from flightsw.icd import wire
-from flightsw.icd.codec_telemetry import ENCODERS, OPTIONAL, TIMED
-from flightsw.icd.rates import DEFAULT_RATES, MISSION_RATES, OFFSETS, due, names_due
+from flightsw.icd.codec_telemetry import ENCODERS, TIMED
+from flightsw.icd.rates import COMMON, due, names_due, table
+from flightsw.missions.base import MissionSpec
+from flightsw.missions.receiver.airdata.reports import REPORTS, FdiStatus, WakeFix
 from flightsw.process.config import TelemetryConfig
 from flightsw.process.node import Node
-from flightsw.types import HF_GNSS, FdiStatus, Text, WakeFix
+from flightsw.strict import ConfigError
+from flightsw.types import HF_GNSS, Text
 
 from .flight_fakes import FakeApp, FakePlant, config, fields, names
 
+OWN = [r.message for r in REPORTS]
+TABLE = table([(r.message, r.rate_hz, r.offset) for r in REPORTS], True)
+RATES = {n: rate for n, (rate, _) in TABLE.items()}
+
 
 def test_table_and_encoders_name_the_same_messages() -> None:
-    assert set(DEFAULT_RATES) == set(ENCODERS) == set(OFFSETS)
-    assert next(iter(DEFAULT_RATES)) == "NAV_STATE" and "NAV_STATE" in TIMED
-    for rates in MISSION_RATES.values():
-        assert set(rates) <= set(DEFAULT_RATES)
+    assert set(COMMON) == set(ENCODERS)
+    assert next(iter(COMMON)) == "NAV_STATE" and "NAV_STATE" in TIMED
+    for name, spec in plugins.parts(plugins.MISSIONS, MissionSpec).items():
+        own = [r.message for r in spec.reports]
+        assert not set(own) & set(COMMON) and set(own) <= set(wire.BY_NAME), name
+        order = list(table([(m, 1.0, 0) for m in own], spec.sends_relative))
+        assert [m for m in order if m in COMMON] == list(COMMON) and [m for m in order if m in own] == own
+
+
+def test_a_rate_of_a_message_the_mission_does_not_send_is_refused() -> None:
+    with pytest.raises(ConfigError, match=r"telemetry\.rates_hz\.GUST_STATE: unknown message; allowed: NAV_STATE"):
+        Node(config(telemetry=TelemetryConfig(rates_hz={"GUST_STATE": 1.0})), FakeApp())
 
 
 @pytest.mark.parametrize("base", [50, 100, 250])
@@ -39,11 +55,12 @@ def test_rate_above_base_is_every_tick_and_zero_never() -> None:
 
 
 def test_status_messages_are_spread_over_the_second() -> None:
-    table = [names_due(dict(DEFAULT_RATES), tick, 100) for tick in range(1000)]
-    slow = [n for n, r in DEFAULT_RATES.items() if r == 1.0]
-    at = {n: next(t for t in range(100) if n in table[t]) for n in slow}
+    offsets = {n: offset for n, (_, offset) in TABLE.items()}
+    due_at = [names_due(RATES, offsets, tick, 100) for tick in range(1000)]
+    slow = [n for n, r in RATES.items() if r == 1.0]
+    at = {n: next(t for t in range(100) if n in due_at[t]) for n in slow}
     assert len(set(at.values())) == len(slow)
-    assert all(table[t] == () for t in range(1000) if t % 10)
+    assert all(due_at[t] == () for t in range(1000) if t % 10)
 
 
 def run(seconds: int, app: FakeApp | None = None, **changes: object) -> tuple[Node, list[bytes]]:
@@ -57,22 +74,23 @@ def run(seconds: int, app: FakeApp | None = None, **changes: object) -> tuple[No
 def test_counts_per_message_over_ten_seconds() -> None:
     _, out = run(10)
     got = Counter(n for d in out for n in names(d))
-    want = {n: 10 * r for n, r in DEFAULT_RATES.items() if r and n not in OPTIONAL}
+    want = {n: 10 * r for n, r in RATES.items() if r and n not in OWN}
     assert got == {n: int(c) for n, c in want.items()}
     assert len(out) == 100  # one datagram per slot
 
 
 def with_air_data(fdi: bool = True, wake: bool = True) -> FakeApp:
     app = FakeApp()
-    app.nav.fdi = FdiStatus(
+    status = FdiStatus(
         t_us=20_000, valid=True, gamma=(1.0, 2.0, 30.0), threshold=9.2103, residual=(1.0, 0.0, 1.0, -1.0, 5.0, -2.5),
         alarm=4, isolated=256, negative=256, excluded=256 | 1, exclusions=3,
     ) if fdi else None  # fmt: skip
-    app.nav.wake = WakeFix(
+    fix = WakeFix(
         t_us=20_000, valid=True, reason="x" * 60, pos_f=(-35.5, 0.25, 10.5), vel_f=(0.5, -0.25, 0.125), cov_yy=0.04,
         cov_yz=-0.01, cov_zz=0.09, scale=(0.9, 0.6), scale_sigma=(0.02, 0.1), height_m=0.5, wind_f=(2.0, 1.0, 0.5),
         nis=9.5, nis_dof=300, restarts=2,
     ) if wake else None  # fmt: skip
+    app.reported = {type(r): r for r in (status, fix) if r is not None}
     return app
 
 
@@ -82,8 +100,8 @@ def test_air_data_messages_carry_every_field_ten_times_a_second() -> None:
     fdi, wake = (fields(b"".join(out), n) for n in ("FDI_STATUS", "WAKE_POSITION"))
     assert len(fdi) == len(wake) == 20
     assert all(len(d) <= 1400 for d in out) and len(out) == 20
-    f, w = app.nav.fdi, app.nav.wake
-    assert f is not None and w is not None
+    f, w = app.reported[FdiStatus], app.reported[WakeFix]
+    assert isinstance(f, FdiStatus) and isinstance(w, WakeFix)
     got = {k: pytest.approx(v) for k, v in fdi[0].items()}
     names = {"t_us": "time_usec"}
     assert {names.get(k, k): v for k, v in dataclasses.asdict(f).items()} == got
@@ -105,17 +123,17 @@ def test_one_of_the_two_goes_alone(fdi: bool, wake: bool) -> None:
 
 
 def test_without_them_not_a_byte_changes_and_asking_gives_nothing() -> None:
-    everything, plain = run(3)[1], run(3, telemetry=TelemetryConfig(rates_hz=dict.fromkeys(OPTIONAL, 0.0)))[1]
+    everything, plain = run(3)[1], run(3, telemetry=TelemetryConfig(rates_hz=dict.fromkeys(OWN, 0.0)))[1]
     assert everything == plain
     node, plant = Node(config(), FakeApp()), FakePlant()
     node.handle([plant.at(0)])
-    node.telemetry.once |= dict.fromkeys(OPTIONAL)
-    assert not set(OPTIONAL) & {n for d in node.handle([plant.at(1)]).telemetry for n in names(d)}
+    node.telemetry.once |= dict.fromkeys(OWN)
+    assert not set(OWN) & {n for d in node.handle([plant.at(1)]).telemetry for n in names(d)}
     assert node.telemetry.failed == 0
 
 
 def test_a_datagram_led_by_them_still_begins_with_the_time() -> None:
-    rates = {n: 0.0 for n in DEFAULT_RATES if n not in OPTIONAL}
+    rates = dict.fromkeys(COMMON, 0.0)
     _, out = run(1, with_air_data(), telemetry=TelemetryConfig(rates_hz=rates))
     assert {tuple(names(d)) for d in out} == {("SYSTEM_TIME", "FDI_STATUS", "WAKE_POSITION")}
     assert not run(1, telemetry=TelemetryConfig(rates_hz=rates))[1]
@@ -145,9 +163,9 @@ def test_sequence_has_no_gap() -> None:
 
 
 def test_mission_without_relative_state_does_not_send_it() -> None:
-    cfg = config()
-    cfg = dataclasses.replace(cfg, app=dataclasses.replace(cfg.app, mission="tanker"))
-    node, plant = Node(cfg, FakeApp()), FakePlant()
+    app = FakeApp()
+    app.sends_relative = False
+    node, plant = Node(config(), app), FakePlant()
     assert "RELATIVE_STATE" not in names(node.handle([plant.at(0)]).telemetry[0])
 
 

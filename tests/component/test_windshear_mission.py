@@ -24,6 +24,7 @@ from flightsw.missions.windshear.mission import (
     WindshearActuators,
 )
 from flightsw.missions.windshear.model import approach_trim
+from flightsw.missions.windshear.reports import WindshearState
 from flightsw.process.config import load_flight
 from flightsw.strict import ConfigError
 from flightsw.types import HF_AIR, HF_SAT, UPD_AIR, UPD_ATT, UPD_BARO, UPD_GNSS, UPD_IMU, Command, SensorFrame, Snapshot
@@ -97,7 +98,7 @@ class Flight:
 def test_a_calm_approach_stays_on_the_slope_with_an_estimate_of_itself(psi: float) -> None:
     flight = Flight(make(), psi=psi)
     s = flight.fly(12.0)
-    w = s.nav.windshear
+    w = s.report(WindshearState)
     assert w is not None and w.valid and s.cmd.armed and not w.caution and not w.accused
     assert s.guid.phase == FIRST_PHASE and w.channels == 9 and w.states == 15
     truth = flight.rows[-1][0]
@@ -118,9 +119,9 @@ def test_a_severe_microburst_is_felt_warned_of_and_left() -> None:
     seen = list(dict.fromkeys(flight.phases))
     assert seen[0] == "approach" and seen[-1] == "clear" and "escape" in seen
     good = flight.rows[100:]
-    e = np.array([[s.nav.windshear.x[i] - t[i] for i in (k.WX, k.WH)] for t, s in good])
+    e = np.array([[s.report(WindshearState).x[i] - t[i] for i in (k.WX, k.WH)] for t, s in good])
     assert (np.sqrt(np.mean(e * e, axis=0)) < (0.30, 0.22)).all()
-    last = good[-1][1].nav.windshear
+    last = good[-1][1].report(WindshearState)
     assert last.abort and last.x[k.KL] == pytest.approx(1.0, abs=0.02) and last.x[k.KD] == pytest.approx(1.0, abs=0.02)
     assert good[-1][1].guid.phase == FIRST_PHASE + PHASES.index("clear")
     words = [t.text for _, s in flight.rows for t in s.texts]
@@ -160,7 +161,7 @@ def test_one_bad_sensor_from_before_the_shear_on_is_flown_without(kind: str) -> 
         s = flight.tick(_faulty(flight.frame(), kind, rng))
         assert s.nav.valid and all(math.isfinite(v) for v in (*s.nav.euler, *s.nav.vel_n, *s.nav.wind_n, *s.nav.pos_n))
     assert min(t[1] for t, _ in flight.rows) > 25.0 and flight.rows[-1][0][1] > 60.0
-    e = np.array([[s.nav.windshear.x[i] - t[i] for i in (k.WX, k.WH)] for t, s in flight.rows[2400:]])
+    e = np.array([[s.report(WindshearState).x[i] - t[i] for i in (k.WX, k.WH)] for t, s in flight.rows[2400:]])
     assert (np.sqrt(np.mean(e * e, axis=0)) < (0.6, 0.5)).all()
     assert flight.app.mission.nav.restarts == 0
     if "lost" not in kind and "attitude" not in kind:
@@ -187,8 +188,8 @@ def test_published_sigma_of_the_pitch_is_that_of_the_sum() -> None:
     """Pitch is measured to 0.05 deg; path and incidence, each worse known, are anticorrelated."""
     flight = Flight(make())
     s = flight.fly(8.0)
-    assert s.nav.windshear is not None
-    assert s.nav.att_sigma[1] < math.radians(0.05) < s.nav.windshear.sigma[k.AL]
+    assert s.report(WindshearState) is not None
+    assert s.nav.att_sigma[1] < math.radians(0.05) < s.report(WindshearState).sigma[k.AL]
     e = [r.nav.euler[1] - (t[3] + t[4]) for t, r in flight.rows[100:]]
     assert 0.4 < float(np.std(e)) / s.nav.att_sigma[1] < 1.6
 
@@ -202,7 +203,7 @@ def test_the_ground_gives_the_approach_up() -> None:
     s = flight.order(MAV_CMD_USER_3, float(LAWS.index("continue")))
     assert s.acks[0].result == 2 and flight.app.mission.guidance.p.escape.law == "managed"
     s = flight.fly(20.0)
-    assert s.nav.windshear is not None and not s.nav.windshear.abort  # no hazard said so
+    assert s.report(WindshearState) is not None and not s.report(WindshearState).abort  # no hazard said so
     assert flight.phases[-1] == "clear" and s.nav.vel_n[2] < -5.0
 
 
@@ -211,7 +212,7 @@ def test_the_ground_chooses_the_law_and_a_wrong_number_is_refused() -> None:
     flight.fly(1.0)
     for law in (1, 4, 0):
         s = flight.order(MAV_CMD_USER_3, float(law))
-        assert s.acks[0].result == 0 and s.nav.windshear is not None and s.nav.windshear.law == law
+        assert s.acks[0].result == 0 and s.report(WindshearState) is not None and s.report(WindshearState).law == law
         if LAWS[law] == "continue":
             assert flight.order(MAV_CMD_DO_GO_AROUND).acks[0].result == 2
     for bad in (5.0, -1.0, 1.2, math.nan):
@@ -227,11 +228,13 @@ def test_every_law_demands_what_it_is_called(law: str, mode: int) -> None:
     flight = Flight(make(guid__escape__law=law))
     flight.fly(4.0)
     s = flight.order(MAV_CMD_DO_GO_AROUND)
-    assert s.nav.windshear is not None and s.nav.windshear.mode == mode
+    assert s.report(WindshearState) is not None and s.report(WindshearState).mode == mode
     s = flight.fly(2.0)
     assert s.cmd.throttle > 0.8
     if law == "pitch":
-        assert s.nav.windshear is not None and s.nav.windshear.pitch == pytest.approx(math.radians(15.0))
+        assert s.report(WindshearState) is not None and s.report(WindshearState).pitch == pytest.approx(
+            math.radians(15.0)
+        )
 
 
 def test_the_quick_alerting_aborts_before_the_pair() -> None:
@@ -248,7 +251,7 @@ def test_the_quick_alerting_aborts_before_the_pair() -> None:
 def test_every_estimator_finds_the_wind(name: str, states: int) -> None:
     flight = Flight(make(nav__filter=name, nav__states=states), TwinJetAir(MICROBURSTS["seed"], 0.5, 0.4))
     s = flight.fly(50.0)
-    w, truth = s.nav.windshear, flight.rows[-1][0]
+    w, truth = s.report(WindshearState), flight.rows[-1][0]
     assert w is not None and w.valid and (ESTIMATORS[w.estimator], w.states) == (name, states)
     assert w.x[k.WX] == pytest.approx(truth[7], abs=1.2) and w.x[k.WH] == pytest.approx(truth[8], abs=0.8)
     assert w.wind_monitor[0] == pytest.approx(truth[7], abs=2.5)
@@ -260,7 +263,9 @@ def test_without_airspeed_and_vane_it_waits_and_keeps_its_trim() -> None:
     assert not s.nav.valid and s.guid.phase == 0 and "Va" in s.nav.reason and not s.cmd.armed
     s = flight.fly(3.0)
     assert s.nav.valid and s.cmd.armed
-    assert s.nav.windshear is not None and s.nav.windshear.x[k.X] == pytest.approx(flight.rows[-1][0][0], abs=4.0)
+    assert s.report(WindshearState) is not None and s.report(WindshearState).x[k.X] == pytest.approx(
+        flight.rows[-1][0][0], abs=4.0
+    )
 
 
 def test_lost_air_data_is_reported_and_the_estimate_goes_on() -> None:
@@ -268,7 +273,7 @@ def test_lost_air_data_is_reported_and_the_estimate_goes_on() -> None:
     flight.fly(8.0)
     s = flight.fly(1.0, ALL & ~UPD_AIR)
     assert s.nav.valid and s.health.failed & HF_AIR
-    assert s.nav.windshear is not None and s.nav.windshear.channels == 7
+    assert s.report(WindshearState) is not None and s.report(WindshearState).channels == 7
     assert math.isfinite(s.cmd.elevator + s.cmd.throttle)
 
 
@@ -278,7 +283,7 @@ def test_a_wrong_model_makes_the_monitor_speak() -> None:
              "nav__gate": 1e6}  # fmt: skip
     flight = Flight(make(**wrong))
     flight.fly(20.0)
-    assert any(s.nav.windshear.accused for _, s in flight.rows)
+    assert any(s.report(WindshearState).accused for _, s in flight.rows)
     assert any(t.text == "wind of estimator and monitor differ" for _, s in flight.rows for t in s.texts)
 
 
@@ -317,7 +322,11 @@ def test_the_same_readings_give_the_same_commands() -> None:
     assert np.array_equal(one.late, two.late)
     again = copy.deepcopy(one)
     a, b = one.fly(1.0), again.fly(1.0)
-    assert a.nav.windshear is not None and b.nav.windshear is not None and a.nav.windshear.x == b.nav.windshear.x
+    assert (
+        a.report(WindshearState) is not None
+        and b.report(WindshearState) is not None
+        and a.report(WindshearState).x == b.report(WindshearState).x
+    )
 
 
 def test_a_wrong_selection_is_named() -> None:

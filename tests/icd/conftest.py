@@ -6,7 +6,9 @@ import math
 import struct
 from typing import Any
 
-from flightsw.icd import mav, wire
+from flightsw.icd import wire
+
+from .generated import mav
 
 FLOAT_MAX = struct.unpack("<f", b"\xff\xff\x7f\x7f")[0]
 RANGES = {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import struct
+from collections.abc import Mapping
 
 import pytest
 from hypothesis import assume, given, settings
@@ -13,8 +14,10 @@ from flightsw.aircraft import load_aircraft
 from flightsw.icd import wire
 from flightsw.icd.codec import FlightCodec, PlantCodec
 from flightsw.icd.stamps import AGREE, AHEAD_US, JUMP_US, LIMIT_US, STALE_US, Frames, Samples, boot_ms, from_boot_ms
+from flightsw.missions.base import Report
 from flightsw.process.config import AppConfig, FlightConfig, LinkConfig
 from flightsw.process.node import Node
+from flightsw.process.services import Setter
 from flightsw.types import (
     UPD_AIR,
     UPD_ATT,
@@ -53,6 +56,9 @@ class App:
     """Keeps what it was given."""
 
     commands: frozenset[int] = frozenset()
+    reports: tuple[Report, ...] = ()
+    sends_relative = True
+    settable: Mapping[str, Setter] = {}
 
     def __init__(self) -> None:
         self.seen: list[SensorFrame] = []

@@ -9,9 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from flightsw.icd import mav, wire
+from flightsw.icd import wire
 
 from .conftest import RANGES, extreme, generated, kinds
+from .generated import mav
 
 NAMES = sorted(wire.BY_NAME)
 

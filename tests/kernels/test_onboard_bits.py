@@ -135,19 +135,27 @@ CASES: dict[str, Callable[[Rng], Args]] = {
     "kernels.atmosphere.pressure": lambda r: [r.uniform(0, 2e4)],
     "kernels.atmosphere.calibrated_airspeed": lambda r: [r.uniform(1, 290), r.uniform(-500, 2e4)],
     "kernels.atmosphere.sound_speed": lambda r: [r.uniform(0, 2e4)],
-    "kernels.gust.air": lambda r: [gust_state(r)[0], GUST, z(4)],
-    "kernels.gust.lift_drag": lambda r: [r.uniform(15, 25), *r.normal(size=2) * 0.1, gust_controls(r), GUST],
-    "kernels.gust.rates": lambda r: [gust_state(r)[0], gust_controls(r), GUST, z(4), z(9)],
-    "kernels.gust.propagate": lambda r: [gust_state(r, 19), gust_controls(r), GUST, 0.02, z(6, 9)],
-    "kernels.gust.measure": lambda r: [gust_state(r, 19), codes(r, 7), 7, gust_controls(r), GUST, z(4), z(19, 7)],
-    "kernels.gust.propagate_linear": lambda r: [
+    "missions.gust.dynamics.air": lambda r: [gust_state(r)[0], GUST, z(4)],
+    "missions.gust.dynamics.lift_drag": lambda r: [r.uniform(15, 25), *r.normal(size=2) * 0.1, gust_controls(r), GUST],
+    "missions.gust.dynamics.rates": lambda r: [gust_state(r)[0], gust_controls(r), GUST, z(4), z(9)],
+    "missions.gust.dynamics.propagate": lambda r: [gust_state(r, 19), gust_controls(r), GUST, 0.02, z(6, 9)],
+    "missions.gust.dynamics.measure": lambda r: [
+        gust_state(r, 19),
+        codes(r, 7),
+        7,
+        gust_controls(r),
+        GUST,
+        z(4),
+        z(19, 7),
+    ],
+    "missions.gust.dynamics.propagate_linear": lambda r: [
         gust_state(r, 19),
         r.normal(size=(9, 9)),
         r.normal(size=(9, 3)),
         gust_controls(r),
         z(9),
     ],
-    "kernels.gust.measure_linear": lambda r: [
+    "missions.gust.dynamics.measure_linear": lambda r: [
         gust_state(r, 19),
         GUST_LINEAR.C,
         GUST_LINEAR.D,
@@ -156,7 +164,7 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         6,
         z(19, 7),
     ],
-    "kernels.gust.constant_gain_step": lambda r: [
+    "missions.gust.dynamics.constant_gain_step": lambda r: [
         gust_state(r)[0],
         r.normal(size=5),
         r.normal(size=5),
@@ -204,9 +212,17 @@ CASES: dict[str, Callable[[Rng], Args]] = {
     "kernels.rotations.to_child": lambda r: [unit9(r), r.normal(size=3), z(3)],
     "kernels.rotations.rotate_dcm": lambda r: [unit9(r), r.normal(size=3), r.uniform(0, 0.3), z(9)],
     "kernels.rotations.wrap_pi": lambda r: [r.uniform(-50, 50)],
-    "kernels.wake.horseshoe": lambda r: [*r.uniform(-40, 10, 3), 15.7, 0.8, 300.0, 2.0, 200.0],
-    "kernels.wake.wake_wind": lambda r: [*r.uniform(-40, 10, 3), WAKE, 1.1, 0.9, 200.0, 0.59, z(3)],
-    "kernels.wake.probe_readings": lambda r: [
+    "missions.receiver.airdata.wake_kernel.horseshoe": lambda r: [*r.uniform(-40, 10, 3), 15.7, 0.8, 300.0, 2.0, 200.0],
+    "missions.receiver.airdata.wake_kernel.wake_wind": lambda r: [
+        *r.uniform(-40, 10, 3),
+        WAKE,
+        1.1,
+        0.9,
+        200.0,
+        0.59,
+        z(3),
+    ],
+    "missions.receiver.airdata.wake_kernel.probe_readings": lambda r: [
         r.uniform(-40, 10, 3),
         *r.normal(size=(2, 3)) * 0.1,
         200.0,
@@ -218,7 +234,7 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         0.9,
         z(9),
     ],
-    "models.wake.effective_wind": lambda r: [
+    "missions.receiver.airdata.wake_model.effective_wind": lambda r: [
         r.uniform(-40, 10, 3),
         r.normal(size=3) * 0.1,
         200.0,
@@ -252,7 +268,7 @@ CASES: dict[str, Callable[[Rng], Args]] = {
     ],
     "filters.srukf.correct": correct_args,
     "filters.srukf.row_norms": lambda r: [lower(r, 15), z(15)],
-    "models.actuators.servo_step": lambda r: [
+    "sixdof.actuators.servo_step": lambda r: [
         r.normal(size=3) * 0.1,
         r.normal(size=3),
         r.normal(size=3),
@@ -261,7 +277,7 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         0.7,
         0.01,
     ],
-    "models.actuators.actuators_step": lambda r: [
+    "sixdof.actuators.actuators_step": lambda r: [
         r.normal(size=(2, 4)),
         r.normal(size=4),
         r.normal(size=3) * 0.1,
@@ -274,7 +290,7 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         1.2,
         0.01,
     ],
-    "models.airframe.force_moment": lambda r: [
+    "sixdof.motion.force_moment": lambda r: [
         r.uniform(150, 220),
         *r.uniform(-0.1, 0.1, 2),
         *r.uniform(-0.2, 0.2, 3),
@@ -283,7 +299,7 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         P,
         z(9),
     ],
-    "models.airframe._rigid": lambda r: [
+    "sixdof.motion._rigid": lambda r: [
         r.uniform(150, 220),
         *r.uniform(-0.1, 0.1, 2),
         *r.uniform(-0.2, 0.2, 3),
@@ -292,8 +308,8 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         P,
         z(6),
     ],
-    "models.airframe.air_velocity": lambda r: [r.uniform(150, 220), *r.uniform(-0.1, 0.1, 2)],
-    "models.sensed.sensed_rates": lambda r: [
+    "sixdof.motion.air_velocity": lambda r: [r.uniform(150, 220), *r.uniform(-0.1, 0.1, 2)],
+    "sixdof.sensed.sensed_rates": lambda r: [
         free_state(r),
         controls(r),
         0.59,
@@ -304,7 +320,7 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         z(9),
         z(15),
     ],
-    "models.sensed.propagate_sensed": lambda r: [
+    "sixdof.sensed.propagate_sensed": lambda r: [
         points(r),
         controls(r),
         0.59,
@@ -314,7 +330,7 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         0.05,
         z(5, 15),
     ],
-    "models.sensed.measure_differenced": lambda r: [
+    "sixdof.sensed.measure_differenced": lambda r: [
         points(r),
         codes(r, 15),
         15,
@@ -325,12 +341,12 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         0.05,
         z(31, 15),
     ],
-    "models.airframe._euler_rates": lambda r: [*r.uniform(-0.3, 0.3, 3), *r.uniform(-1, 1, 2), z(3)],
-    "models.airframe.free_rates": lambda r: [free_state(r), controls(r), 0.59, P, z(9), z(9), z(15)],
-    "models.airframe.relative_rates": lambda r: [free_state(r), controls(r), 0.59, P, stage(r), z(9), z(9), z(15)],
-    "models.airframe.relative_velocity": lambda r: [free_state(r), stage(r), unit9(r), z(3)],
-    "models.airframe.propagate_free": lambda r: [points(r), controls(r), 0.59, P, 0.05, z(5, 15)],
-    "models.airframe.propagate_relative": lambda r: [
+    "sixdof.motion._euler_rates": lambda r: [*r.uniform(-0.3, 0.3, 3), *r.uniform(-1, 1, 2), z(3)],
+    "sixdof.motion.free_rates": lambda r: [free_state(r), controls(r), 0.59, P, z(9), z(9), z(15)],
+    "sixdof.motion.relative_rates": lambda r: [free_state(r), controls(r), 0.59, P, stage(r), z(9), z(9), z(15)],
+    "sixdof.motion.relative_velocity": lambda r: [free_state(r), stage(r), unit9(r), z(3)],
+    "sixdof.motion.propagate_free": lambda r: [points(r), controls(r), 0.59, P, 0.05, z(5, 15)],
+    "sixdof.motion.propagate_relative": lambda r: [
         points(r),
         controls(r),
         0.59,
@@ -339,20 +355,33 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         0.05,
         z(5, 15),
     ],
-    "models.airframe.air_jacobian": lambda r: [r.uniform(150, 220), *r.uniform(-0.1, 0.1, 2), unit9(r), z(3, 3)],
-    "models.velocity_form.exchange": lambda r: [points(r), float(r.choice([-1.0, 1.0]))],
-    "models.velocity_form.air_slope": lambda r: [free_state(r), z(3, 6)],
-    "models.velocity_form.shear": lambda r: [r.normal(size=(20, 23)), r.normal(size=(3, 6)), 1.0],
-    "models.measure.measure_free": lambda r: [points(r), codes(r, 15), 15, z(31, 15)],
-    "models.measure.measure_relative": lambda r: [points(r), codes(r, 18), 18, stage(r), z(31, 18)],
-    "models.measure.average_probes": probe_args,
-    "kernels.fdi.popcount": lambda r: [int(r.integers(8))],
-    "kernels.fdi.null_basis": lambda r: [r.normal(size=3), z(2, 3)],
-    "kernels.fdi.whiten": lambda r: [r.normal(size=3), spd(r), r.normal(size=(2, 3)), z(2), z(2, 3)],
-    "kernels.fdi.subset_fit": lambda r: [*fit_args(r), int(r.integers(1, 8))],
-    "kernels.fdi.subset_gammas": lambda r: [*fit_args(r), 7, z(8)],
-    "kernels.fdi.smallest_set": lambda r: [r.uniform(0, 20, 8), 7, 7, 1, 0, np.array([0.0, 3.0, 6.0, 9.0])],
-    "kernels.fdi.collapse": lambda r: [
+    "sixdof.motion.air_jacobian": lambda r: [r.uniform(150, 220), *r.uniform(-0.1, 0.1, 2), unit9(r), z(3, 3)],
+    "sixdof.velocity_form_kernel.exchange": lambda r: [points(r), float(r.choice([-1.0, 1.0]))],
+    "sixdof.velocity_form_kernel.air_slope": lambda r: [free_state(r), z(3, 6)],
+    "sixdof.velocity_form_kernel.shear": lambda r: [r.normal(size=(20, 23)), r.normal(size=(3, 6)), 1.0],
+    "sixdof.measure.measure_free": lambda r: [points(r), codes(r, 15), 15, z(31, 15)],
+    "sixdof.measure.measure_relative": lambda r: [points(r), codes(r, 18), 18, stage(r), z(31, 18)],
+    "sixdof.measure.average_probes": probe_args,
+    "missions.receiver.airdata.fdi.parity_kernels.popcount": lambda r: [int(r.integers(8))],
+    "missions.receiver.airdata.fdi.parity_kernels.null_basis": lambda r: [r.normal(size=3), z(2, 3)],
+    "missions.receiver.airdata.fdi.parity_kernels.whiten": lambda r: [
+        r.normal(size=3),
+        spd(r),
+        r.normal(size=(2, 3)),
+        z(2),
+        z(2, 3),
+    ],
+    "missions.receiver.airdata.fdi.parity_kernels.subset_fit": lambda r: [*fit_args(r), int(r.integers(1, 8))],
+    "missions.receiver.airdata.fdi.parity_kernels.subset_gammas": lambda r: [*fit_args(r), 7, z(8)],
+    "missions.receiver.airdata.fdi.parity_kernels.smallest_set": lambda r: [
+        r.uniform(0, 20, 8),
+        7,
+        7,
+        1,
+        0,
+        np.array([0.0, 3.0, 6.0, 9.0]),
+    ],
+    "missions.receiver.airdata.fdi.parity_kernels.collapse": lambda r: [
         r.normal(size=(6, 3)) + np.array([3.0, 0.0, 0.0]) * (np.arange(6) > 3)[:, None],
         r.normal(size=(6, 3)),
         3,
@@ -364,8 +393,14 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         np.array([0.0, 1.0, 2.0, 3.0]),
         np.array([0.0, 5.0, 6.0, 7.0]),
     ],
-    "kernels.fdi.cusum_step": lambda r: [r.normal(size=2), r.normal(size=(2, 3)), 2.0, 26.0, r.uniform(0, 10, 6)],
-    "kernels.fdi.cusum_record": lambda r: [
+    "missions.receiver.airdata.fdi.parity_kernels.cusum_step": lambda r: [
+        r.normal(size=2),
+        r.normal(size=(2, 3)),
+        2.0,
+        26.0,
+        r.uniform(0, 10, 6),
+    ],
+    "missions.receiver.airdata.fdi.parity_kernels.cusum_record": lambda r: [
         r.normal(size=(50, 2)) + 1.0,
         r.normal(size=(1, 2, 3)),
         2.0,
@@ -374,13 +409,13 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         bool(r.integers(2)),
         z(50, 6),
     ],
-    "kernels.fdi.take_off_rotation": lambda r: [
+    "missions.receiver.airdata.fdi.parity_kernels.take_off_rotation": lambda r: [
         np.concatenate((r.uniform(180, 200, 3), r.uniform(-0.1, 0.1, 6))),
         r.uniform(-0.2, 0.2, 3),
         r.normal(size=(3, 3)) * 5,
         z(9),
     ],
-    "kernels.fdi_monitor.window_mean": lambda r: [
+    "missions.receiver.airdata.fdi.monitor_kernel.window_mean": lambda r: [
         r.normal(size=(5, 3)),
         r.normal(size=(5, 3)),
         r.integers(0, 2, 5),
@@ -389,15 +424,21 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         z(3),
         z(3),
     ],
-    "kernels.fdi_monitor.covariance": lambda r: [r.uniform(0, 1, 3), spd(r), 3, z(3, 3)],
-    "kernels.fdi_monitor.exclude": lambda r: [
+    "missions.receiver.airdata.fdi.monitor_kernel.covariance": lambda r: [r.uniform(0, 1, 3), spd(r), 3, z(3, 3)],
+    "missions.receiver.airdata.fdi.monitor_kernel.exclude": lambda r: [
         np.array([5, 40, int(r.integers(800)), 2, 0]),
         np.array([20, 640, 400, 1]),
     ],
-    "kernels.fdi_monitor.blame": lambda r: [*fit_args(r), 7, int(r.integers(8)), THRESHOLDS, z(8)],
-    "kernels.fdi_monitor.agrees": lambda r: [*fit_args(r), 7, int(r.integers(3)), THRESHOLDS],
-    "kernels.fdi_monitor.signs": lambda r: [*fit_args(r), 7, int(r.integers(8))],
-    "kernels.fdi_monitor.monitor_variable": lambda r: [
+    "missions.receiver.airdata.fdi.monitor_kernel.blame": lambda r: [
+        *fit_args(r),
+        7,
+        int(r.integers(8)),
+        THRESHOLDS,
+        z(8),
+    ],
+    "missions.receiver.airdata.fdi.monitor_kernel.agrees": lambda r: [*fit_args(r), 7, int(r.integers(3)), THRESHOLDS],
+    "missions.receiver.airdata.fdi.monitor_kernel.signs": lambda r: [*fit_args(r), 7, int(r.integers(8))],
+    "missions.receiver.airdata.fdi.monitor_kernel.monitor_variable": lambda r: [
         r.normal(size=(5, 3)) + np.array([4.0, 0.0, 0.0]),
         np.ones((5, 3)),
         np.full(5, 7),
@@ -420,7 +461,7 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         z(8),
         np.zeros(7, dtype=np.int64),
     ],
-    "kernels.fdi_monitor.window_record": lambda r: [
+    "missions.receiver.airdata.fdi.monitor_kernel.window_record": lambda r: [
         r.normal(size=(40, 3)) + np.array([4.0, 0.0, 0.0]) * (np.arange(40) < 20)[:, None],
         np.ones((40, 3)),
         r.uniform(0.5, 1.0, 3),
@@ -432,14 +473,14 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         z(40, 3, 3),
         z(40),
     ],
-    "ctrl.schedule.weights": lambda r: [
+    "sixdof.schedule.weights": lambda r: [
         r.uniform(-0.04, 0.04),
         r.uniform(170, 210),
         np.array([-0.03, 0.0, 0.03]),
         np.array([180.0, 200.0]),
         z(6),
     ],
-    "ctrl.schedule.scheduled": lambda r: [
+    "sixdof.schedule.scheduled": lambda r: [
         r.normal(size=(6, 4, 26)),
         r.normal(size=(6, 26)),
         r.normal(size=(6, 4)),

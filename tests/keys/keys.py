@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from typing import Annotated, Any, get_args, get_origin
 
 from flightsw.health import HealthParams
-from flightsw.missions import MISSIONS
-from flightsw.process.config import TABLES, FlightConfig
+from flightsw.missions.base import find_mission
+from flightsw.process.config import flight_of
 from flightsw.strict import OneOf, Range, convert
 from hil_scripts.launch.runfolder import RunPlan
 from sim_plant.aircraft.kind import kind_of
@@ -82,14 +82,15 @@ def plant_keys(sc: Scenario) -> Iterator[Key]:
 
 def onboard_keys(name: str, config: dict[str, Any]) -> Iterator[Key]:
     """Keys with an aircraft's name as owner; config: its flight file as resolved."""
-    cfg = convert(config, FlightConfig, name)
-    skip = tuple(f"{name}.{t}" for t in (*TABLES, "tanker"))
+    cfg = flight_of(config, name)
+    skip = (f"{name}.tables",)
     for k in leaves(name, cfg, skip):
         if not k.name.removeprefix(f"{name}.").startswith(GIVEN):
             yield k
     own = dict(cfg.tables)
     yield from leaves(f"{name}.health", convert(own.pop("health", {}), HealthParams, name))
-    yield from leaves(name, convert(own, MISSIONS[cfg.app.mission].params_type, name))
+    own.pop("condition", None)
+    yield from leaves(name, convert(own, find_mission(cfg.app.mission, name).params, name))
 
 
 def all_keys(plan: RunPlan) -> list[Key]:

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.stats import binomtest
 
 from flightsw.missions.receiver.airdata.fdi.monitor import Fdi
-from flightsw.types import FdiStatus
+from flightsw.missions.receiver.airdata.reports import FdiStatus
 
 SIGMA_V = float(np.sqrt(0.2))  # [m/s] Sevil 2013
 SIGMA_A = float(np.radians(np.sqrt(0.002)))  # [rad]

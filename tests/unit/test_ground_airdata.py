@@ -19,7 +19,7 @@ from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
 from flightsw.aircraft import load_aircraft
-from flightsw.icd import mav
+from flightsw.icd.dialect import ENUMS
 from flightsw.icd.tlog import TlogWriter, read
 from flightsw.icd.wire import Sender
 from ground.columns import Columns, load
@@ -198,7 +198,7 @@ def test_a_run_without_the_messages_has_none_of_the_keys(tmp_path: Path) -> None
 # --- words ------------------------------------------------------------------------------------------------------------
 def test_channels_are_named_as_in_the_dialect() -> None:
     for c, name in enumerate(CHANNELS):
-        assert mav.enums["WKF_AIR_CHANNEL"][1 << c].name == "WKF_AIR_CHANNEL_" + name.upper().replace(" ", "_")
+        assert ENUMS["WKF_AIR_CHANNEL"][1 << c].name == "WKF_AIR_CHANNEL_" + name.upper().replace(" ", "_")
     assert channel_words(0) == ""
     assert channel_words(1 << 4 | 1 << 6, 1 << 6) == "beta left high, alpha nose low"
 

@@ -16,8 +16,9 @@ from flightsw.icd.codec import PlantCodec
 from flightsw.icd.geo import Origin
 from flightsw.icd.tlog import TlogWriter
 from flightsw.icd.wire import Counters
+from flightsw.missions.gust.reports import REPORTS, GustState
 from flightsw.process.telemetry import Telemetry
-from flightsw.types import ActuatorCmd, GuidanceCmd, GustState, Health, NavState, SensorFrame, Snapshot, Timing
+from flightsw.types import ActuatorCmd, GuidanceCmd, Health, NavState, SensorFrame, Snapshot, Timing
 from ground.__main__ import app
 from ground.columns import load
 from ground.link.record import Recorder
@@ -59,7 +60,7 @@ def make_run(
     ac = load_airframe("alexis")
     for sysid, scale, law in ((3, gain, 1), (4, 1.0, 0))[: 2 if reference else 1]:
         plant = PlantCodec(ac, sysid)
-        tel = Telemetry(sysid, "gust", Origin(), HZ, Counters())
+        tel = Telemetry(sysid, REPORTS, False, Origin(), HZ, Counters())
         for i in range(round(seconds * HZ)):
             t = i / HZ
             us = i * 1_000_000 // HZ
@@ -76,8 +77,18 @@ def make_run(
             g = GustState(
                 us, True, "", tuple(x), tuple(s), 7.0, 7, 0.3, (0.0, 0.2, 0.8, 0.0), 0.1, 0.1, 0.01, 0.02, 4, law
             )  # type: ignore[arg-type]
-            nav = NavState(us, True, V=V0, gust=g, nis=7.0, nis_dof=7)
-            snap = Snapshot(us, i, SensorFrame(us), nav, GuidanceCmd(phase=17), ActuatorCmd(us), Health(), Timing())
+            nav = NavState(us, True, V=V0, nis=7.0, nis_dof=7)
+            snap = Snapshot(
+                us,
+                i,
+                SensorFrame(us),
+                nav,
+                GuidanceCmd(phase=17),
+                ActuatorCmd(us),
+                Health(),
+                Timing(),
+                reports={GustState: g},
+            )
             for d in tel.datagrams(snap, i):
                 ground.take(d)
     truth.close()

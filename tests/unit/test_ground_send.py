@@ -11,9 +11,10 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+from flightsw import plugins
 from flightsw.icd.texts import answer, text
 from flightsw.icd.wire import SPECS, Counters, Sender, split
-from flightsw.missions import MISSIONS
+from flightsw.missions.base import MissionSpec
 from flightsw.types import Ack
 from ground.__main__ import app
 from ground.link.command import ACTIONS, COMP_PLANT, OWNERS, Answer, CommandError, Order, order, send
@@ -25,6 +26,8 @@ from ground.link.packets import health_words
 Synth = runpy.run_path(str(Path(__file__).with_name("ground_synth.py")))["Synth"]
 Reply = Callable[[dict[str, float]], list[bytes]]
 TANKER_MISSION, RECEIVER_MISSION, GUST_MISSION, JET_MISSION = 1, 2, 5, 6  # WKF_MISSION
+
+MISSIONS = plugins.parts(plugins.MISSIONS, MissionSpec)
 
 
 class Aircraft:

@@ -12,7 +12,7 @@ import pytest
 from pymavlink.dialects.v10 import common as v1
 from typer.testing import CliRunner
 
-from flightsw.icd import mav
+from flightsw.icd.dialect import VALUES
 from flightsw.icd.tlog import LINK_IN, TlogWriter, read
 from flightsw.icd.wire import Sender
 from ground.__main__ import app
@@ -48,7 +48,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
         plant, log = Sender(i + 1, 190), TlogWriter(run / f"link_{name}.tlog")
         for t in synth.t_us.tolist():
             log.write(t, plant.named("HIL_SENSOR", time_usec=t), LINK_IN)
-        end = {"command": mav.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, "param1": 2.0}
+        end = {"command": VALUES["MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN"], "param1": 2.0}
         log.write(t, plant.named("COMMAND_LONG", target_system=i + 1, **end), LINK_IN)
         log.close()
     return run

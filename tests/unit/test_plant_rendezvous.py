@@ -58,7 +58,8 @@ def test_receiver_holds_its_track_in_wind() -> None:
     north, east, _ = t.position
     assert north == pytest.approx(100.0, abs=1e-6)
     assert east == pytest.approx(-200.0 + STILL.x_m - 50.0 * (math.sqrt(STILL.V_mps**2 - 144.0) + 5.0), rel=1e-12)
-    truth = t.truth(0, (0.0, 0.0, -7010.0), np.eye(3))
+    ((sysid, truth),) = t.others(World(load_scenario("rendezvous"), 1).truth(0))
+    assert sysid == STILL.sysid
     assert pytest.approx(STILL.V_mps, rel=1e-12) == truth.V
     assert truth.vel_n[0] == pytest.approx(0.0, abs=1e-12)
 
@@ -200,11 +201,10 @@ def test_same_seed_same_receiver_and_truth_in_the_log() -> None:
         for _ in range(50):
             w.sense()
             w.step([w.trim_cmd(0)])
-    assert a.traffic_truth() == b.traffic_truth() != c.traffic_truth()
-    t, own = a.traffic_truth(), a.truth(0)
-    assert t is not None
+    assert a.others() == b.others() != c.others()
+    ((_, t),), own = a.others(), a.truth(0)
     d = np.array(t.pos_n) - np.array(own.pos_n)
     assert math.dist(t.xi, (0.0, 0.0, 0.0)) == pytest.approx(np.linalg.norm(d), rel=1e-12)
     # seen from a tanker flying east: ahead, and below
     assert t.xi[0] == pytest.approx(d[1], rel=1e-2) and t.xi[2] > 0.0
-    assert World(load_scenario("refueling"), 1).traffic_truth() is None
+    assert World(load_scenario("refueling"), 1).others() == []

@@ -10,9 +10,10 @@ import pytest
 from flightsw.aircraft import load_aircraft
 from flightsw.missions.receiver.aids import AidParams, PositionAid, VelocityAid
 from flightsw.missions.receiver.airdata.airdata import AirData, AirDataParams, rate_slopes
+from flightsw.missions.receiver.airdata.reports import FdiStatus, WakeFix
 from flightsw.missions.receiver.estimator import RelativeNav
 from flightsw.sixdof.estimator_core import EstimatorCore, NavParams
-from flightsw.types import FdiStatus, Health, SensorFrame, WakeFix
+from flightsw.types import Health, SensorFrame
 
 LEARJET = load_aircraft("learjet24")
 LEVEL = np.eye(3).ravel()
@@ -115,17 +116,14 @@ def test_repair_takes_the_place_of_a_bad_reading_from_the_others() -> None:
 
 def test_without_air_data_neither_monitor_nor_wake_position_is_published_as_valid() -> None:
     air, rel = AirData(LEARJET, AirDataParams(on=True)), RelativeNav(LEARJET, NavParams())
-    rel.out.fdi, rel.out.wake = (
-        FdiStatus(t_us=10**7, valid=True, excluded=2),
-        WakeFix(t_us=10**7, valid=True, reason=""),
-    )
+    air.status, air.fix = FdiStatus(t_us=10**7, valid=True, excluded=2), WakeFix(t_us=10**7, valid=True, reason="")
     air._air_us, air._valid = 10**7, True
     air.step(SensorFrame(t_us=10**7 + 400_000), rel, Health(), 0)  # a gap is none yet
-    assert rel.out.fdi.valid and rel.out.wake.valid
+    assert air.status.valid and air.fix.valid
     for _ in range(2):
         air.step(SensorFrame(t_us=10**7 + 600_000), rel, Health(), 0)
-    assert not rel.out.fdi.valid and rel.out.fdi.excluded == 2
-    assert not rel.out.wake.valid and rel.out.wake.reason == "no air data"
+    assert not air.status.valid and air.status.excluded == 2
+    assert not air.fix.valid and air.fix.reason == "no air data"
     assert [t.text for t in air.texts] == ["wake position lost: no air data"]
 
 

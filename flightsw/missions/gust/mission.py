@@ -9,17 +9,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
-from flightsw.aircraft import Airframe, Alexis, load_as
+from flightsw.aircraft import Alexis
 from flightsw.health import AIR_ALPHA, AIR_V
-from flightsw.missions.base import Mission
+from flightsw.missions.base import Mission, MissionSpec, Reports
 from flightsw.missions.gust import dynamics as k
 from flightsw.missions.gust.estimators import ESTIMATORS, GustNavTable, make_gust_nav
 from flightsw.missions.gust.laws import LAWS, GustCtrlTable, GustLaws
 from flightsw.missions.gust.model import GustAircraft
+from flightsw.missions.gust.reports import REPORTS, GustState
 from flightsw.missions.gust.servos import GustServos
 from flightsw.missions.gust.validity import Trust
 from flightsw.types import (
@@ -35,7 +35,6 @@ from flightsw.types import (
     UPD_IMU,
     Command,
     GuidanceCmd,
-    GustState,
     Health,
     NavState,
     SensorFrame,
@@ -43,6 +42,7 @@ from flightsw.types import (
 )
 
 MAV_CMD_USER_2 = 31011
+CONTROLS = 5  # three surfaces, thrust, flap
 HOLD, ALLEVIATION = 16, 17  # WKF_PHASE
 AIRSPEED_BAD, VANE_BAD = 1, 1 << 6  # bits of SensorFrame.air_bad: probe 0, V and alpha
 
@@ -73,15 +73,10 @@ class GustActuators:
         self.servos.step(dt)
 
 
-class GustMission(Mission):
+class GustMission(Mission[GustActuators]):
     """Components of the gust mission and their order."""
 
-    params_type = GustMissionParams
-    commands = frozenset({MAV_CMD_USER_2})
     watch = HF_IMU | HF_AIR | HF_ATT
-    controls = 5
-    air_used = AIR_V | AIR_ALPHA
-    one_rate = True  # servos and law are stepped together: their mean and delay are per sample
     ctrl: GustLaws
 
     def __init__(self, ac: Alexis, p: GustMissionParams, period_s: float) -> None:
@@ -99,20 +94,11 @@ class GustMission(Mission):
         self._estimator = ESTIMATORS.index(p.nav.estimator)
         self._y = np.zeros(k.NY)
         self._y[[k.Y_VA, k.Y_H, k.Y_GROUND]] = self.ac.V0_mps, self.ac.H0_m, self.ac.V0_mps
-        self._u = np.zeros(self.controls)
+        self._u = np.zeros(CONTROLS)
+        self._state: GustState | None = None
         self._psi, self._pos_n = 0.0, (0.0, 0.0)
         self._phase_us = -1
         self._texts: list[Text] = []
-
-    @staticmethod
-    def load(aircraft: str) -> Airframe:
-        """Record of an aircraft of the model this mission flies."""
-        return load_as(aircraft, Alexis, "alexis")
-
-    @staticmethod
-    def actuators(ac: Any, delay_ticks: int) -> GustActuators:
-        """Elevator and flap servos."""
-        return GustActuators(GustAircraft.of(ac), delay_ticks)
 
     @property
     def saturated(self) -> bool:
@@ -139,7 +125,7 @@ class GustMission(Mission):
         u = self._u
         u[1], u[3], u[4] = c[k.ELEVATOR], c[k.THROTTLE], c[k.FLAP]
         g = self._guide(f.t_us, est.valid, est.reason or self.trust.reason)
-        state = GustState(
+        self._state = state = GustState(
             f.t_us, est.valid, est.reason, tuple(est.x.tolist()), tuple(est.sigma.tolist()),
             est.nis if math.isfinite(est.nis) else 0.0, est.channels, est.scale, est.probabilities,
             float(y[k.Y_AZ]), self.ctrl.a_z, float(u[1]), float(u[4]), self._estimator, self.ctrl.flying,
@@ -203,12 +189,17 @@ class GustMission(Mission):
             alpha=theta - math.atan2(up, forward), w_b=(0.0, s.x[k.Q], 0.0), euler=(psi, theta, 0.0),
             q_nb=(cp * ct, -sp * st, cp * st, sp * ct), pos_n=(*self._pos_n, -self.ac.H0_m - s.x[k.H]),
             vel_n=(c * vx, n * vx, -vup), wind_n=(c * s.x[k.VW], n * s.x[k.VW], V0 * s.x[k.AW]), wind_sigma=sw,
-            pos_sigma=(0.0, 0.0, s.sigma[k.H]), att_sigma=(0.0, s.sigma[k.TH], 0.0), nis=s.nis, nis_dof=s.channels, gust=s,
+            pos_sigma=(0.0, 0.0, s.sigma[k.H]), att_sigma=(0.0, s.sigma[k.TH], 0.0), nis=s.nis, nis_dof=s.channels,
         )  # fmt: skip
+
+    @property
+    def reports(self) -> Reports:
+        """The wind felt, and what is done against it."""
+        return {} if self._state is None else {GustState: self._state}
 
     def first_command(self) -> np.ndarray:
         """Trim command [5] sent until navigation is valid."""
-        return np.zeros(self.controls)
+        return np.zeros(CONTROLS)
 
     def obey(self, c: Command) -> tuple[int, str]:
         """MAV_RESULT and reason for one of the mission's commands."""
@@ -223,3 +214,23 @@ class GustMission(Mission):
         """Messages since the last call."""
         out, self._texts = self._texts, []
         return out
+
+
+def _actuators(ac: Alexis, delay_ticks: int) -> GustActuators:
+    """Elevator and flap servos."""
+    return GustActuators(GustAircraft.of(ac), delay_ticks)
+
+
+SPEC = MissionSpec(
+    "gust",
+    GustMissionParams,
+    Alexis,
+    "alexis",
+    GustMission,
+    _actuators,
+    commands=frozenset({MAV_CMD_USER_2}),
+    controls=CONTROLS,
+    air_used=AIR_V | AIR_ALPHA,
+    one_rate=True,  # servos and law are stepped together: their mean and delay are per sample
+    reports=REPORTS,
+)

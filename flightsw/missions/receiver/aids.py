@@ -13,11 +13,12 @@ from typing import Annotated
 import numpy as np
 
 from flightsw.kernels.rotations import to_child, to_parent
+from flightsw.missions.receiver.airdata.reports import WakeFix
 from flightsw.refusal import GNSS_DIFF, WAKE
 from flightsw.sixdof import witness
 from flightsw.sixdof.estimator_core import EstimatorCore
 from flightsw.strict import Range
-from flightsw.types import SensorFrame, WakeFix
+from flightsw.types import SensorFrame
 
 Pos = Annotated[float, Range(1e-6)]
 WILD = 20  # comparisons before one may be called wild, and wild ones in a row before they are believed

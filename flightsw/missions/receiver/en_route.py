@@ -15,9 +15,10 @@ import numpy as np
 from flightsw.aircraft import Aircraft
 from flightsw.envelope import Envelope
 from flightsw.kernels.rotations import euler_from_dcm, to_parent
-from flightsw.missions.base import Mission
+from flightsw.missions.base import Mission, MissionSpec, Reports
+from flightsw.missions.receiver.airdata.reports import REPORTS
 from flightsw.missions.receiver.joinup import JOIN_UP, JoinUpGuidance, JoinUpParams, Sight
-from flightsw.missions.receiver.mission import ReceiverMission, ReceiverParams
+from flightsw.missions.receiver.mission import MAV_CMD_USER_1, ReceiverMission, ReceiverParams
 from flightsw.missions.receiver.sequence import Sequence, SequenceParams
 from flightsw.missions.receiver.station_keeping import ReceiverControl
 from flightsw.missions.receiver.tanker_link import PeerTracker
@@ -76,11 +77,10 @@ class JoinParams(ReceiverParams):
     join: JoinTable = field(default_factory=JoinTable)
 
 
-class JoinMission(Mission):
+class JoinMission(Mission[ActuatorModel]):
     """Components of the receiver on its way to the tanker, and the refuelling mission it becomes."""
 
-    params_type = JoinParams
-    commands = ReceiverMission.commands
+    halves = 2
 
     def __init__(self, ac: Aircraft, p: JoinParams, period_s: float) -> None:
         j = p.join
@@ -147,6 +147,20 @@ class JoinMission(Mission):
         elif self._refused != (before, action):
             self._refused = before, action
             self._texts.append(Text(4, f"sequence waits: {why}"))
+
+    @property
+    def saturated(self) -> bool:
+        """Whether a command sits at its limit."""
+        return self.ctrl.core.saturated
+
+    @property
+    def reports(self) -> Reports:
+        """Those of the refuelling, once joined up."""
+        return self.refuel.reports if self.joined else {}
+
+    def exercise(self) -> None:
+        """See Mission."""
+        self.refuel.exercise()
 
     @property
     def refusals(self) -> Refusals | None:
@@ -219,3 +233,17 @@ class JoinMission(Mission):
         out = self._texts + self.guid.texts + self.refuel.texts()
         self._texts, self.guid.texts = [], []
         return out
+
+
+SPEC = MissionSpec(
+    "receiver_rendezvous",
+    JoinParams,
+    Aircraft,
+    "sixdof",
+    JoinMission,
+    ActuatorModel,
+    commands=frozenset({MAV_CMD_USER_1}),
+    reports=REPORTS,
+    sends_relative=True,
+    files=("tanker",),
+)

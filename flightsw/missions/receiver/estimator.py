@@ -27,12 +27,13 @@ from flightsw.kernels.rotations import (
     wrap_pi,
 )
 from flightsw.missions.receiver.aids import AidParams, GnssWitness, PositionAid
+from flightsw.missions.receiver.airdata.reports import WakeFix
 from flightsw.missions.receiver.tanker_link import PeerTracker
 from flightsw.sixdof.estimator_core import POS, NavParams, failed_bits
 from flightsw.sixdof.gating import TrustedCore
 from flightsw.sixdof.measure import measure_relative
 from flightsw.sixdof.motion import propagate_relative, relative_rates
-from flightsw.types import UPD_AIR, UPD_ATT, UPD_GNSS, UPD_IMU, UPD_REL, Health, NavState, SensorFrame, Vec3, WakeFix
+from flightsw.types import UPD_AIR, UPD_ATT, UPD_GNSS, UPD_IMU, UPD_REL, Health, NavState, SensorFrame, Vec3
 
 REL_MAX_S = 2.0  # [s] age of the relative sensor beyond which the position is no longer its
 PEER_COAST_S = 1.0  # [s] data-link age beyond which the tanker is continued straight ahead

@@ -11,8 +11,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from flightsw.aircraft import Aircraft, load_aircraft
-from flightsw.missions.base import Mission
+from flightsw.missions.base import Mission, MissionSpec, Reports
 from flightsw.missions.receiver.airdata.airdata import AirData, AirDataParams
+from flightsw.missions.receiver.airdata.reports import REPORTS
 from flightsw.missions.receiver.boom import Surroundings
 from flightsw.missions.receiver.estimator_variants import make_relative_nav
 from flightsw.missions.receiver.refuel import ACTIONS, RefuelGuidance, RefuelParams
@@ -54,11 +55,9 @@ class ReceiverParams:
     airdata: AirDataParams = field(default_factory=AirDataParams)
 
 
-class ReceiverMission(Mission):
+class ReceiverMission(Mission[ActuatorModel]):
     """Components of the receiver and their order."""
 
-    params_type = ReceiverParams
-    commands = frozenset({MAV_CMD_USER_1})
     watch = HF_IMU | HF_AIR | HF_ATT | HF_GNSS | HF_REL | HF_PEER
 
     def __init__(self, ac: Aircraft, p: ReceiverParams, period_s: float) -> None:
@@ -101,6 +100,21 @@ class ReceiverMission(Mission):
         return self.nav.step(f, mean, health, updated)
 
     @property
+    def saturated(self) -> bool:
+        """Whether a command sits at its limit."""
+        return self.ctrl.core.saturated
+
+    @property
+    def reports(self) -> Reports:
+        """What the air data say of themselves, where they are used."""
+        return {} if self.air is None else self.air.reports
+
+    def exercise(self) -> None:
+        """Start-up search and monitor of the air data."""
+        if self.air is not None:
+            self.air.exercise()
+
+    @property
     def refusals(self) -> Refusals | None:
         """What the estimator refuses of its sensors."""
         return self.nav.core.refusals
@@ -133,3 +147,17 @@ class ReceiverMission(Mission):
         if self.air is not None and self.air.texts:
             out, self.air.texts = out + self.air.texts, []
         return out
+
+
+SPEC = MissionSpec(
+    "receiver",
+    ReceiverParams,
+    Aircraft,
+    "sixdof",
+    ReceiverMission,
+    ActuatorModel,
+    commands=frozenset({MAV_CMD_USER_1}),
+    reports=REPORTS,
+    sends_relative=True,
+    files=("tanker",),
+)

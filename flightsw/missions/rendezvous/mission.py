@@ -15,8 +15,9 @@ import numpy as np
 from flightsw.aircraft import Aircraft
 from flightsw.envelope import Envelope
 from flightsw.kernels.rotations import wrap_pi
-from flightsw.missions.base import Mission
+from flightsw.missions.base import Mission, MissionSpec, Reports
 from flightsw.missions.rendezvous.pilot import PilotParams, RendezvousPilot
+from flightsw.missions.rendezvous.reports import REPORTS, RendezvousState
 from flightsw.missions.rendezvous.track import ReceiverTrack, TrackParams
 from flightsw.missions.tanker.mission import MAV_CMD_DO_CHANGE_SPEED, speed_command
 from flightsw.missions.tanker.racetrack import RacetrackGuidance, RacetrackParams
@@ -64,11 +65,9 @@ class RendezvousMissionParams:
     rendezvous: RendezvousParams = field(default_factory=RendezvousParams)
 
 
-class RendezvousMission(Mission):
+class RendezvousMission(Mission[ActuatorModel]):
     """Components of the rendezvous tanker and their order."""
 
-    params_type = RendezvousMissionParams
-    commands = frozenset({MAV_CMD_DO_CHANGE_SPEED})
     watch = HF_IMU | HF_AIR | HF_ATT | HF_GNSS
 
     def __init__(self, ac: Aircraft, p: RendezvousMissionParams, period_s: float) -> None:
@@ -88,6 +87,7 @@ class RendezvousMission(Mission):
         self.alt_m = p.guid.alt_m
         self.V0 = p.rendezvous.pilot.guidance.speed_mps
         self.out = GuidanceCmd(V=self.V0, alt_m=self.alt_m, reason="waiting for navigation")
+        self.met: RendezvousState | None = None
         self.t_phase_us = 0
         self.said: list[Text] = []
         self.capture_s = p.rendezvous.capture_s
@@ -99,13 +99,13 @@ class RendezvousMission(Mission):
     ) -> tuple[NavState, GuidanceCmd, np.ndarray, float]:
         """One 20 Hz step: (nav, guidance, surfaces and thrust [4], throttle)."""
         nav = self.nav.step(f, act.take_mean(), health, updated)
-        nav.rendezvous = self.track.step(f, nav, updated)
+        self.met = self.track.step(f, nav, updated)
         if self.joined:
             g = self.guid.step(f, nav, dt)
             self.pilot.follow(g.V, g.psi_dot, self.track.own)
         else:
             g = self._rendezvous(f, nav, dt)
-        self.pilot.report(nav.rendezvous)
+        self.pilot.report(self.met)
         if nav.valid:
             u, throttle = self.ctrl.step(nav, g, act, dt)
         else:
@@ -113,7 +113,7 @@ class RendezvousMission(Mission):
         return nav, g, u, throttle
 
     def _rendezvous(self, f: SensorFrame, nav: NavState, dt: float) -> GuidanceCmd:
-        o, pilot, r = self.out, self.pilot, nav.rendezvous
+        o, pilot, r = self.out, self.pilot, self.met
         if nav.valid and r is not None:
             pilot.step(self.track.own, r.mean if r.valid else None, r.range_m if r.valid else math.inf, dt)
             if pilot.phase == "done":
@@ -146,6 +146,16 @@ class RendezvousMission(Mission):
         return g
 
     @property
+    def saturated(self) -> bool:
+        """Whether a command sits at its limit."""
+        return self.ctrl.core.saturated
+
+    @property
+    def reports(self) -> Reports:
+        """The receiver's track and the turn planned on it."""
+        return {} if self.met is None else {RendezvousState: self.met}
+
+    @property
     def refusals(self) -> Refusals | None:
         """What the estimator refuses of its sensors."""
         return self.nav.core.refusals
@@ -165,3 +175,15 @@ class RendezvousMission(Mission):
         out = self.track.texts + self.said + self.guid.texts
         self.track.texts, self.said, self.guid.texts = [], [], []
         return out
+
+
+SPEC = MissionSpec(
+    "rendezvous",
+    RendezvousMissionParams,
+    Aircraft,
+    "sixdof",
+    RendezvousMission,
+    ActuatorModel,
+    commands=frozenset({MAV_CMD_DO_CHANGE_SPEED}),
+    reports=REPORTS,
+)

@@ -21,8 +21,8 @@ from flightsw.missions.rendezvous.guidance import (
     RendezvousGuidance,
     RendezvousGuidanceParams,
 )
+from flightsw.missions.rendezvous.reports import RendezvousState
 from flightsw.strict import Range
-from flightsw.types import RendezvousState
 
 
 @dataclass(frozen=True)

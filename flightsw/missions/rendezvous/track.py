@@ -16,8 +16,9 @@ import numpy as np
 from flightsw.missions.rendezvous.estimator import RangeEstimator
 from flightsw.missions.rendezvous.frame import OwnState, RendezvousFrame
 from flightsw.missions.rendezvous.params import ESTIMATORS, NM, RendezvousNavParams
+from flightsw.missions.rendezvous.reports import RendezvousState
 from flightsw.strict import Range
-from flightsw.types import UPD_RADAR, UPD_TACAN, NavState, RendezvousState, SensorFrame, Text
+from flightsw.types import UPD_RADAR, UPD_TACAN, NavState, SensorFrame, Text
 
 KEEP_S = 6.0  # [s] of own positions; an older reply is refused
 WARNING, NOTICE, INFO = 4, 5, 6

@@ -12,7 +12,7 @@ import numpy as np
 
 from flightsw.aircraft import Aircraft
 from flightsw.envelope import Envelope
-from flightsw.missions.base import Mission
+from flightsw.missions.base import Mission, MissionSpec
 from flightsw.missions.tanker.racetrack import RacetrackGuidance, RacetrackParams
 from flightsw.refusal import Refusals
 from flightsw.sixdof.actuators import ActuatorModel
@@ -47,11 +47,9 @@ class TankerParams:
     guid: RacetrackParams = field(default_factory=RacetrackParams)
 
 
-class TankerMission(Mission):
+class TankerMission(Mission[ActuatorModel]):
     """Components of the tanker and their order."""
 
-    params_type = TankerParams
-    commands = frozenset({MAV_CMD_DO_CHANGE_SPEED})
     watch = HF_IMU | HF_AIR | HF_ATT | HF_GNSS
 
     def __init__(self, ac: Aircraft, p: TankerParams, period_s: float) -> None:
@@ -74,6 +72,11 @@ class TankerMission(Mission):
         else:
             u, throttle = self.ctrl.trim_command(g.V, self.alt_m)
         return nav, g, u, throttle
+
+    @property
+    def saturated(self) -> bool:
+        """Whether a command sits at its limit."""
+        return self.ctrl.core.saturated
 
     @property
     def refusals(self) -> Refusals | None:
@@ -103,3 +106,14 @@ def speed_command(c: Command, guid: RacetrackGuidance, envelope: Envelope) -> tu
         return DENIED, f"throttle {throttle:g}: allowed -1 no change"
     ok, why = guid.set_speed(speed, envelope.limits.V_min_mps, envelope.fastest(guid.p.turn_rate_degps))
     return (ACCEPTED if ok else DENIED), why
+
+
+SPEC = MissionSpec(
+    "tanker",
+    TankerParams,
+    Aircraft,
+    "sixdof",
+    TankerMission,
+    ActuatorModel,
+    commands=frozenset({MAV_CMD_DO_CHANGE_SPEED}),
+)

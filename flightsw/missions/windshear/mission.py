@@ -10,14 +10,13 @@ from __future__ import annotations
 import math
 from collections import deque
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
-from flightsw.aircraft import Airframe, TwinJet, load_as
+from flightsw.aircraft import TwinJet
 from flightsw.envelope import Envelope
 from flightsw.health import AIR_ALPHA, AIR_V
-from flightsw.missions.base import Mission
+from flightsw.missions.base import Mission, MissionSpec, Reports
 from flightsw.missions.windshear import dynamics as k
 from flightsw.missions.windshear import monitor_kernel as kk
 from flightsw.missions.windshear.control import NidParams, WindshearControl
@@ -25,6 +24,7 @@ from flightsw.missions.windshear.estimator import WindshearEstimate, WindshearNa
 from flightsw.missions.windshear.guidance import LAWS, PHASES, WindshearGuidance, WindshearGuidanceParams, with_law
 from flightsw.missions.windshear.model import MODES, PathDemand, approach_trim
 from flightsw.missions.windshear.monitor import MonitorParams, WindshearMonitor
+from flightsw.missions.windshear.reports import REPORTS, WindshearState
 from flightsw.types import (
     ACCEPTED,
     DENIED,
@@ -43,7 +43,6 @@ from flightsw.types import (
     NavState,
     SensorFrame,
     Text,
-    WindshearState,
 )
 
 MAV_CMD_DO_GO_AROUND, MAV_CMD_USER_3 = 191, 31012
@@ -96,14 +95,10 @@ class WindshearActuators:
         self.now[:] = self._way.popleft()
 
 
-class WindshearMission(Mission):
+class WindshearMission(Mission[WindshearActuators]):
     """Components of the windshear mission and their order."""
 
-    params_type = WindshearMissionParams
-    commands = frozenset({MAV_CMD_DO_GO_AROUND, MAV_CMD_USER_3})
     watch = HF_IMU | HF_AIR | HF_ATT | HF_GNSS
-    air_used = AIR_V | AIR_ALPHA
-    one_rate = True  # readings and commands are per sample
     cruise = (75.0, 350.0)
     ctrl: WindshearControl
 
@@ -126,6 +121,7 @@ class WindshearMission(Mission):
         self.guid = GuidanceCmd(V=a.ground_mps, reason="waiting for readings")
         self._estimator = ESTIMATORS.index(p.nav.filter)
         self._z, self._u = np.zeros(k.NY), self.first_command()
+        self._state: WindshearState | None = None
         self._valid = self._accused = False
         self._words, self._without = WORDS["approach"], ""
         self._psi, self._pitch = 0.0, math.nan
@@ -133,16 +129,6 @@ class WindshearMission(Mission):
         self._x, self._blind_s = np.zeros(k.NX), 0.0
         self._phase_us = -1
         self._texts: list[Text] = []
-
-    @staticmethod
-    def load(aircraft: str) -> Airframe:
-        """Record of an aircraft of the model this mission flies."""
-        return load_as(aircraft, TwinJet, "twinjet")
-
-    @staticmethod
-    def actuators(ac: Any, delay_ticks: int) -> WindshearActuators:
-        """Thrust command and elevator on their way."""
-        return WindshearActuators(delay_ticks)
 
     @property
     def saturated(self) -> bool:
@@ -174,7 +160,7 @@ class WindshearMission(Mission):
         u[ELEVATOR], u[THRUST] = c[1], min(max(float(c[0]), 0.0), self.full_kN) * 1e3
         g = self._guide(f.t_us, e)
         h, m = self.guidance.hazard.state, self.monitor.x
-        state = WindshearState(
+        self._state = state = WindshearState(
             f.t_us, e.valid, e.reason, tuple(e.x.tolist()), tuple(e.sigma.tolist()), h.F, h.quick, h.slow,
             e.F if e.valid else 0.0, self.monitor.F if runs else math.nan,
             (float(m[kk.K_WX]), float(m[kk.K_WH])) if runs else (math.nan, math.nan),
@@ -285,8 +271,13 @@ class WindshearMission(Mission):
             pos_n=(*self._pos_n, -x[k.H]), vel_n=(c * forward, n * forward, -climb),
             wind_n=(c * x[k.WX], n * x[k.WX], -x[k.WH]), wind_sigma=(sigma[k.WX], sigma[k.WX], sigma[k.WH]),
             pos_sigma=(along, along, sigma[k.H]), att_sigma=(0.0, pitch_sigma if s.valid else math.inf, 0.0), nis=s.nis,
-            nis_dof=s.channels, windshear=s,
+            nis_dof=s.channels,
         )  # fmt: skip
+
+    @property
+    def reports(self) -> Reports:
+        """The wind, the hazard in it, and what is done about it."""
+        return {} if self._state is None else {WindshearState: self._state}
 
     def first_command(self) -> np.ndarray:
         """Command [4] of steady flight on the slope in still air, sent until navigation is valid."""
@@ -314,3 +305,22 @@ class WindshearMission(Mission):
         """Messages since the last call."""
         out, self._texts = self._texts, []
         return out
+
+
+def _actuators(ac: TwinJet, delay_ticks: int) -> WindshearActuators:
+    """Thrust command and elevator on their way."""
+    return WindshearActuators(delay_ticks)
+
+
+SPEC = MissionSpec(
+    "windshear",
+    WindshearMissionParams,
+    TwinJet,
+    "twinjet",
+    WindshearMission,
+    _actuators,
+    commands=frozenset({MAV_CMD_DO_GO_AROUND, MAV_CMD_USER_3}),
+    air_used=AIR_V | AIR_ALPHA,
+    one_rate=True,  # readings and commands are per sample
+    reports=REPORTS,
+)

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flightsw.icd import mav
+from flightsw.icd.dialect import ENUMS
 from ground.align import align
 from ground.columns import Columns, Table, load
 
@@ -32,9 +32,7 @@ SHOWN = {"alpha_w": AW, "v_w": VW, "bias": AB}
 
 
 def _names(enum: str, prefix: str) -> dict[int, str]:
-    return {
-        v: e.name.removeprefix(prefix).lower() for v, e in mav.enums[enum].items() if not e.name.endswith("ENUM_END")
-    }
+    return {v: e.name.removeprefix(prefix).lower() for v, e in ENUMS[enum].items()}
 
 
 LAWS = _names("WKF_GUST_LAW", "WKF_GUST_LAW_")

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flightsw.icd import mav
+from flightsw.icd.dialect import ENUMS, VALUES
 from ground.align import align
 from ground.columns import Columns, Table
 
@@ -23,14 +23,14 @@ Array = NDArray[np.float64]
 G = 9.81
 X, H, VA, GA, AL, Q, T, WX, WH, WXD, WHD, WXDD, WHDD, KL, KD = range(15)  # of WINDSHEAR_STATE.est
 CAUTION, ABORT, ACCUSED = 1, 2, 4  # WINDSHEAR_STATE.alert
-ESCAPE_PHASE, CLEAR_PHASE = mav.WKF_PHASE_WS_ESCAPE, mav.WKF_PHASE_WS_CLEAR
+ESCAPE_PHASE, CLEAR_PHASE = VALUES["WKF_PHASE_WS_ESCAPE"], VALUES["WKF_PHASE_WS_CLEAR"]
 LAYERS = 12.5  # ratio of the two heights of the downburst's profile, NASA TM-100632
 DEFAULTS = {"caution_F": 0.12, "abort_F": 0.12, "caution_s": 1.5, "abort_s": 4.0}
 
 
 def _names(enum: str) -> dict[int, str]:
-    found = mav.enums[enum].items()
-    return {v: e.name.removeprefix(enum + "_").lower() for v, e in found if not e.name.endswith("ENUM_END")}
+    found = ENUMS[enum].items()
+    return {v: e.name.removeprefix(enum + "_").lower() for v, e in found}
 
 
 LAWS, ESTIMATORS = _names("WKF_WS_LAW"), _names("WKF_WS_ESTIMATOR")

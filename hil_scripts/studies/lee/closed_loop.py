@@ -15,6 +15,7 @@ import numpy as np
 
 import flightsw
 from flightsw.app import FlightApp
+from flightsw.missions.receiver.mission import ReceiverMission
 from flightsw.process.config import load_flight
 from flightsw.process.node import make_app
 from flightsw.strict import ConfigError
@@ -142,9 +143,11 @@ def fly(c: LoopCase, seed: int) -> tuple[dict[str, float], dict[str, np.ndarray]
     n = c.known_delay_ticks
     apps = [_app("tanker", tanker_over, n), _app("receiver", dict(c.receiver), n)]
     truth: list[Truth] = []
-    apps[1].mission.guid = _HoldContact()
+    receiver = apps[1].mission
+    assert isinstance(receiver, ReceiverMission)
+    receiver.guid = _HoldContact()  # type: ignore[assignment]
     if c.feedback != "estimated":
-        apps[1].mission.nav = _OtherFeedback(apps[1].mission.nav, c.feedback, truth)
+        receiver.nav = _OtherFeedback(receiver.nav, c.feedback, truth)  # type: ignore[assignment]
     radio: Radio[PeerState] = Radio(
         [v.cfg.name for v in world.members], world.seed, sc.link.radio_latency_ms, sc.link.radio_loss, world.rate_hz
     )

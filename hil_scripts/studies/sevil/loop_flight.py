@@ -132,7 +132,7 @@ def _record(flight: InProcess) -> Track:
         if not row:
             continue
         o, g, st, learnt = app.nav, app.guid, air.fdi.out, air.learn.fix
-        fix = o.wake or air.wake.fix
+        fix = air.fix or air.wake.fix
         at = m.nav.R_ft.reshape(3, 3) @ np.array(fix.pos_f)
         rows.append([
             t, *truth.xi, *o.rel_pos_t, *g.rel_pos_t, *at, math.sqrt(max(fix.cov_yy, 0.0)),

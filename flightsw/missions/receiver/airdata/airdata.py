@@ -18,10 +18,12 @@ from flightsw.kernels.linalg import gram
 from flightsw.kernels.rotations import (
     vec3,
 )
+from flightsw.missions.base import Reports
 from flightsw.missions.receiver.aids import AidParams, VelocityAid
 from flightsw.missions.receiver.airdata.air_path import AirPath, cross
 from flightsw.missions.receiver.airdata.fdi.monitor import Fdi, FdiParams
 from flightsw.missions.receiver.airdata.params import WakePositionParams
+from flightsw.missions.receiver.airdata.reports import FdiStatus, WakeFix
 from flightsw.missions.receiver.airdata.state import X_H, X_KW, X_SLOW
 from flightsw.missions.receiver.airdata.wake_filter import IDLE, TRACKING, WakePosition
 from flightsw.missions.receiver.airdata.wake_kernel import WK_TAIL_X, WK_WING_LIFT, WK_WING_X
@@ -83,6 +85,8 @@ class AirData:
         self._common = (0.0, 0.0, 0.0)
         self._s_common = (p.common_V, p.common_flow, p.common_flow)
         self._air_us = 0
+        self.fix: WakeFix | None = None  # of the last readings
+        self.status: FdiStatus | None = None
         self._excluded = 0
         self._valid = self._seen = self._wake_known = False
         self._astray = 0  # samples in a row
@@ -93,7 +97,7 @@ class AirData:
         rel.fix = rel.rate_fix = None
         if not updated & ~failed_bits(health) & UPD_AIR or rel.started_us < 0 or len(f.air_V) != 3:
             if f.t_us - self._air_us > SILENT_US:
-                self._forget(nav)
+                self._forget()
             return
         dt = (f.air_t_us - self._air_us) * 1e-6 if self._air_us else 0.0
         if not 0.0 <= dt < 1.0:
@@ -138,19 +142,26 @@ class AirData:
             fix = w.update(y, use)
         else:
             fix = replace(w.fix, t_us=f.air_t_us, valid=False, reason="tanker not known", nis_dof=0)
-        nav.wake, nav.fdi = fix, st
+        self.fix, self.status = fix, st
         if self.p.fuse:
             rel.fix, rel.x_f = fix, float(fr.x[0])
             rel.R_ft[:] = fr.R_tf
         self._report(st.excluded, fix.valid, fix.reason)
 
-    def _forget(self, nav: NavState) -> None:
+    def _forget(self) -> None:
         """Without air data nothing is being checked and no position found, whatever the last readings said."""
-        if nav.fdi is not None and (nav.fdi.valid or nav.fdi.alarm):
-            nav.fdi = replace(nav.fdi, valid=False, alarm=0, isolated=0, negative=0)
-        if nav.wake is not None and nav.wake.valid:
-            nav.wake = replace(nav.wake, valid=False, reason="no air data")
-            self._report(self._excluded, False, nav.wake.reason)
+        st, fix = self.status, self.fix
+        if st is not None and (st.valid or st.alarm):
+            self.status = replace(st, valid=False, alarm=0, isolated=0, negative=0)
+        if fix is not None and fix.valid:
+            self.fix = replace(fix, valid=False, reason="no air data")
+            self._report(self._excluded, False, self.fix.reason)
+
+    @property
+    def reports(self) -> Reports:
+        """What was found, once there was air data."""
+        found = (self.fix, self.status)
+        return {type(r): r for r in found if r is not None}
 
     def _predict(self, nav: NavState, dt: float) -> None:
         """Carry both filters to the readings; one that has no position starts at the relative estimate."""

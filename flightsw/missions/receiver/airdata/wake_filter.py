@@ -24,11 +24,12 @@ from flightsw.missions.receiver.airdata import expected as kp
 from flightsw.missions.receiver.airdata import iekf as kf
 from flightsw.missions.receiver.airdata import state as k
 from flightsw.missions.receiver.airdata.params import WakePositionParams
+from flightsw.missions.receiver.airdata.reports import WakeFix
 from flightsw.missions.receiver.airdata.wake_model import WakeParams, wake_vector
 from flightsw.missions.receiver.airdata.wake_search import MlFix, ok_channels
 from flightsw.missions.receiver.airdata.wake_start import StartUp
 from flightsw.missions.receiver.airdata.wake_watch import Watch
-from flightsw.types import ZERO3, Vec3, WakeFix
+from flightsw.types import ZERO3, Vec3
 
 Arr = NDArray[np.float64]
 IDLE, STARTING, TRACKING = 0, 1, 2  # waits for air data; looks for the position; filters

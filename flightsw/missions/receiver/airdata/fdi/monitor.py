@@ -24,8 +24,8 @@ from flightsw.missions.receiver.airdata.fdi.monitor_kernel import (
     monitor_variable,
 )
 from flightsw.missions.receiver.airdata.fdi.parity_kernels import cusum_step, null_basis, whiten
+from flightsw.missions.receiver.airdata.reports import FdiStatus
 from flightsw.strict import OneOf, Range
-from flightsw.types import FdiStatus
 
 Pos = Annotated[float, Range(1e-9, 1e6)]
 NonNeg = Annotated[float, Range(0.0, 1e6)]

@@ -1,0 +1,43 @@
+"""What the gust mission has to say on the wire: the wind felt, and what is done against it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from flightsw.missions.base import Packets, report
+
+Nine = tuple[float, float, float, float, float, float, float, float, float]
+
+
+@dataclass(slots=True)
+class GustState:
+    """Wind felt as incidence and speed, and what is done against it (small UAV). Deviations from trim, SI, in the order of
+    dynamics.py: x1, alpha_W, V_W, q, alpha_K, V_K, Theta, H, vane bias."""
+
+    t_us: int = 0
+    valid: bool = False
+    reason: str = "not started"
+    x: Nine = (0.0,) * 9
+    sigma: Nine = (0.0,) * 9  # 1-sigma; NaN: the estimator has none
+    nis: float = 0.0  # normalised innovation squared of the step
+    channels: int = 0  # readings it was made of
+    scale: float = 0.0  # turbulence intensity relative to the one expected
+    weights: tuple[float, ...] = ()  # of the bank's filters, ascending intensity
+    a_z: float = 0.0  # [m/s^2] upward specific force less g, as measured
+    a_z_model: float = 0.0  # [m/s^2] as the estimate has it; 0 with the hold
+    elevator: float = 0.0  # [rad] command
+    flap: float = 0.0  # [rad] command
+    estimator: int = 0  # index in estimators.ESTIMATORS
+    law: int = 0  # index in laws.LAWS
+
+
+def gust_values(g: GustState) -> Packets:
+    """Fields of GUST_STATE."""
+    weights = (g.weights + (0.0,) * 4)[:4]
+    yield (
+        g.t_us, *g.x, *g.sigma, g.nis, g.scale, *weights, g.a_z, g.a_z_model, g.elevator, g.flap, g.channels, g.estimator,
+        g.law, 1 if g.valid else 0,
+    )  # fmt: skip
+
+
+REPORTS = (report("GUST_STATE", GustState, gust_values, rate_hz=50.0),)  # every sample
