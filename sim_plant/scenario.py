@@ -12,7 +12,7 @@ from flightsw.aircraft.base import DEFAULT_MODEL
 from flightsw.files import beside
 from flightsw.strict import ConfigError, OneOf, Range, load, near
 from sim_plant.aircraft.kind import formation_models, kind_of
-from sim_plant.couplings.traffic_config import RendezvousTrack, TrafficCfg
+from sim_plant.couplings.traffic_config import Track, TrafficCfg
 from sim_plant.dump import dump
 from sim_plant.failures.script import ACTIONS, PLANT, SENSORS, Event, check_event
 from sim_plant.obeyed import check_obeyed, refuse
@@ -110,7 +110,7 @@ class Scenario:
     sensors: dict[str, Suite] = field(default_factory=dict)
     link: Link = field(default_factory=Link)
     refuel: Refuel = field(default_factory=Refuel)
-    track: RendezvousTrack = field(default_factory=RendezvousTrack)
+    track: Track = field(default_factory=Track)
     traffic: TrafficCfg = field(default_factory=TrafficCfg)
     event: tuple[Event, ...] = ()
     expect: dict[str, Any] = field(default_factory=dict)  # summary key -> bound, read by the launcher's tests
@@ -217,10 +217,10 @@ class Scenario:
         for a in self.aircraft:
             kind = kind_of(a)
             out.append(load_airframe(a.file))
-            if out[-1].meta.model != kind.model:
+            if not isinstance(out[-1], kind.record):
                 raise ConfigError(
                     f"aircraft.{a.name}.file = {a.file!r}: an aircraft of model {out[-1].meta.model!r}; allowed: one of "
-                    f"model = {kind.model!r}"
+                    f"model = {a.model!r}"
                 )
             kind.check(a)
             if not out[-1].probe:

@@ -58,14 +58,14 @@ class Setup:
 
 @dataclass(frozen=True)
 class Kind:
-    """`model`: the meta.model of the aircraft files it flies. `build` makes a member, not yet started; `table` gives the
-    dataclass of [aircraft.plant]. `carries`: sensor groups besides air-data probes; `surfaces`: those that can jam (aileron,
+    """`record`: type of the aircraft files it flies. `build` makes a member, not yet started; `table` gives the dataclass of
+    [aircraft.plant]. `carries`: sensor groups besides air-data probes; `surfaces`: those that can jam (aileron,
     elevator, rudder). `takes`: keys of [[aircraft]] not every kind obeys (fuel_kg, aero_error_frac).
     `formation`: flies with others: started relative to one, in the leader's gusts and wake, at its boom, tuned to its TACAN;
     its state `s` is current after every `advance`.
     """
 
-    model: str
+    record: type[Airframe]
     build: Callable[[Setup], Member]
     table: Callable[[], type] = no_table
     carries: tuple[str, ...] = ("imu", "baro", "gnss", "att")

@@ -12,7 +12,7 @@ import numpy as np
 from flightsw.types import Vec3
 from sim_plant.couplings import traffic_kernel as k
 from sim_plant.couplings.base import Coupling
-from sim_plant.couplings.traffic_config import RendezvousTrack, TrafficCfg
+from sim_plant.couplings.traffic_config import Track, TrafficCfg
 from sim_plant.kernels.rot import quat_dcm
 from sim_plant.rng import BLOCK, generator
 from sim_plant.truth import Truth
@@ -23,9 +23,7 @@ class Traffic(Coupling):
 
     lateral_read = True
 
-    def __init__(
-        self, cfg: TrafficCfg, track: RendezvousTrack, wind: tuple[float, float], seed: int, dt: float
-    ) -> None:
+    def __init__(self, cfg: TrafficCfg, track: Track, wind: tuple[float, float], seed: int, dt: float) -> None:
         """`wind` north, east [m/s] (towards) steady at its altitude; dt [s] step."""
         self.cfg, self.track, self.dt, self.t = cfg, track, dt, 0.0
         h = math.radians(track.heading_deg)

@@ -8,7 +8,7 @@ from typing import Protocol
 from flightsw.types import Vec3
 from sim_plant.aircraft.base import Member
 from sim_plant.couplings.base import Coupling
-from sim_plant.couplings.traffic_config import RendezvousTrack
+from sim_plant.couplings.traffic_config import Track
 from sim_plant.kernels import layout as n
 
 
@@ -31,7 +31,7 @@ class MemberTarget:
 
     lateral_read = False
 
-    def __init__(self, m: Member, track: RendezvousTrack) -> None:
+    def __init__(self, m: Member, track: Track) -> None:
         self._m, self._track = m, track
 
     @property

@@ -17,7 +17,7 @@ from sim_plant.aircraft.alexis.flight import Alexis, AlexisParams
 from sim_plant.aircraft.alexis.member import PERFECT, AlexisTable
 from sim_plant.scenario import Scenario, dump, load_scenario
 from sim_plant.sensors.base import Sensor
-from sim_plant.wind.planar import AlexisWind
+from sim_plant.wind.planar import PlanarWind
 from sim_plant.world import AircraftLostError, World
 
 QUIET = {"noise.scale": 0.0, "noise.bias_scale": 0.0}
@@ -48,7 +48,7 @@ def test_the_world_flies_the_aircraft_of_the_pure_plant() -> None:
     sc = gust(QUIET)
     w = World(sc)
     table = sc.aircraft[0].plant["wind"]
-    wind = AlexisWind(**{key: v for key, v in table.items() if key != "gusts"})
+    wind = PlanarWind(**{key: v for key, v in table.items() if key != "gusts"})
     sc = gust(QUIET | {"aircraft.alexis.plant.wind.gusts": [], "aircraft.reference.plant.wind.gusts": []})
     w = World(sc)
     pure = Alexis(AlexisParams(sensors=PERFECT), wind, sc.meta.seed, sc.meta.duration_s, 0.02, 4)

@@ -13,7 +13,7 @@ from scipy.stats import chi2
 from flightsw.strict import ConfigError
 from flightsw.types import UPD_RADAR, UPD_TACAN
 from sim_plant.couplings.traffic import Traffic
-from sim_plant.couplings.traffic_config import RendezvousTrack, TrafficCfg
+from sim_plant.couplings.traffic_config import Track, TrafficCfg
 from sim_plant.kernels import layout as n
 from sim_plant.rng import NoiseRows
 from sim_plant.scenario import load_scenario
@@ -22,14 +22,14 @@ from sim_plant.sensors.config import Tacan
 from sim_plant.sensors.tacan import TacanSensor
 from sim_plant.world import World
 
-EAST = RendezvousTrack(100.0, -200.0, 90.0)
+EAST = Track(100.0, -200.0, 90.0)
 STILL = TrafficCfg(
     on=True, y_sigma_m=0.0, velocity_sigma_mps=0.0, fluctuation_sigma_mps=0.0, drift_sigma_mps=0.0, walk_m2ps=0.0,
     altitude_sigma_m=0.0,
 )  # fmt: skip
 
 
-def flown(cfg: TrafficCfg, seed: int, steps: int, dt: float, track: RendezvousTrack = EAST) -> Traffic:
+def flown(cfg: TrafficCfg, seed: int, steps: int, dt: float, track: Track = EAST) -> Traffic:
     t = Traffic(cfg, track, (0.0, 0.0), seed, dt)
     for _ in range(steps):
         t.advance()

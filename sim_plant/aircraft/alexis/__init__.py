@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from flightsw.aircraft import Alexis
 from sim_plant.aircraft.kind import Kind, Setup
 
 if TYPE_CHECKING:
@@ -23,4 +24,4 @@ def _table() -> type:
 
 
 # the flap stands in the aileron's place
-KIND = Kind("alexis", _build, _table, surfaces=("aileron", "elevator"))
+KIND = Kind(Alexis, _build, _table, surfaces=("aileron", "elevator"))

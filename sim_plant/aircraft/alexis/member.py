@@ -19,7 +19,7 @@ from sim_plant.aircraft.planar import Planar
 from sim_plant.kernels import layout as n
 from sim_plant.kernels.atmosphere import isa
 from sim_plant.wind.field import AirMass
-from sim_plant.wind.planar import AlexisWind
+from sim_plant.wind.planar import PlanarWind
 
 PERFECT = AlexisSensors(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)  # errors are those of the scenario's sensors
 TRIM = (0.0, 0.0, 0.0, 0.5, False, 0.0)
@@ -35,7 +35,7 @@ class AlexisTable:
     moment_factor: Annotated[float, Range(0.1, 3.0)] = 1.0
     ticks: Annotated[int, Range(1, 100)] = 4
     servo: AlexisServo = field(default_factory=AlexisServo)
-    wind: AlexisWind = field(default_factory=lambda: AlexisWind(0.0, 0.0))
+    wind: PlanarWind = field(default_factory=lambda: PlanarWind(0.0, 0.0))
 
 
 class AlexisMember(Planar):

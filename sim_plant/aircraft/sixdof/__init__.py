@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from flightsw.aircraft import Aircraft
 from sim_plant.aircraft.kind import Kind, Setup
 
 if TYPE_CHECKING:
@@ -17,7 +18,7 @@ def _build(setup: Setup) -> Member:
 
 
 KIND = Kind(
-    "sixdof",
+    Aircraft,
     _build,
     carries=("imu", "baro", "mag", "gnss", "att", "fuel"),
     surfaces=("aileron", "elevator", "rudder"),

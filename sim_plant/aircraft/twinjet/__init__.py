@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from flightsw.aircraft import TwinJet
 from sim_plant.aircraft.kind import Kind, Setup
 
 if TYPE_CHECKING:
@@ -22,4 +23,4 @@ def _table() -> type:
     return TwinJetTable
 
 
-KIND = Kind("twinjet", _build, _table, surfaces=("elevator",))
+KIND = Kind(TwinJet, _build, _table, surfaces=("elevator",))
