@@ -32,11 +32,16 @@ GUST = gust_vector(published(), Turbulence())
 GUST_LINEAR = linear_model()
 
 
+def full(module: str) -> str:
+    """Name to import: those of studies are given whole."""
+    return module if module.startswith("hil_scripts.") else f"flightsw.{module}"
+
+
 def kernels() -> dict[str, object]:
     """Compiled functions of the modules under test by qualified name (nothing when the compiler is off)."""
     out = {}
     for name in sorted({case.rsplit(".", 1)[0] for case in CASES}):
-        module = importlib.import_module(f"flightsw.{name}")
+        module = importlib.import_module(full(name))
         for func, f in vars(module).items():
             if hasattr(f, "py_func") and f.py_func.__module__ == module.__name__:
                 out[f"{name}.{func}"] = f
@@ -245,7 +250,7 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         0.9,
         z(6),
     ],
-    "airpos.intersect.crossings": lambda r: [
+    "hil_scripts.studies.sevil.airpos.intersect.crossings": lambda r: [
         r.uniform(-5, 5, (12, 2)),
         np.array([0, 5, 12]),
         r.uniform(-5, 5, (9, 2)),
@@ -253,7 +258,12 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         1e-6,
         z(50, 2),
     ],
-    "airpos.intersect.nearest_pair": lambda r: [r.normal(size=(7, 2)), r.normal(size=(5, 2)), False, z(2)],
+    "hil_scripts.studies.sevil.airpos.intersect.nearest_pair": lambda r: [
+        r.normal(size=(7, 2)),
+        r.normal(size=(5, 2)),
+        False,
+        z(2),
+    ],
     "filters.srukf.draw": lambda r: [r.normal(size=15), lower(r, 15), 3.9, z(31, 15)],
     "filters.srukf._weighted_mean": lambda r: [r.normal(size=(31, 15)), 15, 0.0, 1 / 30, z(15)],
     "filters.srukf.recombine": lambda r: [
@@ -500,7 +510,7 @@ def test_every_kernel_has_a_case() -> None:
 @pytest.mark.parametrize("name", CASES)
 def test_compiled_and_plain_python_agree_to_the_bit(name: str) -> None:
     module, func = name.rsplit(".", 1)
-    compiled = getattr(importlib.import_module(f"flightsw.{module}"), func)
+    compiled = getattr(importlib.import_module(full(module)), func)
     plain = getattr(compiled, "py_func", compiled)
     for seed in range(3):
         a = CASES[name](np.random.default_rng(seed))

@@ -63,11 +63,11 @@ def idx(r: Rng) -> np.ndarray:
 
 
 CASES: dict[str, Callable[[Rng], Args]] = {
-    "kernels.wake_position.surface_wind": lambda r: [*r.uniform(-40, 10, 3), WAKE, 6, -57.0, 200.0],
-    "kernels.wake_position.expected": lambda r: [point(r), *model(r), True, z(9), z(9, 9)],
-    "kernels.wake_position.weigh": lambda r: [r.normal(size=9), *gauss(r)[1:]],
-    "kernels.wake_position.weighted_cost": lambda r: [point(r), *gauss(r), *model(r), z(9)],
-    "kernels.wake_position.scan": lambda r: [
+    "missions.receiver.airdata.expected.surface_wind": lambda r: [*r.uniform(-40, 10, 3), WAKE, 6, -57.0, 200.0],
+    "missions.receiver.airdata.expected.expected": lambda r: [point(r), *model(r), True, z(9), z(9, 9)],
+    "missions.receiver.airdata.expected.weigh": lambda r: [r.normal(size=9), *gauss(r)[1:]],
+    "missions.receiver.airdata.expected.weighted_cost": lambda r: [point(r), *gauss(r), *model(r), z(9)],
+    "missions.receiver.airdata.expected.scan": lambda r: [
         point(r),
         *gauss(r),
         *model(r),
@@ -77,8 +77,8 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         11,
         z(12),
     ],
-    "kernels.wake_position.chol": lambda r: [cov(r, 5), 4],
-    "kernels.wake_position.information": lambda r: [
+    "missions.receiver.airdata.expected.chol": lambda r: [cov(r, 5), 4],
+    "missions.receiver.airdata.expected.information": lambda r: [
         point(r),
         *gauss(r)[1:],
         *model(r),
@@ -87,7 +87,7 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         z(4, 4),
         z(9, 4),
     ],
-    "kernels.wake_position.descend": lambda r: [
+    "missions.receiver.airdata.expected.descend": lambda r: [
         point(r),
         *gauss(r),
         *model(r),
@@ -96,7 +96,7 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         4,
         8,
     ],
-    "kernels.wake_state.propagate": lambda r: [
+    "missions.receiver.airdata.state.propagate": lambda r: [
         state(r),
         cov(r),
         *r.normal(size=2),
@@ -105,10 +105,10 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         r.uniform(2, 300, 4),
         r.uniform(0.1, 2, 4),
     ],
-    "kernels.wake_state.point_of": lambda r: [state(r), z(10)],
-    "kernels.wake_state.linearise": lambda r: [state(r), *model(r), z(9), z(9, N)],
-    "kernels.wake_filter.common_noise": lambda r: [*(int(i) for i in r.integers(9, size=2)), 3e-4],
-    "kernels.wake_filter.spread": lambda r: [
+    "missions.receiver.airdata.state.point_of": lambda r: [state(r), z(10)],
+    "missions.receiver.airdata.state.linearise": lambda r: [state(r), *model(r), z(9), z(9, N)],
+    "missions.receiver.airdata.iekf.common_noise": lambda r: [*(int(i) for i in r.integers(9, size=2)), 3e-4],
+    "missions.receiver.airdata.iekf.spread": lambda r: [
         cov(r),
         r.normal(size=(9, N)),
         idx(r),
@@ -119,9 +119,9 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         z(9, 9),
         z(9, 9),
     ],
-    "kernels.wake_filter.foresee": lambda r: [state(r), cov(r), frame(r), 3e-4, PROBES, WAKE, z(9), z(9, 9)],
-    "kernels.wake_filter.norm_by": lambda r: [np.tril(cov(r, 9)), 7, r.normal(size=9)],
-    "kernels.wake_filter.joseph": lambda r: [
+    "missions.receiver.airdata.iekf.foresee": lambda r: [state(r), cov(r), frame(r), 3e-4, PROBES, WAKE, z(9), z(9, 9)],
+    "missions.receiver.airdata.iekf.norm_by": lambda r: [np.tril(cov(r, 9)), 7, r.normal(size=9)],
+    "missions.receiver.airdata.iekf.joseph": lambda r: [
         cov(r),
         r.normal(size=(9, N)),
         idx(r),
@@ -130,7 +130,7 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         cov(r, 9),
         r.normal(size=(N, 9)),
     ],
-    "kernels.wake_filter.correct": lambda r: [
+    "missions.receiver.airdata.iekf.correct": lambda r: [
         state(r),
         cov(r),
         readings(r),
@@ -145,5 +145,5 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         1e9,
         z(2),
     ],
-    "kernels.wake_filter.correct_scalar": lambda r: [state(r), cov(r), 1, r.uniform(2, 9), 0.25, 1e9],
+    "missions.receiver.airdata.iekf.correct_scalar": lambda r: [state(r), cov(r), 1, r.uniform(2, 9), 0.25, 1e9],
 }
