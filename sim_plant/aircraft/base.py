@@ -37,8 +37,9 @@ class Member(ABC):
     """Base of every kind's class. A world calls start() once, then per tick: the air fills `free` (wind without wake [3], m/s
     NED), `wind` (effective wind [NW]) and `probe_wake` ([probes, 3] m/s NED); observe(); sensors read `view`; advance().
 
-    `s` [NS], `obs` [NO] (layout.py): state and what instruments see, current after start() and observe(); `view` holds the same
-    as plain floats, and what couplings put there. What a kind brings of its own wind comes on top of `free`, into `wind`.
+    `view` holds state and what instruments see (layout.py) as plain floats, current after start() and observe(), and what
+    couplings put there. A kind that flies in formation keeps both in the arrays `s` [NS] and `obs` [NO] too, `s` also current after
+    advance(): that is what others are measured from. Wind of a kind's own comes on top of `free`, into `wind`.
     """
 
     # what others can meet at it, if it has one
@@ -99,7 +100,7 @@ class Member(ABC):
 
     @abstractmethod
     def observe(self) -> None:
-        """Bring `s`, `obs`, `view` to the present tick, in the wind the air has just filled in."""
+        """Bring the view to the present tick, in the wind the air has just filled in."""
 
     @abstractmethod
     def advance(self, jam: list[float]) -> None:

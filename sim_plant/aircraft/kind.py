@@ -61,8 +61,7 @@ class Kind:
     """`record`: type of the aircraft files it flies. `build` makes a member, not yet started; `table` gives the dataclass of
     [aircraft.plant]. `carries`: sensor groups besides air-data probes; `surfaces`: those that can jam (aileron,
     elevator, rudder). `takes`: keys of [[aircraft]] not every kind obeys (fuel_kg, aero_error_frac).
-    `formation`: flies with others: started relative to one, in the leader's gusts and wake, at its boom, tuned to its TACAN;
-    its state `s` is current after every `advance`.
+    `formation`: flies with others: started relative to one, in the leader's gusts and wake, at its boom, tuned to its TACAN.
     """
 
     record: type[Airframe]

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
-from sim_plant.aircraft.base import Member
+from sim_plant.aircraft.base import Arr, Member
 from sim_plant.aircraft.kind import Setup
 from sim_plant.kernels import layout as n
 from sim_plant.wind.field import AirMass
 
 
 class Planar(Member):
-    """Flight in a vertical plane. Subclasses write `view.s`, `view.o` and `wind` in observe(), and end it with keep().
+    """Flight in a vertical plane. Subclasses write `view.s`, `view.o` and `wind` in observe().
 
     The cross component of `free` acts by sideslip: side force carries the plane of flight along (`side_*`).
     """
@@ -36,11 +34,7 @@ class Planar(Member):
         """The heading: without sideslip to speak of the air-relative track."""
         return self.ahead
 
-    def keep(self) -> None:
-        """State and observation as the view has them."""
-        self.s[:], self.obs[:] = self.view.s, self.view.o
-
-    def along(self, v: np.ndarray) -> tuple[float, float, float]:
+    def along(self, v: Arr) -> tuple[float, float, float]:
         """A vector [3] NED as components ahead, to the right, down."""
         (c, e), (north, east, down) = self.ahead, v.tolist()
         return c * north + e * east, c * east - e * north, down

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sim_plant.kernels import layout as n
 from sim_plant.rng import BLOCK, generator
@@ -59,7 +60,7 @@ class IntensityProfile:
         self._times = np.array([s.t_s for s in d.step])
         self._levels = np.array([d.sigma_mps, *(s.sigma_mps for s in d.step)])
 
-    def factors(self, tick: int, count: int) -> np.ndarray:
+    def factors(self, tick: int, count: int) -> NDArray[np.float64]:
         """Factors [count] of the ticks from `tick` on."""
         t = (tick + np.arange(count)) * self._dt
         return np.asarray(self._levels[np.searchsorted(self._times, t, side="right")] / max(self.reference, 1e-12))

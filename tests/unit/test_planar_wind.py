@@ -138,6 +138,9 @@ def test_both_small_uavs_meet_the_same_turbulence_unless_told_otherwise() -> Non
     over = {"wind.dryden.sigma_mps": 1.0, "wind.dryden.step": [{"t_s": 1.0, "sigma_mps": 0.0}]}
     g = gusts(World(load_scenario("gust", over)), 100)
     assert np.array_equal(g[:, 0], g[:, 1]) and g[:49].std() > 0.1 and not g[51:].any()
+    turned = gusts(World(load_scenario("gust", {**over, "aircraft.reference.start.psi_deg": 90.0})), 40)
+    # one air, whatever the heading; its axes are those of the first
+    assert turned[:, 1, 0] == pytest.approx(turned[:, 0, 1]) and turned[:, 1, 1] == pytest.approx(-turned[:, 0, 0])
     ned = gusts(
         World(load_scenario("gust", {**over, "wind.dryden.axes": "ned", "aircraft.reference.start.psi_deg": 90.0})), 40
     )

@@ -91,7 +91,6 @@ class AlexisMember(Planar):
         o[n.O_MASS], o[n.O_PRESS] = self.mass_kg, isa(height)[1]
         o[n.O_AVAIL] = 2.0 * float(a.a[A_T0]) * self.mass_kg
         self.wind[:3] = *self.level(tail, cross), down
-        self.keep()
 
     def advance(self, jam: list[float]) -> None:
         a = self.flight

@@ -47,11 +47,11 @@ class SixDofMember(Member):
     @property
     def height_m(self) -> float:
         """Height [m]."""
-        return -float(self.s[n.S_P + 2])
+        return -self.s.item(n.S_P + 2)
 
     def track(self) -> tuple[float, float]:
         """The horizontal air-relative track, in the wind of the last tick."""
-        vn, ve = float(self.s[n.S_V]) - float(self.wind[0]), float(self.s[n.S_V + 1]) - float(self.wind[1])
+        vn, ve = self.s.item(n.S_V) - self.wind.item(0), self.s.item(n.S_V + 1) - self.wind.item(1)
         h = math.sqrt(vn * vn + ve * ve)
         return vn / h, ve / h
 

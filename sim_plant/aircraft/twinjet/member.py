@@ -109,7 +109,6 @@ class TwinJetMember(Planar):
         o[n.O_AVAIL] = kt.full_thrust(airspeed, a.a)
         along, rise = float(a.truth[7]), float(a.truth[8])
         self.wind[:3] = *self.level(along, cross), -rise
-        self.keep()
 
     def advance(self, jam: list[float]) -> None:
         _, elevator, _, throttle, _, _ = self.path.current
