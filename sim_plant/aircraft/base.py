@@ -38,8 +38,8 @@ class Member(ABC):
     NED), `wind` (effective wind [NW]) and `probe_wake` ([probes, 3] m/s NED); observe(); sensors read `view`; advance().
 
     `view` holds state and what instruments see (layout.py) as plain floats, current after start() and observe(), and what
-    couplings put there. A kind that flies in formation keeps both in the arrays `s` [NS] and `obs` [NO] too, `s` also current after
-    advance(): that is what others are measured from. Wind of a kind's own comes on top of `free`, into `wind`.
+    couplings put there. A kind that flies in formation keeps both in the arrays `s` [NS] and `obs` [NO] too, `s` also current
+    after advance(): that is what others are measured from. Wind of a kind's own comes on top of `free`, into `wind`.
     """
 
     # what others can meet at it, if it has one

@@ -19,6 +19,9 @@ if TYPE_CHECKING:
     from sim_plant.aircraft.base import Member
     from sim_plant.scenario import AircraftCfg, Scenario
 
+SURFACES = ("aileron", "elevator", "rudder")  # in the order of the state vector
+OWN = ("imu", "baro", "mag", "gnss", "att", "fuel")  # sensor groups of an aircraft by itself, besides air-data probes
+OPTIONS = ("fuel_kg", "aero_error_frac")  # keys of [[aircraft]] not every kind obeys
 R = TypeVar("R", bound=Airframe)
 T = TypeVar("T")
 
@@ -59,8 +62,7 @@ class Setup:
 @dataclass(frozen=True)
 class Kind:
     """`record`: type of the aircraft files it flies. `build` makes a member, not yet started; `table` gives the dataclass of
-    [aircraft.plant]. `carries`: sensor groups besides air-data probes; `surfaces`: those that can jam (aileron,
-    elevator, rudder). `takes`: keys of [[aircraft]] not every kind obeys (fuel_kg, aero_error_frac).
+    [aircraft.plant]. `carries`: sensors, of OWN; `surfaces`: those that can jam, of SURFACES; `takes`: of OPTIONS.
     `formation`: flies with others: started relative to one, in the leader's gusts and wake, at its boom, tuned to its TACAN.
     """
 
@@ -71,6 +73,15 @@ class Kind:
     surfaces: tuple[str, ...] = ()
     takes: tuple[str, ...] = ()
     formation: bool = False
+
+    def __post_init__(self) -> None:
+        """Raises ConfigError for a name that is none of those."""
+        for key, names, known in (
+            ("carries", self.carries, OWN), ("surfaces", self.surfaces, SURFACES), ("takes", self.takes, OPTIONS),
+        ):  # fmt: skip
+            for name in names:
+                if name not in known:
+                    raise ConfigError(f"kind of {self.record.__name__}: {key}: {name!r}: allowed: {', '.join(known)}")
 
     def check(self, cfg: AircraftCfg) -> None:
         """Raise ConfigError naming the key if the table of an aircraft is not one of this kind."""

@@ -22,9 +22,12 @@ class BoomCoupling(Coupling):
 
     def __init__(self, giver: Member, taker: Member, cfg: Refuel, dt_s: float) -> None:
         self._giver, self._taker = giver, taker
-        boom = giver.boom
+        boom, tanks = giver.boom, taker.tanks
+        at = f"aircraft.{taker.cfg.name}.boom_to = {giver.cfg.name!r}"
+        if tanks is None:
+            raise ConfigError(f"{at}: model = {taker.cfg.model!r} has no tanks")
+        self._tanks = tanks
         if boom is None or taker.receptacle is None:
-            at = f"aircraft.{taker.cfg.name}.boom_to = {giver.cfg.name!r}"
             raise ConfigError(f"{at}: that aircraft's file needs a [boom] and this one's a [receptacle]")
         d = math.radians
         self._el = (d(boom.elevation_deg[0]), d(boom.elevation_deg[1]))
@@ -73,11 +76,9 @@ class BoomCoupling(Coupling):
         self.contact, self.reason, self._count = False, why, 0
 
     def flow_kgps(self, giver_fuel_kg: float, taker_fuel_kg: float, taker_mass_kg: float) -> float:
-        """Fuel flow [kg/s] to the receiver now: the set rate while in contact, none when the tanker is dry, the receiver has no
-        tanks, they are full or its mass is at its maximum."""
-        t = self._taker.tanks
-        if not self.contact or giver_fuel_kg <= 0.0 or t is None:
-            return 0.0
-        if taker_fuel_kg >= t.capacity_kg or taker_mass_kg >= t.mass_max_kg:
+        """Fuel flow [kg/s] to the receiver now: the set rate while in contact, none when the tanker is dry, the receiver's
+        tanks are full or its mass is at its maximum."""
+        full = taker_fuel_kg >= self._tanks.capacity_kg or taker_mass_kg >= self._tanks.mass_max_kg
+        if not self.contact or giver_fuel_kg <= 0.0 or full:
             return 0.0
         return self._cfg.transfer_kgps

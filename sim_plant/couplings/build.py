@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from flightsw.strict import ConfigError
 from sim_plant.aircraft.base import Member
 from sim_plant.couplings.base import Coupling
 from sim_plant.couplings.boom import BoomCoupling
@@ -32,7 +33,11 @@ def build_couplings(sc: Scenario, members: Sequence[Member], air: AirMass, seed:
             out.append(Tuning(m, traffic))
         elif to:
             out.append(Tuning(m, MemberTarget(named[to], sc.track)))
-    taker = next((m for m in members if m.cfg.boom_to), None)
-    if taker is not None:
-        out.append(BoomCoupling(named[taker.cfg.boom_to], taker, sc.refuel, dt_s))
+    takers = [m for m in members if m.cfg.boom_to]
+    for m in takers[1:]:
+        raise ConfigError(
+            f"aircraft.{m.cfg.name}.boom_to = {m.cfg.boom_to!r}: allowed: on one aircraft, and {takers[0].cfg.name!r} has it"
+        )
+    for m in takers:
+        out.append(BoomCoupling(named[m.cfg.boom_to], m, sc.refuel, dt_s))
     return out

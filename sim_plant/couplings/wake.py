@@ -10,11 +10,12 @@ from sim_plant.couplings.base import Coupling
 from sim_plant.couplings.relative import pairs
 from sim_plant.wind.config import Wake
 from sim_plant.wind.vortex import wake_on_airframe
+from sim_plant.wind.wake import Exposure
 
 
 class WakeCoupling(Coupling):
     """A disturbance of the air mass, not an act of its own: it depends on the leader's momentary lift and is felt before anything
-    is observed. Raises ConfigError for an aircraft that sheds none."""
+    is observed. Raises ConfigError for a leader that sheds none and a follower that cannot feel it."""
 
     def __init__(self, cfg: Wake, members: Sequence[Member]) -> None:
         found = pairs(members)
@@ -23,7 +24,12 @@ class WakeCoupling(Coupling):
         if source is None:
             raise ConfigError(f"wind.wake.source = {cfg.source!r}: its model = {self._lead.cfg.model!r} sheds no wake")
         self.source = source
-        self._felt = {m.cfg.name: m.exposure for _, m in found}
+        self._felt: dict[str, Exposure] = {}
+        for _, m in found:
+            if m.exposure is None:
+                who = f"aircraft.{m.cfg.name}.model = {m.cfg.model!r}"
+                raise ConfigError(f"wind.wake.source = {cfg.source!r}: {who} would fly through it unmoved")
+            self._felt[m.cfg.name] = m.exposure
 
     def over(self, m: Member) -> None:
         """Add the wake to the effective wind of a follower; fill what its probes feel of it."""

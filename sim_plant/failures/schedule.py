@@ -8,6 +8,7 @@ from typing import Any
 
 from flightsw.strict import ConfigError
 from sim_plant.aircraft.base import Member
+from sim_plant.aircraft.kind import SURFACES
 from sim_plant.failures.script import CHANNELS, Event
 from sim_plant.rng import generator
 from sim_plant.scenario import Scenario
@@ -15,7 +16,6 @@ from sim_plant.sensors.airdata import ORDER, AirSensor, Cells
 from sim_plant.sensors.base import Sensor
 from sim_plant.sensors.faulty import Delay, Drift, Flicker, Garbage
 
-SURFACES = ("aileron", "elevator", "rudder")
 HALF = 0.5  # [-] share of samples an intermittent fault loses if nothing is said
 
 

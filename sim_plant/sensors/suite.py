@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from sim_plant.aircraft.kind import OWN
 from sim_plant.rng import NoiseRows
 from sim_plant.sensors.airdata import AirSensor
 from sim_plant.sensors.base import Sensor
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
     from sim_plant.scenario import AircraftCfg, Scenario
 
 S = TypeVar("S", bound=Sensor)
-OWN = ("imu", "baro", "mag", "gnss", "att", "fuel")
 
 
 def build_sensors(

@@ -276,6 +276,24 @@ def test_what_is_no_kind_and_no_record_is_refused_by_name(
         alone(tmp_path, kind, record).load_aircraft()
 
 
+def test_a_formation_that_cannot_be_is_refused(tmp_path: Path) -> None:
+    """A wake nobody feels, a boom for one that has no receptacle, and names that mean nothing."""
+    over = {
+        "aircraft.receiver.model": f"{HERE}:FOLLOWER", "aircraft.receiver.aero_error_frac": 0.0,
+        "aircraft.receiver.file": str(aircraft_file(tmp_path, f"{HERE}:PointMass")),
+    }  # fmt: skip
+    with pytest.raises(
+        ConfigError, match=r"wake\.source = 'tanker': aircraft\.receiver\.model = .* would fly through it unmoved"
+    ):
+        World(load_scenario("refueling", over))
+    with pytest.raises(
+        ConfigError, match=r"boom_to = 'tanker': that aircraft's file needs a \[boom\] and this one's a \[recept"
+    ):
+        World(load_scenario("refueling", over | {"wind.wake.source": ""}))
+    with pytest.raises(ConfigError, match=r"kind of PointMass: surfaces: 'flap': allowed: aileron, elevator, rudder"):
+        Kind(PointMass, PointMember, surfaces=("flap",))
+
+
 def test_its_own_table_and_surfaces_are_checked(tmp_path: Path, declared: None) -> None:
     with pytest.raises(ConfigError, match=r"aircraft\.point\.plant: drag_Nspm = -1\.0: allowed"):
         alone(tmp_path, "point", "point", **{"aircraft.point.plant.drag_Nspm": -1.0}).load_aircraft()
