@@ -7,17 +7,36 @@ A group's table in pyproject.toml: `name = "package.module:OBJECT"`. Where one p
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
 from typing import TypeVar
 
-from flightsw.strict import ConfigError, near
+from flightsw.strict import ConfigError, Names, near
 
-MISSIONS, AIRCRAFT, RECORDS, VIEWS, STUDIES, ESTIMATORS = (
-    f"wakefield.{group}" for group in ("missions", "aircraft", "records", "views", "studies", "estimators")
+GROUPS = tuple(
+    f"wakefield.{group}"
+    for group in ("missions", "aircraft", "records", "views", "studies", "estimators", "benches", "dialects")
 )
+MISSIONS, AIRCRAFT, RECORDS, VIEWS, STUDIES, ESTIMATORS, BENCHES, DIALECTS = GROUPS
 T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class PartOf(Names):
+    """The limit of a key that names a part: one declared in a group, or `package.module:Object`."""
+
+    group: str
+
+    @property
+    def allowed(self) -> tuple[str, ...]:  # type: ignore[override]
+        """Names declared by whatever is installed."""
+        return tuple(declared(self.group))
+
+    def admits(self, value: str) -> bool:
+        """Whether it is a declared name or the form of an undeclared one."""
+        return ":" in value or super().admits(value)
 
 
 @cache

@@ -41,8 +41,18 @@ class Range:
     hi: float = math.inf
 
 
+class Names:
+    """A limit to certain strings: those `allowed`, and whatever else is admitted."""
+
+    allowed: tuple[str, ...]
+
+    def admits(self, value: str) -> bool:
+        """Whether a value may be taken."""
+        return value in self.allowed
+
+
 @dataclass(frozen=True)
-class OneOf:
+class OneOf(Names):
     """The strings a value may take."""
 
     allowed: tuple[str, ...]
@@ -243,5 +253,5 @@ def _check(v: Any, c: Any, where: str, key: str) -> None:
         for x in v if isinstance(v, (list, tuple)) else (v,):
             if x is not None and not c.lo <= x <= c.hi:
                 raise ConfigError(f"{_at(where, key)} = {x!r}: allowed {c.lo:g} to {c.hi:g}")
-    elif isinstance(c, OneOf) and v not in c.allowed:
+    elif isinstance(c, Names) and not c.admits(v):
         raise ConfigError(f"{_at(where, key)} = {v!r}: allowed: {', '.join(c.allowed)}{near(v, c.allowed)}")

@@ -10,6 +10,7 @@ from typing import Annotated, Any
 from flightsw.aircraft import Airframe, load_airframe
 from flightsw.aircraft.base import DEFAULT_MODEL
 from flightsw.files import beside
+from flightsw.plugins import AIRCRAFT, PartOf
 from flightsw.strict import ConfigError, OneOf, Range, load, near
 from sim_plant.aircraft.kind import formation_models, kind_of
 from sim_plant.couplings.traffic_config import Track, TrafficCfg
@@ -76,7 +77,7 @@ class AircraftCfg:
     rel_nav_to: str = ""  # carries relative navigation to this aircraft
     boom_to: str = ""  # refuels from this aircraft
     tacan_to: str = ""  # carries an air-to-air TACAN tuned to this aircraft, or to the name in [traffic]
-    model: str = DEFAULT_MODEL  # kind of aircraft (sim_plant/aircraft/kind.py): by its name, or package.module:KIND
+    model: Annotated[str, PartOf(AIRCRAFT)] = DEFAULT_MODEL  # its kind (sim_plant/aircraft/kind.py)
     plant: dict[str, Any] = field(default_factory=dict)  # table of the kind, read by it
 
 

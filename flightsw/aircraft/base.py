@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Annotated, TypeVar
 
 from flightsw.aircraft.structure import Structure
+from flightsw.plugins import RECORDS, PartOf
 from flightsw.strict import ConfigError, Range, load, near, read_toml
 
 HERE = Path(__file__).parent
@@ -24,7 +25,7 @@ class Meta:
     """`model` names the equations, and by them the type of the record (entry points `wakefield.records`)."""
 
     name: str
-    model: str = DEFAULT_MODEL
+    model: Annotated[str, PartOf(RECORDS)] = DEFAULT_MODEL
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ The owner applies the model between calls: `draw`, propagate the rows of X in pl
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -18,6 +18,7 @@ Array = np.ndarray
 Points = Callable[[Array], Array]
 
 
+@runtime_checkable
 class PointFilter(Protocol):
     """n states, at most m measurements, nq columns of process-noise factor, k points."""
 

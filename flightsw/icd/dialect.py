@@ -19,7 +19,6 @@ from fastcrc import crc16
 from flightsw import plugins
 
 XML = Path(__file__).resolve().parent / "house.xml"
-GROUP = "wakefield.dialects"
 MAX_PAYLOAD = 255  # [byte] MAVLink 2
 CODES = {
     "char": "c", "int8_t": "b", "uint8_t": "B", "int16_t": "h", "uint16_t": "H", "int32_t": "i", "uint32_t": "I",
@@ -166,7 +165,7 @@ def _enum(e: ET.Element, out: dict[int, Entry], values: dict[str, int], where: s
 
 def files() -> list[Path]:
     """The house's file, and those of installed packages in the order of their names."""
-    return [XML, *plugins.parts(GROUP, Path).values()]
+    return [XML, *plugins.parts(plugins.DIALECTS, Path).values()]
 
 
 HOUSE: Dialect = read(files())

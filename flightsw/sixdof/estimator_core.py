@@ -9,10 +9,11 @@ from typing import Annotated
 
 import numpy as np
 
+from flightsw import plugins
 from flightsw import refusal as rd
 from flightsw.aircraft import Aircraft
 from flightsw.filters.coloured import FORMS
-from flightsw.filters.factory import KINDS, make_filter
+from flightsw.filters.factory import make_filter
 from flightsw.refusal import GateParams
 from flightsw.sixdof.measure import average_probes
 from flightsw.sixdof.motion import air_jacobian
@@ -96,7 +97,7 @@ class NavParams:
     peer_att: NonNeg = 1.4e-3  # [rad] receiver only: of the tanker's transmitted attitude, lasting error and scatter
     wind_sigma0: Pos = 20.0  # [m/s]
     gate: GateParams = field(default_factory=GateParams)
-    filter: Annotated[str, OneOf(KINDS)] = "srukf"  # flightsw.filters.factory
+    filter: Annotated[str, plugins.PartOf(plugins.ESTIMATORS)] = "srukf"  # flightsw.filters.factory
     model: Annotated[str, OneOf(MODELS)] = "aero"  # what drives the prediction (free aircraft)
     velocity: bool = True  # inertial velocity is a measurement
     cmw: bool = False  # calculated measurement of wind instead (Lee's printed method)

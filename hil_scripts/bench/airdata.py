@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from flightsw.missions.receiver.mission import ReceiverMission
+from hil_scripts.bench.row import Row
 from hil_scripts.launch.inproc import InProcess
 from hil_scripts.launch.runfolder import make_folder, resolve
 
@@ -37,3 +38,13 @@ def step_us() -> tuple[float, float]:
         flight.close()
     us = np.array(took[DROP:]) * 1e6
     return float(np.median(us)), float(np.percentile(us, 99))
+
+
+def rows() -> list[Row]:
+    """Wake position and air-data fault detection per 20 Hz step, and the share of the 10 ms frame it runs in."""
+    median, p99 = step_us()
+    return [
+        Row("airdata.step_us", "wake position and air-data FDI, one step", median, "us"),
+        Row("airdata.step_p99_us", "99th percentile of the same", p99, "us"),
+        Row("airdata.frame_share_pct", "share of the 10 ms frame it runs in", median / 100.0, "%"),
+    ]

@@ -13,6 +13,7 @@ from flightsw.missions.gust.estimators import ESTIMATORS, GustNavTable, make_gus
 from flightsw.missions.gust.laws import LAWS, GustCtrlTable, GustLaws
 from flightsw.missions.gust.model import Turbulence, published
 from flightsw.missions.gust.servos import GustServos
+from hil_scripts.bench.row import Row
 from hil_scripts.studies.hoffmann import flight as hf
 
 DURATION_S = 12.0
@@ -67,4 +68,15 @@ def laws(steps: int = 2000) -> dict[str, Timed]:
             servos.step(hf.DT)
 
         out[name] = timed(step, steps)
+    return out
+
+
+def rows() -> list[Row]:
+    """Estimators and laws of the small UAV, one 50 Hz sample each."""
+    out = []
+    for name, took in estimators().items():
+        out.append(Row(f"gust.{name}.step_us", f"gust estimator {name}, one sample", took.median_us, "us", "<= 2000"))
+        out.append(Row(f"gust.{name}.p99_us", f"gust estimator {name}, 99th percentile", took.p99_us, "us"))
+    for name, took in laws().items():
+        out.append(Row(f"gust.law.{name}.step_us", f"gust law {name} and servo model", took.median_us, "us"))
     return out

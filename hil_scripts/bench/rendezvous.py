@@ -11,6 +11,7 @@ import numpy as np
 from flightsw.missions.rendezvous.estimator import RangeEstimator
 from flightsw.missions.rendezvous.guidance import OwnState, RendezvousGuidance, RendezvousGuidanceParams
 from flightsw.missions.rendezvous.params import KN, NM, RendezvousNavParams
+from hil_scripts.bench.row import Row
 
 RENDEZVOUS = 100_000
 UPDATES = 17  # ranges of a rendezvous, 10 s apart
@@ -85,3 +86,24 @@ def guidance_us(steps: int = 4000) -> float:
         if k > steps // 10:
             took.append(t1 - t0)
     return float(np.median(took)) * 1e6
+
+
+def rows() -> list[Row]:
+    """A hundred thousand rendezvous against plain numpy, and the onboard estimators."""
+    b, n = thousands(), "1e5 rendezvous, source's filter"
+    out = [
+        Row("rendezvous.seed_1e5_s", f"{n}, compiled, 2 threads", b["compiled.two_threads_s"], "s", "< 10"),
+        Row("rendezvous.seed_1e5_one_thread_s", f"{n}, compiled, 1 thread", b["compiled.one_thread_s"], "s"),
+        Row("rendezvous.numpy_1e5_s", f"{n}, plain numpy, the same flights", b["numpy_s"], "s"),
+        Row("rendezvous.ratio_to_numpy", "compiled on 2 threads faster than numpy", b["ratio.two_threads"], "x"),
+        Row("rendezvous.cpu_ratio_to_numpy", "compiled faster than numpy, processor time", b["ratio.cpu"], "x"),
+    ]
+    for name, components in ESTIMATORS:
+        c = estimator_cost(name, components)
+        key, text = (f"{name}{components}", f"{name} of {components}") if name == "bank" else (name, name)
+        out.append(Row(f"rendezvous.{key}.range_us", f"{text}, one range", c.range_us, "us"))
+        out.append(Row(f"rendezvous.{key}.range_worst_us", f"{text}, dearest range of an approach", c.worst_us, "us"))
+        out.append(Row(f"rendezvous.{key}.predict_us", f"{text}, one step between ranges", c.predict_us, "us"))
+        out.append(Row(f"rendezvous.{key}.memory_bytes", f"{text}, its arrays", float(c.memory_bytes), "B"))
+    out.append(Row("rendezvous.guidance_us", "two-arc guidance, one step", guidance_us(), "us"))
+    return out

@@ -6,22 +6,21 @@ import json
 import subprocess
 import sys
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
+from types import FunctionType
 from typing import Any
 
 from rich.console import Console
 from rich.table import Table
 
+from flightsw import plugins
 from flightsw.icd import wire
 from flightsw.icd.tlog import read
-from hil_scripts.bench import airdata as bench_airdata
 from hil_scripts.bench import filters as bench_filters
-from hil_scripts.bench import gust as bench_gust
 from hil_scripts.bench import link as bench_link
 from hil_scripts.bench import plant as bench_plant
-from hil_scripts.bench import rendezvous as bench_rendezvous
-from hil_scripts.bench import windshear as bench_windshear
+from hil_scripts.bench.row import Row
 from hil_scripts.launch import ports
 
 TICK_HZ = 100
@@ -40,25 +39,17 @@ LOOP_COLUMNS = {
 }
 
 
-@dataclass(frozen=True)
-class Row:
-    """One measured figure. `goal` is what the project wants, as text; empty if it has no goal."""
-
-    key: str
-    what: str
-    value: float
-    unit: str
-    goal: str = ""
-
-
 class BenchError(RuntimeError):
     """A measurement could not be made; the text says which and why."""
 
 
+SCENARIO = "refueling"  # several aircraft and a data link: the most a tick has to do
+
+
 def fly(folder: Path, duration_s: float, *flags: str) -> dict[str, Any]:
-    """Run `sil run refueling` for `duration_s` in a process of its own; its summary. Raises BenchError."""
-    offset = ports.free_offset({1: "tanker", 2: "receiver"}, range(2000, 2500, 20))
-    args = ["run", "refueling", "--no-rrd", "--duration", str(duration_s), "--out", str(folder), *flags]
+    """Run SCENARIO for `duration_s` in a process of its own; its summary. Raises BenchError."""
+    offset = ports.free_offset({1: "aircraft 1", 2: "aircraft 2"}, range(2000, 2500, 20))
+    args = ["run", SCENARIO, "--no-rrd", "--duration", str(duration_s), "--out", str(folder), *flags]
     args += [] if "--in-process" in flags else ["--port-offset", str(offset)]
     cmd = [sys.executable, "-m", "hil_scripts.sil", *args]
     r = subprocess.run(cmd, capture_output=True, text=True, timeout=RUN_TIMEOUT_S + duration_s, check=False)
@@ -90,9 +81,10 @@ def measure(
     rows.append(Row("bare.sim_s_per_wall_s", "bare sockets, same datagrams and bytes", bare, "s/s"))
     rows.append(Row("lockstep.ratio_to_bare", "lockstep mission takes, times bare sockets", bare / multi, "x"))
     say("estimator and plant")
-    rows += filter_rows() + plant_rows() + gust_rows() + windshear_rows() + airdata_rows()
-    say("rendezvous by range")
-    rows += rendezvous_rows()
+    rows += filter_rows() + plant_rows()
+    for name in plugins.declared(plugins.BENCHES):
+        say(name)
+        rows += plugins.part(plugins.BENCHES, name, FunctionType, plugins.BENCHES)()
     timing: list[dict[str, Any]] = []
     if realtime_s > 0:
         say(f"real time, {realtime_s:.0f} s at {TICK_HZ} Hz")
@@ -150,61 +142,6 @@ def plant_rows() -> list[Row]:
             "<= 1",
         ),
     ]
-
-
-def airdata_rows() -> list[Row]:
-    """Wake position and air-data fault detection per 20 Hz step, and the share of the 10 ms frame it runs in."""
-    median, p99 = bench_airdata.step_us()
-    return [
-        Row("airdata.step_us", "wake position and air-data FDI, one step", median, "us"),
-        Row("airdata.step_p99_us", "99th percentile of the same", p99, "us"),
-        Row("airdata.frame_share_pct", "share of the 10 ms frame it runs in", median / 100.0, "%"),
-    ]
-
-
-def rendezvous_rows() -> list[Row]:
-    """A hundred thousand rendezvous against plain numpy, and the onboard estimators."""
-    b, n = bench_rendezvous.thousands(), "1e5 rendezvous, source's filter"
-    rows = [
-        Row("rendezvous.seed_1e5_s", f"{n}, compiled, 2 threads", b["compiled.two_threads_s"], "s", "< 10"),
-        Row("rendezvous.seed_1e5_one_thread_s", f"{n}, compiled, 1 thread", b["compiled.one_thread_s"], "s"),
-        Row("rendezvous.numpy_1e5_s", f"{n}, plain numpy, the same flights", b["numpy_s"], "s"),
-        Row("rendezvous.ratio_to_numpy", "compiled on 2 threads faster than numpy", b["ratio.two_threads"], "x"),
-        Row("rendezvous.cpu_ratio_to_numpy", "compiled faster than numpy, processor time", b["ratio.cpu"], "x"),
-    ]
-    for name, components in bench_rendezvous.ESTIMATORS:
-        c = bench_rendezvous.estimator_cost(name, components)
-        key, text = (f"{name}{components}", f"{name} of {components}") if name == "bank" else (name, name)
-        rows.append(Row(f"rendezvous.{key}.range_us", f"{text}, one range", c.range_us, "us"))
-        rows.append(Row(f"rendezvous.{key}.range_worst_us", f"{text}, dearest range of an approach", c.worst_us, "us"))
-        rows.append(Row(f"rendezvous.{key}.predict_us", f"{text}, one step between ranges", c.predict_us, "us"))
-        rows.append(Row(f"rendezvous.{key}.memory_bytes", f"{text}, its arrays", float(c.memory_bytes), "B"))
-    rows.append(Row("rendezvous.guidance_us", "two-arc guidance, one step", bench_rendezvous.guidance_us(), "us"))
-    return rows
-
-
-def gust_rows() -> list[Row]:
-    """Estimators and laws of the small UAV, one 50 Hz sample each."""
-    rows = []
-    for name, took in bench_gust.estimators().items():
-        rows.append(Row(f"gust.{name}.step_us", f"gust estimator {name}, one sample", took.median_us, "us", "<= 2000"))
-        rows.append(Row(f"gust.{name}.p99_us", f"gust estimator {name}, 99th percentile", took.p99_us, "us"))
-    for name, took in bench_gust.laws().items():
-        rows.append(Row(f"gust.law.{name}.step_us", f"gust law {name} and servo model", took.median_us, "us"))
-    return rows
-
-
-def windshear_rows() -> list[Row]:
-    """Estimators, guidance and control of the jet transport, one 50 Hz sample each."""
-    rows = []
-    for name, took in bench_windshear.estimators().items():
-        text = f"windshear {name}, one sample"
-        rows.append(Row(f"windshear.{name}.step_us", text, took.median_us, "us", "<= 2000"))
-        rows.append(Row(f"windshear.{name}.p99_us", f"windshear {name}, 99th percentile", took.p99_us, "us"))
-    for name, took in bench_windshear.laws().items():
-        text = f"windshear {name}: guidance and inverse dynamics"
-        rows.append(Row(f"windshear.law.{name}.step_us", text, took.median_us, "us"))
-    return rows
 
 
 def loop_timing(log: Path) -> list[dict[str, Any]]:

@@ -14,6 +14,7 @@ from flightsw.missions.windshear.guidance import LAWS, WindshearGuidance, Windsh
 from flightsw.missions.windshear.model import approach_trim
 from flightsw.missions.windshear.monitor import WindshearMonitor
 from hil_scripts.bench.gust import Timed, timed
+from hil_scripts.bench.row import Row
 from sim_plant.aircraft.twinjet.flight import TwinJet, TwinJetAir, TwinJetParams
 from sim_plant.wind.microburst import MICROBURSTS
 
@@ -68,4 +69,17 @@ def laws(steps: int = 2000) -> dict[str, Timed]:
             c.step(x[i], g.step(x[i], 0.1, DT))
 
         out[name] = timed(step, steps)
+    return out
+
+
+def rows() -> list[Row]:
+    """Estimators, guidance and control of the jet transport, one 50 Hz sample each."""
+    out = []
+    for name, took in estimators().items():
+        text = f"windshear {name}, one sample"
+        out.append(Row(f"windshear.{name}.step_us", text, took.median_us, "us", "<= 2000"))
+        out.append(Row(f"windshear.{name}.p99_us", f"windshear {name}, 99th percentile", took.p99_us, "us"))
+    for name, took in laws().items():
+        text = f"windshear {name}: guidance and inverse dynamics"
+        out.append(Row(f"windshear.law.{name}.step_us", text, took.median_us, "us"))
     return out

@@ -15,7 +15,10 @@ import shutil
 import sys
 import tempfile
 from importlib.metadata import version
+from importlib.util import find_spec
 from pathlib import Path
+
+from flightsw import plugins
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("flightsw", "sim_plant")
@@ -23,8 +26,14 @@ KEEP = 4  # older digests are removed
 
 
 def kernel_sources() -> list[Path]:
-    """Every source file of the flying programs that mentions the `jit` decorator, sorted."""
-    files = (p for pkg in PACKAGES for p in (ROOT / pkg).rglob("*.py"))
+    """Every source file of the flying programs, and of packages that bring parts of theirs, that mentions the `jit` decorator."""
+    folders = {ROOT / pkg for pkg in PACKAGES}
+    for group in plugins.GROUPS:
+        for e in plugins.declared(group).values():
+            top = find_spec(e.value.partition(":")[0].partition(".")[0])
+            folders |= {Path(p) for p in (None if top is None else top.submodule_search_locations) or ()}
+    folders -= {ROOT / p for p in ("ground", "hil_scripts")}
+    files = (p for folder in folders for p in folder.rglob("*.py"))
     return sorted(p for p in files if re.search(rb"\bjit\b", p.read_bytes()))
 
 
@@ -38,7 +47,10 @@ def digest() -> str:
 
 
 def _base() -> Path:
-    for base in (ROOT / "build" / "numba", Path(tempfile.gettempdir()) / f"wakefield-numba-{os.getuid()}"):
+    """In a checkout its build folder; installed, the user's cache."""
+    home = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
+    mine = ROOT / "build" if (ROOT / "pyproject.toml").exists() else Path(home).expanduser() / "wakefield"
+    for base in (mine / "numba", Path(tempfile.gettempdir()) / f"wakefield-numba-{os.getuid()}"):
         try:
             base.mkdir(parents=True, exist_ok=True)
         except OSError:

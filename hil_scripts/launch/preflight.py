@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from flightsw.process.config import FlightConfig
+from flightsw.process.config import flight_of
 from flightsw.process.node import Node
 from flightsw.strict import ConfigError, convert
 from hil_scripts.launch.runfolder import RunPlan
@@ -33,7 +33,7 @@ def build(plan: RunPlan) -> Built:
     nodes = []
     for f in plan.flights:
         with _naming(f"aircraft {f.name}"):
-            nodes.append(Node(convert(f.config, FlightConfig, "flight configuration")))
+            nodes.append(Node(flight_of(f.config, "flight configuration")))
     return Built(world, nodes)
 
 

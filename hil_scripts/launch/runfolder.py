@@ -200,12 +200,14 @@ def resolve(
 
 def _other_aircraft(plant: list[dict[str, Any]], flights: list[FlightPlan]) -> tuple[str, ...]:
     """What the onboard software believes to fly, or to follow, where the plant flies another aircraft. Raises ConfigError."""
+    from flightsw.missions.base import find_mission  # slow to import (numba)
+
     out = []
     for a, f in zip(plant, flights, strict=True):
         pairs = [("app.aircraft", f.config["app"]["aircraft"], a)]
         leader = next((p for p in plant if p["name"] == a.get("rel_nav_to")), None)
-        if leader is not None and "tanker" in f.config:
-            pairs.append(("tanker", f.config["tanker"], leader))
+        spec = find_mission(f.config["app"]["mission"], f.name)
+        pairs += [(key, f.config[key], leader) for key in spec.files if leader is not None and key in f.config]
         for key, believed, flown in pairs:
             mine, true = load_airframe(believed), load_airframe(flown["file"])
             what = changed(mine, true) if type(mine) is type(true) else ("meta.model", mine.meta.model)

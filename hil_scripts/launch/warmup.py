@@ -14,8 +14,8 @@ from rich.console import Console
 
 from hil_scripts.launch import kernel_cache
 from hil_scripts.launch.procs import Child, StopFlag, Supervisor, describe_exit
+from hil_scripts.launch.runfolder import scenario_names
 
-SCENARIOS = (("refueling", "airdata"), ("gust", "windshear", "rendezvous"))  # together they use every kernel
 SECONDS = 4.0  # [s] simulated; long enough for every rate group of the plant
 PLAIN_EVERY_S = 10.0  # [s] between lines where there is no terminal
 CODE = """
@@ -34,7 +34,8 @@ def warm(console: Console, stop: StopFlag, force: bool = False) -> bool:
     t0 = time.monotonic()
     console.print("compiling numerical kernels (once after every change of their sources) ...")
     with Supervisor() as sup:
-        for k, names in enumerate(SCENARIOS):
+        known = scenario_names()  # together they use every kernel
+        for k, names in enumerate((known[::2], known[1::2])):
             sup.start(f"warm-up-{k + 1}", [sys.executable, "-c", CODE, str(SECONDS), *names])
         ended = _watch(sup, cache, console, stop)
         bad = [c for c in ended if c.popen.returncode != 0]

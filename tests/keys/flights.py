@@ -10,7 +10,7 @@ from functools import lru_cache
 from typing import Any
 
 from flightsw.missions.receiver.station_keeping import ReceiverControl
-from flightsw.process.config import FlightConfig
+from flightsw.process.config import flight_of
 from flightsw.process.node import Node
 from flightsw.sixdof.autopilot import TankerControl
 from flightsw.sixdof.lqr import DesignError
@@ -40,7 +40,7 @@ def flight(plan: RunPlan) -> Iterator[bytes]:
     """Digest of every tick of a run: plant datagrams, replies, telemetry, truth. The last one says how it ended."""
     server = PlantServer(convert(plan.scenario, Scenario, "scenario"), plan.seed)
     server._log = sink = _Sink()  # type: ignore[assignment]
-    nodes = [Node(convert(f.config, FlightConfig, f.name)) for f in plan.flights]
+    nodes = [Node(flight_of(f.config, f.name)) for f in plan.flights]
     try:
         while not server.done:
             h = hashlib.blake2b(digest_size=12)

@@ -13,7 +13,7 @@ from typing import Annotated, Any, get_args, get_origin
 from flightsw.health import HealthParams
 from flightsw.missions.base import find_mission
 from flightsw.process.config import flight_of
-from flightsw.strict import OneOf, Range, convert
+from flightsw.strict import Names, Range, convert
 from hil_scripts.launch.runfolder import RunPlan
 from sim_plant.aircraft.kind import kind_of
 from sim_plant.scenario import Scenario
@@ -114,7 +114,7 @@ def others(k: Key) -> list[Any]:
     """Other values the key may be given, the likeliest to show first."""
     kind, notes = _bare(k.kind)
     for n in notes:
-        if isinstance(n, OneOf):
+        if isinstance(n, Names):
             return [x for x in n.allowed if x != k.value]
     spans = [n for n in notes if isinstance(n, Range)]
     lo, hi = max((s.lo for s in spans), default=-math.inf), min((s.hi for s in spans), default=math.inf)

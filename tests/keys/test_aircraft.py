@@ -35,7 +35,6 @@ NAMES = ("meta.name", "probe.0.name")  # words of messages
 CASES = {"alexis": ("gust", "alexis"), "twinjet": ("windshear", "twinjet")}
 WIND = [{"amplitude_mps": [0.0, 2.0, 0.0], "period_s": [1.0, 4.0, 1.0]}]
 VALUES = {
-    "meta.model": ("balloon",),
     "controls.elevator_rate_degps": (1.0,),
     "controls.flap_rate_degps": (1.0,),
     "controls.elevator_deg": ((-1.0, 1.0),),

@@ -14,7 +14,7 @@ from flightsw import plugins
 from flightsw.aircraft import record_types
 from flightsw.health import HealthParams
 from flightsw.missions.base import MissionSpec
-from flightsw.process.config import FlightConfig
+from flightsw.process.config import FlightConfig, flight_of
 from flightsw.process.node import Node
 from flightsw.strict import convert
 from hil_scripts.launch.runfolder import resolve
@@ -59,7 +59,7 @@ def reads() -> Reads:
         for name in SCENARIOS:
             plan = resolve(name, None, [], 5.0)
             server = PlantServer(convert(plan.scenario, Scenario, name), plan.seed)
-            nodes = [Node(convert(f.config, FlightConfig, f.name)) for f in plan.flights]
+            nodes = [Node(flight_of(f.config, f.name)) for f in plan.flights]
             for _ in range(TICKS):
                 replies = [node.step((d,)) for node, d in zip(nodes, server.begin_tick(), strict=True)]
                 server.end_tick(replies)

@@ -31,7 +31,6 @@ PENDING = {
 # values that show, where a factor on the present one does not
 VALUES: dict[str, tuple[Any, ...]] = {
     "AircraftCfg.name": ("other",),
-    "AircraftCfg.model": ("balloon",),
     "AircraftCfg.file": ("learjet24", "kc135r", "alexis"),
     "AircraftCfg.mission": ("rendezvous", "gust_hold", "gust", "tanker", "windshear"),
     "AircraftCfg.rel_nav_to": ("", "tanker"),

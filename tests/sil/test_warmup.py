@@ -10,7 +10,6 @@ from rich.console import Console
 
 from hil_scripts.launch import kernel_cache, warmup
 from hil_scripts.launch.procs import StopFlag
-from hil_scripts.launch.runfolder import SCENARIOS
 
 COMPILES = """
 import os, sys, time
@@ -49,8 +48,3 @@ def test_a_failure_is_told_and_not_taken_for_warm(cold: Path, monkeypatch: pytes
     ok, text = warm()
     assert not ok and "compiling failed, exit code 1" in text and "no compiler here" in text
     assert not kernel_cache.is_warm()
-
-
-def test_what_it_flies_exists() -> None:
-    names = [n for part in warmup.SCENARIOS for n in part]
-    assert set(names) <= {p.stem for p in SCENARIOS.glob("*.toml")} and len(warmup.SCENARIOS) == 2

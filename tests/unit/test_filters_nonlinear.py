@@ -12,7 +12,10 @@ from filterpy.kalman import UnscentedKalmanFilter as PyUKF
 from scipy.linalg import block_diag
 from scipy.stats import chi2, norm
 
-from flightsw.filters.factory import KINDS, make_filter
+from flightsw import plugins
+from flightsw.filters.factory import make_filter
+
+KINDS = tuple(n for n, e in plugins.declared(plugins.ESTIMATORS).items() if e.value.startswith("flightsw."))
 
 Array = np.ndarray
 DT = 0.1

@@ -108,9 +108,10 @@ def test_repair_takes_the_place_of_a_bad_reading_from_the_others() -> None:
     f = SensorFrame(air_mask=0b101)
     air._y[:] = e + 0.002
     air._y[4] = math.nan
-    air._repair(f, 0x1FF & ~(1 << 4), e)
+    given, f = f, air._repaired(f, 0x1FF & ~(1 << 4), e)
+    assert given == SensorFrame(air_mask=0b101)  # as it came
     assert f.air_beta == pytest.approx(tuple(e[3:6] + 0.002)) and f.air_bad == 0 and f.air_mask == 7
-    air._repair(f, 0x1FF & ~(7 << 3), e)  # no sideslip at all
+    f = air._repaired(f, 0x1FF & ~(7 << 3), e)  # no sideslip at all
     assert f.air_bad == 7 << 3
 
 

@@ -12,10 +12,11 @@ from typing import Annotated
 
 import numpy as np
 
+from flightsw import plugins
 from flightsw.filters.bank import FilterBank, markov
 from flightsw.filters.base import CovarianceFilter, PointFilter
 from flightsw.filters.covariance import chol_psd
-from flightsw.filters.factory import KINDS, make_filter
+from flightsw.filters.factory import make_filter
 from flightsw.filters.gating import ChannelGate
 from flightsw.kernels.discrete import discretise
 from flightsw.kernels.linalg import inner
@@ -44,7 +45,7 @@ ANGLE_MAX = 1.2  # [rad] of an incidence; the linear study goes to 0.7 in turbul
 class GustParams:
     """Tuning of GustNav. `scales` are turbulence intensities relative to `turbulence`: one is a single filter, more a bank."""
 
-    filter: Annotated[str, OneOf(KINDS)] = "ekf"
+    filter: Annotated[str, plugins.PartOf(plugins.ESTIMATORS)] = "ekf"
     model: Annotated[str, OneOf(("nonlinear", "linear"))] = "nonlinear"
     aircraft: GustAircraft = field(default_factory=published)
     turbulence: Turbulence = field(default_factory=Turbulence)

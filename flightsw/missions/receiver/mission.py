@@ -96,7 +96,7 @@ class ReceiverMission(Mission[ActuatorModel]):
     def navigate(self, f: SensorFrame, mean: np.ndarray, updated: int, health: Health) -> NavState:
         """One estimator step; mean [4]: mean controls that acted since the last one."""
         if self.air is not None:
-            self.air.step(f, self.nav, health, updated)
+            f = self.air.step(f, self.nav, health, updated)
         return self.nav.step(f, mean, health, updated)
 
     @property

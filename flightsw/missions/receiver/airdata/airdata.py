@@ -91,14 +91,15 @@ class AirData:
         self._valid = self._seen = self._wake_known = False
         self._astray = 0  # samples in a row
 
-    def step(self, f: SensorFrame, rel: RelativeNav, health: Health, updated: int) -> None:
-        """Judge the new readings of frame `f` (made good in place), and hand the wake position to `rel`."""
+    def step(self, f: SensorFrame, rel: RelativeNav, health: Health, updated: int) -> SensorFrame:
+        """Judge the new readings of frame `f` and hand the wake position to `rel`; returns the frame with bad readings made good,
+        `f` itself where there are none."""
         nav = rel.out
         rel.fix = rel.rate_fix = None
         if not updated & ~failed_bits(health) & UPD_AIR or rel.started_us < 0 or len(f.air_V) != 3:
             if f.t_us - self._air_us > SILENT_US:
                 self._forget()
-            return
+            return f
         dt = (f.air_t_us - self._air_us) * 1e-6 if self._air_us else 0.0
         if not 0.0 <= dt < 1.0:
             dt = 0.0
@@ -136,7 +137,7 @@ class AirData:
         st = self.fdi.step(y, given, e, S, self._common if e is not None else None, self._s_common, f.air_t_us)
         use = self.fdi.usable(given) & ~f.air_bad
         if use != ALL:
-            self._repair(f, use, e)
+            f = self._repaired(f, use, e)
         if self._wake_known:
             learn.update(y, use)
             fix = w.update(y, use)
@@ -147,6 +148,7 @@ class AirData:
             rel.fix, rel.x_f = fix, float(fr.x[0])
             rel.R_ft[:] = fr.R_tf
         self._report(st.excluded, fix.valid, fix.reason)
+        return f
 
     def _forget(self) -> None:
         """Without air data nothing is being checked and no position found, whatever the last readings said."""
@@ -245,24 +247,26 @@ class AirData:
             for k in (self.wake, self.learn):
                 k.aid((float(v[1]), float(v[2])), (s, s), velocity=True)
 
-    def _repair(self, f: SensorFrame, use: int, e: np.ndarray | None) -> None:
-        """Replace unusable readings by the mean of the usable ones of their variable, moved to the probe's place in the wake."""
+    def _repaired(self, f: SensorFrame, use: int, e: np.ndarray | None) -> SensorFrame:
+        """The frame with unusable readings replaced by the mean of the usable ones of their variable, moved to the probe's place in
+        the wake."""
         y, exp = self._y, self._zero if e is None else e
-        mask = 0
+        mask, bad = 0, f.air_bad
         for v in range(3):
             good = [3 * v + i for i in range(3) if use >> (3 * v + i) & 1]
             if not good:
-                f.air_bad |= 7 << (3 * v)
+                bad |= 7 << (3 * v)
                 continue
             m = math.fsum(y[c] - exp[c] for c in good) / len(good)
             for i in range(3):
                 if 3 * v + i not in good:
                     y[3 * v + i] = m + exp[3 * v + i]
-            f.air_bad &= ~(7 << (3 * v))
+            bad &= ~(7 << (3 * v))
             mask |= 1 << v
-        f.air_V, f.air_beta, f.air_alpha = vec3(y[0:3]), vec3(y[3:6]), vec3(y[6:9])
-        if mask == 7:
-            f.air_mask |= 7
+        return replace(
+            f, air_V=vec3(y[0:3]), air_beta=vec3(y[3:6]), air_alpha=vec3(y[6:9]), air_bad=bad,
+            air_mask=f.air_mask | 7 if mask == 7 else f.air_mask,
+        )  # fmt: skip
 
     def _report(self, excluded: int, valid: bool, reason: str) -> None:
         """Texts on what changed."""
