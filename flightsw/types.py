@@ -251,6 +251,20 @@ class Timing:
     late_us_max: float = 0.0
 
 
+@dataclass(frozen=True, slots=True)
+class GroupCost:
+    """What one rate group costs, for RATE_GROUP: every `divisor` base ticks at `offset`; durations [us]."""
+
+    name: str
+    divisor: int
+    offset: int
+    runs: int
+    last_us: float
+    mean_us: float
+    p99_us: float
+    max_us: float
+
+
 @dataclass(slots=True)
 class Text:
     """One STATUSTEXT."""

@@ -120,24 +120,26 @@ def screenshot(
     run: Run,
     out: Annotated[Path, typer.Option("--out", help="picture to write (.png)")],
     size: Annotated[str, typer.Option(help="WIDTHxHEIGHT in pixels")] = "1600x900",
-    at: Annotated[float | None, typer.Option(help="time [s]; default: half-way through contact")] = None,
+    at: Annotated[float | None, typer.Option(help="time [s]; default: half-way through what is measured")] = None,
     wide: Annotated[bool, typer.Option(help="the eye far back, as in run.rrd")] = False,
-    tab: Annotated[str, typer.Option(help="tab of plots: overview, wind, flight, air data, ...")] = "",
+    tab: Annotated[
+        str, typer.Option(help="tab of plots: wind, flight, controls, ... (an unknown one lists them)")
+    ] = "",
 ) -> None:
-    """Picture of a run without a display, as `ground convert` lays it out, the eye near the boom."""
+    """Picture of a run without a display, as `ground convert` lays it out, the eye close up."""
     from tempfile import TemporaryDirectory
 
     from ground.columns import LogError, load
 
     try:
         from ground.folder import require
-        from ground.rrd import contact_time, convert
+        from ground.rrd import convert, picture_time
         from ground.rrd.blueprint import NoTabError
         from ground.rrd.shot import ScreenshotError
         from ground.rrd.shot import screenshot as shoot
 
         require(run)
-        time_s = contact_time(load(run / "tlm.tlog")) if at is None else at
+        time_s = picture_time(load(run / "tlm.tlog")) if at is None else at
         with TemporaryDirectory() as folder:
             print(shoot(convert(run, Path(folder) / "run.rrd", near=not wide, tab=tab), out, size, time_s))
     except LogError as exc:
@@ -153,7 +155,7 @@ def live(
     host: Annotated[str, typer.Option(help="address to listen on")] = "127.0.0.1",
     for_s: Annotated[float | None, typer.Option("--for", help="stop after this many seconds")] = None,
 ) -> None:
-    """Watch both aircraft in the terminal (one line a second if the output is not a terminal)."""
+    """Watch all aircraft in the terminal (one line a second if the output is not a terminal)."""
     from ground.link.live import watch
     from ground.link.record import RecordError, open_socket
 
@@ -168,11 +170,14 @@ def live(
 
 @app.command(context_settings={"ignore_unknown_options": True})  # so that a value may be negative
 def send(
-    action: Annotated[
-        str, typer.Argument(help="hold precontact contact disconnect breakaway observation speed law go-around inject")
-    ],
-    value: Annotated[float | None, typer.Argument(help="speed [m/s]; law: number; inject: see --type, SI")] = None,
-    to: Annotated[int | None, typer.Option("--to", help="sysid; default 2, for speed 1", min=1, max=250)] = None,
+    action: Annotated[str, typer.Argument(help="a word of the mission flown (`list` shows all), or inject")],
+    value: Annotated[
+        float | None,
+        typer.Argument(help="the number it takes: a speed [m/s], the number of a law; inject: see --type, SI"),
+    ] = None,
+    to: Annotated[
+        int | None, typer.Option("--to", help="sysid; default: the mission's usual one", min=1, max=250)
+    ] = None,
     kind: Annotated[
         str | None,
         typer.Option(
@@ -190,11 +195,14 @@ def send(
 ) -> None:
     """Command an aircraft, or make one of its air-data probes fail (inject, to the plant; values in m/s, rad, s: message
     ICD, FAILURE_TYPE); exit 0 accepted, 1 refused, 2 unanswered (also for a wrong argument)."""
-    from ground.link.command import CommandError, order
+    from ground.link.command import CommandError, listing, order
     from ground.link.command import send as transmit
     from ground.link.inject import inject
 
     try:
+        if action == "list":
+            print("\n".join(listing()))
+            return
         if action == "inject":
             what = inject(value, kind or "", unit, probe, channel, for_s, to)
         elif kind is not None:
@@ -225,7 +233,13 @@ def diff(run_a: Run, run_b: Annotated[Path, typer.Argument(help="the other run f
 
 def main() -> None:
     """Entry point of the `ground` command."""
-    app()
+    from flightsw.strict import ConfigError
+
+    try:
+        app()
+    except ConfigError as exc:  # of somebody's view or report
+        print(f"ground: {exc}", file=sys.stderr)
+        sys.exit(2)
 
 
 if __name__ == "__main__":

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,11 +13,13 @@ from flightsw.aircraft import Aircraft, load_airframe
 from flightsw.strict import ConfigError
 from ground.align import align
 from ground.columns import Columns, Table
-from ground.geometry import quat_conj, quat_euler, quat_mul, wrap
-from ground.link.packets import AIRCRAFT, RECEIVER, TANKER
+from ground.geometry import quat_euler, wrap
+from ground.run import Run
+from ground.views.base import Figures
 
 SETTLE_S = 60.0  # [s] the figures start here
-DRY_KG = 0.01  # [kg] single-precision mass of a tanker
+AXES_NEES = ("position", "attitude")  # of nees.<aircraft>
+DRY_KG = 0.01  # [kg] single-precision mass of a heavy aircraft
 Pairs = tuple[Table, Table]
 Array = NDArray[np.float64]
 
@@ -33,7 +35,7 @@ def nees(error: Array, sigma: Array) -> float | None:
     return float(np.mean((error[known] / sigma[known].astype(np.float64)) ** 2))
 
 
-def _pairs(truth: Columns, tlm: Columns, sysid: int, message: str) -> Pairs | None:
+def pairs(truth: Columns, tlm: Columns, sysid: int, message: str) -> Pairs | None:
     """Rows of TRUTH and of an estimate at equal times after SETTLE_S; those marked invalid are left out."""
     true, hat = truth.get(sysid, "TRUTH"), tlm.get(sysid, message)
     if true is None or hat is None:
@@ -45,12 +47,14 @@ def _pairs(truth: Columns, tlm: Columns, sysid: int, message: str) -> Pairs | No
     return (a.table(true), hat.pick(a.at)) if len(a) else None
 
 
-def consistency_metrics(truth: Columns, tlm: Columns) -> dict[str, Any]:
-    """nees.<aircraft>.position, attitude, nees.relative.position, attitude; None where the run has no samples."""
-    out: dict[str, Any] = {}
-    for sysid, name in AIRCRAFT.items():
-        out |= dict.fromkeys(f"nees.{name}.{k}" for k in ("position", "attitude"))
-        nav, local = _pairs(truth, tlm, sysid, "NAV_STATE"), tlm.get(sysid, "LOCAL_POSITION_NED")
+def consistency_figures(run: Run, crafts: Mapping[int, str]) -> Figures:
+    """nees.<aircraft>.position, attitude of those that publish NAV_STATE; None where one has no samples."""
+    out: Figures = {}
+    for sysid, name in crafts.items():
+        if run.tlm.get(sysid, "NAV_STATE") is None:
+            continue
+        out |= {f"nees.{name}.{k}": None for k in AXES_NEES}
+        nav, local = pairs(run.truth, run.tlm, sysid, "NAV_STATE"), run.tlm.get(sysid, "LOCAL_POSITION_NED")
         if nav is None:
             continue
         true, hat = nav
@@ -60,38 +64,29 @@ def consistency_metrics(truth: Columns, tlm: Columns) -> dict[str, Any]:
             a = align(local.t_us, hat.t_us)
             at = np.stack([a.of(local[k].astype(np.float64)) for k in "xyz"], axis=1)
             out[f"nees.{name}.position"] = nees(at - true["pos_n"][a.at], hat["pos_sigma"][a.at])
-    out |= dict.fromkeys(("nees.relative.position", "nees.relative.attitude"))
-    rel, lead = _pairs(truth, tlm, RECEIVER, "RELATIVE_STATE"), truth.get(TANKER, "TRUTH")
-    if rel is not None and lead is not None:
-        true, hat = rel
-        out["nees.relative.position"] = nees(hat["pos"].astype(np.float64) - true["xi"], hat["sigma"])
-        a = align(lead.t_us, true.t_us)
-        euler = quat_euler(quat_mul(quat_conj(a.quaternions(lead["q_nb"])), true["q_nb"][a.at]))
-        out["nees.relative.attitude"] = nees(
-            wrap(hat["euler"][a.at].astype(np.float64) - euler), hat["euler_sigma"][a.at]
-        )
     return out
 
 
-def refusal_metrics(tlm: Columns) -> dict[str, Any]:
-    """nav.<aircraft>.refused: readings that navigation refused; nav.<aircraft>.kept_out_s: time with a sensor kept out."""
-    out: dict[str, Any] = {}
-    for sysid, name in AIRCRAFT.items():
-        health = tlm.get(sysid, "HEALTH_STATUS")
-        if health is not None and len(health):
+def refusal_figures(run: Run, crafts: Mapping[int, str]) -> Figures:
+    """nav.<aircraft>.refused: readings that navigation refused; nav.<aircraft>.kept_out_s: time with a sensor kept out; of those
+    that publish NAV_STATE."""
+    out: Figures = {}
+    for sysid, name in crafts.items():
+        health = run.tlm.get(sysid, "HEALTH_STATUS")
+        if health is not None and len(health) and run.tlm.get(sysid, "NAV_STATE") is not None:
             step = float(np.median(np.diff(health.t_us))) * 1e-6 if len(health) > 1 else 0.0
             out[f"nav.{name}.refused"] = int(health["refused"][-1].sum())
             out[f"nav.{name}.kept_out_s"] = float((health["kept_out"] != 0).sum()) * step
     return out
 
 
-def fuel_metrics(run: Path, truth: Columns) -> dict[str, Any]:
+def fuel_metrics(run: Path, truth: Columns) -> Figures:
     """run.fuel_exhausted_s.<aircraft>: when the tanks ran dry, None if they did not; {} where the run's scenario is not known."""
     try:
         crafts = tomllib.loads((run / "scenario.toml").read_text())["aircraft"]
     except (OSError, KeyError, tomllib.TOMLDecodeError):
         return {}
-    out: dict[str, Any] = {}
+    out: Figures = {}
     for craft in crafts:
         try:
             true, name, ac = truth.get(int(craft["sysid"]), "TRUTH"), craft["name"], load_airframe(craft["file"])

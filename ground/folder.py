@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from ground.columns import Columns, LogError, load
+from ground.columns import Columns, LogError
 
 LOGS = ("truth.tlog", "tlm.tlog")  # every figure and picture needs both
 
@@ -24,18 +24,6 @@ def require(run: Path, logs: tuple[str, ...] = LOGS) -> None:
     else:
         return
     raise LogError(f"{str(run)!r} is not a run folder: {why}")
-
-
-def load_run(run: Path) -> tuple[Columns, Columns]:
-    """(truth, telemetry) of a run folder. Raises LogError if it is none, a log is none, or the truth is no plant's."""
-    require(run)
-    truth, tlm = (load(run / name) for name in LOGS)
-    if truth.packets and not any(name == "TRUTH" for _, name in truth.tables):
-        found = ", ".join(str(s) for s in truth.sysids()) or "nobody known"
-        raise LogError(
-            f"{str(run / LOGS[0])!r} is no plant's log: none of its {truth.packets} packets, of system {found}, is a TRUTH"
-        )
-    return truth, tlm
 
 
 def contents(log: Columns) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from flightsw.icd.codec_flight import wind_fields
 from flightsw.icd.geo import WireMap
 from flightsw.icd.stamps import boot_ms
 from flightsw.icd.wire import BY_NAME, Counters, Sender
-from flightsw.types import HF_AIR, HF_ATT, HF_GNSS, HF_IMU, HF_NAV, HF_REL, Snapshot, Timing
+from flightsw.types import HF_AIR, HF_ATT, HF_GNSS, HF_IMU, HF_NAV, HF_REL, GroupCost, Snapshot, Timing
 
 PHASE_BREAKAWAY = 8  # WKF_PHASE
 READINGS = 12  # WKF_READING
@@ -186,6 +186,14 @@ def _health(s: Snapshot, c: Context) -> bytes:
     return c.send.pack(
         _S["HEALTH_STATUS"], s.t_us, c.count.bad, h.rejected + c.count.untimely, h.flags, *refused, h.kept_out
     )
+
+
+def rate_group(send: Sender, t_us: int, k: int, g: GroupCost) -> bytes:
+    """RATE_GROUP packet of the group at place k."""
+    return send.named(
+        "RATE_GROUP", time_usec=t_us, runs=g.runs, last=g.last_us, mean=g.mean_us, p99=g.p99_us, max=g.max_us,
+        divisor=g.divisor, offset=g.offset, group=k, label=g.name,
+    )  # fmt: skip
 
 
 ENCODERS: dict[str, Encoder] = {

@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from flightsw.types import Timing
+from flightsw.types import GroupCost, Timing
 
 SUB = 16  # histogram buckets per octave: 6 % resolution
 OCTAVES = 40
@@ -134,6 +134,13 @@ class Executive:
         t.ticks, t.slips = self.ticks, self.slips
         t.exec_us_last, t.exec_us_max, t.exec_us_mean = self.exec_last_us, self.cost.max, self.cost.mean
         t.late_us_p50, t.late_us_p99, t.late_us_max = self.late.quantile(0.5), self.late.quantile(0.99), self.late.max
+
+    def costs(self) -> list[GroupCost]:
+        """What each group costs, in the order of execution."""
+        return [
+            GroupCost(g.name, g.divisor, g.offset, g.runs, g.last_us, g.cost.mean, g.cost.quantile(0.99), g.cost.max)
+            for g in self.groups
+        ]
 
     @property
     def late_p999_us(self) -> float:

@@ -10,11 +10,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TYPE_CHECKING, Protocol
 
 from flightsw.aircraft import load_airframe
 from flightsw.icd.codec import FlightCodec
 from flightsw.icd.codec_receive import COMMANDS_MAX
+from flightsw.icd.codec_telemetry import rate_group
 from flightsw.icd.stamps import Frames
 from flightsw.icd.tlog import GROUND_IN, LINK_IN
 from flightsw.icd.wire import Counters
@@ -231,7 +233,11 @@ class Node:
         services.acks = []
         for t in (*(t.text for t in snap.texts), *(a.reason for a in acks)):
             self.last_text = t or self.last_text
-        return tel.datagrams(snap, tick, snap.texts, acks, services.ready(due))
+        answers = services.ready(due)
+        if self.realtime and tick % self.cfg.app.base_rate_hz == 0:
+            costs = self.exec.costs()
+            answers = [*answers, *(partial(rate_group, tel.ctx.send, snap.t_us, k, g) for k, g in enumerate(costs))]
+        return tel.datagrams(snap, tick, snap.texts, acks, answers)
 
     def take_heard(self) -> list[Heard]:
         """Datagrams received since the last call, for the log: exact repeats of the last one left out."""

@@ -19,6 +19,7 @@ _SENSOR, _TICK, _RAW, _UNREAD = (BY_NAME[n] for n in ("HIL_SENSOR", "TICK", "RAW
 _RAW_FIELDS = _RAW.pick("count", "more", "data")
 # wall-clock figures of a real-time run cannot repeat
 WALL_CLOCK = {
+    "RATE_GROUP": frozenset({"last", "mean", "p99", "max"}),
     "LOOP_TIMING": frozenset(
         {"slips", "exec_last", "exec_max", "exec_mean", "late_p50", "late_p99", "late_p999", "late_max"}
     ),

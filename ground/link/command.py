@@ -10,50 +10,33 @@ from __future__ import annotations
 
 import socket
 import time
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any
 
-from flightsw.icd.dialect import ENUMS, VALUES
+from flightsw.icd.dialect import HOUSE, VALUES
 from flightsw.icd.link import plant_command_port, telemetry_port
 from flightsw.icd.scaling import COMP_AUTOPILOT, COMP_PLANT
 from flightsw.icd.texts import Joiner
 from flightsw.icd.wire import Sender
-from ground.link.packets import AIRCRAFT, IDS, RECEIVER, TANKER, decode, packet_id, split
+from flightsw.plugins import VIEWS
+from flightsw.strict import ConfigError
+from ground.link.packets import IDS, decode, packet_id, split
+from ground.views import registry
+from ground.views.base import Command
 
 GROUND_SYSID, GROUND_COMPID = 255, 190
-CMD_REFUEL: int = VALUES["MAV_CMD_USER_1"]
-CMD_GUST_LAW: int = VALUES["MAV_CMD_USER_2"]
-CMD_ESCAPE_LAW: int = VALUES["MAV_CMD_USER_3"]
-CMD_SPEED: int = VALUES["MAV_CMD_DO_CHANGE_SPEED"]
-CMD_GO_AROUND: int = VALUES["MAV_CMD_DO_GO_AROUND"]
 CMD_REQUEST_MESSAGE: int = VALUES["MAV_CMD_REQUEST_MESSAGE"]
 RETRY_S = 0.7  # [s] wall time before a repeat
 ATTEMPTS = 4
 IN_PROGRESS = 5  # MAV_RESULT: begun, a final answer follows
+RESERVED = ("inject", "list")  # words of `ground send` that are of no mission
 UNSUPPORTED: int = VALUES["MAV_RESULT_UNSUPPORTED"]
 PROGRESS_S = 5.0  # [s] how long to wait for that final answer
 DATAGRAM = 65536  # [byte]
 
 
-def _words(enum: str) -> dict[str, int]:
-    """Lower-case word -> value of an enumeration of the dialect."""
-    found = ENUMS[enum].items()
-    return {e.name.removeprefix(enum + "_").lower(): v for v, e in found}
-
-
-ACTIONS, LAWS, ESCAPE_LAWS = _words("WKF_ACTION"), _words("WKF_GUST_LAW"), _words("WKF_WS_LAW")
-MISSIONS = {v: name for name, v in _words("WKF_MISSION").items()}
-# the missions whose command it is (message ICD, WKF_MISSION)
-OWNERS: dict[int, tuple[str, ...]] = {
-    CMD_REFUEL: ("receiver", "receiver_rendezvous"),
-    CMD_SPEED: ("tanker", "rendezvous"),
-    CMD_GUST_LAW: ("gust",),
-    CMD_ESCAPE_LAW: ("windshear",),
-    CMD_GO_AROUND: ("windshear",),
-}
-LAW_COMMANDS = {"gust": (CMD_GUST_LAW, LAWS), "windshear": (CMD_ESCAPE_LAW, ESCAPE_LAWS)}
-GO_AROUND, JET = "go-around", 5  # of the windshear mission; its usual system id
+MISSIONS = HOUSE.words("WKF_MISSION")
 
 
 class CommandError(Exception):
@@ -62,14 +45,16 @@ class CommandError(Exception):
 
 @dataclass(frozen=True)
 class Order:
-    """What to send: target system, MAV_CMD (0: the law of whatever mission it flies), param1..param7; component COMP_PLANT:
-    to the plant, not to the aircraft."""
+    """What to send: target system, MAV_CMD (0: what `word` is in the mission it flies), param1..param7, the word and number they
+    were made of; component COMP_PLANT: to the plant, not to the aircraft."""
 
     target: int
     command: int
     params: tuple[float, ...]
     text: str
     component: int = COMP_AUTOPILOT
+    word: str = ""
+    value: float | None = None
 
 
 @dataclass(frozen=True)
@@ -85,55 +70,105 @@ class Answer:
         return 2 if self.result is None else 0 if self.result in (0, IN_PROGRESS) else 1
 
 
+def offered() -> dict[str, list[Command]]:
+    """Word -> the commands that views offer by it. Raises ConfigError for a view that offers one of `ground send` itself."""
+    out: dict[str, list[Command]] = {}
+    for name, view in registry.views().items():
+        for command in view.commands:
+            if command.word in RESERVED:
+                raise ConfigError(f"{VIEWS} = {name!r}: command {command.word!r} is one of `ground send` itself")
+            out.setdefault(command.word, []).append(command)
+    return out
+
+
 def order(action: str, value: float | None, to: int | None) -> Order:
-    """The command for an action word; speed [m/s] needs a value. Raises CommandError."""
-    if action == "speed":
-        target = TANKER if to is None else to
-        if value is None or not value > 0.0:
-            raise CommandError("speed needs a value in m/s greater than 0, for example: ground send speed 195 --to 1")
-        return Order(target, CMD_SPEED, (0.0, value, -1.0, 0.0, 0.0, 0.0, 0.0), f"speed {value:g} m/s")
-    if action == "law":
-        known = "; ".join(f"{m}: {_listed(laws)}" for m, (_, laws) in LAW_COMMANDS.items())
-        numbers = {v for _, laws in LAW_COMMANDS.values() for v in laws.values()}
-        if value not in numbers or to is None:
-            raise CommandError(f"law needs a number ({known}) and an aircraft, for example: ground send law 0 --to 3")
-        return Order(to, 0, (value,) + (0.0,) * 6, f"law {value:g}")
-    if action not in ACTIONS and action != GO_AROUND:
-        words = [*ACTIONS, "speed", "law", GO_AROUND, "inject"]
-        raise CommandError(f"unknown action {action!r}; known: {', '.join(words)}")
-    if value is not None:
+    """The command for a word of some view. Several missions may have it: then the Order is for `fit` to complete, by what the
+    aircraft flies. Raises CommandError."""
+    known = offered()
+    if action not in known:
+        raise CommandError(f"unknown action {action!r}; known: {', '.join([*known, 'inject'])}")
+    choice = known[action]
+    usual = {c.to for c in choice}
+    if value is not None and all(c.value is None for c in choice):
         raise CommandError(f"action {action!r} takes no value, got {value:g}")
-    if action == GO_AROUND:
-        return Order(JET if to is None else to, CMD_GO_AROUND, (0.0,) * 7, action)
-    target = RECEIVER if to is None else to
-    return Order(target, CMD_REFUEL, (float(ACTIONS[action]),) + (0.0,) * 6, action)
+    target = to if to is not None else usual.pop() if len(usual) == 1 else None
+    if target is None or not any(_takes(c, value) for c in choice):
+        raise CommandError(f"{action} needs {_needs(choice)}, for example: {_example(choice[0])}")
+    if len(choice) > 1:
+        return Order(target, 0, (), action if value is None else f"{action} {value:g}", word=action, value=value)
+    return _filled(choice[0], target, value)
 
 
-def _listed(words: dict[str, int]) -> str:
-    return ", ".join(f"{v} {n}" for n, v in words.items())
+def listing() -> list[str]:
+    """A line for every word: whose it is, the number it needs, where it goes if no aircraft is named."""
+    out = []
+    for word, choice in offered().items():
+        for c in choice:
+            number = "" if c.value is None else f" {_listed(c.value.choices) or c.value.unit};"
+            to = "name an aircraft" if c.to is None else f"usual sysid {c.to}"
+            out.append(f"{word}: {', '.join(c.missions)};{number} {to}")
+    return out
+
+
+def _takes(c: Command, value: float | None) -> bool:
+    """Whether a command can be given with this number."""
+    if c.value is None or value is None:
+        return c.value is None and value is None
+    return value in c.value.choices if c.value.choices else value > 0.0
+
+
+def _needs(choice: list[Command]) -> str:
+    """What a word needs, in words."""
+    value, parts = next((c.value for c in choice if c.value is not None), None), []
+    if value is not None and value.choices:
+        listed = (f"{c.missions[0]}: {_listed(c.value.choices)}" for c in choice if c.value is not None)
+        parts.append(f"a number ({'; '.join(listed)})")
+    elif value is not None:
+        parts.append(f"a value in {value.unit} greater than 0")
+    if len({c.to for c in choice}) > 1 or choice[0].to is None:
+        parts.append("an aircraft")
+    return " and ".join(parts)
+
+
+def _example(c: Command) -> str:
+    value = "" if c.value is None else f" {c.value.example:g}"
+    return f"ground send {c.word}{value} --to {c.to or 3}"
+
+
+def _listed(choices: Mapping[int, str]) -> str:
+    return ", ".join(f"{v} {n}" for v, n in choices.items())
+
+
+def _filled(c: Command, target: int, value: float | None) -> Order:
+    """A command with its number in place."""
+    params, text = list(c.params), c.word
+    if c.value is not None and value is not None:
+        params[c.value.at] = value
+        text += f" {c.value.choices[int(value)]}" if c.value.choices else f" {value:g} {c.value.unit}"
+    return Order(target, c.command, tuple(params), text, word=c.word, value=value)
 
 
 def result_name(result: int) -> str:
     """MAV_RESULT as a word."""
-    entry = ENUMS["MAV_RESULT"].get(result)
-    return entry.name.removeprefix("MAV_RESULT_") if entry else f"result {result}"
+    word = HOUSE.words("MAV_RESULT").get(result)
+    return word.upper() if word else f"result {result}"
 
 
 def fit(what: Order, mission: str | None) -> tuple[Order, str]:
     """The order as `mission` takes it, and ""; or why it does not. mission None: the aircraft has not said."""
-    if what.command == 0:
-        if mission is None or mission not in LAW_COMMANDS:
-            flies = f"flies {mission}" if mission else "does not say what it flies"
-            return what, f"{what.text}: of {', '.join(LAW_COMMANDS)}; this aircraft {flies}"
-        command, laws = LAW_COMMANDS[mission]
-        name = next((n for n, v in laws.items() if v == what.params[0]), "")
-        if not name:
-            return what, f"{what.text}: {mission} has {_listed(laws)}"
-        return replace(what, command=command, text=f"law {name}"), ""
-    owners = OWNERS.get(what.command, ())
-    if what.component == COMP_AUTOPILOT and mission is not None and mission not in owners:
-        return what, f"{what.text}: of {', '.join(owners)}; this aircraft flies {mission}"
-    return what, ""
+    if what.component != COMP_AUTOPILOT:
+        return what, ""
+    choice = offered().get(what.word, [])
+    owners = [m for c in choice for m in c.missions]
+    if mission is None and len(choice) == 1:
+        return what, ""
+    if mission not in owners:
+        flies = f"flies {mission}" if mission else "does not say what it flies"
+        return what, f"{what.text}: of {', '.join(owners)}; this aircraft {flies}"
+    own = next(c for c in choice if mission in c.missions)
+    if not _takes(own, what.value):
+        return what, f"{what.text}: {mission} has {_listed(own.value.choices) if own.value else 'no number'}"
+    return _filled(own, what.target, what.value), ""
 
 
 @dataclass
@@ -231,7 +266,7 @@ def send(
     attempts: int = ATTEMPTS,
 ) -> Answer:
     """Send and wait, at most attempts * retry_s for each of two questions (longer if the aircraft says IN_PROGRESS)."""
-    name = f"{AIRCRAFT.get(what.target, 'aircraft')} (sysid {what.target})"
+    name = f"{registry.usual_names().get(what.target, 'aircraft')} (sysid {what.target})"
     usual = telemetry_port(what.target, port_offset)
     if what.component == COMP_PLANT:
         name, usual = f"the plant for {name}", plant_command_port(port_offset)

@@ -8,21 +8,15 @@ from __future__ import annotations
 
 import math
 
-from flightsw.icd.dialect import ENUMS
+from flightsw.icd.dialect import HOUSE
 from ground.link.command import COMP_PLANT, CommandError, Order
-from ground.link.packets import RECEIVER
 
 CMD_INJECT = 420  # MAV_CMD_INJECT_FAILURE
 
 
-def _words(enum: str, prefix: str) -> dict[str, int]:
-    """Lower-case word -> value of an enumeration of the dialect."""
-    entries = ENUMS[enum].items()
-    return {e.name.removeprefix(prefix).lower(): v for v, e in entries}
-
-
-UNITS = _words("FAILURE_UNIT", "FAILURE_UNIT_SENSOR_")
-TYPES = _words("FAILURE_TYPE", "FAILURE_TYPE_")
+UNITS = {word.removeprefix("sensor_"): v for v, word in HOUSE.words("FAILURE_UNIT").items()}
+TYPES = {word: v for v, word in HOUSE.words("FAILURE_TYPE").items()}
+USUAL = 2  # [-] system id that fails where none is named
 ALIASES = {"bias": "wrong", "drift": "slow", "clear": "ok"}
 PROBES = {"all": 0, "nose": 1, "left": 2, "right": 3}
 CHANNELS = {"all": 0, "V": 1, "alpha": 2, "beta": 3}
@@ -66,4 +60,4 @@ def inject(
     text = f"inject {word} into {unit} probe {probe} channel {channel}"
     text += "" if value is None else f", value {value:g}"
     text += f", for {for_s:g} s" if for_s else ""
-    return Order(RECEIVER if to is None else to, CMD_INJECT, params, text, COMP_PLANT)
+    return Order(USUAL if to is None else to, CMD_INJECT, params, text, COMP_PLANT)

@@ -1,4 +1,4 @@
-"""`ground live`: both aircraft on one screen, from telemetry on the operator's port. Without a terminal, a line a
+"""`ground live`: all aircraft on one screen, from telemetry on the operator's port. Without a terminal, a line a
 second.
 
 Only the newest packet of each kind is kept; it is decoded when the screen is drawn.
@@ -12,6 +12,8 @@ import socket
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 from rich.console import Console, Group
@@ -22,31 +24,51 @@ from rich.text import Text
 
 from flightsw.icd.texts import Joiner
 from ground.link.merge import SequenceGaps
-from ground.link.packets import AIRCRAFT, NAMES, decode, health_words, packet_id, packet_time_us, phase_name, split
-from ground.views.airdata.read import alarm_words, fdi_words, wake_words
+from ground.link.packets import NAMES, Fields, decode, health_words, packet_id, packet_time_us, phase_name, split
+from ground.views import registry
+from ground.views.base import NOT_CURRENT, NOT_VALID
+from ground.views.registry import usual_names
 
 STALE_S = 2.0  # [s] wall time without data after which the stream counts as stopped
 OLD_S = 3.0  # [s] the aircraft's time: a message whose own sample is older than that no longer says how things are
 REFRESH_S = 0.25  # [s]
-# messages stamped with their own sample, which may be long past; all others with the tick they were sent in
-OWN_TIME = {"FDI_STATUS", "WAKE_POSITION", "RENDEZVOUS_STATE", "RENDEZVOUS_CLOUD", "GUST_STATE", "WINDSHEAR_STATE"}
-NOT_VALID, NOT_CURRENT, NOT_CHECKED = "not valid", "no report", "not checked"
+
+
+@cache
+def own_time() -> frozenset[str]:
+    """Messages stamped with their own sample, which may be long past; all others with the tick they were sent in."""
+    return frozenset(name for view in registry.views().values() for name in view.own_time)
+
+
+@cache
+def alarms() -> dict[str, Callable[[Fields], str]]:
+    """Message -> words of an alarm in it."""
+    return {name: words for view in registry.views().values() for name, words in view.alarms.items()}
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line of the screen; bad: in red."""
+
+    label: str
+    text: str
+    bad: bool = False
 
 
 class Vehicle:
-    """Newest packets of one aircraft."""
+    """Newest packets of one aircraft: what a view is told of it (ground.views.base.Heard)."""
 
     def __init__(self, sysid: int, now: float) -> None:
         self.sysid = sysid
         self.packets: dict[str, bytes] = {}
+        self._at_us: dict[str, int] = {}  # when they were heard, of those without a stamp of their own
         self.count = 0
         self.rate = 0.0  # [1/s] wall time
         self.t_us = 0
         self.heard = now
         self.text = ""
         self._joiner = Joiner()
-        self.alarm = ""  # the last air-data alarm and its time, kept on the screen after it is over
-        self.alarm_us = 0
+        self._alarms: dict[str, tuple[str, int]] = {}  # the last of each message, kept on the screen after it is over
         self._mark = (now, 0)
 
     def take(self, packet: bytes, now: float) -> None:
@@ -56,15 +78,17 @@ class Vehicle:
         self.count += 1
         self.heard = now
         t_us = packet_time_us(packet)
-        if t_us is not None and (t_us > self.t_us or name not in OWN_TIME):
+        if t_us is None:
+            self._at_us[name] = self.t_us
+        elif t_us > self.t_us or name not in own_time():
             self.t_us = t_us
         if name == "STATUSTEXT":
             f = decode(packet)
             self.text = self._joiner.take(packet[5], packet[6], f["text"], f["id"], f["chunk_seq"]) or self.text
-        elif name == "FDI_STATUS":  # now, not when the screen is drawn: an alarm may last one sample
-            words = alarm_words(decode(packet))
+        elif name in alarms():  # now, not when the screen is drawn: an alarm may last one sample
+            words = alarms()[name](decode(packet))
             if words:
-                self.alarm, self.alarm_us = words, self.t_us
+                self._alarms[name] = words, self.t_us
 
     def tick(self, now: float) -> None:
         """Update the message rate about once a second."""
@@ -73,7 +97,11 @@ class Vehicle:
             self.rate = (self.count - count) / (now - since)
             self._mark = (now, self.count)
 
-    def get(self, name: str) -> dict[str, Any] | None:
+    def alarm(self, name: str) -> tuple[str, int] | None:
+        """Words and time [us] of the last alarm in a message, None if there was none."""
+        return self._alarms.get(name)
+
+    def get(self, name: str) -> Fields | None:
         """Decoded newest packet of a message, None if there was none."""
         packet = self.packets.get(name)
         return decode(packet) if packet else None
@@ -81,8 +109,10 @@ class Vehicle:
     def age_s(self, name: str) -> float:
         """How far the newest sample of a message lies behind the newest of all [s]; infinite if there was none."""
         packet = self.packets.get(name)
-        t_us = None if packet is None else packet_time_us(packet)
-        return math.inf if t_us is None else (self.t_us - t_us) * 1e-6
+        if packet is None:
+            return math.inf
+        t_us = packet_time_us(packet)
+        return (self.t_us - (self._at_us[name] if t_us is None else t_us)) * 1e-6
 
 
 def wind_words(wind: list[float], sigma: list[float]) -> str:
@@ -92,21 +122,22 @@ def wind_words(wind: list[float], sigma: list[float]) -> str:
     return f"{speed:.1f} m/s from {source:03.0f}, down {wind[2]:+.1f} (3 sigma {3 * max(sigma):.1f})"
 
 
-def describe(v: Vehicle, now: float) -> dict[str, str]:
-    """What the screen says about one aircraft: label -> text, in order. Nothing is said that is not valid or no longer so."""
-    out: dict[str, str] = {}
+def describe(v: Vehicle, now: float) -> list[Line]:
+    """What the screen says about one aircraft, in order. Nothing is said that is not valid or no longer so."""
+    out: list[Line] = []
     silent = now - v.heard
     if silent > STALE_S:
-        out["data"] = f"no data for {silent:.0f} s"
+        out.append(Line("data", f"no data for {silent:.0f} s", True))
 
-    def put(label: str, source: str, words: str) -> None:
+    def put(label: str, source: str, words: str, bad: bool = False) -> None:
         age = v.age_s(source)
-        out[label] = words if age <= OLD_S else f"{NOT_CURRENT} for {age:.0f} s"
+        words = words if age <= OLD_S else f"{NOT_CURRENT} for {age:.0f} s"
+        out.append(Line(label, words, bad or any(word in words for word in (NOT_VALID, NOT_CURRENT))))
 
     if mission := v.get("MISSION_STATUS"):
         words = f"{phase_name(mission['phase'])} for {mission['phase_time']:.0f} s  {mission['reason']}"
         put("phase", "MISSION_STATUS", words)
-    out["time"] = f"{v.t_us * 1e-6:.1f} s"
+    out.append(Line("time", f"{v.t_us * 1e-6:.1f} s"))
     nav = v.get("NAV_STATE")
     good = nav is not None and nav["valid"]
     if nav:
@@ -115,32 +146,15 @@ def describe(v: Vehicle, now: float) -> dict[str, str]:
         put("wind", "NAV_STATE", wind_words(nav["wind"], nav["wind_sigma"]) if good else NOT_VALID)
     if place := v.get("LOCAL_POSITION_NED"):
         put("altitude", "LOCAL_POSITION_NED", f"{-place['z']:.0f} m" if good or nav is None else NOT_VALID)
-    if rel := v.get("RELATIVE_STATE"):
-        error = [p - c for p, c in zip(rel["pos"], rel["cmd_pos"], strict=True)]
-        place_words = " ".join(f"{p:+.2f}" for p in rel["pos"]) + " m (tanker axes)"
-        error_words = " ".join(f"{e:+.2f}" for e in error) + " m (estimated)"
-        put("position", "RELATIVE_STATE", place_words if rel["valid"] else NOT_VALID)
-        put("error", "RELATIVE_STATE", error_words if rel["valid"] else NOT_VALID)
-    _air_data(v, put)
+    for view in registry.views().values():
+        for said in view.words(v):
+            put(said.label, said.source, said.text, said.bad)
     if health := v.get("HEALTH_STATUS"):
-        put("health", "HEALTH_STATUS", health_words(health["failed"]))
-    out["messages"] = f"{v.rate:.0f} /s"
+        put("health", "HEALTH_STATUS", health_words(health["failed"]), bool(health["failed"]))
+    out.append(Line("messages", f"{v.rate:.0f} /s"))
     if v.text:
-        out["text"] = v.text
+        out.append(Line("text", v.text))
     return out
-
-
-def _air_data(v: Vehicle, put: Callable[[str, str, str], None]) -> None:
-    """Fault detection and the wake position it rests on."""
-    fdi, wake = v.get("FDI_STATUS"), v.get("WAKE_POSITION")
-    if fdi:
-        late = wake is not None and v.age_s("WAKE_POSITION") > OLD_S
-        words = fdi_words(fdi, {"valid": 0, "reason": NOT_CURRENT} if late else wake)
-        if v.alarm and not fdi["alarm"]:
-            words += f"; last alarm {(v.t_us - v.alarm_us) * 1e-6:.0f} s ago: {v.alarm}"
-        put("air data", "FDI_STATUS", words)
-    if wake:
-        put("in wake", "WAKE_POSITION", wake_words(wake))
 
 
 class Monitor:
@@ -172,8 +186,8 @@ class Monitor:
         out = []
         for sysid, v in sorted(self.vehicles.items()):
             v.tick(now)
-            parts = [f"{k} {t}" for k, t in describe(v, now).items()]
-            out.append(f"{AIRCRAFT.get(sysid, f'sysid {sysid}')}: " + "; ".join(parts))
+            parts = [f"{line.label} {line.text}" for line in describe(v, now)]
+            out.append(f"{usual_names().get(sysid, f'sysid {sysid}')}: " + "; ".join(parts))
         return out
 
     def screen(self) -> Group:
@@ -185,12 +199,11 @@ class Monitor:
             grid = Table.grid(padding=(0, 2))
             grid.add_column(style="dim", min_width=9)
             grid.add_column()
-            for key, text in describe(v, now).items():
-                bad = key == "data" or (key == "health" and text != "ok")
-                bad = bad or any(words in text for words in (NOT_VALID, NOT_CURRENT, NOT_CHECKED))
-                bad = bad or (key == "air data" and ("ALARM" in text or "EXCLUDED" in text))
-                grid.add_row(key, Text(text, style="bold red" if bad else ""))
-            panels.append(Panel(grid, title=f"{AIRCRAFT.get(sysid, 'aircraft')} (sysid {sysid})", title_align="left"))
+            for line in describe(v, now):
+                grid.add_row(line.label, Text(line.text, style="bold red" if line.bad else ""))
+            panels.append(
+                Panel(grid, title=f"{usual_names().get(sysid, 'aircraft')} (sysid {sysid})", title_align="left")
+            )
         if not panels:
             panels.append(Text(f"no data for {now - self.started:.0f} s", style="bold red"))
         lost = sum(self.gaps.dropped.values())

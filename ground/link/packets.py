@@ -11,14 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from flightsw.icd.dialect import ENUMS, HOUSE, Message
+from flightsw.icd.dialect import HOUSE, Message
 from flightsw.icd.framing import HEAD, TIME, V2, as_v2, check, next_sound
 
 HEADER = HEAD[V2]  # bytes before the payload
-PHASES: dict[int, str] = {value: entry.name.removeprefix("WKF_PHASE_") for value, entry in ENUMS["WKF_PHASE"].items()}
-FLAGS = [(v, e.name.removeprefix("WKF_HEALTH_")) for v, e in ENUMS["WKF_HEALTH"].items()]
-AIRCRAFT: dict[int, str] = {1: "tanker", 2: "receiver"}  # sysid -> name of the entity path
-TANKER, RECEIVER = 1, 2
+Fields = dict[str, Any]  # of a decoded message, as its definition in the ICD says
+PHASES: dict[int, str] = {v: word.upper() for v, word in HOUSE.words("WKF_PHASE").items()}
+FLAGS = [(v, word.upper()) for v, word in HOUSE.words("WKF_HEALTH").items()]
 
 _NUMPY = {"c": "S", "b": "i1", "B": "u1", "h": "<i2", "H": "<u2", "i": "<i4", "I": "<u4", "q": "<i8", "Q": "<u8"}
 _NUMPY |= {"f": "<f4", "d": "<f8"}
@@ -98,12 +97,12 @@ def split(datagram: bytes) -> Iterator[tuple[bytes, str]]:
         pos = stop
 
 
-def decode(packet: bytes) -> dict[str, Any]:
+def decode(packet: bytes) -> Fields:
     """Fields of one framed packet as Python values (arrays as lists, text as str). KeyError for an unknown id."""
     dt = DTYPES[packet_id(packet)]
     payload = packet[HEADER : HEADER + packet[1]].ljust(dt.itemsize, b"\0")[: dt.itemsize]
     row = np.frombuffer(payload, dtype=dt)[0]
-    out: dict[str, Any] = {}
+    out: Fields = {}
     for name in dt.names or ():
         value = row[name]
         out[name] = value.decode("utf-8", "replace") if isinstance(value, bytes) else value.tolist()

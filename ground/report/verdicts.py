@@ -3,20 +3,47 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol
+from dataclasses import dataclass
 
 from ground.report import page as p
 from ground.report.load import Stat
 
 
-class Target(Protocol):
-    """What a value must be; see sevil.Target."""
+@dataclass(frozen=True)
+class Target:
+    """An acceptance figure: every value of `values` in `case` must be `sense` limit ("within": limit +- tolerance)."""
+
+    what: str
+    case: str
+    values: tuple[str, ...]
+    sense: str
+    limit: float
+    tolerance: float = 0.0
 
     def met(self, value: float) -> bool:
         """Whether a value meets it."""
+        if self.sense == "within":
+            return abs(value - self.limit) <= self.tolerance
+        return (
+            value <= self.limit
+            if self.sense == "<="
+            else value < self.limit
+            if self.sense == "<"
+            else value >= self.limit
+        )
+
+    @property
+    def text(self) -> str:
+        """The demand in words."""
+        if self.sense == "within":
+            return f"{self.limit:g} ± {self.tolerance:g}"
+        return f"{({'<=': '≤', '>=': '≥'}).get(self.sense, self.sense)} {self.limit:g}"
 
     def worse(self, a: float, b: float) -> bool:
         """Whether a is further from being met than b."""
+        if self.sense == "within":
+            return abs(a - self.limit) > abs(b - self.limit)
+        return a < b if self.sense == ">=" else a > b
 
 
 def worst(stats: Sequence[Stat], target: Target, scale: float = 1.0) -> Stat | None:

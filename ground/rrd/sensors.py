@@ -2,25 +2,23 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 
 from flightsw.icd.tlog import LINK_IN
 from ground.columns import Columns, Table, load
-from ground.link.packets import AIRCRAFT
-from ground.rrd.palette import COLOR
+from ground.rrd.palette import CRAFTS, Color
 from ground.rrd.series import AXIS, Sink
+from ground.run import Run
 
 PERIOD_US = 100_000  # [us]
 
 
-def sensors(sink: Sink, run: Path) -> None:
+def sensors(sink: Sink, run: Run) -> None:
     """Send the sensor series of every link log in the run folder; none there, nothing sent."""
-    for name in AIRCRAFT.values():
-        path = run / f"link_{name}.tlog"
+    for i, name in enumerate(run.names.values()):
+        path = run.folder / f"link_{name}.tlog"
         if path.exists():
-            _one(sink, load(path), name)
+            _one(sink, load(path), name, CRAFTS[i % len(CRAFTS)])
 
 
 def _inbound(log: Columns, message: str) -> Table | None:
@@ -33,7 +31,7 @@ def _inbound(log: Columns, message: str) -> Table | None:
     return None
 
 
-def _one(sink: Sink, log: Columns, name: str) -> None:
+def _one(sink: Sink, log: Columns, name: str, look: Color) -> None:
     imu = _inbound(log, "HIL_SENSOR")
     if imu is not None:
         for kind, unit in (("acc", "m/s2"), ("gyro", "rad/s")):
@@ -46,13 +44,13 @@ def _one(sink: Sink, log: Columns, name: str) -> None:
                     AXIS[i],
                     1.0,
                 )
-        sink.series(f"sensors/{name}/baro/altitude", imu.t_us, imu["pressure_alt"], f"{name} baro", COLOR[name], 1.0)
+        sink.series(f"sensors/{name}/baro/altitude", imu.t_us, imu["pressure_alt"], f"{name} baro", look, 1.0)
     air = _inbound(log, "AIR_DATA")
     if air is not None:
         count = max(1, int(air["count"].max()))
         for key, field, factor in (("V", "airspeed", 1.0), ("alpha", "alpha", 57.29578), ("beta", "beta", 57.29578)):
             values = factor * air[field][:, :count].astype(np.float64)
-            sink.series(f"sensors/{name}/air/{key}", air.t_us, values, f"probe {key}", COLOR[name], 1.0)
+            sink.series(f"sensors/{name}/air/{key}", air.t_us, values, f"probe {key}", look, 1.0)
     rel = _inbound(log, "REL_NAV")
     if rel is not None:
         xi = np.stack([rel[a] for a in "xyz"], axis=1).astype(np.float64)

@@ -9,6 +9,9 @@ import numpy as np
 import rerun as rr
 from numpy.typing import NDArray
 
+from flightsw.plugins import VIEWS
+from flightsw.strict import ConfigError
+
 APPLICATION = "wakefield"
 TICK_US = 10_000  # [us] base tick
 AXIS = ((232, 92, 80), (96, 190, 110), (90, 150, 240))  # colours of x, y, z and the like
@@ -22,6 +25,21 @@ class Sink:
         self.rec = rr.RecordingStream(APPLICATION, recording_id=name)
         self.rec.save(str(path), default_blueprint=look)  # type: ignore[arg-type]
         self.start_us, self.end_us, self.tick_us = start_us, end_us, tick_us
+        self._drawn: set[str] = set()
+        self._standing: frozenset[str] = frozenset()
+
+    def stand(self) -> None:
+        """From here on, series and states of a path that is drawn already are left out: what a view drew stands."""
+        self._standing = frozenset(self._drawn)
+
+    def _free(self, path: str) -> bool:
+        """Whether a path is to be drawn now. Raises ConfigError for one that two views draw."""
+        if path in self._standing:
+            return False
+        if path in self._drawn:
+            raise ConfigError(f"{VIEWS}: {path} is drawn twice")
+        self._drawn.add(path)
+        return True
 
     def times(self, t_us: NDArray[np.int64]) -> list[rr.TimeColumn]:
         """Both time columns of rows at t_us [us]."""
@@ -46,6 +64,8 @@ class Sink:
         step: bool = False,
     ) -> None:
         """One line (values (n,)) or several lines of one style (values (n,k)) of a plot."""
+        if not self._free(path):
+            return
         values = np.asarray(values, dtype=np.float64)
         k = 1 if values.ndim == 1 else values.shape[1]
         style = rr.SeriesLines(
@@ -66,7 +86,7 @@ class Sink:
 
     def states(self, path: str, t_us: NDArray[np.int64], names: list[str], colors: Mapping[str, Sequence[int]]) -> None:
         """A lane of the state timeline: a row where the state changes."""
-        if not names:
+        if not names or not self._free(path):
             return
         labels = np.array(names)
         change = np.flatnonzero(np.concatenate([[True], labels[1:] != labels[:-1]]))

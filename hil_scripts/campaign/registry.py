@@ -1,45 +1,42 @@
-"""Studies by name: modules of `hil_scripts.studies` with a STUDY, or with STUDIES (a tuple) where several share code."""
+"""Studies by name, from the entry points `wakefield.studies` of this and of any other installed package: each a Study, or a tuple
+of them where several share code.
+"""
 
 from __future__ import annotations
 
-import importlib
-import importlib.util
-import pkgutil
-from types import ModuleType
-
-from flightsw.strict import near
+from flightsw.plugins import STUDIES, declared, part
+from flightsw.strict import ConfigError, near
 from hil_scripts.campaign.study import CampaignError, Study
 
-PACKAGE = "hil_scripts.studies"
 
-
-def _modules() -> list[str]:
+def _studies(entry: str, value: str) -> tuple[Study, ...]:
+    """What an entry point offers. Raises CampaignError naming one that cannot be imported or offers something else."""
     try:
-        spec = importlib.util.find_spec(PACKAGE)
-    except ModuleNotFoundError:
-        spec = None
-    if spec is None or spec.submodule_search_locations is None:
-        return []
-    return sorted(m.name for m in pkgutil.iter_modules(spec.submodule_search_locations) if not m.name.startswith("_"))
-
-
-def _studies(module: ModuleType) -> list[Study]:
-    one, many = getattr(module, "STUDY", None), getattr(module, "STUDIES", ())
-    return [s for s in ([one] if one is not None else []) + list(many) if isinstance(s, Study)]
+        found = part(STUDIES, entry, object, STUDIES)
+    except ConfigError as e:
+        raise CampaignError(str(e)) from e
+    except Exception as e:
+        raise CampaignError(f"{STUDIES} = {entry!r}: {value} cannot be imported: {type(e).__name__}: {e}") from e
+    several = found if isinstance(found, tuple) else (found,)
+    for one in several:
+        if not isinstance(one, Study):
+            raise CampaignError(
+                f"{STUDIES} = {entry!r}: {value} has a {type(one).__name__}; allowed: a Study, or a tuple of Study"
+            )
+    return several
 
 
 def all_studies() -> dict[str, Study]:
-    """Every study by name, sorted. Raises CampaignError naming a module that cannot be imported, or a double name."""
+    """Every study by name, sorted. Raises CampaignError naming an entry that cannot be imported, or a double name."""
     found: dict[str, Study] = {}
-    for name in _modules():
-        try:
-            module = importlib.import_module(f"{PACKAGE}.{name}")
-        except Exception as e:
-            raise CampaignError(f"study module {PACKAGE}.{name} cannot be imported: {type(e).__name__}: {e}") from e
-        for study in _studies(module):
-            if study.name in found and found[study.name] is not study:
-                raise CampaignError(f"study name {study.name!r} is used twice (second time in {PACKAGE}.{name})")
-            found[study.name] = study
+    try:
+        points = declared(STUDIES)
+    except ConfigError as e:
+        raise CampaignError(str(e)) from e
+    for entry, point in points.items():
+        for study in _studies(entry, point.value):
+            if found.setdefault(study.name, study) is not study:
+                raise CampaignError(f"study name {study.name!r} is used twice (second time in {point.value})")
     return dict(sorted(found.items()))
 
 

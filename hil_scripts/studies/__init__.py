@@ -1,1 +1,1 @@
-"""Published experiments as campaign definitions: each module offers STUDY or STUDIES for `sil campaign`."""
+"""Published experiments as campaign definitions, one folder per work, for `sil campaign`: entry points `wakefield.studies`."""

@@ -181,6 +181,17 @@ def test_realtime_runs_without_a_frame_and_time_goes_on() -> None:
     assert app.stamps == [0, 10_000, 10_000, 30_000] and app.steps == [0.01, 0.01, 0.01, 0.02]
 
 
+def test_what_every_rate_group_costs_goes_down_once_a_second_in_real_time_only() -> None:
+    node, _, plant = realtime()
+    sent = [fields(b"".join(node.handle([plant.at(k)], 0.01).telemetry), "RATE_GROUP") for k in range(201)]
+    assert [k for k, rows in enumerate(sent) if rows] == [0, 100, 200]
+    [app] = sent[200]
+    assert (app["label"], app["group"], app["divisor"], app["offset"], app["runs"]) == ("app", 0, 1, 0, 201)
+    assert app["last"] == app["mean"] == app["max"] == 1.0  # this clock counts its readings
+    node, plant = Node(config(), FakeApp()), FakePlant()
+    assert not any(fields(b"".join(node.handle([plant.at(k)]).telemetry), "RATE_GROUP") for k in range(101))
+
+
 def test_realtime_newest_frame_wins_and_older_are_merged() -> None:
     node, app, plant = realtime()
     node.handle([plant.at(0)], 0.01)

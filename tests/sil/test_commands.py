@@ -120,7 +120,7 @@ TEXTS = (
     *sorted((ROOT / "docs").glob("*.md")),
     ROOT / "README.md",
     ROOT / "hil_scripts" / "sil.py",
-    ROOT / "hil_scripts" / "runfolder.py",
+    ROOT / "hil_scripts" / "launch" / "runfolder.py",
 )
 
 

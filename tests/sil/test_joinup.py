@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from ground.columns import hold, load
-from ground.link.packets import RECEIVER
+from ground.views.refueling.aircraft import RECEIVER
 from tests.sil.launch import sil, summary
 
 SECONDS = 70.0  # [s] simulated

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -14,8 +15,10 @@ from pathlib import Path
 
 import pytest
 
+from flightsw import plugins
 from hil_scripts.campaign.engine import run_campaign
 from hil_scripts.campaign.journal import FILE, Journal, read
+from hil_scripts.campaign.registry import all_studies
 from hil_scripts.campaign.study import CampaignError, Case, RunResult, Study, run_seed
 from tests.unit.campaign_demo import STUDY
 
@@ -174,14 +177,6 @@ def test_damaged_journal_names_the_line(tmp_path: Path) -> None:
     _refused("line 2 is damaged", tmp_path / "c")
 
 
-CLI = """
-import sys
-from hil_scripts.campaign import registry
-registry.PACKAGE = sys.argv.pop(1)
-from hil_scripts.sil import main
-if __name__ == "__main__":
-    main()
-"""
 SLOW = """
 from dataclasses import replace
 from hil_scripts.campaign.study import Case
@@ -192,17 +187,22 @@ STUDY = replace(BASE, name="slow", cases=(Case("a", {"sigma": 1.0, "slow_s": 0.1
 
 @pytest.fixture
 def cli(tmp_path: Path) -> list[str]:
-    """Argument vector of `sil` with a study package of its own: one study, slow, two cases."""
-    package = tmp_path / "package" / "own_studies"
-    package.mkdir(parents=True)
-    (package / "__init__.py").write_text("")
-    (package / "slow.py").write_text(SLOW)
-    (tmp_path / "cli.py").write_text(CLI)
-    return [sys.executable, str(tmp_path / "cli.py"), "own_studies", "campaign"]
+    """Argument vector of `sil` with an installed package's study: slow, two cases. It stands in place of ours, which are many."""
+    install(tmp_path / "package", "wakefield", SLOW, "slow = wakefield_module:STUDY")
+    return [sys.executable, "-m", "hil_scripts.sil", "campaign"]
+
+
+def install(site: Path, name: str, module: str, entry: str) -> None:
+    """A package of one module `<name>_module` as pip leaves it in the folder `site`."""
+    info = site / f"{name}-1.0.dist-info"
+    info.mkdir(parents=True)
+    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_text(f"[wakefield.studies]\n{entry}\n")
+    (site / f"{name}_module.py").write_text(module)
 
 
 def _env(tmp: Path) -> dict[str, str]:
-    return {**os.environ, "PYTHONPATH": f"{ROOT}:{tmp / 'package'}", "NUMBA_DISABLE_JIT": "1", "COLUMNS": "200"}
+    return {**os.environ, "PYTHONPATH": f"{tmp / 'package'}:{ROOT}", "NUMBA_DISABLE_JIT": "1", "COLUMNS": "200"}
 
 
 @pytest.mark.parametrize(
@@ -225,6 +225,32 @@ def test_command_line(cli: list[str], tmp_path: Path, args: list[str], code: int
     assert r.returncode == code, r.stderr
     assert says in r.stdout + r.stderr and "Traceback" not in r.stderr
     assert (tmp_path / "campaigns").exists() == ("made now" in says)
+
+
+@pytest.mark.parametrize(
+    ("module", "entry", "says"),
+    [
+        ("1 / 0", "bad = own_module:STUDY", "'bad': own_module:STUDY cannot be imported: ZeroDivisionError"),
+        ("", "bad = own_module:STUDY", "'bad': cannot be imported: module 'own_module' has no attribute 'STUDY'"),
+        ("STUDY = (1,)", "bad = own_module:STUDY", "'bad': own_module:STUDY has a int; allowed: a Study, or a tuple"),
+        (SLOW, "one = own_module:STUDY\ntwo = own_module:OTHER", "study name 'slow' is used twice (second time in own"),
+        (SLOW, "lee = own_module:STUDY", "'lee' is declared by"),
+    ],
+)
+def test_a_package_whose_study_cannot_be_had_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, module: str, entry: str, says: str
+) -> None:
+    """Whatever is wrong with somebody's entry point."""
+    install(tmp_path / "package", "own", module + "\nOTHER = replace(STUDY)" * ("two" in entry), entry)
+    monkeypatch.syspath_prepend(str(tmp_path / "package"))
+    plugins.declared.cache_clear()
+    try:
+        with pytest.raises(CampaignError, match=re.escape(says)):
+            all_studies()
+    finally:
+        sys.modules.pop("own_module", None)
+        monkeypatch.undo()
+        plugins.declared.cache_clear()
 
 
 def test_ctrl_c_keeps_what_was_made_and_leaves_no_process(cli: list[str], tmp_path: Path) -> None:

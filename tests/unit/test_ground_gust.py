@@ -180,7 +180,9 @@ def test_figures_without_truth_are_none(tmp_path: Path) -> None:
     assert s["gust.one.alpha_w.rms_deg"] > 3.0  # truth is over the speed the aircraft started with
     (run / "scenario.toml").write_text("")
     s = compute(run)
-    assert s["gust.uav3.alpha_w.rms_deg"] is None and s["gust.uav3.v_w.rms_mps"] == pytest.approx(0.0, abs=1e-6)
+    assert s["gust.aircraft3.alpha_w.rms_deg"] is None and s["gust.aircraft3.v_w.rms_mps"] == pytest.approx(
+        0.0, abs=1e-6
+    )
 
 
 def test_injected_failures_end_the_known_bias(tmp_path: Path) -> None:
@@ -204,7 +206,7 @@ def test_conversion_and_tabs(run: Path, tmp_path: Path) -> None:
     path = convert(run, tmp_path / "run.rrd")
     assert path.stat().st_size > 20_000
     assert convert(run, tmp_path / "loads.rrd", tab="loads").exists()
-    with pytest.raises(NoTabError, match="Gust, Loads, Filter, Flight and timing"):
+    with pytest.raises(NoTabError, match="Gust, Loads, Filter, Wind, Flight, Controls, Timing and filter, Sensors"):
         convert(run, tmp_path / "none.rrd", tab="boom")
 
 

@@ -11,7 +11,9 @@ import pytest
 
 from flightsw.icd.tlog import TlogWriter, read
 from ground.columns import LogError
-from ground.metrics import compute, error_stats, wind_stats
+from ground.metrics import compute
+from ground.views.refueling.figures import error_stats
+from ground.wind import wind_stats
 
 Synth = runpy.run_path(str(Path(__file__).with_name("ground_synth.py")))["Synth"]
 ERROR, WIND = (0.1, -0.2, 0.3), (0.2, 0.0, -0.1)

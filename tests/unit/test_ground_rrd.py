@@ -19,8 +19,9 @@ from flightsw.icd.wire import Sender
 from ground.columns import LogError
 from ground.compare import compare, report
 from ground.geometry import euler_quat, quat_conj, quat_euler, quat_mul, quat_rotate, wrap
-from ground.rrd import contact_time, convert, scene
+from ground.rrd import convert, picture_time
 from ground.rrd.shot import ScreenshotError, screenshot, viewer
+from ground.views.refueling import scene
 
 Synth = runpy.run_path(str(Path(__file__).with_name("ground_synth.py")))["Synth"]
 
@@ -122,10 +123,10 @@ def test_recording_and_monitor_do_not_import_rerun() -> None:
     assert subprocess.run([sys.executable, "-c", code]).returncode == 0
 
 
-def test_contact_time_is_inside_contact(run: Path) -> None:
+def test_the_picture_is_taken_inside_contact(run: Path) -> None:
     from ground.columns import load
 
-    assert 0.35 * 30 < (contact_time(load(run / "tlm.tlog")) or 0.0) < 0.85 * 30
+    assert 0.35 * 30 < (picture_time(load(run / "tlm.tlog")) or 0.0) < 0.85 * 30
 
 
 def test_silhouettes_are_to_scale() -> None:

@@ -17,7 +17,7 @@ from flightsw.icd.wire import SPECS, Counters, Sender, split
 from flightsw.missions.base import MissionSpec
 from flightsw.types import Ack
 from ground.__main__ import app
-from ground.link.command import ACTIONS, COMP_PLANT, OWNERS, Answer, CommandError, Order, order, send
+from ground.link.command import COMP_PLANT, Answer, CommandError, Order, offered, order, send
 from ground.link.command import MISSIONS as GROUND_MISSIONS
 from ground.link.inject import CHANNELS, PROBES, TYPES, UNITS, inject
 from ground.link.live import STALE_S, Monitor, wind_words
@@ -156,10 +156,10 @@ def test_the_law_is_the_one_of_the_mission_flown(mission: int, command: int, nam
 
 def test_owners_are_the_missions_own_commands() -> None:
     taken = {name: cls.commands for name, cls in MISSIONS.items()}
-    assert {c: tuple(n for n, own in taken.items() if c in own) for c in OWNERS} == {
-        c: tuple(sorted(owners, key=list(taken).index)) for c, owners in OWNERS.items()
-    }
-    assert set().union(*taken.values()) == set(OWNERS)
+    offers = [c for choice in offered().values() for c in choice]
+    for c in offers:
+        assert set(c.missions) == {name for name, own in taken.items() if c.command in own}, c.word
+    assert set().union(*taken.values()) == {c.command for c in offers}
     assert sorted(GROUND_MISSIONS.values()) == sorted(taken)
 
 
@@ -271,7 +271,10 @@ def test_negative_value_on_the_command_line_is_a_value(monkeypatch: pytest.Monke
 
 def test_actions_are_the_dialects() -> None:
     expected = ("hold", "precontact", "contact", "disconnect", "breakaway", "observation")
-    assert dict(zip(expected, range(1, 7), strict=True)) == ACTIONS
+    assert [order(word, None, None).params[0] for word in expected] == [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]
+    r = CliRunner().invoke(app, ["send", "list"])
+    assert r.exit_code == 0 and "law: gust; 0 hold, 1 alleviation, 2 elevator; name an aircraft" in r.stdout
+    assert "speed: tanker, rendezvous; m/s; usual sysid 1" in r.stdout
 
 
 def test_monitor_shows_both_and_says_when_a_stream_stops() -> None:

@@ -14,8 +14,9 @@ from typer.testing import CliRunner
 
 from flightsw.missions.gust.printed import H_PRINTED
 from ground.__main__ import app
+from ground.report.goals import judge
 from ground.report.hoffmann import page as data
-from ground.report.hoffmann.build import hoffmann_report, judge
+from ground.report.hoffmann.build import hoffmann_report
 from ground.report.load import load
 from ground.report.page import number
 from hil_scripts.campaign.engine import run_campaign

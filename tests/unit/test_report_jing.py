@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from ground.__main__ import app
-from ground.report.hoffmann.build import judged
+from ground.report.goals import judged
 from ground.report.jing import page as data
 from ground.report.jing.build import jing_report
 from ground.report.load import load

@@ -13,7 +13,7 @@ import pytest
 from typer.testing import CliRunner
 
 from ground.__main__ import app
-from ground.report.build import lee_report
+from ground.report.lee.build import lee_report
 from ground.report.load import ReportError, load
 from ground.report.page import number
 

@@ -13,14 +13,15 @@ import numpy as np
 import pytest
 from matplotlib.axes import Axes
 
-from ground.report import figures, open_loop, verdicts
+from ground.report import figures, verdicts
 from ground.report import page as p
-from ground.report.build import claims, lee_report
+from ground.report.cases import Cases, matrix, sweep_points
+from ground.report.lee import open_loop
 from ground.report.lee import page as lee
+from ground.report.lee.build import claims, lee_report
 from ground.report.load import Stat, load
 from ground.report.rivard import cells as rivard_cells
-from ground.report.sevil.cases import Cases, matrix, sweep_points
-from ground.report.sevil.page import Target
+from ground.report.verdicts import Target
 from hil_scripts.campaign.engine import run_campaign
 from hil_scripts.campaign.study import Case, RunResult, Study
 

@@ -13,10 +13,10 @@ import pytest
 from typer.testing import CliRunner
 
 from ground.__main__ import app
+from ground.report.cases import Cases
 from ground.report.load import load
 from ground.report.rivard import page as data
 from ground.report.rivard.build import judge, rivard_report
-from ground.report.sevil.cases import Cases
 from hil_scripts.campaign.engine import run_campaign
 from hil_scripts.campaign.study import Case, RunResult, Study
 from hil_scripts.studies.rivard.study import STUDY

@@ -13,11 +13,11 @@ import pytest
 from typer.testing import CliRunner
 
 from ground.__main__ import app
+from ground.report.cases import Cases
 from ground.report.load import load
 from ground.report.page import number
 from ground.report.sevil import page as data
 from ground.report.sevil.build import judge, sevil_report
-from ground.report.sevil.cases import Cases
 from hil_scripts.campaign.engine import run_campaign
 from hil_scripts.campaign.study import Case, RunResult, Study
 from hil_scripts.studies.sevil import dynamic as sevil_dynamic

@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
-from ground.report import figures, open_loop
+from ground.report import figures
 from ground.report import page as p
-from ground.report import verdicts as v
 from ground.report.build import Pictures, load_all, provenance, warnings, write_page
+from ground.report.chapters import everything
+from ground.report.goals import Found, figure, judged
 from ground.report.hoffmann import figures as f
 from ground.report.hoffmann import page as hoffmann
 from ground.report.hoffmann.loops import adaptation, alleviation, estimators, labels, robustness
 from ground.report.hoffmann.page import label
-from ground.report.load import Campaign, Stat, finite
+from ground.report.load import Campaign
 
 PAGE = "hoffmann.html"
-Found = Mapping[str, Campaign]
 UNITS = (("alpha_w", "alpha_W [deg]", "deg"), ("v_w", "V_W [m/s]", "mps"), ("bias", "bias [deg]", "deg"))
 
 
@@ -43,49 +43,12 @@ def _text(found: Found, pictures: Pictures) -> str:
         ("adaptation", "Turbulence that comes and goes", adaptation(found.get("hoffmann_adaptation"), pictures)),
     ]
     chapters = [c for c in chapters if c[2]]
-    chapters.append(
-        ("figures", "All figures", "".join(p.details(s, open_loop.everything(c)) for s, c in found.items()))
-    )
+    chapters.append(("figures", "All figures", "".join(p.details(s, everything(c)) for s, c in found.items())))
     chapters.append(("reading", "How to read this", "".join(p.paragraph(t) for t in READING.strip().split("\n\n"))))
     chapters.append(("provenance", "Provenance", provenance(list(found.values()))))
     body = cards + "".join(warnings(c) for c in found.values())
     body += "\n".join(p.section(*c) for c in chapters)
     return p.document(hoffmann.TITLE, hoffmann.PURPOSE, [(a, t) for a, t, _ in chapters], body)
-
-
-def figure(c: Campaign, case: str, value: str) -> Stat:
-    """Statistic of a value: that of all runs pooled where the study has one, else the statistic over runs."""
-    key = f"{case}.{value}.pooled"
-    if key not in c.summary:
-        return c.stat(case, value)
-    found = finite(c.summary[key])
-    why = "" if found is not None else c.fate(case, value) or "not finite"
-    return Stat(key, found, n=c.runs(case) - c.failed(case), why=why)
-
-
-def judge(found: Found, t: hoffmann.Goal) -> tuple[Stat | None, bool]:
-    """The value of a goal furthest from being met, and whether that meets it; None where no campaign has it."""
-    c = found.get(t.study)
-    stat = v.worst([figure(c, t.case, x) for x in t.values] if c is not None else [], t)
-    return stat, stat is not None and v.met(stat, t)
-
-
-def judged(found: Found, goals: Sequence[hoffmann.Goal]) -> tuple[str, str]:
-    """Table of the goals with what was measured, of several values the worst; and the headline cards."""
-    rows, verdicts = [], []
-    for t in goals:
-        stat, met = judge(found, t)
-        if stat is not None:
-            verdicts.append(met)
-            row = p.text(t.what) + p.text(t.text, "name") + p.cell(stat, v.css(stat, met)) + v.verdict(stat, met)
-            rows.append(row + p.plain(stat.n) + p.text(f"{t.study}: {stat.key}"))
-    head = [("figure", ""), ("demand", ""), ("measured", "num"), ("", ""), ("runs", "num"), ("summary key", "")]
-    runs = [r for c in found.values() for r in c.rows]
-    failed = sum(r["status"] != "ok" for r in runs)
-    cards = [p.card(str(len(runs)), "runs"), p.card(str(failed), "failed runs", "bad" if failed else "good")]
-    cards += v.card(verdicts)
-    table = p.table(head, rows, "Means or RMS over runs with 95 % confidence intervals.") if rows else ""
-    return table, f'<div class="cards">{"".join(cards)}</div>'
 
 
 def _gains(c: Campaign | None, pictures: Pictures) -> str:

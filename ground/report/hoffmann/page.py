@@ -6,9 +6,7 @@ program of its own.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
-from ground.report.sevil.page import Target
+from ground.report.goals import Goal
 
 TITLE = "Wind disturbances felt on board a small UAV: Hoffmann and Luckner (2010) reproduced and improved"
 PURPOSE = (
@@ -147,13 +145,6 @@ CALM = (
     "filter tuned to medium turbulence, 0.03 deg for that one)."
 )
 RATIO_HZ = ("0p2", "0p5", "1", "2", "4", "8")
-
-
-@dataclass(frozen=True)
-class Goal(Target):
-    """An acceptance figure of one study's case (case names repeat between studies)."""
-
-    study: str = ""
 
 
 GAINS, FLIGHTS, LOOP = "hoffmann_gains", "hoffmann", "hoffmann_alleviation"

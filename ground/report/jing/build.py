@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from ground.report import figures, open_loop
+from ground.report import figures
 from ground.report import page as p
 from ground.report.build import Pictures, load_all, provenance, warnings, write_page
-from ground.report.hoffmann.build import Found, judged
+from ground.report.chapters import everything
+from ground.report.goals import Found, judged
 from ground.report.jing import figures as f
 from ground.report.jing import page as jing
 from ground.report.load import Campaign
@@ -39,9 +40,7 @@ def _text(found: Found, pictures: Pictures) -> str:
         ("alerts", "Cautions and aborts in turbulence", _alerts(found.get(jing.ALERTS))),
     ]
     chapters = [c for c in chapters if c[2]]
-    chapters.append(
-        ("figures", "All figures", "".join(p.details(s, open_loop.everything(c)) for s, c in found.items()))
-    )
+    chapters.append(("figures", "All figures", "".join(p.details(s, everything(c)) for s, c in found.items())))
     chapters.append(("reading", "How to read this", "".join(p.paragraph(t) for t in READING.strip().split("\n\n"))))
     chapters.append(("provenance", "Provenance", provenance(list(found.values()))))
     body = cards + "".join(warnings(c) for c in found.values())

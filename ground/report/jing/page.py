@@ -5,7 +5,7 @@ The print has figures and no tables; the reference figures are those of jing.md,
 
 from __future__ import annotations
 
-from ground.report.hoffmann.page import Goal
+from ground.report.goals import Goal
 
 TITLE = "A jet transport in a microburst: Jing et al. (2007) reproduced and improved"
 PURPOSE = (

@@ -8,6 +8,7 @@ from pathlib import Path
 from ground.report import page as p
 from ground.report import verdicts as v
 from ground.report.build import Pictures, load_all, provenance, warnings, write_page
+from ground.report.cases import Cases
 from ground.report.load import Campaign, Stat
 from ground.report.rivard import chapters as rivard_chapters
 from ground.report.rivard import filters as rivard_filters
@@ -15,7 +16,6 @@ from ground.report.rivard import open as rivard_open
 from ground.report.rivard import page as rivard
 from ground.report.rivard import six as rivard_six
 from ground.report.rivard.cells import scaled
-from ground.report.sevil.cases import Cases
 
 PAGE = "rivard.html"
 MAIN = "rivard"

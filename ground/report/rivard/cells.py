@@ -6,10 +6,10 @@ import math
 from html import escape
 
 from ground.report import page as p
+from ground.report.cases import CaseOf, Cases
 from ground.report.figures import Point
 from ground.report.load import Stat, finite
 from ground.report.rivard.page import NM
-from ground.report.sevil.cases import CaseOf, Cases
 
 
 def scaled(stat: Stat, scale: float, sign: float = 1.0, digits: int = 3, css: str = "") -> str:

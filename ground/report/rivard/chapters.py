@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from ground.report import page as p
+from ground.report.cases import CaseOf, Cases
 from ground.report.figures import Point
 from ground.report.rivard import figures as f
 from ground.report.rivard import page as d
 from ground.report.rivard.cells import average, count, nm, number, percent, point, words
-from ground.report.sevil.cases import CaseOf, Cases
 
 STATS = ("mean", "sigma", "rms")
 

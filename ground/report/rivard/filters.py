@@ -5,11 +5,11 @@ from __future__ import annotations
 from scipy.stats import chi2
 
 from ground.report import page as p
+from ground.report.cases import CaseOf, Cases
 from ground.report.figures import Point
 from ground.report.rivard import figures as f
 from ground.report.rivard import page as d
 from ground.report.rivard.cells import number, point, scaled, times
-from ground.report.sevil.cases import CaseOf, Cases
 
 
 def filters(cases: Cases) -> str:

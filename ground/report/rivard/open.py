@@ -7,11 +7,11 @@ from collections.abc import Sequence
 
 from ground.report import figures as f
 from ground.report import page as p
+from ground.report.cases import CaseOf, Cases
 from ground.report.figures import Bar, Point
 from ground.report.rivard import figures as rf
 from ground.report.rivard import page as d
 from ground.report.rivard.cells import count, nm, percent, point, scaled
-from ground.report.sevil.cases import CaseOf, Cases
 
 PRODUCT, SEED = "as shipped", "k = 3 law"
 

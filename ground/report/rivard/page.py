@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ground.report.sevil.page import Target
+from ground.report.verdicts import Target
 
 TITLE = "Rendezvous by range alone: Rivard (1982) reproduced and improved"
 PURPOSE = (

@@ -5,11 +5,11 @@ from __future__ import annotations
 from html import escape
 
 from ground.report import page as p
+from ground.report.cases import Cases
 from ground.report.load import Campaign, Stat, finite
 from ground.report.rivard.cells import scaled
 from ground.report.rivard.figures import tracks
 from ground.report.rivard.page import NM
-from ground.report.sevil.cases import Cases
 
 STUDY = "rivard_6dof"
 CASES = {"product": "as shipped", "seed": "source's filter and k = 3 law"}

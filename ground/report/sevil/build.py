@@ -6,15 +6,15 @@ from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 
-from ground.report import open_loop
 from ground.report import page as p
 from ground.report import verdicts as v
 from ground.report.build import Pictures, load_all, provenance, warnings, write_page
+from ground.report.cases import Cases
+from ground.report.chapters import everything
 from ground.report.load import Campaign, Stat
 from ground.report.sevil import faults as sevil_faults
 from ground.report.sevil import page as sevil
 from ground.report.sevil import position as sevil_position
-from ground.report.sevil.cases import Cases
 
 PAGE = "sevil.html"
 LOOP = "sevil_loop"  # studies called so are closed-loop flights
@@ -29,7 +29,7 @@ def sevil_report(folders: Sequence[Path], out: Path) -> Path:
 
 
 def _text(campaigns: list[Campaign], pictures: Pictures) -> str:
-    cases = Cases(campaigns, pictures)
+    cases = Cases(campaigns, pictures, sevil.CASE_LABELS)
     chapters = [
         ("acceptance", "Acceptance figures", acceptance(cases)),
         ("tables", "Fault detection: the printed tables", sevil_faults.tables(cases)),
@@ -101,7 +101,7 @@ def _closed_loop(c: Campaign) -> str:
 
 
 def _everything(c: Campaign) -> str:
-    return f"<h3>{escape(c.study)}</h3>" + p.paragraph(str(c.meta.get("purpose", ""))) + open_loop.everything(c)
+    return f"<h3>{escape(c.study)}</h3>" + p.paragraph(str(c.meta.get("purpose", ""))) + everything(c)
 
 
 READING = """

@@ -6,8 +6,8 @@ import math
 
 from ground.report import figures as f
 from ground.report import page as p
+from ground.report.cases import CaseOf, Cases, matrix
 from ground.report.sevil import figures as g
-from ground.report.sevil.cases import CaseOf, Cases, matrix
 from ground.report.sevil.page import FDI_TABLES, VARIABLES, FdiTable, label
 
 WHEN = (("before", "before"), ("during the fault", "fault"), ("after", "after"))

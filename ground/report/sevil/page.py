@@ -7,7 +7,10 @@ largest cosine, Algorithms 11 and 15.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+
+from ground.report.verdicts import Target
 
 TITLE = "Air data behind a tanker: Sevil (2013) reproduced"
 PURPOSE = (
@@ -64,43 +67,6 @@ FDI_TABLES: tuple[FdiTable, ...] = (
               ("false alarms outside the fault", "fap_fault_pct", 1.03, 4.13, 1.04)),
              "False alarms outside a fault are counted with the corrected formula."),
 )  # fmt: skip
-
-
-@dataclass(frozen=True)
-class Target:
-    """An acceptance figure: every value of `values` in `case` must be `sense` limit ("within": limit +- tolerance)."""
-
-    what: str
-    case: str
-    values: tuple[str, ...]
-    sense: str
-    limit: float
-    tolerance: float = 0.0
-
-    def met(self, value: float) -> bool:
-        """Whether a value meets it."""
-        if self.sense == "within":
-            return abs(value - self.limit) <= self.tolerance
-        return (
-            value <= self.limit
-            if self.sense == "<="
-            else value < self.limit
-            if self.sense == "<"
-            else value >= self.limit
-        )
-
-    @property
-    def text(self) -> str:
-        """The demand in words."""
-        if self.sense == "within":
-            return f"{self.limit:g} ± {self.tolerance:g}"
-        return f"{({'<=': '≤', '>=': '≥'}).get(self.sense, self.sense)} {self.limit:g}"
-
-    def worse(self, a: float, b: float) -> bool:
-        """Whether a is further from being met than b."""
-        if self.sense == "within":
-            return abs(a - self.limit) > abs(b - self.limit)
-        return a < b if self.sense == ">=" else a > b
 
 
 def _each(pattern: str) -> tuple[str, ...]:
@@ -172,6 +138,14 @@ ORDER = ("sevil", "sevil_static", "sevil_algorithms", "sevil_probes", "sevil_dyn
          "sevil_position_noise", "sevil_two_faults", "sevil_integrated")  # fmt: skip
 
 
+CASE_LABELS = {"all": "all disturbances", "two_none_V": "none, V", "calm": "calm air, perfect attitude"}
+
+
 def label(name: str) -> str:
     """Name of an estimator or detector for the reader."""
     return LABELS.get(name, name.replace("_", " "))
+
+
+def labels(names: Sequence[str]) -> dict[str, str]:
+    """Label of each estimator."""
+    return {n: label(n) for n in names}

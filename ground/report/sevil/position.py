@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from ground.report import figures as f
 from ground.report import page as p
+from ground.report.cases import Cases, matrix, sweep_points
 from ground.report.sevil import figures as g
-from ground.report.sevil.cases import Cases, labels, matrix, sweep_points
-from ground.report.sevil.page import label
+from ground.report.sevil.page import label, labels
 
 ESTIMATORS = ("A11", "A15", "abs", "diff", "diff_prior", "joint")
 LEGS = ("observation", "down", "lateral", "forward", "contact")

@@ -1,4 +1,4 @@
-"""nav/receiver/fdi/... and nav/receiver/wake/...: fault detection and position from the air-data probes, and their tab.
+"""nav/receiver/fdi/... and nav/receiver/wake/...: fault detection and position from the air-data probes.
 
 Portraits: the whitened parity vector of each variable over the square root of the threshold, so that the threshold is
 the unit circle whatever its value; what lies far outside is drawn on the rim. Maps: air-path axes of the tanker seen
@@ -12,13 +12,10 @@ from pathlib import Path
 
 import numpy as np
 import rerun as rr
-import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
 from ground.columns import Columns, Table
-from ground.link.packets import RECEIVER
-from ground.rrd.blueprint import Plots
-from ground.rrd.palette import BOX, COLOR, NAV, TRUTH, Color
+from ground.rrd.palette import BOX, NAV, TRUTH, Color
 from ground.rrd.series import AXIS, Array, Sink
 from ground.views.airdata.read import (
     DIRECTIONS,
@@ -32,13 +29,12 @@ from ground.views.airdata.read import (
     true_position,
     vortices,
 )
+from ground.views.refueling.aircraft import RECEIVER
+from ground.views.refueling.palette import COLOR
 
 FDI, WAKE = "nav/receiver/fdi", "nav/receiver/wake"
 MAP, TRUE_MAP, TANKER_MAP = f"{WAKE}/map", "truth/receiver/wake_map", "truth/tanker/wake_map"
 RIM = 3.0  # [-] threshold radii drawn
-WIDE_S, CLOSE_S, PORTRAIT_S = 120.0, 15.0, 10.0  # [s] history shown behind the cursor
-CONTACT_M = (0.0, 8.5)  # [m] the close map is centred here if there is no truth
-CLOSE_M = 2.0  # [m] half height of the close map
 BOX_M = 1.0  # [m] half side of the box about the commanded position
 PERIOD_US = 100_000  # [us]
 RECENT_US = 500_000  # [us] a sample is current for
@@ -240,74 +236,3 @@ def _tanker(sink: Sink, run: Path, alpha: float) -> None:
     names = ["wing vortex", "wing vortex", "tail vortices"]
     text = rr.Points2D(at, colors=[VORTEX], radii=rr.Radius.ui_points(0.0), labels=names, show_labels=True)
     sink.rec.log(f"{TANKER_MAP}/names", text, static=True)
-
-
-# --- layout -----------------------------------------------------------------------------------------------------------
-def _history(paths: list[str], seconds: float) -> dict[str, rrb.VisibleTimeRanges]:
-    """Overrides that show the named entities over the last `seconds`."""
-    window = rrb.VisibleTimeRange(
-        "sim_time",
-        start=rrb.TimeRangeBoundary.cursor_relative(seconds=-seconds),
-        end=rrb.TimeRangeBoundary.cursor_relative(),
-    )
-    return {path: rrb.VisibleTimeRanges([window]) for path in paths}
-
-
-def _map(name: str, centre: tuple[float, float], half: tuple[float, float], trail_s: float) -> rrb.Spatial2DView:
-    (y, z), (dy, dz) = centre, half
-    return rrb.Spatial2DView(
-        origin="/",
-        name=name,
-        contents=[f"{TANKER_MAP}/**", f"{TRUE_MAP}/**", f"{MAP}/**", "guid/receiver/wake_map/**"],
-        overrides=_history([f"{TRUE_MAP}/trail", f"{MAP}/trail"], trail_s),  # type: ignore[arg-type]
-        visual_bounds=rrb.VisualBounds2D(x_range=[y - dy, y + dy], y_range=[z - dz, z + dz]),
-        background=rrb.Background(color=(24, 30, 40)),
-    )
-
-
-def close_centre(truth: Columns, tlm: Columns) -> tuple[float, float]:
-    """Where the close map looks: the mean true (y, z) [m] in contact, else at the end of the run."""
-    true = true_position(truth)
-    status = tlm.get(RECEIVER, "MISSION_STATUS")
-    if not len(true.t_us):
-        return CONTACT_M
-    contact = status.t_us[status["measure"] != 0] if status is not None else true.t_us[-1:]
-    contact = contact if len(contact) else true.t_us[-1:]
-    mean = true.at(contact)[1].mean(axis=0)
-    return float(mean[1]), float(mean[2])
-
-
-def airdata_tab(p: Plots, centre: tuple[float, float]) -> rrb.Vertical:
-    """The tab "Air data": maps, residual portraits, lanes of alarms and exclusions, statistics and errors."""
-    portraits = [
-        rrb.Spatial2DView(
-            origin=f"{FDI}/portrait/{v}",
-            name=f"{v} residual / threshold",
-            overrides=_history([f"{FDI}/portrait/{v}/vector"], PORTRAIT_S),  # type: ignore[arg-type]
-            visual_bounds=rrb.VisualBounds2D(x_range=[-4.4, 4.4], y_range=[-4.4, 4.4]),
-            background=rrb.Background(color=(24, 30, 40)),
-        )
-        for v in VARIABLES
-    ]
-    lanes = rrb.StateTimelineView(
-        origin="/",
-        contents=[*(f"{FDI}/alarm/{v}" for v in VARIABLES), f"{FDI}/excluded", f"{WAKE}/state"],
-        name="Alarms, channels excluded, wake position",
-        time_view=p.time,
-    )
-    maps = rrb.Horizontal(
-        _map("From behind: truth white, estimate orange", (18.0, 10.0), (45.0, 22.0), WIDE_S),
-        _map("Near contact: 2 sigma, command +-1 m", centre, (CLOSE_M, CLOSE_M), CLOSE_S),
-    )
-    error = [f"{WAKE}/{k}/{a}" for a in "yz" for k in ("error_2sigma", "error")]
-    scale = [f"{WAKE}/{k}/{a}" for a in ("wing", "tail") for k in ("scale_sigma", "scale")]
-    plots = rrb.Grid(
-        p.plot("wake position error, 2 sigma [m]", error, (-1.5, 1.5)),
-        p.plot("gamma / threshold", [f"{FDI}/limit", *(f"{FDI}/ratio/{v}" for v in VARIABLES)], (0.0, 3.0)),
-        p.plot("circulation / onboard model", scale, (0.4, 1.6)),
-        p.plot("wake position NIS / dof", [f"{WAKE}/nis"], (0.0, 4.0)),
-        grid_columns=2,
-    )
-    return rrb.Vertical(
-        maps, rrb.Horizontal(*portraits), lanes, plots, name="Air data", row_shares=[1.25, 1.05, 1.2, 1.5]
-    )

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ground.columns import Columns, Table, hold
-from ground.link.packets import RECEIVER
 from ground.views.airdata.read import PROBES, VARIABLES, true_position
+from ground.views.refueling.aircraft import RECEIVER
 
 Flat = dict[str, Any]
 Mask = NDArray[np.bool_]

@@ -18,11 +18,12 @@ from numpy.typing import NDArray
 from flightsw.aircraft import load_aircraft
 from ground.align import GAP_US
 from ground.columns import Columns
-from ground.link.packets import RECEIVER, TANKER
+from ground.views.refueling.aircraft import RECEIVER, TANKER
 
 Array = NDArray[np.float64]
 VARIABLES = ("V", "beta", "alpha")
 PROBES = ("nose", "left", "right")
+NOT_CHECKED = "not checked"
 CHANNELS = tuple(f"{v} {p}" for v in VARIABLES for p in PROBES)
 # where a high reading of each probe points in the parity plane (orthonormal basis, equal noise)
 DIRECTIONS = np.array(
@@ -58,9 +59,9 @@ def unchecked_words(fdi: Mapping[str, Any], wake: Mapping[str, Any] | None) -> s
     """Why a FDI_STATUS without alarm says nothing, "" if it does: readings are judged against a wake estimate (None: the
     aircraft sends none)."""
     if not fdi["valid"]:
-        return "not checked"
+        return NOT_CHECKED
     if wake is not None and not wake["valid"]:
-        return f"not checked: wake position not valid: {wake['reason'] or 'no reason given'}"
+        return f"{NOT_CHECKED}: wake position not valid: {wake['reason'] or 'no reason given'}"
     return ""
 
 

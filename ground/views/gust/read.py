@@ -6,7 +6,6 @@ upward acceleration from one row of the truth to the next. Truth that the run fo
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,9 +13,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flightsw.icd.dialect import ENUMS
+from flightsw.icd.dialect import HOUSE
 from ground.align import align
 from ground.columns import Columns, Table, load
+from ground.run import names_of
+from ground.whole import scenario
 
 Array = NDArray[np.float64]
 BAND_HZ = 2.0
@@ -31,12 +32,7 @@ PASSING = (
 SHOWN = {"alpha_w": AW, "v_w": VW, "bias": AB}
 
 
-def _names(enum: str, prefix: str) -> dict[int, str]:
-    return {v: e.name.removeprefix(prefix).lower() for v, e in ENUMS[enum].items()}
-
-
-LAWS = _names("WKF_GUST_LAW", "WKF_GUST_LAW_")
-ESTIMATORS = _names("WKF_GUST_ESTIMATOR", "WKF_GUST_ESTIMATOR_")
+LAWS, ESTIMATORS = HOUSE.words("WKF_GUST_LAW"), HOUSE.words("WKF_GUST_ESTIMATOR")
 
 
 def has_gust(tlm: Columns) -> bool:
@@ -44,18 +40,9 @@ def has_gust(tlm: Columns) -> bool:
     return any(name == "GUST_STATE" for _, name in tlm.tables)
 
 
-def scenario(run: Path) -> dict[str, Any]:
-    """The run's scenario.toml, {} without a readable one."""
-    try:
-        return tomllib.loads((run / "scenario.toml").read_text())
-    except (OSError, ValueError):
-        return {}
-
-
 def names(run: Path, tlm: Columns) -> dict[int, str]:
     """Aircraft of the run that fly the gust mission: system id -> name."""
-    known = {int(a.get("sysid", 0)): str(a["name"]) for a in scenario(run).get("aircraft", []) if "name" in a}
-    return {s: known.get(s, f"uav{s}") for s in tlm.sysids() if tlm.get(s, "GUST_STATE") is not None}
+    return names_of(run, [s for s in tlm.sysids() if tlm.get(s, "GUST_STATE") is not None])
 
 
 @dataclass(frozen=True)

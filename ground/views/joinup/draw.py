@@ -12,22 +12,21 @@ import rerun.blueprint as rrb
 
 from flightsw.aircraft import load_aircraft
 from ground.columns import Columns, hold, match
-from ground.link.packets import RECEIVER, TANKER
-from ground.rrd.blueprint import Plots
-from ground.rrd.palette import BOX, COLOR, NAV
+from ground.rrd.layout import Layout, Look, Plots
+from ground.rrd.palette import BOX, NAV, Color
 from ground.rrd.series import Sink
-from ground.views.joinup.figures import CONTACT, ENROUTE, JOIN_UP, OBSERVATION, WAKE_OF, first_us
+from ground.run import Run
+from ground.views.joinup.figures import CONTACT, JOIN_UP, OBSERVATION, WAKE_OF, first_us, has_joinup
+from ground.views.refueling.aircraft import RECEIVER, TANKER
+from ground.views.refueling.palette import COLOR
+from ground.views.rendezvous.draw import rendezvous_map
+from ground.views.rendezvous.read import has_rendezvous
 
 ROOT = "truth/receiver/join"
 PERIOD_US = 500_000  # [us]
 STRETCH_M = 450.0  # what the two views show
 CORE = (230, 90, 90)
-
-
-def has_joinup(tlm: Columns) -> bool:
-    """True if the receiver's mission began en route."""
-    status = tlm.get(RECEIVER, "MISSION_STATUS")
-    return status is not None and first_us(status, ENROUTE) is not None
+PHASES: dict[str, Color] = {"ENROUTE": (80, 120, 110), "JOIN_UP": (190, 140, 70)}
 
 
 def span(tlm: Columns, end_s: float) -> tuple[float, float]:
@@ -91,6 +90,13 @@ def _views(sink: Sink, xi: np.ndarray, t_us: np.ndarray, joined: np.ndarray) -> 
             lines = [[[0.0, 0.0], back.tolist()]]
         cores = rr.LineStrips2D(lines, colors=[CORE], radii=rr.Radius.ui_points(1.0))
         sink.rec.log(f"{at}/cores", cores, static=True)
+
+
+def layout(run: Run, look: Look) -> Layout:
+    """The tab of this module, and the plan of the rendezvous it came from, if any, up to the join-up."""
+    first = span(run.tlm, look.end_s)
+    plan = [] if look.near or not has_rendezvous(run.tlm) else [rendezvous_map(until_joinup(run.truth, run.tlm))]
+    return Layout(rank=3, tabs=[joinup_tab(Plots(*first))], scenes=plan, states=PHASES, span=first)
 
 
 def joinup_tab(p: Plots) -> rrb.Vertical:

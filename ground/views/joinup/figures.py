@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from flightsw.aircraft import load_aircraft
 from ground.columns import Columns, Table, hold, match
-from ground.link.packets import AIRCRAFT, RECEIVER, TANKER
+from ground.views.refueling.aircraft import NAMES, RECEIVER, TANKER
 
 ENROUTE, JOIN_UP, OBSERVATION, CONTACT, LEG = 20, 21, 1, 5, 10  # WKF_PHASE
 WAKE_OF = "kc135r"
@@ -41,6 +41,12 @@ def first_us(status: Table, phase: int, after_us: int = -1) -> int | None:
     """Time [us] at which a phase was first reported after `after_us`; None: never."""
     at = status.t_us[(status["phase"] == phase) & (status.t_us > after_us)]
     return int(at[0]) if len(at) else None
+
+
+def has_joinup(tlm: Columns) -> bool:
+    """True if the receiver's mission began en route."""
+    status = tlm.get(RECEIVER, "MISSION_STATUS")
+    return status is not None and first_us(status, ENROUTE) is not None
 
 
 def join_metrics(truth: Columns, tlm: Columns) -> Flat:
@@ -87,7 +93,7 @@ def _fuel(truth: Columns, marks: dict[str, int | None]) -> Flat:
     """fuel.<aircraft>.burned_to_<mark>_kg up to the boom; fuel.burned_kg of both together over the run."""
     out: Flat = {}
     total = 0.0
-    for sysid, name in AIRCRAFT.items():
+    for sysid, name in NAMES.items():
         t = truth.tables[sysid, "TRUTH"]
         mass = t["mass"].astype(np.float64)
         for mark in ("joinup", "station", "boom"):

@@ -12,10 +12,12 @@ import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
 from ground.columns import Columns, Table
-from ground.link.packets import TANKER
-from ground.rrd.blueprint import Plots
-from ground.rrd.palette import BOX, COLOR, NAV
+from ground.rrd.layout import Layout, Look, Plots
+from ground.rrd.palette import BOX, NAV, Color
 from ground.rrd.series import AXIS, Array, Sink
+from ground.run import Run
+from ground.views.refueling.aircraft import RECEIVER, TANKER
+from ground.views.refueling.palette import COLOR
 from ground.views.rendezvous.read import SEPARATION_M, errors, frame_of, nees3, to_plan
 
 ROOT = "nav/tanker/rendezvous"
@@ -24,6 +26,11 @@ FAINT = (90, 96, 106)
 RING = (90, 150, 190)
 LAG_US = 6_000_000  # [us] a cloud is drawn that long after its range at most
 RING_HALF = np.radians(35.0)  # of the range ring drawn
+PHASES: dict[str, Color] = {
+    "RDV_APPROACH": (70, 120, 150),
+    "RDV_TURN": (200, 150, 60),
+    "RDV_ROLLOUT": (150, 160, 70),
+}
 MARGIN_M = 4000.0
 NEVER_S = 1e6
 TURN, DONE = 1, 3  # WKF_RDV_PHASE
@@ -191,6 +198,17 @@ def rendezvous_map(truth: Columns) -> rrb.Spatial2DView:
         contents=["truth/tanker/plan/**", "truth/receiver/plan/**", f"{MAP}/**"],
         visual_bounds=rrb.VisualBounds2D(x_range=[float(lo[0]), float(hi[0])], y_range=[float(lo[1]), float(hi[1])]),
         background=rrb.Background(color=(24, 30, 40)),
+    )
+
+
+def layout(run: Run, look: Look) -> Layout:
+    """The tab of this module; it leads, with the plan, where there is no station keeping to look at."""
+    alone = run.tlm.get(RECEIVER, "RELATIVE_STATE") is None
+    return Layout(
+        rank=2 if alone else 0,
+        tabs=[rendezvous_tab(Plots(*look.span))],
+        scenes=[rendezvous_map(run.truth)] if alone else [],
+        states=PHASES,
     )
 
 

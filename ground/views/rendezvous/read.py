@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ground.align import align
 from ground.columns import Columns, Table, hold
 from ground.geometry import quat_euler
-from ground.link.packets import RECEIVER, TANKER
+from ground.views.refueling.aircraft import RECEIVER, TANKER
 
 Array = NDArray[np.float64]
 Flat = dict[str, Any]

@@ -1,21 +1,19 @@
 """A run of the windshear mission in Rerun: flight path in the vertical plane over the downburst's wind, wind estimate with
-2-sigma bands against truth, hazard index with its thresholds. No tanker and no receiver here, so the layout is its own.
+2-sigma bands against truth, hazard index with its thresholds.
 
-scene/<aircraft>/..., truth/<aircraft>/..., nav/<aircraft>/..., guid/<aircraft>/..., timing/<aircraft>/...
+scene/<aircraft>/..., truth/<aircraft>/..., nav/<aircraft>/..., guid/<aircraft>/...
 """
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import rerun as rr
 
-from ground.columns import Columns
-from ground.link.packets import health_words, phase_name
-from ground.rrd.palette import COLOR, NAV, PHASE_COLORS, TRUTH, Color
+from ground.link.packets import phase_name
+from ground.rrd.palette import COMMAND, CRAFTS, NAV, TRUTH, Color
 from ground.rrd.series import Sink
-from ground.views.windshear.look import SCENE, STRETCH, windshear_blueprint
+from ground.run import Run
+from ground.views.windshear.look import SCENE, STATES, STRETCH
 from ground.views.windshear.read import (
     ABORT,
     ACCUSED,
@@ -34,7 +32,6 @@ from ground.views.windshear.read import (
     WindshearFlight,
     X,
     flights,
-    names,
 )
 
 DEG = 180.0 / np.pi
@@ -47,28 +44,15 @@ TAIL: tuple[int, int, int] = (235, 95, 75)
 GRID: Color = (80, 86, 98)
 PER_MPS = 11.0  # [m] of the scene along x, one m/s of an arrow
 STEP_X, LEVELS = 250.0, (15.0, 50.0, 100.0, 170.0, 250.0, 340.0)
-NOTHING_S = 0.1
 
 
-def convert_windshear(run: Path, path: Path, truth: Columns, tlm: Columns, tab: str = "") -> Path:
-    """Write the recording of a windshear run to `path`. Raises NoTabError for an unknown tab, OSError if unwritable."""
-    found = flights(run, truth, tlm)
-    known = names(run, tlm)
-    end = max(truth.end_us, tlm.end_us, int(NOTHING_S * 1e6))
-    look = windshear_blueprint(run.resolve().name or "run", list(known.values()), end * 1e-6, found, tab)
-    with path.open("wb"):  # a plain message for a read-only folder, before rerun starts
-        pass
-    step = int(np.median(np.diff(found[0].t_us))) if found else 20_000
-    sink = Sink(path, run.resolve().name or "run", 0, end, look, step)
-    for f in found:
+def draw(sink: Sink, run: Run) -> None:
+    """Send everything of this module."""
+    for f in flights(run.folder, run.truth, run.tlm):
         _scene(sink, f)
         _wind(sink, f)
         _hazard(sink, f)
         _flight(sink, f)
-    for sysid, name in known.items():
-        _housekeeping(sink, tlm, sysid, name)
-    sink.close()
-    return path
 
 
 def _at(x: np.ndarray, h: np.ndarray) -> np.ndarray:
@@ -107,7 +91,7 @@ def _scene(sink: Sink, f: WindshearFlight) -> None:
     cut = np.flatnonzero(np.diff(f.phase)) + 1
     parts = [p for p in np.split(np.arange(len(f.phase)), cut) if len(p) > 1]
     strips = [_at(f.true[p[0] : p[-1] + 2, X], f.true[p[0] : p[-1] + 2, H])[::5] for p in parts]
-    colors = [PHASE_COLORS.get(phase_name(int(f.phase[p[0]])), TRUTH) for p in parts]
+    colors = [STATES.get(phase_name(int(f.phase[p[0]])), TRUTH) for p in parts]
     rec.log(f"{at}/path", rr.LineStrips2D(strips, colors=colors, radii=thick), static=True)
     est = _at(f.x[f.valid, X], f.x[f.valid, H])[::5]
     rec.log(f"{at}/estimate", rr.LineStrips2D([est], colors=[NAV], radii=thin), static=True)
@@ -115,7 +99,7 @@ def _scene(sink: Sink, f: WindshearFlight) -> None:
     here = _at(f.true[:, X], f.true[:, H]).astype(np.float32)[thinned]
     rec.log(
         f"{at}/aircraft",
-        rr.Points2D.from_fields(colors=[COLOR["receiver"]], radii=rr.Radius.ui_points(5.0)),
+        rr.Points2D.from_fields(colors=[CRAFTS[1]], radii=rr.Radius.ui_points(5.0)),
         static=True,
     )
     sink.columns(f"{at}/aircraft", f.t_us[thinned], rr.Points2D.columns(positions=here))
@@ -179,9 +163,9 @@ def _flight(sink: Sink, f: WindshearFlight) -> None:
     ):
         sink.series(f"truth/{name}/{key}", t, values * factor, f"{key} truth", TRUTH, 1.4)
         sink.series(f"nav/{name}/{key}", t[m], est[m] * factor, f"{key} estimate", NAV, 1.2)
-    sink.series(f"ctrl/{name}/thrust", t, f.state["thrust"], "thrust command", COLOR["command"], 1.0)
-    sink.series(f"ctrl/{name}/elevator", t, f.state["elevator"] * DEG, "elevator command", COLOR["command"], 1.0)
-    sink.series(f"guid/{name}/climb", t, f.state["climb"], "climb rate demanded", COLOR["command"], 1.2)
+    sink.series(f"ctrl/{name}/thrust", t, f.state["thrust"], "thrust command", COMMAND, 1.0)
+    sink.series(f"ctrl/{name}/elevator", t, f.state["elevator"] * DEG, "elevator command", COMMAND, 1.0)
+    sink.series(f"guid/{name}/climb", t, f.state["climb"], "climb rate demanded", COMMAND, 1.2)
     climb = f.true[:, VA] * np.sin(f.true[:, GA]) + f.true[:, WH]
     sink.series(f"truth/{name}/climb", t, climb, "climb rate truth", TRUTH, 1.2)
     law = [
@@ -189,21 +173,3 @@ def _flight(sink: Sink, f: WindshearFlight) -> None:
         for e, n, k in zip(f.state["estimator"], f.state["states"], f.state["law"], strict=True)
     ]
     sink.states(f"guid/{name}/law", t, law, dict.fromkeys(law, (70, 110, 150)))
-
-
-def _housekeeping(sink: Sink, tlm: Columns, sysid: int, name: str) -> None:
-    """Phase, health, texts, timing of one aircraft."""
-    status, health = tlm.get(sysid, "MISSION_STATUS"), tlm.get(sysid, "HEALTH_STATUS")
-    text, timing = tlm.get(sysid, "STATUSTEXT"), tlm.get(sysid, "LOOP_TIMING")
-    if status is not None:
-        sink.states(f"guid/{name}/phase", status.t_us, [phase_name(int(p)) for p in status["phase"]], PHASE_COLORS)
-    if health is not None:
-        words = [health_words(int(b)) for b in health["failed"]]
-        sink.states(f"sensors/{name}/health", health.t_us, words, PHASE_COLORS)
-    if text is not None:
-        lines = [f"{name}: {b.decode('utf-8', 'replace')}" for b in text["text"]]
-        level = ["ERROR" if s <= 3 else "WARN" if s == 4 else "INFO" for s in text["severity"]]
-        sink.columns(f"guid/{name}/text", text.t_us, rr.TextLog.columns(text=lines, level=level))
-    if timing is not None:
-        for key in ("exec_mean", "exec_max", "late_p50", "late_p99", "slips"):
-            sink.series(f"timing/{name}/{key}", timing.t_us, timing[key], f"{name} {key}", NAV, step=key == "slips")

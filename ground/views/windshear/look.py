@@ -5,18 +5,26 @@ from __future__ import annotations
 import numpy as np
 import rerun.blueprint as rrb
 
-from ground.rrd.blueprint import NoTabError, Plots
-from ground.views.windshear.read import H, WindshearFlight, X
+from ground.rrd.layout import Layout, Look, Plots
+from ground.rrd.palette import Color
+from ground.run import Run
+from ground.views.windshear.read import H, WindshearFlight, X, flights, names
 
 SCENE = "scene"
 STRETCH = 6.0  # heights are drawn this much larger than distances
+STATES: dict[str, Color] = {
+    "WS_APPROACH": (70, 120, 150),
+    "WS_CAUTION": (220, 170, 60),
+    "WS_ESCAPE": (210, 60, 60),
+    "WS_CLEAR": (60, 170, 80),
+}
 HIGH = 380.0  # [m] shown at least to here
 
 
-def windshear_blueprint(
-    title: str, aircraft: list[str], end_s: float, found: list[WindshearFlight], tab: str = ""
-) -> rrb.Blueprint:
-    """Blueprint of the run of these aircraft, `end_s` [s] long. Raises NoTabError for an unknown tab."""
+def layout(run: Run, look: Look) -> Layout:
+    """The vertical plane, and the tabs Windshear, Flight, Filter."""
+    found = flights(run.folder, run.truth, run.tlm)
+    aircraft, end_s = list(names(run.folder, run.tlm).values()), look.end_s
     p = Plots(0.0, end_s)
     one = found[0].name if found else aircraft[0] if aircraft else ""
     tabs = [
@@ -49,36 +57,12 @@ def windshear_blueprint(
                     p.plot(f"{k}: monitor, truth [m/s]", [f"nav/{one}/{k}_monitor", f"truth/{one}/{k}"])
                     for k in ("w_x", "w_h")
                 ),
-                p.plot(
-                    "execution time of a tick [us] (0 in lockstep)",
-                    [f"timing/{one}/exec_mean", f"timing/{one}/exec_max"],
-                ),
             ),
-            name="Filter and timing",
+            name="Filter",
         ),
     ]
-    labels = [str(t.name) for t in tabs]
-    active = [i for i, n in enumerate(labels) if n.lower() == tab.lower() or not tab]
-    if not active:
-        raise NoTabError(f"no tab {tab!r} in this run; there are: {', '.join(labels)}")
-    lanes = [
-        k.format(a) for a in aircraft for k in ("guid/{}/phase", "guid/{}/alert", "guid/{}/law", "sensors/{}/health")
-    ]
-    modes = rrb.Tabs(
-        rrb.StateTimelineView(origin="/", contents=lanes, name="Phase, alert, law, health", time_view=p.time),
-        rrb.TextLogView(origin="/", contents=[f"guid/{a}/text" for a in aircraft], name="Messages"),
-        active_tab=0,
-        name="Modes",
-    )
-    plots = rrb.Tabs(*tabs, active_tab=active[0], name=f"Plots of {title}")
-    return rrb.Blueprint(
-        rrb.Vertical(_plane(found), plots, modes, row_shares=[5, 6, 2.6]),
-        rrb.BlueprintPanel(state="collapsed"),
-        rrb.SelectionPanel(state="collapsed"),
-        rrb.TimePanel(state="collapsed", timeline="sim_time", playback_speed=2.0, play_state="paused"),
-        auto_views=False,
-        auto_layout=False,
-    )
+    lanes = [k.format(a) for a in aircraft for k in ("guid/{}/alert", "guid/{}/law")]
+    return Layout(1, tabs, [_plane(found)], lanes, STATES, (0.0, end_s), wide=True)
 
 
 def _wind(p: Plots, name: str, key: str, word: str) -> rrb.TimeSeriesView:

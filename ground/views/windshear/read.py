@@ -15,9 +15,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flightsw.icd.dialect import ENUMS, VALUES
+from flightsw.icd.dialect import HOUSE, VALUES
 from ground.align import align
 from ground.columns import Columns, Table
+from ground.run import names_of
 
 Array = NDArray[np.float64]
 G = 9.81
@@ -28,12 +29,7 @@ LAYERS = 12.5  # ratio of the two heights of the downburst's profile, NASA TM-10
 DEFAULTS = {"caution_F": 0.12, "abort_F": 0.12, "caution_s": 1.5, "abort_s": 4.0}
 
 
-def _names(enum: str) -> dict[int, str]:
-    found = ENUMS[enum].items()
-    return {v: e.name.removeprefix(enum + "_").lower() for v, e in found}
-
-
-LAWS, ESTIMATORS = _names("WKF_WS_LAW"), _names("WKF_WS_ESTIMATOR")
+LAWS, ESTIMATORS = HOUSE.words("WKF_WS_LAW"), HOUSE.words("WKF_WS_ESTIMATOR")
 
 
 def has_windshear(tlm: Columns) -> bool:
@@ -123,9 +119,7 @@ class WindshearFlight:
 
 def names(run: Path, tlm: Columns) -> dict[int, str]:
     """Aircraft of the run that fly the windshear mission: system id -> name."""
-    cfgs = _toml(run / "scenario.toml").get("aircraft", [])
-    known = {int(a.get("sysid", 0)): str(a["name"]) for a in cfgs if "name" in a}
-    return {s: known.get(s, f"jet{s}") for s in tlm.sysids() if tlm.get(s, "WINDSHEAR_STATE") is not None}
+    return names_of(run, [s for s in tlm.sysids() if tlm.get(s, "WINDSHEAR_STATE") is not None])
 
 
 def _burst(run: Path, name: str) -> Downburst:

@@ -248,8 +248,7 @@ class AirData:
                 k.aid((float(v[1]), float(v[2])), (s, s), velocity=True)
 
     def _repaired(self, f: SensorFrame, use: int, e: np.ndarray | None) -> SensorFrame:
-        """The frame with unusable readings replaced by the mean of the usable ones of their variable, moved to the probe's place in
-        the wake."""
+        """The frame, unusable readings replaced by the mean of the usable ones of their variable, moved to the probe's place."""
         y, exp = self._y, self._zero if e is None else e
         mask, bad = 0, f.air_bad
         for v in range(3):

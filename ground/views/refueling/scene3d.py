@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 from flightsw.aircraft import load_aircraft
 from ground.columns import Columns, Table, hold
 from ground.geometry import quat_conj, quat_mul, quat_rotate
-from ground.link.packets import RECEIVER, TANKER
-from ground.rrd import scene
-from ground.rrd.palette import COLOR, NAV, TRUTH
+from ground.rrd.palette import NAV, TRUTH
 from ground.rrd.series import Array, Sink
+from ground.views.refueling import scene
+from ground.views.refueling.aircraft import RECEIVER, TANKER
+from ground.views.refueling.palette import COLOR
 
 SCENE_US = 100_000  # [us] 10 Hz
 ARROW = 0.5  # [m per m/s] length of wind arrows

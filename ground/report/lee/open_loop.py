@@ -6,23 +6,16 @@ import math
 import re
 from collections.abc import Iterable
 from html import escape
-from typing import Protocol
 
 from ground.report import figures as f
 from ground.report import page as p
+from ground.report.chapters import Keeper, everything
 from ground.report.lee import page as lee
 from ground.report.load import Campaign
 
 MAGNITUDE, DIRECTION = "wind.magnitude_rms_pct", "wind.direction_rms_deg"
 AXES = "ned"
 SHOWN_PLOT = ("default", "printed")  # more than two filters in one time history cannot be read
-
-
-class Keeper(Protocol):
-    """Takes a figure, gives back HTML."""
-
-    def add(self, name: str, png: bytes, caption: str) -> str:
-        """See build.Pictures."""
 
 
 def label(actor: str) -> str:
@@ -73,7 +66,7 @@ def tanker(c: Campaign, pictures: Keeper) -> str:
         + _overview(c, claims, pictures)
         + "<h3>Accuracy</h3>" + _accuracy(c, claims)
         + "<h3>Consistency, convergence and the limit</h3>" + _consistency(c, claims)
-        + everything(c)
+        + everything(c, label, case_label)
         + _histories(c, claims, pictures)
     )  # fmt: skip
 
@@ -164,22 +157,6 @@ def _against(c: Campaign, case: str, value: str, limit: float | None) -> str:
     stat = c.stat(case, value)
     bad = limit is not None and value.startswith("default.") and stat.value is not None and stat.value > limit
     return p.cell(stat, "bad" if bad else "")
-
-
-def everything(c: Campaign) -> str:
-    """Every value of every case, folded away."""
-    if not c.columns:
-        return ""
-    head = [("value", ""), *((case_label(x), "num") for x in c.cases)]
-    rows = []
-    last = ""
-    for value in sorted(c.columns):
-        actor, _, metric = value.partition(".")
-        if actor != last:
-            rows.append(p.group(label(actor), len(head)))
-            last = actor
-        rows.append(p.text(metric or value) + "".join(p.cell(c.stat(x, value)) for x in c.cases))
-    return p.details(f"All {len(c.columns)} figures of all filters", p.table(head, rows))
 
 
 def _histories(c: Campaign, claims: dict[str, lee.Claim], pictures: Keeper) -> str:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from ground.report import figures as f
 from ground.report import page as p
+from ground.report.chapters import Keeper
 from ground.report.lee import page as lee
+from ground.report.lee.open_loop import case_label, label, labels, points
 from ground.report.load import Campaign, Stat
-from ground.report.open_loop import Keeper, case_label, label, labels, points
 
 AXES = ("x", "y", "z")
 RMS = "contact.rms_m"

@@ -1,20 +1,17 @@
-"""Cases of several campaigns by kind: the air-data report gathers each chapter from every folder it is given."""
+"""Cases of several campaigns by kind: a report gathers each chapter from every folder it is given."""
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 from ground.report import figures as f
 from ground.report import page as p
+from ground.report.chapters import Keeper
 from ground.report.load import Campaign, Stat
-from ground.report.open_loop import Keeper
-from ground.report.sevil import page as sevil
-
-CASE_LABELS = {"all": "all disturbances", "two_none_V": "none, V", "calm": "calm air, perfect attitude"}
 
 
 @dataclass(frozen=True)
@@ -23,6 +20,7 @@ class CaseOf:
 
     campaign: Campaign
     name: str
+    names: Mapping[str, str] = field(default_factory=dict)  # for the reader, of those that do not speak for themselves
 
     @property
     def params(self) -> dict[str, Any]:
@@ -46,14 +44,14 @@ class CaseOf:
         """Its name for the reader, without the kind in front."""
         kind = str(self.params.get("kind", ""))
         name = re.sub(rf"^{kind}_", "", self.name) if kind else self.name
-        return CASE_LABELS.get(name, name.replace("_", " "))
+        return self.names.get(name, name.replace("_", " "))
 
 
 class Cases:
     """All cases of the campaigns, in the order of the campaigns."""
 
-    def __init__(self, campaigns: Sequence[Campaign], pictures: Keeper) -> None:
-        self.all = [CaseOf(c, name) for c in campaigns for name in c.cases]
+    def __init__(self, campaigns: Sequence[Campaign], pictures: Keeper, names: Mapping[str, str] | None = None) -> None:
+        self.all = [CaseOf(c, name, names or {}) for c in campaigns for name in c.cases]
         self.pictures = pictures
 
     def kind(self, *kinds: str) -> list[CaseOf]:
@@ -84,11 +82,6 @@ class Cases:
                 except ValueError:
                     continue
         return sorted(out, key=lambda x: x[0])
-
-
-def labels(names: Sequence[str]) -> dict[str, str]:
-    """Label of each estimator."""
-    return {n: sevil.label(n) for n in names}
 
 
 def sweep_points(cases: Sequence[tuple[float, CaseOf]], actors: Sequence[str], value: str) -> dict[str, list[f.Point]]:

@@ -1,0 +1,70 @@
+"""What a view shows of a run, and what it is asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+import rerun.blueprint as rrb
+
+from ground.rrd.palette import Color
+
+Span = tuple[float, float]
+Tab: TypeAlias = rrb.Vertical | rrb.Horizontal
+Scene: TypeAlias = rrb.Spatial2DView | rrb.Spatial3DView
+
+
+class Plots:
+    """Makes the plots of one layout: all begin with the same time range [s] and share its zoom."""
+
+    def __init__(self, start_s: float, end_s: float) -> None:
+        at = rrb.TimeRangeBoundary.absolute
+        window = rrb.TimeRange(start=at(seconds=start_s), end=at(seconds=end_s))
+        self.time = rrb.TimeAxis(link=rrb.components.LinkAxis.Independent, view_range=window)
+
+    def plot(self, name: str, contents: list[str], span: Span | None = None) -> rrb.TimeSeriesView:
+        """A plot of the named entities; `span` fixes the first vertical range."""
+        return rrb.TimeSeriesView(
+            origin="/",
+            contents=contents,
+            name=name,
+            axis_x=self.time,
+            axis_y=rrb.ScalarAxis(range=span, zoom_lock=False) if span else None,
+            plot_legend=rrb.PlotLegend(corner=rrb.Corner2D.RightTop),
+        )
+
+    def wind(self, aircraft: str) -> list[rrb.TimeSeriesView]:
+        """Wind north, east, down of an aircraft: truth, estimate, 3-sigma limits."""
+        kinds = ("nav/{}/wind_3sigma/{}", "truth/{}/wind/{}", "nav/{}/wind/{}")
+        return [
+            self.plot(f"{aircraft} wind {label} [m/s]", [k.format(aircraft, a) for k in kinds])
+            for a, label in (("n", "north"), ("e", "east"), ("d", "down"))
+        ]
+
+
+@dataclass(frozen=True)
+class Look:
+    """What is asked of a picture. span: time range [s] worth a first look; end_s: end of the run; near: the eye close up."""
+
+    span: Span
+    end_s: float
+    near: bool = False
+
+
+@dataclass(frozen=True)
+class Layout:
+    """What a view puts on the screen beside what every run has.
+
+    rank: how much the run is this mission's; the highest leads: its tabs come before the common ones, its scenes first, its
+    `span` is the time range shown first (None: Look.span). A common tab is left out where a view has one of its name. wide:
+    scenes along the top. lanes: entities of the state timeline. states: colours of their states and of the mission's phases.
+    """
+
+    rank: int = 0
+    tabs: Sequence[Tab] = ()
+    scenes: Sequence[Scene] = ()
+    lanes: Sequence[str] = ()
+    states: Mapping[str, Color] = field(default_factory=dict)
+    span: Span | None = None
+    wide: bool = False

@@ -1,0 +1,1 @@
+"""Refuelling: a receiver keeps its station behind its tanker, from the logs."""

@@ -1,0 +1,135 @@
+"""Station keeping of the receiver in Rerun: truth, estimate, command, error and its box; the boom's lane; scene and tabs."""
+
+from __future__ import annotations
+
+import rerun.blueprint as rrb
+
+from ground.columns import Columns
+from ground.link.packets import PHASES
+from ground.rrd.layout import Layout, Look, Plots, Scene
+from ground.rrd.palette import BOX, NAV, Color
+from ground.rrd.series import AXIS, Sink
+from ground.run import Run
+from ground.views.refueling.aircraft import NAMES, RECEIVER
+from ground.views.refueling.figures import contact_error
+from ground.views.refueling.scene3d import scene3d
+
+PERIOD_US = 100_000  # [us]
+TRAIL_S = 30.0  # [s] length of trails behind the cursor
+Point = tuple[float, float, float]
+# eye and what it looks at [m], tanker's axes: near the boom, and far enough back for the observation position
+NEAR = ((-54.0, -31.0, -9.0), (-19.0, 1.0, 3.0))
+WIDE = ((-98.0, -20.0, -17.0), (-34.0, 20.0, 3.0))
+STATES: dict[str, Color] = {
+    "OBSERVATION": (70, 110, 170),
+    "TO_PRECONTACT": (100, 140, 200),
+    "PRECONTACT": (60, 150, 170),
+    "TO_CONTACT": (220, 170, 60),
+    "CONTACT": (60, 170, 80),
+    "DISCONNECT": (200, 120, 60),
+    "RETURN": (90, 120, 180),
+    "BREAKAWAY": (210, 60, 60),
+    "LEG": (70, 110, 150),
+    "TURN": (170, 120, 60),
+    "MEASURING": (50, 150, 70),
+    "LATCHED": (120, 160, 60),
+    "free": (80, 84, 92),
+}
+assert set(STATES) - {"MEASURING", "LATCHED", "free"} <= set(PHASES.values())
+
+
+def draw(sink: Sink, run: Run) -> None:
+    """Send everything of this module."""
+    _relative(sink, run.truth, run.tlm)
+    _boom(sink, run.tlm)
+    scene3d(sink, run.truth, run.tlm)
+
+
+def layout(run: Run, look: Look) -> Layout:
+    """Formation and boom, overview and station keeping."""
+    p = Plots(*look.span)
+    scenes = [_scene("Formation (truth white, estimate orange)", WIDE), _scene("Boom", NEAR)]
+    return Layout(
+        rank=1,
+        tabs=[overview(p), station(p)],
+        scenes=scenes[::-1] if look.near else scenes,
+        lanes=[f"guid/{NAMES[RECEIVER]}/boom"],
+        states=STATES,
+    )
+
+
+def overview(p: Plots) -> rrb.Vertical:
+    """What to look at first."""
+    error = p.plot(
+        "station-keeping error, truth - command [m]",
+        ["guid/receiver/box", *(f"guid/receiver/error/{a}" for a in "xyz")],
+        (-2.5, 2.5),
+    )
+    return rrb.Vertical(error, *p.wind("receiver"), name="Overview", row_shares=[1.3, 1, 1, 1])
+
+
+def station(p: Plots) -> rrb.Vertical:
+    """Station keeping in detail."""
+    box = ["guid/receiver/box", "guid/receiver/target"]
+    errors = [p.plot(f"error {a} [m]", [*box, f"guid/receiver/error/{a}"], (-2.5, 2.5)) for a in "xyz"]
+    paths = [f"{k}/receiver/xi/{a}" for a in "xyz" for k in ("guid", "truth")]
+    where = p.plot("relative position in tanker axes [m]", paths)
+    return rrb.Vertical(*errors, where, name="Station keeping")
+
+
+def _relative(sink: Sink, truth: Columns, tlm: Columns) -> None:
+    """Station keeping of the receiver: truth, estimate, command, error and its box."""
+    t_us, error = contact_error(truth, tlm)
+    for i, axis in enumerate("xyz"):
+        sink.series(f"guid/receiver/error/{axis}", t_us, error[:, i], f"{axis} error", AXIS[i], 1.5)
+    sink.level("guid/receiver/box", (-2.0, 2.0), "box +-2 m", BOX)
+    sink.level("guid/receiver/target", (-0.4, 0.4), "+-0.4 m", (110, 110, 90))
+    true, rel = truth.get(RECEIVER, "TRUTH"), tlm.get(RECEIVER, "RELATIVE_STATE")
+    if true is not None:
+        d = true.decimated(PERIOD_US)
+        for i, axis in enumerate("xyz"):
+            sink.series(f"truth/receiver/xi/{axis}", d.t_us, d["xi"][:, i], f"{axis} truth", AXIS[i])
+    if rel is not None:
+        d = rel.pick(rel["valid"] != 0).decimated(PERIOD_US)
+        for i, axis in enumerate("xyz"):
+            sink.series(f"nav/receiver/xi/{axis}", d.t_us, d["pos"][:, i], f"{axis} estimate", NAV, 1.0)
+            sink.series(f"guid/receiver/xi/{axis}", d.t_us, d["cmd_pos"][:, i], f"{axis} command", BOX, 1.0)
+
+
+def _boom(sink: Sink, tlm: Columns) -> None:
+    """The boom's lane: free, latched, measuring."""
+    table = tlm.get(RECEIVER, "MISSION_STATUS")
+    if table is None:
+        return
+    flags = [
+        "MEASURING" if m else ("LATCHED" if k else "free")
+        for m, k in zip(table["measure"], table["contact"], strict=True)
+    ]
+    sink.states(f"guid/{NAMES[RECEIVER]}/boom", table.t_us, flags, STATES)
+
+
+def _scene(name: str, eye: tuple[Point, Point]) -> Scene:
+    window = rrb.VisibleTimeRange(
+        "sim_time",
+        start=rrb.TimeRangeBoundary.cursor_relative(seconds=-TRAIL_S),
+        end=rrb.TimeRangeBoundary.cursor_relative(),
+    )
+    trail = rrb.VisibleTimeRanges([window])
+    return rrb.Spatial3DView(
+        origin="/",
+        name=name,
+        contents=[
+            "truth/tanker/scene/**", "truth/receiver/scene/**", "truth/receiver/trail", "truth/tanker/boom/**",
+            "truth/tanker/wind_arrow", "truth/receiver/wind_arrow", "nav/tanker/wind_arrow",
+            "nav/receiver/wind_arrow", "guid/receiver/scene/**",
+        ],
+        overrides={"truth/receiver/trail": trail},
+        eye_controls=rrb.EyeControls3D(
+            kind=rrb.Eye3DKind.Orbital,
+            position=eye[0],
+            look_target=eye[1],
+            eye_up=(0.0, 0.0, -1.0),
+        ),
+        line_grid=rrb.LineGrid3D(visible=False),
+        background=rrb.Background(color=(24, 30, 40)),
+    )  # fmt: skip

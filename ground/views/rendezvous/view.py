@@ -1,0 +1,43 @@
+"""The rendezvous by TACAN as a view."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ground.columns import Columns
+from ground.run import Run
+from ground.views.base import Figures, View
+from ground.views.rendezvous.read import has_rendezvous, rendezvous_metrics
+
+if TYPE_CHECKING:
+    from ground.rrd.layout import Layout, Look
+    from ground.rrd.series import Sink
+
+
+class Rendezvous(View):
+    """The tanker meets its receiver by range alone."""
+
+    own_time = frozenset({"RENDEZVOUS_STATE", "RENDEZVOUS_CLOUD"})
+
+    def finds(self, tlm: Columns) -> bool:
+        """RENDEZVOUS_STATE."""
+        return has_rendezvous(tlm)
+
+    def figures(self, run: Run) -> Figures:
+        """rendezvous.*."""
+        return rendezvous_metrics(run.folder, run.truth, run.tlm)
+
+    def layout(self, run: Run, look: Look) -> Layout:
+        """The tab Rendezvous; the plan where there is no station keeping to look at."""
+        from ground.views.rendezvous.draw import layout
+
+        return layout(run, look)
+
+    def draw(self, sink: Sink, run: Run) -> None:
+        """Plan and plots."""
+        from ground.views.rendezvous.draw import rendezvous
+
+        rendezvous(sink, run.truth, run.tlm)
+
+
+VIEW = Rendezvous()

@@ -1,0 +1,55 @@
+"""The windshear mission as a view."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from flightsw.icd.dialect import VALUES
+from ground.columns import Columns
+from ground.run import Run
+from ground.views.base import Command, Figures, Value, View
+from ground.views.windshear.figures import windshear_metrics
+from ground.views.windshear.read import LAWS, has_windshear
+
+if TYPE_CHECKING:
+    from ground.rrd.layout import Layout, Look
+    from ground.rrd.series import Sink
+
+JET = 5  # usual system id
+
+
+class Windshear(View):
+    """Wind and hazard index of a jet on approach, and how it escapes."""
+
+    own_time = frozenset({"WINDSHEAR_STATE"})
+    commands = (
+        Command("law", VALUES["MAV_CMD_USER_3"], ("windshear",), value=Value(0, 0.0, choices=LAWS)),
+        Command("go-around", VALUES["MAV_CMD_DO_GO_AROUND"], ("windshear",), JET),
+    )
+
+    def finds(self, tlm: Columns) -> bool:
+        """WINDSHEAR_STATE."""
+        return has_windshear(tlm)
+
+    def judges(self, tlm: Columns) -> frozenset[int]:
+        """Its own aircraft: they estimate what happens in the vertical plane."""
+        return frozenset(s for s, message in tlm.tables if message == "WINDSHEAR_STATE")
+
+    def figures(self, run: Run) -> Figures:
+        """windshear.*."""
+        return windshear_metrics(run.folder, run.truth, run.tlm)
+
+    def layout(self, run: Run, look: Look) -> Layout:
+        """The vertical plane; tabs Windshear, Flight, Filter."""
+        from ground.views.windshear.look import layout
+
+        return layout(run, look)
+
+    def draw(self, sink: Sink, run: Run) -> None:
+        """Scene, wind, hazard index, flight."""
+        from ground.views.windshear.draw import draw
+
+        draw(sink, run)
+
+
+VIEW = Windshear()
