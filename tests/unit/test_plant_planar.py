@@ -12,8 +12,8 @@ from flightsw.aircraft import Aircraft, load_aircraft, load_airframe
 from flightsw.icd.codec import FlightCodec, PlantCodec
 from flightsw.strict import ConfigError
 from flightsw.types import UPD_AIR, UPD_BARO, UPD_FUEL, UPD_GNSS, UPD_IMU, UPD_MAG, ActuatorCmd, Command
-from sim_plant.aircraft.alexis import KIND
 from sim_plant.aircraft.alexis.flight import Alexis, AlexisParams
+from sim_plant.aircraft.alexis.kind import KIND
 from sim_plant.aircraft.alexis.member import PERFECT, AlexisTable
 from sim_plant.scenario import Scenario, dump, load_scenario
 from sim_plant.sensors.base import Sensor
