@@ -1,5 +1,5 @@
-"""Parts that are found, not imported: missions, kinds of aircraft, views, studies and estimators, of this project or of any other
-installed package, by the entry points both declare the same way.
+"""Parts that are found, not imported: missions, kinds of aircraft and types of their records, views, studies and estimators, of
+this project or of any other installed package, by the entry points both declare the same way.
 
 A group's table in pyproject.toml: `name = "package.module:OBJECT"`. Where one part is named in a configuration,
 `package.module:Class` does as well and needs no table.
@@ -16,9 +16,10 @@ from typing import TypeVar
 from flightsw.strict import ConfigError, Names, near
 
 GROUPS = tuple(
-    f"wakefield.{group}" for group in ("missions", "aircraft", "views", "studies", "estimators", "benches", "dialects")
+    f"wakefield.{group}"
+    for group in ("missions", "aircraft", "records", "views", "studies", "estimators", "benches", "dialects")
 )
-MISSIONS, AIRCRAFT, VIEWS, STUDIES, ESTIMATORS, BENCHES, DIALECTS = GROUPS
+MISSIONS, AIRCRAFT, RECORDS, VIEWS, STUDIES, ESTIMATORS, BENCHES, DIALECTS = GROUPS
 T = TypeVar("T")
 
 

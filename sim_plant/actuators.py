@@ -29,6 +29,11 @@ class CommandPath:
         self.current = trim
         self.refused = 0  # non-finite replies
 
+    @property
+    def latch(self) -> bool:
+        """Whether the command in force asks for the latch."""
+        return self.current[4]
+
     def push(self, k: int, cmd: ActuatorCmd | None) -> None:
         """Take the reply to tick k (None: no reply) and make `current` the command in force during tick k."""
         if self._jitter and not self._draws:

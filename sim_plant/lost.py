@@ -12,8 +12,8 @@ import math
 from collections.abc import Sequence
 
 from flightsw.aircraft.structure import Bar
-from sim_plant.aircraft.base import Craft
-from sim_plant.aircraft.sixdof.vehicle import Vehicle
+from sim_plant.aircraft.base import Member
+from sim_plant.couplings.relative import pairs
 from sim_plant.kernels import layout as n
 from sim_plant.kernels.atmosphere import RHO0, isa
 from sim_plant.kernels.rot import quat_dcm
@@ -35,15 +35,15 @@ class AircraftLostError(RuntimeError):
 class Watch:
     """One aircraft, tick by tick of dt_s [s]."""
 
-    def __init__(self, v: Vehicle | Craft, dt_s: float) -> None:
-        self.v = v
+    def __init__(self, m: Member, dt_s: float) -> None:
+        self.m = m
         self._dt = dt_s
         self._upset: dict[str, list[float]] = {}  # what it is beyond -> for how long, and since when not any more [s]
-        self._alpha = STALLED * math.radians(v.ac.limits.alpha_max_deg)
+        self._alpha = STALLED * math.radians(m.ac.limits.alpha_max_deg)
 
     def step(self) -> str:
         """What has happened to it, as of the present view; "" while it flies."""
-        s, o, limit = self.v.view.s, self.v.view.o, self.v.ac.structure
+        s, o, limit = self.m.view.s, self.m.view.o, self.m.ac.structure
         if not math.isfinite(math.fsum(s)):
             return "has left the model: its state is not finite"
         height = -s[n.S_P + 2]
@@ -77,19 +77,19 @@ class Watch:
 
 
 class Collision:
-    """Whether a vehicle `v` touches the one it follows, `lead`, in whose body axes its view has its place."""
+    """Whether a follower `m` touches its leader, `lead`, in whose body axes its view has its place."""
 
-    def __init__(self, lead: Vehicle, v: Vehicle) -> None:
-        self.lead, self.v = lead, v
-        self._mine, self._other = bars_of(lead.ac.structure.bars), bars_of(v.ac.structure.bars)
+    def __init__(self, lead: Member, m: Member) -> None:
+        self.lead, self.m = lead, m
+        self._mine, self._other = bars_of(lead.ac.structure.bars), bars_of(m.ac.structure.bars)
         self._reach = sum(_reach(x) for x in (self._mine, self._other))  # further apart the bars need no look
 
     def step(self) -> str:
-        """What has happened to `v`; "" while they are apart."""
-        xi = self.v.view.rel[n.R_XI : n.R_XI + 3]
+        """What has happened to `m`; "" while they are apart."""
+        xi = self.m.view.rel[n.R_XI : n.R_XI + 3]
         if not math.hypot(*xi) < self._reach:
             return ""
-        lead, own = quat_dcm(*self.lead.view.s[0:4]), quat_dcm(*self.v.view.s[0:4])
+        lead, own = quat_dcm(*self.lead.view.s[0:4]), quat_dcm(*self.m.view.s[0:4])
         for start, stop, radius in self._other:
             here = _seen(lead, own, xi, start), _seen(lead, own, xi, stop)
             for p, q, other in self._mine:
@@ -154,14 +154,14 @@ def _seen(lead: Sequence[float], own: Sequence[float], xi: Sequence[float], at: 
 
 
 class Watches:
-    """All aircraft of a world: each by itself, and each follower against the first."""
+    """All aircraft of a world: each by itself, and each follower against its leader."""
 
-    def __init__(self, members: Sequence[Vehicle | Craft], vehicles: Sequence[Vehicle], dt_s: float) -> None:
-        self._all: list[Watch | Collision] = [Watch(v, dt_s) for v in members]
-        self._all += [Collision(vehicles[0], v) for v in vehicles[1:]]
+    def __init__(self, members: Sequence[Member], dt_s: float) -> None:
+        self._all: list[Watch | Collision] = [Watch(m, dt_s) for m in members]
+        self._all += [Collision(lead, m) for lead, m in pairs(members)]
 
     def step(self, t_us: int, tick: int) -> None:
         """Raises AircraftLostError for the first that is lost at this tick."""
         for watch in self._all:
             if what := watch.step():
-                raise AircraftLostError(f"{watch.v.cfg.name} {what} at t = {t_us / 1e6:.2f} s (tick {tick})")
+                raise AircraftLostError(f"{watch.m.cfg.name} {what} at t = {t_us / 1e6:.2f} s (tick {tick})")

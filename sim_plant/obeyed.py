@@ -9,8 +9,8 @@ from __future__ import annotations
 from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
-from flightsw.aircraft.base import SIXDOF
 from flightsw.strict import ConfigError, changed
+from sim_plant.aircraft.kind import formation_models, kind_of
 from sim_plant.sensors.config import Suite
 
 if TYPE_CHECKING:
@@ -30,11 +30,10 @@ def refuse(at: str, value: Any, why: str, but: tuple[str, ...] = (), default: An
 
 def check_obeyed(sc: Scenario) -> None:
     """Raise ConfigError for a key of `sc` that its world has no use for."""
-    six = [a for a in sc.aircraft if a.model == SIXDOF]
     for a in sc.aircraft:
         _aircraft(a)
         _sensors(sc, a)
-    _wind(sc, len(six), len(sc.aircraft))
+    _wind(sc, sum(kind_of(a).formation for a in sc.aircraft), len(sc.aircraft))
     if len(sc.aircraft) < 2:
         link = sc.link
         for key, value, default in (("latency_ms", link.radio_latency_ms, 50.0), ("loss", link.radio_loss, 0.0)):
@@ -64,27 +63,16 @@ def _aircraft(a: AircraftCfg) -> None:
         )
     else:
         refuse(f"{at}.start.xi_m", st.xi_m, "without relative_to", default=(0.0, 0.0, 0.0))
-    if a.model != SIXDOF:
+    takes = kind_of(a).takes
+    if "fuel_kg" not in takes:
         refuse(f"{at}.fuel_kg", a.fuel_kg, f"with model = {a.model!r}: its mass is that of the file", default=-1.0)
-        refuse(
-            f"{at}.aero_error_frac",
-            a.aero_error_frac,
-            f"with model = {a.model!r}: its table [aircraft.plant] has factors",
-            default=0.0,
-        )
+    if "aero_error_frac" not in takes:
+        refuse(f"{at}.aero_error_frac", a.aero_error_frac, f"with model = {a.model!r}", default=0.0)
 
 
 def _sensors(sc: Scenario, a: AircraftCfg) -> None:
     """Groups an aircraft does not carry."""
-    have = {"imu", "baro", "gnss", "air", "att"}
-    if a.model == SIXDOF:
-        have |= {"mag", "fuel"}
-    if a.rel_nav_to:
-        have.add("rel")
-    if a.boom_to or any(other.boom_to == a.name for other in sc.aircraft):
-        have.add("boom")
-    if a.tacan_to:
-        have |= {"tacan", "radar"}
+    have = sc.groups(a)
     suite = sc.suite(a.name)
     for f in fields(Suite):
         if f.name not in have:
@@ -100,7 +88,7 @@ def _sensors(sc: Scenario, a: AircraftCfg) -> None:
         )  # fmt: skip
 
 
-def _wind(sc: Scenario, six: int, members: int) -> None:
+def _wind(sc: Scenario, formation: int, members: int) -> None:
     w = sc.wind
     if w.prevailing == "sounding":
         refuse("wind.constant_mps", w.constant_mps, "with wind.prevailing = 'sounding'", default=(0.0, 0.0))
@@ -110,6 +98,10 @@ def _wind(sc: Scenario, six: int, members: int) -> None:
         refuse("wind.dryden.independent", w.dryden.independent, "with one aircraft", default=False)
     if not w.wake.source:
         refuse("wind.wake", w.wake, "without wind.wake.source")
-    elif six < 2 or members > six:
-        who = "another aircraft" if six < 2 else "aircraft of that model alone: the others would fly through it unmoved"
-        raise ConfigError(f"wind.wake.source = {w.wake.source!r}: allowed: with {who} (model = {SIXDOF!r})")
+    elif formation < 2 or members > formation:
+        who = (
+            "another aircraft"
+            if formation < 2
+            else "aircraft of that model alone: the others would fly through it unmoved"
+        )
+        raise ConfigError(f"wind.wake.source = {w.wake.source!r}: allowed: with {who} (model = {formation_models()})")

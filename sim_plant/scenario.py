@@ -3,19 +3,22 @@ naming it."""
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any
 
 from flightsw.aircraft import Airframe, load_airframe
-from flightsw.aircraft.base import MODELS, SIXDOF
+from flightsw.aircraft.base import DEFAULT_MODEL
 from flightsw.files import beside
-from flightsw.strict import ConfigError, OneOf, Range, load, near, to_dict
-from sim_plant.couplings.traffic_config import RendezvousTrack, TrafficCfg
+from flightsw.plugins import AIRCRAFT, PartOf
+from flightsw.strict import ConfigError, OneOf, Range, load, near
+from sim_plant.aircraft.kind import formation_models, kind_of
+from sim_plant.couplings.traffic_config import Track, TrafficCfg
+from sim_plant.dump import dump
 from sim_plant.failures.script import ACTIONS, PLANT, SENSORS, Event, check_event
 from sim_plant.obeyed import check_obeyed, refuse
 from sim_plant.sensors.config import Latency, NoiseCfg, NonNeg, Suite
+from sim_plant.wind.config import Wind
 
 __all__ = ["ACTIONS", "SENSORS", "Event", "Scenario", "dump", "load_scenario"]
 
@@ -74,64 +77,8 @@ class AircraftCfg:
     rel_nav_to: str = ""  # carries relative navigation to this aircraft
     boom_to: str = ""  # refuels from this aircraft
     tacan_to: str = ""  # carries an air-to-air TACAN tuned to this aircraft, or to the name in [traffic]
-    model: Annotated[str, OneOf(MODELS)] = SIXDOF
-    plant: dict[str, Any] = field(default_factory=dict)  # table of a model other than sixdof, read by that model
-
-
-@dataclass(frozen=True)
-class GustStep:
-    """From t_s on the turbulence has this intensity."""
-
-    t_s: NonNeg
-    sigma_mps: NonNeg
-
-
-@dataclass(frozen=True)
-class Dryden:
-    sigma_mps: NonNeg = 0.0
-    step: tuple[GustStep, ...] = ()  # ascending in t_s; before the first: sigma_mps
-    L_m: Pos = 533.4
-    V_mps: Pos = 195.0  # [m/s] airspeed of the shaping filters
-    axes: Annotated[str, OneOf(("track", "ned"))] = "track"
-    independent: bool = False  # False: frozen field, followers meet the leader's gusts later
-
-
-@dataclass(frozen=True)
-class Slow:
-    """Slow Gauss-Markov variation of the north and east components (lee.md 3.5, ECWM)."""
-
-    sigma_mps: NonNeg = 0.0
-    tau_s: Pos = 20000.0
-    from_zero: bool = False  # start at the prevailing wind instead of somewhere in the stationary spread
-
-
-@dataclass(frozen=True)
-class Sine:
-    """Deterministic variation amplitude * sin(2 pi t / period + phase), north, east, down."""
-
-    amplitude_mps: V3
-    period_s: V3
-    phase_rad: V3 = (0.0, 0.0, 0.0)
-
-
-@dataclass(frozen=True)
-class Wake:
-    source: str = ""  # aircraft that sheds it; empty: none
-    core_wing_m: Pos = 1.2
-    core_tail_m: Pos = 0.6
-    nu_m2ps: NonNeg = 1.0
-    tail_lift_frac: Annotated[float, Range(-0.5, 0.5)] = -0.05
-
-
-@dataclass(frozen=True)
-class Wind:
-    prevailing: Annotated[str, OneOf(("constant", "sounding"))] = "constant"
-    constant_mps: tuple[float, float] = (0.0, 0.0)  # north, east, air moves towards
-    sounding: str = "sounding_oun_20181222_12z_uwyo.txt"
-    slow: Slow = field(default_factory=Slow)
-    sine: tuple[Sine, ...] = ()
-    dryden: Dryden = field(default_factory=Dryden)
-    wake: Wake = field(default_factory=Wake)
+    model: Annotated[str, PartOf(AIRCRAFT)] = DEFAULT_MODEL  # its kind (sim_plant/aircraft/kind.py)
+    plant: dict[str, Any] = field(default_factory=dict)  # table of the kind, read by it
 
 
 @dataclass(frozen=True)
@@ -164,7 +111,7 @@ class Scenario:
     sensors: dict[str, Suite] = field(default_factory=dict)
     link: Link = field(default_factory=Link)
     refuel: Refuel = field(default_factory=Refuel)
-    track: RendezvousTrack = field(default_factory=RendezvousTrack)
+    track: Track = field(default_factory=Track)
     traffic: TrafficCfg = field(default_factory=TrafficCfg)
     event: tuple[Event, ...] = ()
     expect: dict[str, Any] = field(default_factory=dict)  # summary key -> bound, read by the launcher's tests
@@ -213,24 +160,31 @@ class Scenario:
         check_obeyed(self)
 
     def _check_models(self) -> None:
-        """Aircraft of another model fly by themselves; sixdof has no table of its own."""
-        for a in self.aircraft:
+        """Aircraft of a kind that does not fly in formation fly by themselves."""
+        kinds = [kind_of(a) for a in self.aircraft]
+        alone = [a.name for a, k in zip(self.aircraft, kinds, strict=True) if not k.formation]
+        for a, k in zip(self.aircraft, kinds, strict=True):
             at = f"aircraft.{a.name}"
-            if a.model == SIXDOF:
-                if a.plant:
-                    raise ConfigError(f"{at}.plant: model = {SIXDOF!r} has none; allowed: none")
-                continue
-            pairs = {"start.relative_to": a.start.relative_to, "rel_nav_to": a.rel_nav_to, "boom_to": a.boom_to}
-            for key, ref in (pairs | {"tacan_to": a.tacan_to}).items():
-                if ref:
-                    raise ConfigError(f"{at}.{key} = {ref!r}: allowed: none with model = {a.model!r}")
-        alone = [a.name for a in self.aircraft if a.model != SIXDOF]
-        for a in self.aircraft:
-            for key, ref in (("start.relative_to", a.start.relative_to), ("tacan_to", a.tacan_to)):
+            k.check_has_table(a)
+            refs = {"start.relative_to": a.start.relative_to, "tacan_to": a.tacan_to}
+            if not k.formation:
+                for key, ref in (refs | {"rel_nav_to": a.rel_nav_to, "boom_to": a.boom_to}).items():
+                    if ref:
+                        raise ConfigError(f"{at}.{key} = {ref!r}: allowed: none with model = {a.model!r}")
+            for key, ref in refs.items():
                 if ref in alone:
-                    raise ConfigError(f"aircraft.{a.name}.{key} = {ref!r}: allowed: aircraft of model = {SIXDOF!r}")
-        if self.wind.wake.source in alone:
-            raise ConfigError(f"wind.wake.source = {self.wind.wake.source!r}: allowed: aircraft of model = {SIXDOF!r}")
+                    raise ConfigError(f"{at}.{key} = {ref!r}: allowed: aircraft of model = {formation_models()}")
+        if (source := self.wind.wake.source) in alone:
+            raise ConfigError(f"wind.wake.source = {source!r}: allowed: aircraft of model = {formation_models()}")
+
+    def groups(self, a: AircraftCfg) -> set[str]:
+        """Sensor groups an aircraft carries: those of its kind, air data, and those its place among the others asks for."""
+        have = {*kind_of(a).carries, "air"}
+        if a.rel_nav_to:
+            have.add("rel")
+        if a.boom_to or any(other.boom_to == a.name for other in self.aircraft):
+            have.add("boom")
+        return have | {"tacan", "radar"} if a.tacan_to else have
 
     def _check_sounding(self) -> None:
         """The file can be read, and its balloon measured wind where the aircraft start."""
@@ -262,16 +216,14 @@ class Scenario:
         self._check_sounding()
         out: list[Airframe] = []
         for a in self.aircraft:
+            kind = kind_of(a)
             out.append(load_airframe(a.file))
-            if out[-1].meta.model != a.model:
+            if not isinstance(out[-1], kind.record):
                 raise ConfigError(
                     f"aircraft.{a.name}.file = {a.file!r}: an aircraft of model {out[-1].meta.model!r}; allowed: one of "
                     f"model = {a.model!r}"
                 )
-            if a.model != SIXDOF:
-                from sim_plant.aircraft.register import check_craft  # slow to import (numba): only where there is one
-
-                check_craft(a)
+            kind.check(a)
             if not out[-1].probe:
                 refuse(f"sensors.{a.name}.air", self.suite(a.name).air, f"on an aircraft without probes, {a.file!r}")
         return out
@@ -288,33 +240,5 @@ def load_scenario(name: str, overrides: dict[str, Any] | None = None) -> Scenari
         have = sorted(p.stem for p in HERE.glob("*.toml"))
         raise ConfigError(f"scenario {str(path)!r} does not exist; available: {', '.join(have)}{near(path.stem, have)}")
     sc = load(path, Scenario, overrides)
-    craft = tuple(replace(a, file=beside(path, a.file)) for a in sc.aircraft)
-    return replace(sc, aircraft=craft, wind=replace(sc.wind, sounding=beside(path, sc.wind.sounding)))
-
-
-def dump(sc: Scenario, seed: int) -> str:
-    """The resolved scenario as TOML text that `load_scenario` reads back to an equal record, with the seed of the
-    run."""
-    tree = to_dict(sc)
-    tree["meta"]["seed"] = seed
-    out = []
-    for key, v in tree.items():
-        tables = v if isinstance(v, (list, tuple)) else [v]
-        for t in tables:
-            out.append(f"[[{key}]]" if tables is v else f"[{key}]")
-            out += [f"{_key(k)} = {_value(x)}" for k, x in t.items()]
-            out.append("")
-    return "\n".join(out)
-
-
-def _key(k: str) -> str:
-    return k if k.replace("_", "").replace("-", "").isalnum() else json.dumps(k)
-
-
-def _value(v: Any) -> str:
-    """One TOML value on one line; a JSON string is also a TOML string."""
-    if isinstance(v, dict):
-        return "{ " + ", ".join(f"{_key(k)} = {_value(x)}" for k, x in v.items()) + " }" if v else "{}"
-    if isinstance(v, (list, tuple)):
-        return "[" + ", ".join(_value(x) for x in v) + "]"
-    return repr(v) if isinstance(v, float) else json.dumps(v)
+    aircraft = tuple(replace(a, file=beside(path, a.file)) for a in sc.aircraft)
+    return replace(sc, aircraft=aircraft, wind=replace(sc.wind, sounding=beside(path, sc.wind.sounding)))

@@ -36,12 +36,12 @@ class PlantServer:
     ) -> None:
         self.scenario = scenario
         self.world = World(scenario, seed) if world is None else world
-        origin = Origin(scenario.origin.lat_deg, scenario.origin.lon_deg)
-        self.names = [v.cfg.name for v in self.world.members]
-        self.sysids = [v.cfg.sysid for v in self.world.members]
-        self.codecs = [PlantCodec(v.ac, v.cfg.sysid, origin) for v in self.world.members]
-        tf = scenario.traffic
-        self._traffic = PlantCodec(self.world.vehicles[0].ac, tf.sysid, origin) if tf.on else None  # for its truth
+        self._origin = Origin(scenario.origin.lat_deg, scenario.origin.lon_deg)
+        members = self.world.members
+        self.names = [m.cfg.name for m in members]
+        self.sysids = [m.cfg.sysid for m in members]
+        self.codecs = [PlantCodec(m.ac, m.cfg.sysid, self._origin) for m in members]
+        self._others: dict[int, PlantCodec] = {}  # of what flies without onboard software, for its truth
         link = scenario.link
         self.radio: Radio[bytes] = Radio(
             self.names, self.world.seed, link.radio_latency_ms, link.radio_loss, self.world.rate_hz
@@ -104,9 +104,10 @@ class PlantServer:
         assert self._log is not None
         for i, codec in enumerate(self.codecs):
             self._write_one(codec, self.world.truth(i))
-        other = self.world.traffic_truth()
-        if self._traffic is not None and other is not None:
-            self._write_one(self._traffic, other)
+        for sysid, other in self.world.others():
+            if sysid not in self._others:  # any record does: it has no controls to scale
+                self._others[sysid] = PlantCodec(self.world.members[0].ac, sysid, self._origin)
+            self._write_one(self._others[sysid], other)
 
     def _write_one(self, codec: PlantCodec, t: Truth) -> None:
         assert self._log is not None

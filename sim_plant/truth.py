@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from flightsw.types import Quat, Vec3
-from sim_plant.aircraft.base import Craft
-from sim_plant.aircraft.sixdof.vehicle import Vehicle
+from sim_plant.aircraft.base import Member
 from sim_plant.kernels import layout as n
 
 Four = tuple[float, float, float, float]
@@ -46,11 +45,10 @@ def vec3(x: list[float], at: int) -> Vec3:
     return x[at], x[at + 1], x[at + 2]
 
 
-def truth_of(v: Vehicle | Craft, t_us: int) -> Truth:
-    """Truth of a vehicle whose view is that of time t_us [us]."""
-    s, o, w = v.view.s, v.view.o, v.wind.tolist()
-    rel = v.view.rel or [0.0] * n.NR
-    own = rel if v.index else [0.0] * n.NR
+def truth_of(m: Member, t_us: int) -> Truth:
+    """Truth of a member whose view is that of time t_us [us]."""
+    s, o, w = m.view.s, m.view.o, m.wind.tolist()
+    own, boom = m.view.rel, m.view.boom
     return Truth(
         t_us=t_us,
         pos_n=vec3(s, n.S_P),
@@ -70,9 +68,9 @@ def truth_of(v: Vehicle | Craft, t_us: int) -> Truth:
         xi_dot=vec3(own, n.R_XIDOT),
         mass=o[n.O_MASS],
         fuel_kg=s[n.S_FUEL],
-        boom_elevation=rel[n.R_EL],
-        boom_azimuth=rel[n.R_AZ],
-        boom_extension=rel[n.R_EXT],
-        contact=v.view.contact,
-        inside=v.view.inside,
+        boom_elevation=boom[n.R_EL],
+        boom_azimuth=boom[n.R_AZ],
+        boom_extension=boom[n.R_EXT],
+        contact=m.view.contact,
+        inside=m.view.inside,
     )

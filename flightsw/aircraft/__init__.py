@@ -8,13 +8,28 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Annotated
 
-from flightsw.aircraft.base import V3, Airframe, Controls, Limits, Meta, Pair, Pos, Probe, find, load_as
+from flightsw.aircraft.base import (
+    DEFAULT_MODEL,
+    V3,
+    Airframe,
+    Controls,
+    Limits,
+    Meta,
+    Pair,
+    Pos,
+    Probe,
+    find,
+    load_as,
+    model_of,
+)
 from flightsw.aircraft.planar import Alexis, TwinJet
-from flightsw.strict import ConfigError, OneOf, Range, load, read_toml
+from flightsw.plugins import RECORDS, part, parts
+from flightsw.strict import ConfigError, OneOf, Range, load
 
 __all__ = [
     "Aero", "Aircraft", "Airframe", "Alexis", "Boom", "Controls", "Engine", "Geometry", "Inertia", "Limits", "Mass", "Meta",
-    "Probe", "Receptacle", "TwinJet", "WakePoints", "alexis", "load_aircraft", "load_airframe", "load_as", "twinjet",
+    "Probe", "Receptacle", "TwinJet", "WakePoints", "alexis", "load_aircraft", "load_airframe", "load_as",
+    "record_types", "twinjet",
 ]  # fmt: skip
 
 
@@ -144,22 +159,29 @@ class Aircraft(Airframe):
         return self.mass.fuel_capacity_kg
 
 
-RECORDS: dict[str, type[Airframe]] = {"sixdof": Aircraft, "alexis": Alexis, "twinjet": TwinJet}
-
-
 def load_aircraft(name: str) -> Aircraft:
     """Six-degree-of-freedom record by file stem ("kc135r") or path. Raises ConfigError naming what is wrong and what exists."""
-    return load_as(name, Aircraft, "sixdof")
+    return load_as(name, Aircraft, DEFAULT_MODEL)
+
+
+def record_types() -> dict[str, type[Airframe]]:
+    """Type of the record of every declared model."""
+    return {name: _record(name, cls, RECORDS) for name, cls in parts(RECORDS, type).items()}
+
+
+def _record(name: str, cls: type, at: str) -> type[Airframe]:
+    if not issubclass(cls, Airframe):
+        raise ConfigError(
+            f"{at} = {name!r}: {cls.__name__} is no record of an aircraft; allowed: a subclass of Airframe"
+        )
+    return cls
 
 
 def load_airframe(name: str) -> Airframe:
-    """As `load_aircraft`, of whatever model the file names."""
+    """As `load_aircraft`, of whatever model the file names: one declared in `wakefield.records`, or `package.module:Record`."""
     path = find(name)
-    meta = read_toml(path).get("meta", {})
-    model = meta.get("model", "sixdof") if isinstance(meta, dict) else "sixdof"
-    if model not in RECORDS:
-        raise ConfigError(f"{path}: meta.model = {model!r}: allowed: {', '.join(RECORDS)}")
-    return load(path, RECORDS[model])
+    model, at = model_of(path), f"{path}: meta.model"
+    return load(path, _record(model, part(RECORDS, model, type, at), at))
 
 
 @lru_cache(maxsize=1)

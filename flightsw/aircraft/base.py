@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Annotated, TypeVar
 
 from flightsw.aircraft.structure import Structure
-from flightsw.strict import ConfigError, OneOf, Range, load, near, read_toml
+from flightsw.plugins import RECORDS, PartOf
+from flightsw.strict import ConfigError, Range, load, near, read_toml
 
 HERE = Path(__file__).parent
 Pos = Annotated[float, Range(1e-9)]
@@ -15,17 +16,16 @@ NonNeg = Annotated[float, Range(0.0)]
 Pair = tuple[float, float]
 V3 = tuple[float, float, float]
 PROBES = 4  # what AIR_DATA carries
-SIXDOF = "sixdof"
-MODELS = (SIXDOF, "alexis", "twinjet")  # equations an aircraft may fly by
+DEFAULT_MODEL = "sixdof"  # of a file that names none
 T = TypeVar("T", bound="Airframe")
 
 
 @dataclass(frozen=True)
 class Meta:
-    """`model` names the equations: six degrees of freedom, or those of planar.py."""
+    """`model` names the equations, and by them the type of the record (entry points `wakefield.records`)."""
 
     name: str
-    model: Annotated[str, OneOf(MODELS)] = SIXDOF
+    model: Annotated[str, PartOf(RECORDS)] = DEFAULT_MODEL
 
 
 @dataclass(frozen=True)
@@ -119,11 +119,18 @@ def find(name: str) -> Path:
     return path
 
 
+def model_of(path: Path) -> str:
+    """meta.model of an aircraft file. Raises ConfigError for one that cannot be read or is no name."""
+    meta = read_toml(path).get("meta", {})
+    model = meta.get("model", DEFAULT_MODEL) if isinstance(meta, dict) else DEFAULT_MODEL
+    if not isinstance(model, str):
+        raise ConfigError(f"{path}: meta.model = {model!r}: expected a name")
+    return model
+
+
 def load_as(name: str, cls: type[T], model: str) -> T:
     """Record of an aircraft that flies by the equations `model`. Raises ConfigError for another one, or naming what is wrong."""
     path = find(name)
-    meta = read_toml(path).get("meta", {})
-    has = meta.get("model", SIXDOF) if isinstance(meta, dict) else SIXDOF
-    if has != model and has in MODELS:
+    if (has := model_of(path)) != model:
         raise ConfigError(f"{path}: meta.model = {has!r}: allowed here: {model!r}")
     return load(path, cls)

@@ -40,10 +40,10 @@ def step_us(batch_steps: int = 400) -> dict[str, float]:
 def _plant(seed: int = 1, sensors: bool = True) -> tuple[Callable[[], Any], int]:
     """One tick of the refuelling world in trim, and how many aircraft that is."""
     world = World(load_scenario("refueling"), seed)
-    cmds = [world.trim_cmd(i) for i in range(len(world.vehicles))]
+    cmds = [world.trim_cmd(i) for i in range(len(world.members))]
     if not sensors:
-        for v in world.vehicles:
-            v.sensors = []
+        for m in world.members:
+            m.sensors = []
 
     def step() -> None:
         world.sense()

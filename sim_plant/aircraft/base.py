@@ -1,121 +1,111 @@
-"""An aircraft with equations of its own in the plant's world: what the world asks of it, and what it has in common with the
-others: sensors, faults, command path.
-
-To add one: its record (flightsw/aircraft), a subclass of Craft, and its class in crafts.CRAFTS.
-"""
+"""A member of the plant's world: one aircraft, of whatever kind. What the world, the air and the couplings ask of it."""
 
 from __future__ import annotations
 
 import math
-from typing import Any, ClassVar
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from flightsw.aircraft import Airframe
-from flightsw.strict import convert
+from flightsw.aircraft import Boom, Receptacle
+from flightsw.strict import ConfigError
 from flightsw.types import SensorFrame
 from sim_plant.actuators import CommandPath, Values
+from sim_plant.aircraft.kind import Setup
 from sim_plant.kernels import layout as n
-from sim_plant.scenario import AircraftCfg, Scenario
-from sim_plant.sensors.base import Sensor, View
-from sim_plant.sensors.suite import build_sensors
+from sim_plant.sensors.base import View
+from sim_plant.sensors.suite import sensors_of
+from sim_plant.wind.config import Wake
+from sim_plant.wind.field import AirMass
+from sim_plant.wind.wake import Exposure
 
-Mean = tuple[float, float]  # wind [m/s] north, east
+Arr = NDArray[np.float64]
+MAG_N = np.array([0.215, 0.010, 0.440])  # [gauss] earth's field at the origin, NED (mid-latitude dipole)
 
 
-class Craft:
-    """Base: flight in a vertical plane along a fixed heading. Subclasses keep `view.s`, `view.o` (layout.py, what its sensors and
-    the truth read) and `wind` [NW] up to date.
+@dataclass(frozen=True)
+class Tanks:
+    """What fuel can be taken on: tanks [kg], and mass with it [kg]."""
 
-    `trim`: the command that holds the start (aileron, elevator, rudder [rad], throttle, latch, flap [rad]). `free` [3]: wind of
-    the common air mass at it [m/s, NED], put there by the world before every `observe` and held over the tick; what a model's own
-    table brings comes on top. Its cross component acts by sideslip: side force carries the plane of flight along (`side_*`).
+    capacity_kg: float
+    mass_max_kg: float
+
+
+class Member(ABC):
+    """Base of every kind's class. A world calls start() once, then per tick: the air fills `free` (wind without wake [3], m/s
+    NED), `wind` (effective wind [NW]) and `probe_wake` ([probes, 3] m/s NED); observe(); sensors read `view`; advance().
+
+    `view` holds state and what instruments see (layout.py) as plain floats, current after start() and observe(), and what
+    couplings put there. A kind that flies in formation keeps both in the arrays `s` [NS] and `obs` [NO] too, `s` also current
+    after advance(): that is what others are measured from. Wind of a kind's own comes on top of `free`, into `wind`.
     """
 
-    table: ClassVar[type]  # dataclass of [aircraft.plant]
-    carries: ClassVar[tuple[str, ...]] = ("imu", "baro", "gnss", "att")  # sensor groups besides the air-data probes
-    surfaces: ClassVar[tuple[str, ...]] = ("elevator",)  # those that can jam
-    index = 0  # nobody's follower
+    # what others can meet at it, if it has one
+    boom: Boom | None = None
+    receptacle: Receptacle | None = None
+    tanks: Tanks | None = None
+    exposure: Exposure | None = None  # where it feels a wake
 
-    def __init__(self, cfg: AircraftCfg, ac: Airframe, sc: Scenario, seed: int, trim: Values, mean: Mean) -> None:
-        """mean: wind of the common air mass at the start [m/s], north and east."""
-        self.cfg, self.ac, self.trim = cfg, ac, trim
-        base_hz = sc.clock.base_rate_hz
-        self.dt_s = 1.0 / base_hz
-        self.probes = np.array([p.position_m for p in ac.probe]).reshape(-1, 3)
-        count = len(self.probes)
-        suite = sc.suite(cfg.name)
-        self.sensors: list[Sensor] = build_sensors(
-            cfg.name, suite, sc.noise, base_hz, seed, count, False, False, self.carries
-        )
-        self.view = View(count)
-        self.view.s, self.view.o, self.view.rel = [0.0] * n.NS, [0.0] * n.NO, [0.0] * n.NR
-        self.wind = np.zeros(n.NW)
-        self.free = np.array([*mean, 0.0])
+    trim: Values  # the command that holds the start: aileron, elevator, rudder [rad], throttle, latch, flap [rad]
+    path: CommandPath  # `path.current`: the command in force
+
+    def __init__(self, setup: Setup) -> None:
+        """Raises ConfigError for a sensor's rate that does not fit."""
+        self.setup, self.kind, self.cfg, self.ac = setup, setup.kind, setup.cfg, setup.ac
+        self.dt_s = 1.0 / setup.sc.clock.base_rate_hz
+        self.probes = np.array([p.position_m for p in self.ac.probe]).reshape(-1, 3)
+        self.sensors = sensors_of(setup.sc, self.cfg, tuple(p.name for p in self.ac.probe), setup.seed)
+        self.s, self.obs = np.zeros(n.NS), np.zeros(n.NO)
+        self.wind, self.free, self.probe_wake = np.zeros(n.NW), np.zeros(3), np.zeros((len(self.probes), 3))
+        self.view = View(len(self.probes))
         self.frame = SensorFrame()
-        link = sc.link
-        self.path = CommandPath(seed, cfg.name, link.actuator_delay_ticks, link.actuator_jitter_ticks, trim)
-        self.psi = math.radians(cfg.start.psi_deg)
-        self.ahead = math.cos(self.psi), math.sin(self.psi)
-        self.side_m, self.side_mps = 0.0, self.along(self.free)[1]  # to the right; it starts without sideslip
 
-    def along(self, v: np.ndarray) -> tuple[float, float, float]:
-        """A vector [3] NED as components ahead, to the right, down."""
-        (c, e), (north, east, down) = self.ahead, v.tolist()
-        return c * north + e * east, c * east - e * north, down
+    def hold(self, trim: Values) -> None:
+        """Begin with this command in force."""
+        link = self.setup.sc.link
+        self.trim = trim
+        self.path = CommandPath(
+            self.setup.seed, self.cfg.name, link.actuator_delay_ticks, link.actuator_jitter_ticks, trim
+        )
 
-    def level(self, ahead: float, right: float) -> tuple[float, float]:
-        """The way back: north and east of components ahead and to the right."""
-        c, e = self.ahead
-        if right == 0.0:  # keeps the sign of a zero
-            return c * ahead, e * ahead
-        return c * ahead - e * right, e * ahead + c * right
+    def show(self) -> None:
+        """Copy `s` and `obs` into the view."""
+        self.view.s, self.view.o = self.s.tolist(), self.obs.tolist()
 
-    def attitude(self, pitch: float, rate: float, forward: float, up: float) -> None:
-        """Attitude, rates and velocity over the ground into the view: pitch [rad], its rate [rad/s], forward and up [m/s]."""
-        s = self.view.s
-        ch, cp = math.cos(0.5 * self.psi), math.cos(0.5 * pitch)
-        sh, sp = math.sin(0.5 * self.psi), math.sin(0.5 * pitch)
-        s[n.S_Q : n.S_Q + 4] = ch * cp, -sh * sp, ch * sp, sh * cp
-        s[n.S_W : n.S_W + 3] = 0.0, rate, 0.0
-        s[n.S_V : n.S_V + 3] = *self.level(forward, self.side_mps), -up
-        self.view.o[n.O_EULER : n.O_EULER + 3] = self.psi, pitch, 0.0
-
-    def flow(self, airspeed: float, alpha: float, slope: float) -> float:
-        """Airspeed, incidence and sideslip into the view, at all probes those of the centre of gravity; returns the side
-        acceleration [m/s^2]. airspeed [m/s], alpha [rad]: in the plane; slope: side force per mass at it [m/s^2 per rad]."""
-        o, across = self.view.o, self.side_mps - self.along(self.free)[1]
-        V = math.hypot(airspeed, across)
-        beta = math.asin(across / V)
-        o[n.O_V], o[n.O_ALPHA], o[n.O_BETA] = V, alpha, beta
-        for i in range(len(self.probes)):
-            o[n.O_PROBE + 3 * i : n.O_PROBE + 3 * i + 3] = V, alpha, beta
-        self._side_tau = airspeed / -slope if slope else math.inf  # [s] the cross wind takes it along
-        return slope * beta + 0.0  # no minus zero
-
-    def carry(self) -> None:
-        """Sideways motion over the tick, cross wind held: exact for the time constant of `flow`."""
-        cross = self.along(self.free)[1]
-        if self.side_mps == cross == 0.0:
-            return
-        before = self.side_mps
-        self.side_mps += (cross - before) * -math.expm1(-self.dt_s / self._side_tau)
-        self.side_m += 0.5 * (before + self.side_mps) * self.dt_s
+    def check_limits(self) -> None:
+        """Raise ConfigError for a start beyond the limits of the aircraft's file."""
+        o, limits = self.view.o, self.ac.limits
+        V, alpha = o[n.O_V], math.degrees(o[n.O_ALPHA])
+        if not limits.V_min_mps <= V <= limits.V_max_mps or not abs(alpha) <= limits.alpha_max_deg:
+            raise ConfigError(
+                f"aircraft.{self.cfg.name}.start: {V:.1f} m/s of airspeed at {alpha:.1f} deg of incidence; allowed by the limits "
+                f"of {self.cfg.file!r}: {limits.V_min_mps:g} to {limits.V_max_mps:g} m/s, up to {limits.alpha_max_deg:g} deg"
+            )
 
     @property
+    @abstractmethod
     def height_m(self) -> float:
-        """Height [m] now."""
-        raise NotImplementedError
+        """Height [m] now, also between advance() and observe()."""
 
+    @abstractmethod
+    def track(self) -> tuple[float, float]:
+        """North and east component of the unit vector along which turbulence of axes "track" lies."""
+
+    @abstractmethod
+    def start(self, air: AirMass, other: Member | None) -> None:
+        """Put it into steady flight in the mean wind (gusts not in it), call hold(), and observe. other: whom its start is
+        relative to. Raises ConfigError where there is no such flight."""
+
+    @abstractmethod
     def observe(self) -> None:
-        """Bring view and wind to the present tick."""
-        raise NotImplementedError
+        """Bring the view to the present tick, in the wind the air has just filled in."""
 
+    @abstractmethod
     def advance(self, jam: list[float]) -> None:
-        """Fly one tick with `path.current` in force; jam [3]: 1 = aileron (or flap), elevator, rudder frozen."""
-        raise NotImplementedError
+        """Fly one tick with `path.current` in force; jam [3]: 1 = aileron (or what is in its place), elevator, rudder frozen."""
 
-
-def plant_table(cls: type[Craft], cfg: AircraftCfg) -> Any:
-    """[aircraft.plant] of an aircraft as the dataclass of its model. Raises ConfigError naming the key."""
-    return convert(cfg.plant, cls.table, f"aircraft.{cfg.name}.plant")
+    def wake_source(self, wake: Wake) -> Arr | None:
+        """Source vector (wind/vortex.py) of the wake it sheds; None: this kind sheds none."""
+        return None

@@ -1,1 +1,1 @@
-"""What acts between aircraft: boom, radio, traffic."""
+"""What acts between aircraft: relative motion, wake, traffic, TACAN and radar, boom, radio."""

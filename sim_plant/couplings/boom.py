@@ -4,20 +4,31 @@ from __future__ import annotations
 
 import math
 
-from flightsw.aircraft import Boom
+from flightsw.strict import ConfigError
+from sim_plant.aircraft.base import Member
+from sim_plant.couplings.base import Coupling
 from sim_plant.kernels import layout as n
 from sim_plant.scenario import Refuel
 
 
-class BoomCoupling:
-    """State of the coupling between one boom and one receptacle.
+class BoomCoupling(Coupling):
+    """The coupling between the boom of `giver` and the receptacle of `taker`.
 
     Contact is made when the receptacle has stayed inside the envelope, latched by the receiver and slower than the
     capture speed relative to the tanker for the capture time. It breaks when the receptacle leaves the envelope, the
     latch is released, or the boom is driven in or out faster than its radial limit (aircraft-data.md section 3).
+    Raises ConfigError for aircraft that have neither.
     """
 
-    def __init__(self, boom: Boom, cfg: Refuel, dt_s: float) -> None:
+    def __init__(self, giver: Member, taker: Member, cfg: Refuel, dt_s: float) -> None:
+        self._giver, self._taker = giver, taker
+        boom, tanks = giver.boom, taker.tanks
+        at = f"aircraft.{taker.cfg.name}.boom_to = {giver.cfg.name!r}"
+        if tanks is None:
+            raise ConfigError(f"{at}: model = {taker.cfg.model!r} has no tanks")
+        self._tanks = tanks
+        if boom is None or taker.receptacle is None:
+            raise ConfigError(f"{at}: that aircraft's file needs a [boom] and this one's a [receptacle]")
         d = math.radians
         self._el = (d(boom.elevation_deg[0]), d(boom.elevation_deg[1]))
         self._az = (d(boom.azimuth_deg[0]), d(boom.azimuth_deg[1]))
@@ -29,6 +40,16 @@ class BoomCoupling:
         self.inside = False
         self.contact = False
         self.reason = ""  # why the last contact ended
+
+    def act(self) -> None:
+        """Contact and flow as of now, into the views of both."""
+        lead, r = self._giver.view, self._taker.view
+        self.step(r.boom, self._taker.path.latch)
+        lead.boom = r.boom
+        for view in (lead, r):
+            view.contact, view.inside = self.contact, self.inside
+        flow = self.flow_kgps(lead.s[n.S_FUEL], r.s[n.S_FUEL], r.o[n.O_MASS])
+        r.transfer_kgps, lead.transfer_kgps = flow, -flow
 
     def step(self, rel: list[float], latch: bool) -> None:
         """One tick with the relative vector (layout.R_*) and the receiver's latch request."""
@@ -54,11 +75,10 @@ class BoomCoupling:
     def _release(self, why: str) -> None:
         self.contact, self.reason, self._count = False, why, 0
 
-    def flow_kgps(
-        self, giver_fuel_kg: float, taker_fuel_kg: float, taker_mass_kg: float, cap_kg: float, max_kg: float
-    ) -> float:
-        """Fuel flow [kg/s] to the receiver now: the set rate while in contact, none when the tanker is dry, the
-        receiver's tanks (cap_kg) are full or its mass is at its maximum."""
-        if not self.contact or giver_fuel_kg <= 0.0 or taker_fuel_kg >= cap_kg or taker_mass_kg >= max_kg:
+    def flow_kgps(self, giver_fuel_kg: float, taker_fuel_kg: float, taker_mass_kg: float) -> float:
+        """Fuel flow [kg/s] to the receiver now: the set rate while in contact, none when the tanker is dry, the receiver's
+        tanks are full or its mass is at its maximum."""
+        full = taker_fuel_kg >= self._tanks.capacity_kg or taker_mass_kg >= self._tanks.mass_max_kg
+        if not self.contact or giver_fuel_kg <= 0.0 or full:
             return 0.0
         return self._cfg.transfer_kgps

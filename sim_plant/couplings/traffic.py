@@ -11,17 +11,19 @@ import numpy as np
 
 from flightsw.types import Vec3
 from sim_plant.couplings import traffic_kernel as k
-from sim_plant.couplings.traffic_config import RendezvousTrack, TrafficCfg
+from sim_plant.couplings.base import Coupling
+from sim_plant.couplings.traffic_config import Track, TrafficCfg
+from sim_plant.kernels.rot import quat_dcm
 from sim_plant.rng import BLOCK, generator
 from sim_plant.truth import Truth
 
 
-class Traffic:
+class Traffic(Coupling):
     """Its state and its own generators: "<name>.start" and "<name>.motion"."""
 
-    def __init__(
-        self, cfg: TrafficCfg, track: RendezvousTrack, wind: tuple[float, float], seed: int, dt: float
-    ) -> None:
+    lateral_read = True
+
+    def __init__(self, cfg: TrafficCfg, track: Track, wind: tuple[float, float], seed: int, dt: float) -> None:
         """`wind` north, east [m/s] (towards) steady at its altitude; dt [s] step."""
         self.cfg, self.track, self.dt, self.t = cfg, track, dt, 0.0
         h = math.radians(track.heading_deg)
@@ -46,7 +48,7 @@ class Traffic:
         self._rng = generator(seed, f"{cfg.name}.motion")
         self._z, self._at, self._wk = np.zeros(0), 0, np.zeros(13)
 
-    def step(self) -> None:
+    def advance(self) -> None:
         """One step of dt."""
         if self._at == len(self._z):
             self._z, self._at = self._rng.standard_normal(4 * BLOCK), 0
@@ -78,17 +80,24 @@ class Traffic:
         n, e = self._to_n(vx, vy)
         return n, e, 0.0
 
-    def truth(self, t_us: int, own: Vec3, attitude: np.ndarray) -> Truth:
-        """For the log; xi from the aircraft at `own` [m] whose rotation to body axes is `attitude` [3,3]."""
+    @property
+    def lateral_m(self) -> float:
+        """Where the crew sees it [m]."""
+        return self.cfg.y_m
+
+    def others(self, own: Truth) -> list[tuple[int, Truth]]:
+        """Its truth, for the log; xi from the aircraft `own` is the truth of, in that one's body axes."""
+        attitude = np.array(quat_dcm(*own.q_nb)).reshape(3, 3).T
         pos, vel = self.position, self.velocity
         psi = math.atan2(vel[1] - self._wind[1], vel[0] - self._wind[0])
-        xi = (attitude * (np.array(pos) - np.array(own))).sum(axis=1)
+        xi = (attitude * (np.array(pos) - np.array(own.pos_n))).sum(axis=1)
         airspeed = math.hypot(vel[0] - self._wind[0], vel[1] - self._wind[1])
         zero = (0.0, 0.0, 0.0)
-        return Truth(
-            t_us=t_us, pos_n=pos, vel_n=vel, q_nb=(math.cos(0.5 * psi), 0.0, 0.0, math.sin(0.5 * psi)), w_b=zero,
+        truth = Truth(
+            t_us=own.t_us, pos_n=pos, vel_n=vel, q_nb=(math.cos(0.5 * psi), 0.0, 0.0, math.sin(0.5 * psi)), w_b=zero,
             euler=(psi, 0.0, 0.0), acc_n=zero, wind_n=self._wind, wind_rot=zero, V=airspeed, beta=0.0, alpha=0.0,
             controls=(0.0, 0.0, 0.0, 0.0), thrust_available=0.0, xi=(float(xi[0]), float(xi[1]), float(xi[2])),
             xi_dot=zero, mass=0.0, fuel_kg=0.0, boom_elevation=0.0, boom_azimuth=0.0, boom_extension=0.0,
             contact=False, inside=False,
         )  # fmt: skip
+        return [(self.cfg.sysid, truth)]

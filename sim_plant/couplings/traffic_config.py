@@ -1,4 +1,4 @@
-"""[track] and [traffic] of a scenario: where the rendezvous takes place, and a receiver without onboard software."""
+"""[track] and [traffic] of a scenario: where two aircraft meet, and a receiver without onboard software."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ Pos = Annotated[float, Range(1e-9)]
 
 
 @dataclass(frozen=True)
-class RendezvousTrack:
-    """Where the rendezvous takes place: control point and direction to the initial point (the refuelling track, reversed)."""
+class Track:
+    """Where they meet: control point and direction to the initial point (the refuelling track, reversed)."""
 
     north_m: float = 0.0
     east_m: float = 0.0

@@ -1,4 +1,4 @@
-"""Rendezvous truth: the receiver's stochastic motion, the range an air-to-air TACAN gives, the kinematic tanker.
+"""Truth of a meeting: the receiver's stochastic motion, the range an air-to-air TACAN gives, the kinematic tanker.
 
 Axes: x from the control point to where the receiver comes from, y to the left of x seen from above, heading and bank
 counter-clockwise (left) positive; SI units. Receiver and TACAN: Rivard (1982), section III. Noise is discretised exactly,

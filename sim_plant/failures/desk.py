@@ -15,8 +15,9 @@ from flightsw.icd.texts import CHUNK, answer, text
 from flightsw.icd.tlog import TlogWriter
 from flightsw.icd.wire import BY_NAME, Counters, Sender, split, table
 from flightsw.types import ACCEPTED, UNSUPPORTED, Ack, Command
+from sim_plant.failures.orders import Injected
 from sim_plant.failures.script import CMD_INJECT_FAILURE
-from sim_plant.world import Injected, World
+from sim_plant.world import World
 
 _ACCEPT = table(("COMMAND_LONG", "COMMAND_INT"))
 _PARAMS = tuple(f"param{i}" for i in range(1, 8))
@@ -37,7 +38,7 @@ class CommandDesk:
 
     def __init__(self, world: World, notes: list[str], folder: Path | None) -> None:
         self._world, self._notes, self._folder = world, notes, folder
-        self._sysids = [v.cfg.sysid for v in world.members]
+        self._sysids = [m.cfg.sysid for m in world.members]
         self.count = Counters()
         self.unread = 0  # datagrams and commands dropped; whoever tells the operator sets it back
         self._left = COMMANDS_MAX

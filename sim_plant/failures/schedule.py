@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from flightsw.strict import ConfigError
+from sim_plant.aircraft.base import Member
+from sim_plant.aircraft.kind import SURFACES
 from sim_plant.failures.script import CHANNELS, Event
 from sim_plant.rng import generator
 from sim_plant.scenario import Scenario
@@ -13,7 +16,6 @@ from sim_plant.sensors.airdata import ORDER, AirSensor, Cells
 from sim_plant.sensors.base import Sensor
 from sim_plant.sensors.faulty import Delay, Drift, Flicker, Garbage
 
-SURFACES = ("aileron", "elevator", "rudder")
 HALF = 0.5  # [-] share of samples an intermittent fault loses if nothing is said
 
 
@@ -58,12 +60,13 @@ def _row(e: Event, s: Sensor, columns: list[int], at: str) -> list[float]:
 
 
 class FaultPlan:
-    """Starts and ends faults at their ticks. `sensors`: per aircraft name, its sensors by group. Faults with randomness
-    draw from generators "<aircraft>.<sensor>.fault<i>" (scripted event i) or ".inject<n>" (n-th injection)."""
+    """Starts and ends faults at their ticks. Faults with randomness draw from generators "<aircraft>.<sensor>.fault<i>" (scripted
+    event i) or ".inject<n>" (n-th injection). Raises ConfigError for an event that does not fit its aircraft."""
 
-    def __init__(self, sc: Scenario, sensors: dict[str, dict[str, Sensor]], rate_hz: int, seed: int) -> None:
-        self.outage = {a.name: Outage() for a in sc.aircraft}
-        self._sensors, self._rate, self._seed = sensors, rate_hz, seed
+    def __init__(self, sc: Scenario, members: Sequence[Member], seed: int) -> None:
+        self.outage = {m.cfg.name: Outage() for m in members}
+        sensors = {m.cfg.name: {s.group: s for s in m.sensors} for m in members}
+        self._sensors, self._rate, self._seed = sensors, sc.clock.base_rate_hz, seed
         self._active: list[Active] = []
         self._plan: dict[int, list[tuple[bool, Event]]] = {}
         self._name: dict[int, str] = {}
@@ -78,7 +81,14 @@ class FaultPlan:
                         f"event[{i}].sensor = {e.sensor!r}: {e.target} carries {', '.join(sensors[e.target])}"
                     )
                 self._start(e, 0, f"event[{i}]")  # tried out, for its errors
-            self._schedule(e, round(e.t_s * rate_hz))
+            self._schedule(e, round(e.t_s * self._rate))
+        for i, e in enumerate(sc.event):
+            for m in members:
+                if e.kind == "jam" and e.target == m.cfg.name and e.surface not in m.kind.surfaces:
+                    has = ", ".join(m.kind.surfaces) or "none"
+                    raise ConfigError(
+                        f"event[{i}].surface = {e.surface!r}: {e.target} (model = {m.cfg.model!r}) has {has}"
+                    )
 
     def _schedule(self, e: Event, start: int) -> None:
         self._plan.setdefault(start, []).append((True, e))

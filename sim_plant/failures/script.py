@@ -7,6 +7,7 @@ from typing import Annotated
 
 from flightsw.icd.dialect import ENUMS, VALUES
 from flightsw.strict import ConfigError, OneOf, Range
+from sim_plant.aircraft.kind import SURFACES
 from sim_plant.sensors.config import NonNeg
 
 SENSORS = ("imu", "baro", "mag", "gnss", "air", "att", "rel", "fuel", "boom", "tacan")
@@ -51,7 +52,7 @@ class Event:
     target: str
     for_s: NonNeg = 0.0
     sensor: Annotated[str, OneOf(("", *SENSORS))] = ""
-    surface: Annotated[str, OneOf(("", "aileron", "elevator", "rudder"))] = ""
+    surface: Annotated[str, OneOf(("", *SURFACES))] = ""
     index: Annotated[int, Range(-1)] = -1  # air-data probe; -1: the whole group
     channel: Annotated[str, OneOf(("", *CHANNELS))] = ""  # of the probe(s); empty: all three
     value: tuple[float, ...] = ()
@@ -98,7 +99,7 @@ def check_event(at: str, e: Event, names: list[str]) -> None:
     if e.kind in SENSOR_KINDS:
         _check_fault(at, e)
     if e.kind == "jam" and not e.surface:
-        raise ConfigError(f"{at}: a jam event needs surface, one of aileron, elevator, rudder")
+        raise ConfigError(f"{at}: a jam event needs surface, one of {', '.join(SURFACES)}")
 
 
 def _check_fault(at: str, e: Event) -> None:

@@ -8,6 +8,7 @@ from typing import Any
 
 from flightsw.strict import ConfigError
 from flightsw.types import SensorFrame
+from sim_plant.kernels import layout as n
 from sim_plant.rng import NoiseRows
 from sim_plant.sensors.faulty import Delay, Drift, Flicker, Garbage
 
@@ -16,13 +17,14 @@ class View:
     """True values of one aircraft at the current tick, as plain floats (layout.py orders)."""
 
     __slots__ = (
-        "contact", "inside", "lateral_m", "lateral_read", "o", "probes", "rel", "s", "target", "transfer_kgps",
+        "boom", "contact", "inside", "lateral_m", "lateral_read", "o", "probes", "rel", "s", "target", "transfer_kgps",
     )  # fmt: skip
 
     def __init__(self, probes: int) -> None:
-        self.s: list[float] = []  # state
-        self.o: list[float] = []  # observation
-        self.rel: list[float] = []  # relative to the leader, own or (leader) of the boom partner
+        self.s = [0.0] * n.NS  # state
+        self.o = [0.0] * n.NO  # observation
+        self.rel = [0.0] * n.NR  # relative to the leader; of the leader zero
+        self.boom = [0.0] * n.NR  # the same of whoever is at the boom: own, or (leader) its partner's
         self.contact = False
         self.inside = False
         self.transfer_kgps = 0.0
@@ -34,10 +36,10 @@ class View:
 
 def divisor(base_hz: int, rate_hz: float, key: str) -> int:
     """Ticks between samples. Raises ConfigError if the rate does not divide the base rate."""
-    n = round(base_hz / rate_hz)
-    if n < 1 or abs(n * rate_hz - base_hz) > 1e-6 * base_hz:
+    ticks = round(base_hz / rate_hz)
+    if ticks < 1 or abs(ticks * rate_hz - base_hz) > 1e-6 * base_hz:
         raise ConfigError(f"{key}.rate_hz = {rate_hz:g}: allowed: {base_hz} divided by a whole number")
-    return n
+    return ticks
 
 
 class Sensor:
@@ -56,7 +58,7 @@ class Sensor:
         self.columns = columns
         self._queue: deque[tuple[int, Any]] = deque()
         self._last: Any = None
-        # faults, set by faults.FaultPlan
+        # faults, set by failures.schedule.FaultPlan
         self.faulty = False
         self.dropped = False
         self.stuck = False

@@ -33,7 +33,7 @@ class BoomSensor(Sensor):
     group, bit = "boom", UPD_BOOM
 
     def sample(self, view: View, e: list[float]) -> tuple[bool, bool, float, float, float]:
-        r = view.rel
+        r = view.boom
         return view.contact, view.inside, r[n.R_EL], r[n.R_AZ], r[n.R_EXT]
 
     def fill(self, frame: SensorFrame, t_us: int, value: tuple[bool, bool, float, float, float]) -> None:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
+from sim_plant.aircraft.kind import OWN
 from sim_plant.rng import NoiseRows
 from sim_plant.sensors.airdata import AirSensor
 from sim_plant.sensors.base import Sensor
@@ -12,8 +13,10 @@ from sim_plant.sensors.onboard import AttitudeSensor, BaroSensor, FuelSensor, Gn
 from sim_plant.sensors.pair import BoomSensor, RelSensor
 from sim_plant.sensors.tacan import RadarSensor, TacanSensor
 
+if TYPE_CHECKING:
+    from sim_plant.scenario import AircraftCfg, Scenario
+
 S = TypeVar("S", bound=Sensor)
-OWN = ("imu", "baro", "mag", "gnss", "att", "fuel")
 
 
 def build_sensors(
@@ -102,4 +105,19 @@ def tacan_sensors(
     sigma = known_sigma_m if known_sigma_m >= 0.0 else suite.radar.sigma_m
     if sigma > 0.0:
         out.append(RadarSensor(name, suite.radar, base_hz, seed, sigma))
+    return out
+
+
+def sensors_of(sc: Scenario, a: AircraftCfg, probes: tuple[str, ...], seed: int) -> list[Sensor]:
+    """Every sensor the aircraft `a` of a scenario carries; probes: names of its air-data probes. Raises ConfigError for a rate or
+    latency that does not fit."""
+    have, suite, base_hz = sc.groups(a), sc.suite(a.name), sc.clock.base_rate_hz
+    own = tuple(g for g in OWN if g in have)
+    out = build_sensors(a.name, suite, sc.noise, base_hz, seed, len(probes), "rel" in have, "boom" in have, own)
+    if "tacan" in have:
+        known = sc.traffic.y_sigma_m if a.tacan_to == sc.traffic_name else -1.0
+        out += tacan_sensors(a.name, suite, sc.noise, base_hz, seed, known)
+    for s in out:
+        if isinstance(s, AirSensor):
+            s.names = list(probes)
     return out

@@ -7,7 +7,6 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_plant.kernels import layout as n
 from sim_plant.kernels.jit import jit
 
 Arr = NDArray[np.float64]
@@ -46,31 +45,22 @@ def linear_block(x: Arr, phi: Arr, chol: Arr, c: Arr, noise: Arr, tmp: Arr, out:
 
 
 @jit
-def lay_gust(s: Arr, w: Arr, aligned: bool, gust: Arr, at: int, ring: Arr, k: int) -> None:
-    """Store the gust of tick k, gust[at] = (u, v, w) [m/s], in the ring buffer `ring` [m, 3] in NED.
-
-    If `aligned`, u and v lie along and to the right of the aircraft's horizontal air-relative track, else north and
-    east.
+def lay_gust(cs: float, sn: float, gust: Arr, at: int, ring: Arr, k: int) -> None:
+    """Store the gust of tick k, gust[at] = (u, v, w) [m/s], in the ring buffer `ring` [m, 3] in NED: u lies along the
+    horizontal unit vector (cs, sn) north, east, v to the right of it.
     """
     i = k % ring.shape[0]
     u, v = gust[at, 0], gust[at, 1]
-    if aligned:
-        vn, ve = s[n.S_V] - w[0], s[n.S_V + 1] - w[1]
-        h = math.sqrt(vn * vn + ve * ve)
-        cs, sn = vn / h, ve / h
-        u, v = u * cs - v * sn, u * sn + v * cs
-    ring[i, 0], ring[i, 1], ring[i, 2] = u, v, gust[at, 2]
+    ring[i, 0], ring[i, 1], ring[i, 2] = u * cs - v * sn, u * sn + v * cs, gust[at, 2]
 
 
 @jit
-def free_air(s: Arr, table: Arr, slow: Arr, at: int, ring: Arr, k: int, lag: float, free: Arr) -> None:
-    """Wind [m/s, NED] at the aircraft without wake: sounding at its height + slow[at] (north, east, down) + gust laid
-    `lag` ticks ago.
+def free_air(h: float, table: Arr, slow: Arr, at: int, ring: Arr, k: int, lag: float, free: Arr) -> None:
+    """Wind [m/s, NED] without wake at height h [m]: sounding + slow[at] (north, east, down) + gust laid `lag` ticks ago.
 
     `table` [m, 3] height, north, east component, ascending; components are interpolated linearly, ends held. The
     gust is interpolated linearly in the ring buffer; `lag` is limited to what the buffer holds.
     """
-    h = -s[n.S_P + 2]
     m = table.shape[0]
     if h <= table[0, 0]:
         free[0], free[1] = table[0, 1], table[0, 2]

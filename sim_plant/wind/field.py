@@ -1,56 +1,54 @@
-"""The air the aircraft fly in: sounding, slow variation, turbulence as a frozen field, wake."""
+"""The air the aircraft fly in: sounding, slow variation, turbulence as a frozen field, and what disturbs it (wakes)."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sim_plant.kernels import layout as n
 from sim_plant.rng import BLOCK, generator
-from sim_plant.scenario import Dryden, Wind
 from sim_plant.wind.air import free_air, gauss_markov_block, lay_gust
+from sim_plant.wind.config import Dryden, Wind
 from sim_plant.wind.dryden import DrydenSeries
 from sim_plant.wind.prevailing import constant_table, sounding_table
-from sim_plant.wind.vortex import wake_on_airframe
 
 if TYPE_CHECKING:
-    from sim_plant.aircraft.base import Craft
-    from sim_plant.aircraft.sixdof.vehicle import Vehicle
+    from sim_plant.aircraft.base import Member
 
 RING = 1024  # ticks of gust history kept: at 100 Hz and 195 m/s about 2 km behind the leader
 
 
-class _Rows:
-    """One gust series, row by row, at the intensity of the time."""
+class Disturbance(Protocol):
+    """What changes the wind on some aircraft beyond the free air."""
 
-    def __init__(self, series: DrydenSeries, level: IntensityProfile, tick: int = 0) -> None:
-        """tick: that of the first row."""
-        self.series, self.level, self.tick = series, level, tick
-        self.at = BLOCK - 1
+    def over(self, m: Member) -> None:
+        """Add to m.wind, fill m.probe_wake."""
 
-    def next(self) -> int:
-        """Index in `series.rows` of the next row (u, v, w) [m/s]."""
-        self.at += 1
-        if self.at == BLOCK:
+
+class _Gusts:
+    """A gust series at the intensity of the time, and the ring buffer of what its owner has flown through."""
+
+    def __init__(self, owner: str, series: DrydenSeries, level: IntensityProfile, tick: int) -> None:
+        """owner: name of the aircraft that lays it; tick: that of the first row."""
+        self.owner, self.series, self.level, self.tick = owner, series, level, tick
+        self.ring = np.zeros((RING, 3))
+        self.seen = np.zeros(n.NO)  # observation of the owner
+        self._at = BLOCK - 1
+
+    def lay(self, along: tuple[float, float], k: int) -> None:
+        """The gust of tick k, with u along the unit vector `along` (north, east)."""
+        self._at += 1
+        if self._at == BLOCK:
             rows = self.series.advance()
             if self.level.steps:
                 rows *= self.level.factors(self.tick, len(rows))[:, None]
             self.tick += len(rows)
-            self.at = 0
-        return self.at
-
-
-class _Gusts(_Rows):
-    """A gust series and the ring buffer of what its aircraft has flown through."""
-
-    def __init__(self, series: DrydenSeries, level: IntensityProfile) -> None:
-        super().__init__(series, level, 1 - RING)  # the history is laid first
-        self.ring = np.zeros((RING, 3))
-
-    def lay(self, v: Vehicle, aligned: bool, k: int) -> None:
-        lay_gust(v.s, v.wind, aligned, self.series.rows, self.next(), self.ring, k)
+            self._at = 0
+        lay_gust(*along, self.series.rows, self._at, self.ring, k)
 
 
 class IntensityProfile:
@@ -62,7 +60,7 @@ class IntensityProfile:
         self._times = np.array([s.t_s for s in d.step])
         self._levels = np.array([d.sigma_mps, *(s.sigma_mps for s in d.step)])
 
-    def factors(self, tick: int, count: int) -> np.ndarray:
+    def factors(self, tick: int, count: int) -> NDArray[np.float64]:
         """Factors [count] of the ticks from `tick` on."""
         t = (tick + np.arange(count)) * self._dt
         return np.asarray(self._levels[np.searchsorted(self._times, t, side="right")] / max(self.reference, 1e-12))
@@ -71,32 +69,28 @@ class IntensityProfile:
 class AirMass:
     """Effective wind on every aircraft, evaluated once per tick.
 
-    Frozen field: the leader's gusts stay where they are in the air; a follower xi_x behind meets them (-xi_x)/V
-    later. With `independent` each aircraft has its own series. Aircraft of the vertical plane (`planar`: their names) follow
-    nobody: they meet the same gusts at the same time, or each its own.
+    Frozen field: gusts stay where they are in the air. The first aircraft that flies in formation lays them, and a follower xi_x
+    behind meets them (-xi_x)/V later; those that fly by themselves meet the gusts of the first of them at the same time. With
+    `independent` each aircraft has its own series.
     """
 
-    def __init__(
-        self, cfg: Wind, vehicles: list[Vehicle], seed: int, dt_s: float, planar: tuple[str, ...] = ()
-    ) -> None:
+    def __init__(self, cfg: Wind, aloft: Sequence[tuple[str, bool]], seed: int, dt_s: float) -> None:
+        """aloft: names of the aircraft in scenario order, and whether they fly in formation."""
         self._table = (
             sounding_table(cfg.sounding) if cfg.prevailing == "sounding" else constant_table(*cfg.constant_mps)
         )
         d = cfg.dryden
         self._aligned = d.axes == "track"
-        self._frozen = not d.independent
         level = IntensityProfile(d, dt_s)
-        count = min(1, len(vehicles)) if self._frozen else len(vehicles)
-        self._gusts = [
-            _Gusts(DrydenSeries(seed, f"{vehicles[i].cfg.name}.dryden", d.V_mps, d.L_m, level.reference, dt_s), level)
-            for i in range(count)
-        ]
-        self._planar = {
-            name: _Rows(DrydenSeries(seed, f"{name}.dryden", d.V_mps, d.L_m, level.reference, dt_s), level)
-            for name in (planar[:1] if self._frozen else planar)
-        }
-        self._row: dict[str, np.ndarray] = {}  # gust (u, v, w) of this tick
-        self._shared = planar[0] if planar and self._frozen else ""
+        self._gusts: dict[str, _Gusts] = {}  # whose gusts an aircraft meets
+        first: dict[bool, str] = {}
+        for name, formation in aloft:
+            owner = name if d.independent else first.setdefault(formation, name)
+            if owner == name:
+                series = DrydenSeries(seed, f"{name}.dryden", d.V_mps, d.L_m, level.reference, dt_s)
+                self._gusts[name] = _Gusts(name, series, level, 1 - RING if formation else 0)
+            self._gusts[name] = self._gusts[owner]
+        self._disturbances: list[Disturbance] = []
         self._slow_cfg, self._sines, self._dt = cfg.slow, cfg.sine, dt_s
         self._slow = np.zeros((BLOCK, 3))  # north, east, down [m/s]
         self._slow_at = BLOCK
@@ -105,57 +99,55 @@ class AirMass:
             self._slow_rng = generator(seed, "wind.slow")
             self._slow_x = self._slow_rng.standard_normal(2) * (0.0 if cfg.slow.from_zero else 1.0)
             self._slow_e = math.exp(-dt_s / cfg.slow.tau_s)
-        self._lead: Vehicle
-        if vehicles:
-            self._lead = vehicles[0]
-        self._wake = bool(cfg.wake.source)
         self._rate = 1.0 / dt_s
         self._zero = np.zeros((1, 3))
         self._calm = np.zeros((2, 3))
 
-    def mean(self, v: Vehicle) -> None:
-        """Wind on `v` without gusts and slow variation (for trim): fills v.free, v.wind."""
-        free_air(v.s, self._table, self._zero, 0, self._calm, 0, 0.0, v.free)
-        self._add_wake(v)
+    def disturb(self, d: Disturbance) -> None:
+        """Let `d` act on every aircraft from now on."""
+        self._disturbances.append(d)
+
+    def mean(self, m: Member) -> None:
+        """Wind on `m` without gusts and slow variation (for trim): fills m.free, m.wind, m.probe_wake."""
+        free_air(m.height_m, self._table, self._zero, 0, self._calm, 0, 0.0, m.free)
+        self._disturbed(m)
 
     def steady(self, alt_m: float) -> tuple[float, float]:
         """Prevailing wind [m/s] north, east (towards) at a height [m]."""
         h, north, east = self._table.T
         return float(np.interp(alt_m, h, north)), float(np.interp(alt_m, h, east))
 
-    def fill_history(self, vehicles: list[Vehicle]) -> None:
-        """Let the series run through the buffer before tick 0, so that a follower has gusts to meet at once."""
-        for i, g in enumerate(self._gusts):
-            for k in range(1 - RING, 0):
-                g.lay(vehicles[i], self._aligned, k)
+    def fill_history(self, members: Sequence[Member]) -> None:
+        """Let the series of formations run through the buffer before tick 0, so that a follower has gusts to meet at once."""
+        for m in members:
+            g = self._gusts[m.cfg.name]
+            if g.owner == m.cfg.name:
+                for k in range(g.tick, 0):
+                    g.lay(self._axes(m), k)
 
     def begin(self) -> None:
-        """Go to the next tick; before the first `step` or `over` of it."""
+        """Go to the next tick; before the first `step` of it."""
         self._next_slow()
-        for name, rows in self._planar.items():
-            i = rows.next()
-            self._row[name] = rows.series.rows[i]
 
-    def over(self, c: Craft) -> None:
-        """Wind on an aircraft of the vertical plane at this tick: fills c.free."""
-        north, east = self.steady(c.height_m)
-        u, v, w = self._row[self._shared or c.cfg.name].tolist()
-        if self._aligned:  # without sideslip to speak of the air-relative track is the heading
-            (a, b) = c.ahead
-            u, v = u * a - v * b, u * b + v * a
-        slow = self._slow[self._slow_at]
-        c.free[:] = north + slow[0] + u, east + slow[1] + v, slow[2] + w
-
-    def step(self, v: Vehicle, k: int) -> None:
-        """Wind on `v` at tick k: fills v.free, v.wind, v.probe_wake. Aircraft must come in order, the leader first."""
-        lag, ring_of = 0.0, v.index
-        if v.index and self._frozen:
-            ring_of = 0
-            lag = max(0.0, -v.rel[0]) / max(1.0, self._lead.obs[n.O_V]) * self._rate
+    def step(self, m: Member, k: int) -> None:
+        """Wind on `m` at tick k: fills m.free, m.wind, m.probe_wake. In scenario order; each observes before the next."""
+        g, lag = self._gusts[m.cfg.name], 0.0
+        if g.owner == m.cfg.name:
+            g.lay(self._axes(m), k)
+            g.seen = m.obs
         else:
-            self._gusts[ring_of].lay(v, self._aligned, k)
-        free_air(v.s, self._table, self._slow, self._slow_at, self._gusts[ring_of].ring, k, lag, v.free)
-        self._add_wake(v)
+            lag = max(0.0, -m.view.rel[n.R_XI]) / max(1.0, float(g.seen[n.O_V])) * self._rate
+        free_air(m.height_m, self._table, self._slow, self._slow_at, g.ring, k, lag, m.free)
+        self._disturbed(m)
+
+    def _axes(self, m: Member) -> tuple[float, float]:
+        return m.track() if self._aligned else (1.0, 0.0)
+
+    def _disturbed(self, m: Member) -> None:
+        m.wind[0:3] = m.free
+        m.wind[3:6] = 0.0
+        for d in self._disturbances:
+            d.over(m)
 
     def _next_slow(self) -> None:
         self._slow_at += 1
@@ -175,12 +167,3 @@ class AirMass:
                     angle = 2.0 * math.pi * t / period + phase
                     self._slow[:, i] += a * np.array([math.sin(v) for v in angle.tolist()])
         self._slow_block += 1
-
-    def _add_wake(self, v: Vehicle) -> None:
-        v.wind[0:3] = v.free
-        v.wind[3:6] = 0.0
-        if self._wake and v.index:
-            a = self._lead
-            wake_on_airframe(
-                a.s, a.obs, a.wake_source, v.s, v.points, v.weight, v.n_span, v.n_frame, v.wind, v.probe_wake
-            )

@@ -1,4 +1,4 @@
-"""Wind along the flight of the small UAV: Dryden turbulence, 1-cosine gusts and ramps, as one series per run.
+"""Own wind of an aircraft in the vertical plane: Dryden turbulence, 1-cosine gusts and ramps, as one series per run.
 
 Components: air moving down and air moving forward (tail wind) [m/s], at the ticks of the plant.
 """
@@ -48,7 +48,7 @@ class Gust:
 
 
 @dataclass(frozen=True)
-class AlexisWind:
+class PlanarWind:
     """Turbulence (standard deviations [m/s] and scale lengths [m] of the down and tail components) and discrete gusts.
 
     steps: (time [s], factor) pairs, ascending; from each time on the turbulence is multiplied by its factor.
@@ -73,7 +73,7 @@ class AlexisWind:
             before = t
 
 
-def turbulence(w: AlexisWind, V: float, count: int, dt: float, seed: int) -> tuple[Arr, Arr]:
+def turbulence(w: PlanarWind, V: float, count: int, dt: float, seed: int) -> tuple[Arr, Arr]:
     """Series [count,2] (down, tail) [m/s] at airspeed V [m/s], tick dt [s], stationary from the start, and the auxiliary state
     [count] of the down component's observer form divided by V: (T = L/V)
 
@@ -109,7 +109,7 @@ def _series(a: Arr, bbt: Arr, c: Arr, count: int, dt: float, seed: int, name: st
     return out
 
 
-def wind_series(w: AlexisWind, V: float, count: int, dt: float, seed: int) -> tuple[Arr, Arr]:
+def wind_series(w: PlanarWind, V: float, count: int, dt: float, seed: int) -> tuple[Arr, Arr]:
     """All of the wind: series [count,2] (down, tail) [m/s] and the turbulence's auxiliary state [count] (see turbulence)."""
     series, aux = turbulence(w, V, count, dt, seed)
     t = np.arange(count) * dt

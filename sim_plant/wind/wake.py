@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,16 @@ from sim_plant.wind import vortex as k
 Arr = NDArray[np.float64]
 N_SPAN = 9
 WING_SHARE = 0.8  # [-] share of the wing in the mean wind; fuselage nose and tail carry the rest
+
+
+@dataclass(frozen=True)
+class Exposure:
+    """Where an aircraft feels a wake: points [m, 3] (body), weights [n_frame, 3], number of wing stations, of airframe points."""
+
+    points: Arr
+    weight: Arr
+    n_span: int
+    n_frame: int
 
 
 def source_vector(ac: Aircraft, core_wing_m: float, core_tail_m: float, nu_m2ps: float, tail_lift_frac: float) -> Arr:
@@ -27,13 +38,13 @@ def source_vector(ac: Aircraft, core_wing_m: float, core_tail_m: float, nu_m2ps:
     return v
 
 
-def airframe_points(ac: Aircraft, probes: Arr) -> tuple[Arr, Arr, int, int]:
-    """Points [m, 3] (body), weights [n_frame, 3], number of wing stations, number of airframe points.
+def airframe_points(ac: Aircraft, probes: Arr) -> Exposure:
+    """Exposure of an aircraft with air-data probes at `probes` [m, body].
 
     Nine stations across the span at the middles of equal strips, elliptic weight, at the wing's aerodynamic centre;
     nose, cg and tail stations on the fuselage axis (off it, the field's change with height would enter the slope
     along x); then the probes. Weight columns: mean, slope against y, slope against x (see
-    kernels/vortex.wake_on_airframe).
+    vortex.wake_on_airframe).
     """
     y = (np.arange(N_SPAN) + 0.5) / N_SPAN * ac.geometry.b_m - 0.5 * ac.geometry.b_m
     ell = np.sqrt(1.0 - (2.0 * y / ac.geometry.b_m) ** 2)
@@ -47,4 +58,4 @@ def airframe_points(ac: Aircraft, probes: Arr) -> tuple[Arr, Arr, int, int]:
     weight[:N_SPAN, 1] = ell * y / np.sum(ell * y * y)
     x = frame[:, 0] - frame[:, 0].mean()
     weight[N_SPAN:, 2] = x / np.sum(x * x)
-    return np.ascontiguousarray(np.vstack([wing, frame, probes])), weight, N_SPAN, n_frame
+    return Exposure(np.ascontiguousarray(np.vstack([wing, frame, probes])), weight, N_SPAN, n_frame)

@@ -24,7 +24,7 @@ from flightsw.process.config import load_flight
 from flightsw.strict import ConfigError
 from flightsw.types import HF_AIR, HF_SAT, UPD_AIR, UPD_ATT, UPD_BARO, UPD_GNSS, UPD_IMU, Command, SensorFrame, Snapshot
 from sim_plant.aircraft.alexis.flight import Alexis, AlexisParams
-from sim_plant.wind.planar import AlexisWind, Gust
+from sim_plant.wind.planar import Gust, PlanarWind
 
 PARAMS = Path(flightsw.__file__).parent / "params"
 DT = 0.02
@@ -74,7 +74,7 @@ class Feed:
 
 def sink(app: FlightApp, size_mps: float, until_s: float, seed: int = 3) -> Snapshot:
     """Fly the plant's UAV into air that sinks with size_mps, reached within 0.3 s from 5 s on; the state at until_s."""
-    plant = Alexis(AlexisParams(), AlexisWind(0.0, 0.0, gusts=(Gust("down", size_mps, 5.0, 0.3),)), seed, until_s + 1.0)
+    plant = Alexis(AlexisParams(), PlanarWind(0.0, 0.0, gusts=(Gust("down", size_mps, 5.0, 0.3),)), seed, until_s + 1.0)
     late, cmd = np.zeros(3), np.zeros(3)
     for i in range(round(until_s / DT) + 1):
         q, alpha, V, pitch, height, ground, a_z = plant.reading

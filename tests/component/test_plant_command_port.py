@@ -32,7 +32,7 @@ class Flight:
         before: Callable[[int], None] | None = None,
         deaf: set[int] | None = None,  # ticks whose first datagram gets lost
     ) -> None:
-        v = s.world.vehicles[i]
+        v = s.world.members[i]
         self.deaf = deaf or set()
         self.codec, self.cmd, self.before = FlightCodec(v.ac, v.cfg.sysid), s.world.trim_cmd(i), before
         self.masks: dict[int, int] = {}  # tick -> mask of the air data that came with it

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from sim_plant.couplings.wake import WakeCoupling
 from sim_plant.kernels import layout as n
 from sim_plant.scenario import load_scenario
 from sim_plant.wind.vortex import bound, horseshoe, leg, source_strength, wake_velocity
@@ -76,10 +77,15 @@ def _at(xi: tuple[float, float, float]) -> World:
     return w
 
 
+def _shed(w: World) -> tuple[np.ndarray, np.ndarray]:
+    """Observation of the leader, and its wake's source vector."""
+    return w.members[0].obs, next(c for c in w.couplings if isinstance(c, WakeCoupling)).source
+
+
 def test_circulation_matches_the_reference() -> None:
     """Gamma0 = W / (rho V b0) = 327 m^2/s at 120 t, plus the 5 % the wing carries for the tail's download."""
-    v = _at((-35.5, 0.0, 8.5)).vehicles[0]
-    assert source_strength(v.obs, v.wake_source)[0] == pytest.approx(327.0 * 1.05, rel=0.01)
+    obs, source = _shed(_at((-35.5, 0.0, 8.5)))
+    assert source_strength(obs, source)[0] == pytest.approx(327.0 * 1.05, rel=0.01)
 
 
 def test_downwash_at_contact_and_upwash_at_observation() -> None:
@@ -87,7 +93,7 @@ def test_downwash_at_contact_and_upwash_at_observation() -> None:
     0.5 up at observation."""
     w = _at((-35.5, 0.0, 8.5))
     t = w.truth(1)
-    c = w.vehicles[0].s
+    c = w.members[0].s
     assert 4.4 < t.wind_n[2] < 5.2
     assert abs(t.wind_n[1]) < 0.01
     assert -0.035 < t.wind_rot[1] < -0.018
@@ -97,17 +103,18 @@ def test_downwash_at_contact_and_upwash_at_observation() -> None:
 
 
 def test_tip_vortex_is_deadly_and_mirrored() -> None:
-    v = _at((-35.5, 0.0, 8.5)).vehicles[0]
-    right = wake_velocity(-35.5, 15.7, 3.0, v.obs, v.wake_source)
-    left = wake_velocity(-35.5, -15.7, 3.0, v.obs, v.wake_source)
+    obs, source = _shed(_at((-35.5, 0.0, 8.5)))
+    right = wake_velocity(-35.5, 15.7, 3.0, obs, source)
+    left = wake_velocity(-35.5, -15.7, 3.0, obs, source)
     assert abs(right[1]) > 7.0
     assert np.allclose(right, (left[0], -left[1], left[2]), rtol=1e-6)
 
 
 def test_effective_rotation_of_rigidly_rotating_air_is_its_rate() -> None:
     """The slopes used for p, q, r return the rate of a field W = omega x r exactly, once, not twice (lee.md E23)."""
-    v = _at((-35.5, 0.0, 8.5)).vehicles[1]
-    pts, wt, ns, nf = v.points[: v.n_frame], v.weight, v.n_span, v.n_frame
+    x = _at((-35.5, 0.0, 8.5)).members[1].exposure
+    assert x is not None
+    pts, wt, ns, nf = x.points[: x.n_frame], x.weight, x.n_span, x.n_frame
     field = np.cross(np.array([0.1, -0.2, 0.3]), pts)
     p = wt[:ns, 1] @ field[:ns, 2]
     q = -wt[ns:nf, 2] @ field[ns:nf, 2]

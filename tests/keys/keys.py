@@ -15,8 +15,8 @@ from flightsw.missions.base import find_mission
 from flightsw.process.config import flight_of
 from flightsw.strict import Names, Range, convert
 from hil_scripts.launch.runfolder import RunPlan
-from sim_plant.aircraft.register import CRAFTS
-from sim_plant.scenario import SIXDOF, Scenario
+from sim_plant.aircraft.kind import kind_of
+from sim_plant.scenario import Scenario
 from sim_plant.sensors.config import Suite
 
 GIVEN = ("app.name", "app.sysid", "origin.")  # of a flight file: the scenario's to give, refused by the launcher
@@ -73,9 +73,8 @@ def plant_keys(sc: Scenario) -> Iterator[Key]:
     own = tuple(f"plant.aircraft.{i}.plant" for i in range(len(sc.aircraft)))
     yield from leaves("plant", sc, (*own, "plant.sensors", "plant.expect"))
     for i, a in enumerate(sc.aircraft):
-        if a.model != SIXDOF:
-            table = convert(a.plant, CRAFTS[a.model].table, a.name)
-            yield from leaves(f"plant.aircraft.{i}.plant", table)
+        table = convert(a.plant, kind_of(a).table(), a.name)
+        yield from leaves(f"plant.aircraft.{i}.plant", table)
         suite = sc.suite(a.name)
         for f in dataclasses.fields(Suite):
             yield from leaves(f"plant.sensors.{a.name}.{f.name}", getattr(suite, f.name))

@@ -11,14 +11,14 @@ from pathlib import Path
 import pytest
 
 from flightsw import plugins
-from flightsw.aircraft import RECORDS
+from flightsw.aircraft import record_types
 from flightsw.health import HealthParams
 from flightsw.missions.base import MissionSpec
 from flightsw.process.config import FlightConfig, flight_of
 from flightsw.process.node import Node
 from flightsw.strict import convert
 from hil_scripts.launch.runfolder import resolve
-from sim_plant.aircraft.register import CRAFTS
+from sim_plant.aircraft.kind import Kind
 from sim_plant.scenario import Scenario
 from sim_plant.server import PlantServer
 from tests.keys.reads import Reads, records
@@ -28,8 +28,8 @@ SCENARIOS = ("refueling", "airdata", "rendezvous", "joinup", "gust", "windshear"
 TICKS = 75  # past the first valid navigation of all but the longest start-up
 MISSIONS = plugins.parts(plugins.MISSIONS, MissionSpec).values()
 ROOTS = (
-    Scenario, FlightConfig, HealthParams, *RECORDS.values(), *(m.params for m in MISSIONS),
-    *(c.table for c in CRAFTS.values()),
+    Scenario, FlightConfig, HealthParams, *record_types().values(), *(m.params for m in MISSIONS),
+    *(k.table() for k in plugins.parts(plugins.AIRCRAFT, Kind).values()),
 )  # fmt: skip
 WHOLE = {"Aero": "taken whole, in the order of its fields, by the parameter vectors of both sides"}
 # read by nobody, each for a reason

@@ -64,7 +64,7 @@ VALUES: dict[str, tuple[Any, ...]] = {
     "Dryden.step": ([{"t_s": 0.5, "sigma_mps": 2.0}],),
     "Scenario.event": ([{"t_s": 0.5, "kind": "link_loss", "target": "nobody"}],),
     "TwinJetTable.gusts": ([{"axis": "tail", "size_mps": 2.0, "start_s": 0.5, "length_s": 0.5}],),
-    "AlexisWind.steps": ([[0.5, 2.0]],),
+    "PlanarWind.steps": ([[0.5, 2.0]],),
     "Microburst.radius_m": (700.0,),
     "Gust.axis": ("tail",),
     "Gust.shape": ("ramp",),

@@ -12,10 +12,10 @@ from flightsw.missions.gust import dynamics as onboard
 from flightsw.missions.gust.model import Turbulence, linear_model, parameter_vector, published
 from sim_plant.aircraft.alexis import dynamics as ka
 from sim_plant.aircraft.alexis.flight import Alexis, AlexisParams, AlexisSensors
-from sim_plant.wind.planar import AlexisWind, Gust, turbulence, wind_series
+from sim_plant.wind.planar import Gust, PlanarWind, turbulence, wind_series
 
 DT = 0.02
-CALM = AlexisWind(0.0, 0.0)
+CALM = PlanarWind(0.0, 0.0)
 SILENT = AlexisSensors(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
@@ -40,7 +40,7 @@ def test_linear_plant_equals_the_matrix_exponential() -> None:
 def test_nonlinear_plant_and_onboard_model_agree_in_other_coordinates(seed: int) -> None:
     r = np.random.default_rng(seed)
     a = Alexis(
-        AlexisParams(direct=True, sensors=SILENT), AlexisWind(0.0, 0.0, gusts=(Gust("down", 1.5, 0.0, 1e-6),)), 1, 1.0
+        AlexisParams(direct=True, sensors=SILENT), PlanarWind(0.0, 0.0, gusts=(Gust("down", 1.5, 0.0, 1e-6),)), 1, 1.0
     )
     a.wind[:] = 1.5, -2.0
     a.place(*(r.standard_normal(5) * np.array([0.2, 0.05, 1.0, 0.1, 5.0])).tolist())
@@ -61,7 +61,7 @@ def test_nonlinear_plant_and_onboard_model_agree_in_other_coordinates(seed: int)
 
 
 def test_turbulence_has_the_asked_variance_and_auxiliary_state() -> None:
-    w = AlexisWind(3.5, 5.0)
+    w = PlanarWind(3.5, 5.0)
     s, aux = turbulence(w, 20.0, 1_000_000, 0.05, 3)
     assert s.std(axis=0) == pytest.approx([3.5, 5.0], rel=0.02)
     lag = np.mean(s[:-20, 1] * s[20:, 1]) / np.mean(s[:, 1] ** 2)
@@ -84,7 +84,7 @@ def test_gust_shapes() -> None:
 
 
 def test_steps_scale_turbulence_and_not_the_gusts() -> None:
-    w = AlexisWind(1.0, 1.0, steps=((0.0, 0.0), (1.0, 1.0)), gusts=(Gust("tail", 3.0, 0.0, 0.1),), steady_tail_mps=2.0)
+    w = PlanarWind(1.0, 1.0, steps=((0.0, 0.0), (1.0, 1.0)), gusts=(Gust("tail", 3.0, 0.0, 0.1),), steady_tail_mps=2.0)
     s, aux = wind_series(w, 20.0, 400, 0.005, 1)
     assert np.abs(s[:200, 0]).max() == 0.0 == np.abs(aux[:200]).max()
     assert s[100, 1] == pytest.approx(5.0)
@@ -93,11 +93,11 @@ def test_steps_scale_turbulence_and_not_the_gusts() -> None:
 
 @pytest.mark.parametrize("sigma", [-1.0, math.nan])
 def test_turbulence_without_a_meaning_is_no_calm_air(sigma: float) -> None:
-    for name, w in (("sigma_w_mps", AlexisWind(sigma, 0.0)), ("sigma_u_mps", AlexisWind(0.0, sigma))):
+    for name, w in (("sigma_w_mps", PlanarWind(sigma, 0.0)), ("sigma_u_mps", PlanarWind(0.0, sigma))):
         with pytest.raises(ValueError, match=f"{name} = .*allowed >= 0"):
             wind_series(w, 20.0, 10, 0.01, 1)
     with pytest.raises(ValueError, match=r"steps\[1\]: time 1.0 after 2.0"):
-        AlexisWind(steps=((2.0, 1.0), (1.0, 0.0)))
+        PlanarWind(steps=((2.0, 1.0), (1.0, 0.0)))
 
 
 def test_instruments_have_the_asked_noise_and_the_vane_its_bias() -> None:
@@ -132,7 +132,7 @@ def test_process_noise_grows_as_asked() -> None:
 def test_same_seed_same_bytes_and_a_flight_has_an_end() -> None:
     flights = []
     for _ in range(2):
-        a = Alexis(AlexisParams(), AlexisWind(1.0, 1.5), 7, 1.0)
+        a = Alexis(AlexisParams(), PlanarWind(1.0, 1.5), 7, 1.0)
         for i in range(50):
             a.step(np.array([0.01 * (i % 3), 0.0, 0.02]))
         flights.append(a.truth.tobytes() + a.reading.tobytes() + a.vertical.tobytes())

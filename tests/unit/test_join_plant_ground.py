@@ -78,7 +78,7 @@ def mission() -> JoinMission:
 
 def test_on_its_way_it_depends_on_itself_only_and_refuses_refuelling_commands(mission: JoinMission) -> None:
     assert mission.watch & HF_IMU and not mission.watch & (HF_REL | HF_PEER)
-    result, why = mission.command(Command(31010, (3.0,), 255, 190))
+    result, why = mission.obey(Command(31010, (3.0,), 255, 190))
     assert result == 1 and "not joined" in why
 
 
@@ -93,9 +93,9 @@ def test_after_the_hand_over_it_watches_the_tanker_and_a_command_ends_the_sequen
     assert mission.watch & HF_REL and mission.watch & HF_PEER
     mission.refuel.guid.phase = 1
     assert mission.sequence.on
-    assert mission.command(Command(31010, (3.0,), 255, 190))[0] == 1  # contact from observation: refused, rule goes on
+    assert mission.obey(Command(31010, (3.0,), 255, 190))[0] == 1  # contact from observation: refused, rule goes on
     assert mission.sequence.on
-    assert mission.command(Command(31010, (1.0,), 255, 190))[0] == 0
+    assert mission.obey(Command(31010, (1.0,), 255, 190))[0] == 0
     assert not mission.sequence.on
 
 

@@ -108,11 +108,11 @@ def test_a_cross_wind_acts_by_sideslip_with_the_files_side_force(
 def gusts(world: World, n: int) -> np.ndarray:
     """Rows (ahead, right, down) [m/s] on every aircraft of the vertical plane, [n, aircraft, 3]."""
     rows = []
-    for _ in range(n):
+    for k in range(n):
         world.air.begin()
-        for c in world.crafts:
-            world.air.over(c)
-        rows.append([c.along(c.free) for c in world.crafts])
+        for m in world.members:
+            world.air.step(m, k)
+        rows.append([m.along(m.free) for m in world.members])  # type: ignore[attr-defined]
     return np.array(rows)
 
 
@@ -138,6 +138,9 @@ def test_both_small_uavs_meet_the_same_turbulence_unless_told_otherwise() -> Non
     over = {"wind.dryden.sigma_mps": 1.0, "wind.dryden.step": [{"t_s": 1.0, "sigma_mps": 0.0}]}
     g = gusts(World(load_scenario("gust", over)), 100)
     assert np.array_equal(g[:, 0], g[:, 1]) and g[:49].std() > 0.1 and not g[51:].any()
+    turned = gusts(World(load_scenario("gust", {**over, "aircraft.reference.start.psi_deg": 90.0})), 40)
+    # one air, whatever the heading; its axes are those of the first
+    assert turned[:, 1, 0] == pytest.approx(turned[:, 0, 1]) and turned[:, 1, 1] == pytest.approx(-turned[:, 0, 0])
     ned = gusts(
         World(load_scenario("gust", {**over, "wind.dryden.axes": "ned", "aircraft.reference.start.psi_deg": 90.0})), 40
     )
@@ -146,7 +149,7 @@ def test_both_small_uavs_meet_the_same_turbulence_unless_told_otherwise() -> Non
 
 def test_the_downburst_stays_where_it_is_when_the_jet_drifts() -> None:
     _, world = fly("windshear", {"wind.constant_mps": [0.0, 8.0], "aircraft.twinjet.plant.burst.offset_m": 30.0}, 2.0)
-    assert world.crafts[0].flight.m[1] == pytest.approx(30.0 - 16.0, abs=1e-6)  # type: ignore[attr-defined]
+    assert world.members[0].flight.m[1] == pytest.approx(30.0 - 16.0, abs=1e-6)  # type: ignore[attr-defined]
 
 
 @pytest.mark.parametrize(

@@ -214,7 +214,7 @@ def test_a_receiver_flown_into_the_tanker() -> None:
     w = World(load_scenario("refueling", CALM | {"aircraft.receiver.start.xi_m": [-15.0, 0.0, 12.0]}), 1)
 
     def climb(w: World) -> list[ActuatorCmd | None]:
-        a, b = w.vehicles
+        a, b = w.members
         b.s[0:4], b.s[n.S_W : n.S_W + 3] = a.s[0:4], 0.0
         up = np.array(quat_dcm(*a.s[0:4])).reshape(3, 3) @ np.array([0.0, 0.0, -4.0])
         b.s[n.S_V : n.S_V + 3] = a.s[n.S_V : n.S_V + 3] + up
@@ -222,5 +222,5 @@ def test_a_receiver_flown_into_the_tanker() -> None:
 
     said = flown(w, climb, 6.0)
     assert said.startswith("receiver touched tanker at t = ")
-    xi = w.vehicles[1].view.rel[:3]
+    xi = w.members[1].view.rel[:3]
     assert 1.0 < xi[2] < 5.0  # before the centres met

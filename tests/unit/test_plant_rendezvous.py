@@ -13,7 +13,7 @@ from scipy.stats import chi2
 from flightsw.strict import ConfigError
 from flightsw.types import UPD_RADAR, UPD_TACAN
 from sim_plant.couplings.traffic import Traffic
-from sim_plant.couplings.traffic_config import RendezvousTrack, TrafficCfg
+from sim_plant.couplings.traffic_config import Track, TrafficCfg
 from sim_plant.kernels import layout as n
 from sim_plant.rng import NoiseRows
 from sim_plant.scenario import load_scenario
@@ -22,17 +22,17 @@ from sim_plant.sensors.config import Tacan
 from sim_plant.sensors.tacan import TacanSensor
 from sim_plant.world import World
 
-EAST = RendezvousTrack(100.0, -200.0, 90.0)
+EAST = Track(100.0, -200.0, 90.0)
 STILL = TrafficCfg(
     on=True, y_sigma_m=0.0, velocity_sigma_mps=0.0, fluctuation_sigma_mps=0.0, drift_sigma_mps=0.0, walk_m2ps=0.0,
     altitude_sigma_m=0.0,
 )  # fmt: skip
 
 
-def flown(cfg: TrafficCfg, seed: int, steps: int, dt: float, track: RendezvousTrack = EAST) -> Traffic:
+def flown(cfg: TrafficCfg, seed: int, steps: int, dt: float, track: Track = EAST) -> Traffic:
     t = Traffic(cfg, track, (0.0, 0.0), seed, dt)
     for _ in range(steps):
-        t.step()
+        t.advance()
     return t
 
 
@@ -54,11 +54,12 @@ def test_spread_of_the_population_is_that_of_the_closed_form() -> None:
 def test_receiver_holds_its_track_in_wind() -> None:
     t = Traffic(STILL, EAST, (12.0, -5.0), 1, 0.5)
     for _ in range(100):
-        t.step()
+        t.advance()
     north, east, _ = t.position
     assert north == pytest.approx(100.0, abs=1e-6)
     assert east == pytest.approx(-200.0 + STILL.x_m - 50.0 * (math.sqrt(STILL.V_mps**2 - 144.0) + 5.0), rel=1e-12)
-    truth = t.truth(0, (0.0, 0.0, -7010.0), np.eye(3))
+    ((sysid, truth),) = t.others(World(load_scenario("rendezvous"), 1).truth(0))
+    assert sysid == STILL.sysid
     assert pytest.approx(STILL.V_mps, rel=1e-12) == truth.V
     assert truth.vel_n[0] == pytest.approx(0.0, abs=1e-12)
 
@@ -70,7 +71,7 @@ def test_velocity_is_the_rate_of_position_through_a_manoeuvre(turn: float, chang
     before, checked = np.array(t.position), 0
     for k in range(6000):
         v0 = np.array(t.velocity)
-        t.step()
+        t.advance()
         now, v1 = np.array(t.position), np.array(t.velocity)
         if k % 500 == 250:
             assert np.allclose((now - before) / 0.01, 0.5 * (v0 + v1), atol=2e-3)
@@ -136,7 +137,7 @@ def replies(over: dict[str, Any], seconds: float, seed: int = 1, scenario: str =
             out.append((w.t_us, f.tacan_t_us, f.tacan_range_m, f.tacan_bearing))
         if f.updated & UPD_RADAR:
             out.append((w.t_us, f.radar_y_m, f.radar_sigma_m))
-        w.step([w.trim_cmd(i) for i in range(len(w.vehicles))])
+        w.step([w.trim_cmd(i) for i in range(len(w.members))])
     return out
 
 
@@ -200,11 +201,10 @@ def test_same_seed_same_receiver_and_truth_in_the_log() -> None:
         for _ in range(50):
             w.sense()
             w.step([w.trim_cmd(0)])
-    assert a.traffic_truth() == b.traffic_truth() != c.traffic_truth()
-    t, own = a.traffic_truth(), a.truth(0)
-    assert t is not None
+    assert a.others() == b.others() != c.others()
+    ((_, t),), own = a.others(), a.truth(0)
     d = np.array(t.pos_n) - np.array(own.pos_n)
     assert math.dist(t.xi, (0.0, 0.0, 0.0)) == pytest.approx(np.linalg.norm(d), rel=1e-12)
     # seen from a tanker flying east: ahead, and below
     assert t.xi[0] == pytest.approx(d[1], rel=1e-2) and t.xi[2] > 0.0
-    assert World(load_scenario("refueling"), 1).traffic_truth() is None
+    assert World(load_scenario("refueling"), 1).others() == []

@@ -88,7 +88,7 @@ def test_probe_sees_local_wake_and_rotation() -> None:
     """At contact the tip probes see the wake's sidewash mirrored; the nose probe turns with the aircraft."""
     over = QUIET | {"wind.dryden.sigma_mps": 0.0, "aircraft.receiver.start.xi_m": [-35.5, 0.0, 8.5]}
     w = World(load_scenario("refueling", over | {"wind.prevailing": "constant"}), 1)
-    v = w.vehicles[1]
+    v = w.members[1]
     f = w.sense()[1]
     assert f.air_beta[1] == pytest.approx(-f.air_beta[2], abs=2e-4)
     assert abs(f.air_beta[1]) > 0.004

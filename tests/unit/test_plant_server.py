@@ -35,7 +35,7 @@ class FakeFlight:
     """Stands for one flightsw: decodes, answers with the trim command, transmits its state at 20 Hz."""
 
     def __init__(self, server: PlantServer, i: int) -> None:
-        v = server.world.vehicles[i]
+        v = server.world.members[i]
         self.codec = FlightCodec(v.ac, v.cfg.sysid)
         self.frame = SensorFrame()
         self.cmd = server.world.trim_cmd(i)

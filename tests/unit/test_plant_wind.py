@@ -20,9 +20,8 @@ OUN = "sounding_oun_20181222_12z_uwyo.txt"
 
 
 def _wind_at(table: np.ndarray, h: float) -> np.ndarray:
-    s, out = np.zeros(21), np.zeros(3)
-    s[12] = -h
-    free_air(s, table, np.zeros((1, 3)), 0, np.zeros((2, 3)), 0, 0.0, out)
+    out = np.zeros(3)
+    free_air(h, table, np.zeros((1, 3)), 0, np.zeros((2, 3)), 0, 0.0, out)
     return out
 
 

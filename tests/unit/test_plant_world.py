@@ -11,6 +11,7 @@ import pytest
 
 from flightsw.strict import ConfigError
 from flightsw.types import ActuatorCmd
+from sim_plant.couplings.boom import BoomCoupling
 from sim_plant.kernels import layout as n
 from sim_plant.scenario import load_scenario
 from sim_plant.world import AircraftLostError, World
@@ -71,27 +72,27 @@ def test_true_aerodynamics_differ_from_the_file_by_the_set_fraction() -> None:
     a, b = world(seed=1), world(seed=2)
     exact = world({"aircraft.tanker.aero_error_frac": 0.0})
     lo, hi = n.CL0, n.CN_DR + 1
-    ref = exact.vehicles[0].par
+    ref = exact.members[0].par
     used = ref[lo:hi] != 0
-    ratio = a.vehicles[0].par[lo:hi][used] / ref[lo:hi][used] - 1
+    ratio = a.members[0].par[lo:hi][used] / ref[lo:hi][used] - 1
     assert 0.05 < np.max(np.abs(ratio)) <= 0.1
-    assert np.array_equal(a.vehicles[0].par[hi:], ref[hi:])
-    assert not np.allclose(a.vehicles[0].par, b.vehicles[0].par)
-    other = World(load_scenario("refueling", {"aircraft.receiver.aero_error_frac": 0.0}), 1).vehicles[1].par[lo:hi]
-    assert not np.allclose(ratio, a.vehicles[1].par[lo:hi][used] / other[used] - 1)
+    assert np.array_equal(a.members[0].par[hi:], ref[hi:])
+    assert not np.allclose(a.members[0].par, b.members[0].par)
+    other = World(load_scenario("refueling", {"aircraft.receiver.aero_error_frac": 0.0}), 1).members[1].par[lo:hi]
+    assert not np.allclose(ratio, a.members[1].par[lo:hi][used] / other[used] - 1)
 
 
 @pytest.mark.parametrize("delay", [0, 1, 3])
 def test_commands_take_effect_after_the_delay(delay: int) -> None:
     w = world(CALM | {"link.actuator_delay_ticks": delay})
     base = w.trim_cmd(1)
-    start = w.vehicles[1].s[n.S_SURF + 1]
+    start = w.members[1].s[n.S_SURF + 1]
     moved = []
     for k in range(8):
         w.sense()
         cmd = ActuatorCmd(0, base.aileron, base.elevator + (0.05 if k >= 2 else 0.0), base.rudder, base.throttle)
         w.step([w.trim_cmd(0), cmd])
-        moved.append(abs(w.vehicles[1].s[n.S_SURF + 1] - start) > 1e-4)
+        moved.append(abs(w.members[1].s[n.S_SURF + 1] - start) > 1e-4)
     assert moved.index(True) == 2 + delay
 
 
@@ -101,7 +102,7 @@ def test_jitter_keeps_the_order_of_commands() -> None:
     for k in range(200):
         w.sense()
         w.step([w.trim_cmd(0), ActuatorCmd(0, 0.0, k * 1e-4, 0.0, 0.5)])
-        seen.append(w.vehicles[1].c[1] * 1e4)
+        seen.append(w.members[1].c[1] * 1e4)
     lag = np.arange(200)[10:] - np.array(seen)[10:]
     assert np.all(np.diff(seen[10:]) > -1e-9)
     assert set(np.round(lag).astype(int)) <= {1, 2, 3} and len(set(np.round(lag))) > 1
@@ -109,13 +110,13 @@ def test_jitter_keeps_the_order_of_commands() -> None:
 
 def test_disarmed_missing_and_rubbish_commands_change_nothing() -> None:
     w = world(CALM)
-    kept = w.vehicles[1].path.current
+    kept = w.members[1].path.current
     bad = [None, ActuatorCmd(0, 1.0, 1.0, 1.0, 1.0, armed=False), ActuatorCmd(0, math.nan, 0.0, 0.0, 0.5)]
     for cmd in bad * 3:
         w.sense()
         w.step([None, cmd])
-    assert w.vehicles[1].path.current == kept
-    assert w.vehicles[1].path.refused == 3
+    assert w.members[1].path.current == kept
+    assert w.members[1].path.refused == 3
 
 
 def test_jammed_surface_ignores_commands() -> None:
@@ -125,7 +126,7 @@ def test_jammed_surface_ignores_commands() -> None:
     for k in range(30):
         w.sense()
         w.step([w.trim_cmd(0), ActuatorCmd(0, 0.0, 0.03, 0.002 * k, 0.5)])
-        pos.append(w.vehicles[1].s[n.S_SURF + 2])
+        pos.append(w.members[1].s[n.S_SURF + 2])
     assert pos[5] == pos[14] and pos[4] != pos[5 - 2] and pos[20] > pos[14]
 
 
@@ -137,6 +138,10 @@ def test_nominal_contact_position_is_mid_envelope() -> None:
     assert math.degrees(t.boom_elevation) == pytest.approx(-30.0, abs=2.0)
     assert t.boom_azimuth == pytest.approx(0.0, abs=1e-3)
     assert t.boom_extension == pytest.approx(3.66, abs=0.3)
+
+
+def boom(w: World) -> BoomCoupling:
+    return next(c for c in w.couplings if isinstance(c, BoomCoupling))
 
 
 def test_contact_needs_a_second_of_calm_with_the_latch_and_moves_fuel() -> None:
@@ -158,7 +163,7 @@ def test_contact_needs_a_second_of_calm_with_the_latch_and_moves_fuel() -> None:
     assert frames[0].boom_contact and frames[1].boom_contact
     fly(w, 5, latch=False)
     assert not w.truth(1).contact
-    assert w.boom is not None and w.boom.reason == "latch released"
+    assert boom(w).reason == "latch released"
 
 
 def test_transfer_stops_at_the_mass_limit() -> None:
@@ -181,7 +186,7 @@ def test_leaving_the_envelope_disconnects() -> None:
         w.sense()
         w.step([w.trim_cmd(0), cmd])
     assert not w.truth(1).contact
-    assert w.boom is not None and w.boom.reason in ("outside the envelope", "radial rate over the limit")
+    assert boom(w).reason in ("outside the envelope", "radial rate over the limit")
 
 
 def test_scripted_commands_arrive_at_their_tick() -> None:
@@ -217,7 +222,7 @@ def test_an_aircraft_on_the_ground_ends_the_run_and_is_named() -> None:
 def test_a_state_that_is_not_finite_ends_the_run_and_is_named() -> None:
     w = world()
     w.sense()
-    w.vehicles[0].s[n.S_V] = math.nan
+    w.members[0].s[n.S_V] = math.nan
     w.step([None, None])
     with pytest.raises(AircraftLostError, match="tanker has left the model"):
         for _ in range(3):

@@ -9,7 +9,7 @@ import pytest
 from flightsw.missions.gust.laws import GustCtrlTable
 from flightsw.missions.receiver.en_route import JoinTable
 from flightsw.strict import ConfigError, convert
-from sim_plant.aircraft.alexis.craft import AlexisTable
+from sim_plant.aircraft.alexis.member import AlexisTable
 
 
 @dataclass(frozen=True)

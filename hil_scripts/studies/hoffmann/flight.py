@@ -19,7 +19,7 @@ from flightsw.missions.gust.model import ProcessNoise, linear_model, published
 from flightsw.missions.gust.printed import E_VK_ALPHAW_PRINTED, THETA, XI_PRINTED
 from sim_plant.aircraft.alexis.flight import Alexis, AlexisParams, AlexisSensors
 from sim_plant.rng import generator
-from sim_plant.wind.planar import AlexisWind
+from sim_plant.wind.planar import PlanarWind
 
 Arr = NDArray[np.float64]
 DT = 0.02
@@ -29,9 +29,9 @@ LIGHT = 0.3  # working turbulence relative to the source's
 WINDOW = 512  # samples of a spectral window, as in the reference figures
 
 
-def wind(scale: float, **more: Any) -> AlexisWind:
+def wind(scale: float, **more: Any) -> PlanarWind:
     """Dryden turbulence of `scale` times the source's intensity."""
-    return AlexisWind(3.5 * scale, 5.0 * scale, **more)
+    return PlanarWind(3.5 * scale, 5.0 * scale, **more)
 
 
 def blocks(t: float) -> float:
@@ -47,7 +47,7 @@ class FlightPlan:
     """What is flown: plant, air, length, elevator over time (surfaces follow at once) and how the start is drawn."""
 
     duration_s: float
-    air: AlexisWind
+    air: PlanarWind
     plant: AlexisParams = field(default_factory=lambda: AlexisParams(linear=True, direct=True))
     elevator: Callable[[float], float] | None = None
     start_sigma: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)  # q, alpha_K, V_K, Theta, H

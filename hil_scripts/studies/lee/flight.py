@@ -14,7 +14,8 @@ from flightsw.sixdof.autopilot import TankerControl, TankerCtrlParams
 from flightsw.sixdof.command import ScheduleParams
 from flightsw.types import ActuatorCmd, NavState, SensorFrame
 from sim_plant.rng import generator
-from sim_plant.scenario import AircraftCfg, Dryden, GustStep, Meta, Scenario, Sine, Slow, Start, Wind
+from sim_plant.scenario import AircraftCfg, Meta, Scenario, Start
+from sim_plant.wind.config import Dryden, GustStep, Sine, Slow, Wind
 from sim_plant.world import World
 
 DT = 0.05  # [s] sampling of sensors, filters and control (20 Hz, as in the source)

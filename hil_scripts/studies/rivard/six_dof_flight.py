@@ -113,7 +113,6 @@ def fly(plan: RunPlan) -> Meeting:
     assert isinstance(mission, RendezvousMission)
     w = _Watch(mission.pilot.p.guidance.separation_m)
     world = server.world
-    assert world.traffic is not None
     cov, upper = np.zeros((4, 4)), np.triu_indices(4)
     while not server.done:
         t = server.t_us * 1e-6
@@ -121,7 +120,8 @@ def fly(plan: RunPlan) -> Meeting:
         if server.tick % STEP == 0:
             truth = world.truth(0)
             own = _to_r(sc, truth.pos_n, True)
-            at, v = _to_r(sc, world.traffic.position, True), _to_r(sc, world.traffic.velocity, False)
+            ((_, other),) = world.others()
+            at, v = _to_r(sc, other.pos_n, True), _to_r(sc, other.vel_n, False)
             r = mission.track.out
             cov[upper] = r.cov
             cov.T[upper] = r.cov
@@ -171,7 +171,7 @@ def fly_twin(plan: RunPlan) -> Meeting:
             tr.tanker_step(tanker, pilot.bank, pilot.V, dt, q)
             est.predict(dt)
             for _ in range(STEP):
-                receiver.step()
+                receiver.advance()
         at = _to_r(sc, receiver.position, True)
         if k >= first and (k - first) % every == 0:
             flat = math.hypot(at[0] - tanker[0], at[1] - tanker[1])

@@ -18,7 +18,7 @@ from flightsw.strict import Range
 from sim_plant.aircraft.alexis import dynamics as ka
 from sim_plant.kernels import layout as n
 from sim_plant.rng import generator
-from sim_plant.wind.planar import AlexisWind, wind_series
+from sim_plant.wind.planar import PlanarWind, wind_series
 
 Arr = NDArray[np.float64]
 RAD = math.pi / 180.0
@@ -102,7 +102,7 @@ class Alexis:
     """
 
     def __init__(
-        self, p: AlexisParams, wind: AlexisWind, seed: int, duration_s: float, dt: float = 0.02, ticks: int = 4,
+        self, p: AlexisParams, wind: PlanarWind, seed: int, duration_s: float, dt: float = 0.02, ticks: int = 4,
         free: tuple[float, float] = (0.0, 0.0),
     ) -> None:  # fmt: skip
         """free: wind of the air mass at the start [m/s], down and ahead, beside that of `wind` (see `breathe`).

@@ -16,7 +16,7 @@ from flightsw.aircraft import twinjet
 from sim_plant.aircraft.twinjet import dynamics as kt
 from sim_plant.rng import generator
 from sim_plant.wind.microburst import Microburst
-from sim_plant.wind.planar import AlexisWind, Gust, wind_series
+from sim_plant.wind.planar import Gust, PlanarWind, wind_series
 
 Arr = NDArray[np.float64]
 RAD = math.pi / 180.0
@@ -60,7 +60,7 @@ class TwinJetAir:
         """Gusts [count,2] (along x, up) [m/s] at ticks of dt [s], for flight at V [m/s]."""
         if not self.gusts and self.sigma_u_mps == self.sigma_w_mps == 0.0:
             return np.zeros((count, 2))
-        w = AlexisWind(self.sigma_w_mps, self.sigma_u_mps, self.L_w_m, self.L_u_m, gusts=self.gusts)
+        w = PlanarWind(self.sigma_w_mps, self.sigma_u_mps, self.L_w_m, self.L_u_m, gusts=self.gusts)
         down_tail = wind_series(w, V, count, dt, seed)[0]
         return np.ascontiguousarray(np.stack([down_tail[:, 1], -down_tail[:, 0]], axis=1))
 

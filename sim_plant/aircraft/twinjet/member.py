@@ -1,4 +1,4 @@
-"""The twin-jet transport in the plant's world: twinjet.py behind the house's sensors, faults and command path.
+"""The twin-jet transport in the plant's world: flight.py behind the house's sensors, faults and command path.
 
 x is along the heading from the frame's origin: the downburst's axis is at its x_m. Throttle 0 to 1 is thrust
 from none to that at rest, and the engine gives between idle and its limit of it. start.V_mps is the speed over the ground.
@@ -12,18 +12,19 @@ from typing import Annotated
 
 from flightsw.aircraft import TwinJet as Record
 from flightsw.strict import ConfigError, Range
-from sim_plant.aircraft.base import Craft, Mean, plant_table
+from sim_plant.aircraft.base import Member
+from sim_plant.aircraft.kind import Setup
+from sim_plant.aircraft.planar import Planar
 from sim_plant.aircraft.twinjet import dynamics as kt
 from sim_plant.aircraft.twinjet.flight import TwinJet, TwinJetAir, TwinJetParams, TwinJetSensors
 from sim_plant.kernels import layout as n
 from sim_plant.kernels.atmosphere import isa
-from sim_plant.scenario import AircraftCfg, Scenario
 from sim_plant.wind import microburst_kernel as km
+from sim_plant.wind.field import AirMass
 from sim_plant.wind.microburst import Microburst
 from sim_plant.wind.planar import Gust
 
 PERFECT = TwinJetSensors(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)  # errors are those of the scenario's sensors
-NOT_YET = (0.0, 0.0, 0.0, 0.0, False, 0.0)
 Factor = Annotated[float, Range(0.1, 3.0)]
 Sigma = Annotated[float, Range(0.0, 30.0)]
 Length = Annotated[float, Range(1.0)]
@@ -45,41 +46,44 @@ class TwinJetTable:
     gusts: tuple[Gust, ...] = ()
 
 
-class TwinJetCraft(Craft):
+class TwinJetMember(Planar):
     """One twin-jet, from steady flight on the slope."""
 
-    table = TwinJetTable
-
-    def __init__(self, cfg: AircraftCfg, ac: Record, sc: Scenario, seed: int, mean: Mean) -> None:
-        """Raises ConfigError for a start without steady flight, or a table the model does not take."""
-        super().__init__(cfg, ac, sc, seed, NOT_YET, mean)
-        t: TwinJetTable = plant_table(TwinJetCraft, cfg)
-        north, east, down = cfg.start.pos_n_m
+    def __init__(self, setup: Setup) -> None:
+        """Raises ConfigError for a table the kind does not take."""
+        super().__init__(setup)
+        ac, t = setup.record(Record), setup.table(TwinJetTable)
+        north, east, down = self.cfg.start.pos_n_m
         c, e = self.ahead
         x = c * north + e * east
         self._aside = (north - c * x, east - e * x)
-        p = TwinJetParams(t.lift_factor, t.drag_factor, x, -down, cfg.start.V_mps, t.slope_deg, PERFECT, ac)
-        air = TwinJetAir(t.burst, t.sigma_u_mps, t.sigma_w_mps, t.L_u_m, t.L_w_m, t.gusts)
-        ticks = round(sc.meta.duration_s * sc.clock.base_rate_hz) + 1
-        along, _, sinking = self.along(self.free)
+        self._params = TwinJetParams(
+            t.lift_factor, t.drag_factor, x, -down, self.cfg.start.V_mps, t.slope_deg, PERFECT, ac
+        )
+        self._own = TwinJetAir(t.burst, t.sigma_u_mps, t.sigma_w_mps, t.L_u_m, t.L_w_m, t.gusts)
+        self._travel = tuple(math.radians(v) for v in ac.controls.elevator_deg)
+        self._slope = 0.5 * ac.air.rho_kgpm3 * ac.geometry.S_m2 * ac.side.CY_beta / ac.mass.kg  # per airspeed squared
+
+    def start(self, air: AirMass, other: Member | None) -> None:
+        along, _, sinking = self.meet(air)
+        at = f"aircraft.{self.cfg.name}.start"
+        duration = self.ticks * self.dt_s
         try:
-            self.flight = TwinJet(p, air, seed, ticks * self.dt_s, self.dt_s, (along, -sinking))
+            self.flight = TwinJet(self._params, self._own, self.setup.seed, duration, self.dt_s, (along, -sinking))
         except ValueError as problem:
-            raise ConfigError(f"aircraft.{cfg.name}.start: {problem}") from None
+            raise ConfigError(f"{at}: {problem}") from None
         self._full = float(self.flight.a[kt.A_TMAX])
         thrust, elevator = (float(v) for v in self.flight.controls)
         alpha = float(self.flight.truth[4])
         if not (0.0 <= thrust <= self._full and abs(alpha) < self.flight.a[kt.A_PEAK]):
             raise ConfigError(
-                f"aircraft.{cfg.name}.start.V_mps = {cfg.start.V_mps:g}: steady flight there takes {thrust * 1e-3:.0f} kN at "
+                f"{at}.V_mps = {self.cfg.start.V_mps:g}: steady flight there takes {thrust * 1e-3:.0f} kN at "
                 f"{math.degrees(alpha):.0f} deg; allowed: up to {self._full * 1e-3:.0f} kN, below the stall"
             )
-        self.trim = (0.0, elevator, 0.0, thrust / self._full, False, 0.0)
-        self.path.current = self.trim
+        self.hold((0.0, elevator, 0.0, thrust / self._full, False, 0.0))
         self._elevator = elevator
-        self._travel = tuple(math.radians(v) for v in ac.controls.elevator_deg)
-        self._slope = 0.5 * ac.air.rho_kgpm3 * ac.geometry.S_m2 * ac.side.CY_beta / ac.mass.kg  # per airspeed squared
         self._offset = float(self.flight.m[km.M_Y])
+        self.observe()
 
     @property
     def height_m(self) -> float:

@@ -12,8 +12,8 @@ from flightsw.aircraft import Aircraft, load_airframe
 from flightsw.icd.codec import FlightCodec, PlantCodec
 from flightsw.strict import ConfigError
 from flightsw.types import ActuatorCmd
-from sim_plant.aircraft.twinjet.craft import PERFECT
 from sim_plant.aircraft.twinjet.flight import TwinJet, TwinJetAir, TwinJetParams
+from sim_plant.aircraft.twinjet.member import PERFECT
 from sim_plant.scenario import Scenario, load_scenario
 from sim_plant.wind.microburst import Microburst
 from sim_plant.world import AircraftLostError, World

@@ -12,12 +12,12 @@ from flightsw.aircraft import Aircraft, load_aircraft, load_airframe
 from flightsw.icd.codec import FlightCodec, PlantCodec
 from flightsw.strict import ConfigError
 from flightsw.types import UPD_AIR, UPD_BARO, UPD_FUEL, UPD_GNSS, UPD_IMU, UPD_MAG, ActuatorCmd, Command
-from sim_plant.aircraft.alexis.craft import PERFECT, AlexisCraft, AlexisTable
 from sim_plant.aircraft.alexis.flight import Alexis, AlexisParams
-from sim_plant.aircraft.register import CRAFTS
-from sim_plant.scenario import MODELS, SIXDOF, Scenario, dump, load_scenario
+from sim_plant.aircraft.alexis.kind import KIND
+from sim_plant.aircraft.alexis.member import PERFECT, AlexisTable
+from sim_plant.scenario import Scenario, dump, load_scenario
 from sim_plant.sensors.base import Sensor
-from sim_plant.wind.planar import AlexisWind
+from sim_plant.wind.planar import PlanarWind
 from sim_plant.world import AircraftLostError, World
 
 QUIET = {"noise.scale": 0.0, "noise.bias_scale": 0.0}
@@ -29,10 +29,6 @@ def gust(over: dict[str, Any] | None = None) -> Scenario:
 
 def trimmed(w: World) -> list[ActuatorCmd]:
     return [w.trim_cmd(i) for i in range(len(w.members))]
-
-
-def test_every_model_of_the_scenario_is_registered() -> None:
-    assert MODELS[0] == SIXDOF and set(MODELS[1:]) == set(CRAFTS)
 
 
 def test_calm_air_and_trim_keep_the_small_uav_where_it_is() -> None:
@@ -52,7 +48,7 @@ def test_the_world_flies_the_aircraft_of_the_pure_plant() -> None:
     sc = gust(QUIET)
     w = World(sc)
     table = sc.aircraft[0].plant["wind"]
-    wind = AlexisWind(**{key: v for key, v in table.items() if key != "gusts"})
+    wind = PlanarWind(**{key: v for key, v in table.items() if key != "gusts"})
     sc = gust(QUIET | {"aircraft.alexis.plant.wind.gusts": [], "aircraft.reference.plant.wind.gusts": []})
     w = World(sc)
     pure = Alexis(AlexisParams(sensors=PERFECT), wind, sc.meta.seed, sc.meta.duration_s, 0.02, 4)
@@ -157,7 +153,7 @@ def test_the_ground_ends_the_run() -> None:
 @pytest.mark.parametrize(
     ("over", "match"),
     [
-        ({"aircraft.alexis.model": "balloon"}, "allowed: sixdof, alexis"),
+        ({"aircraft.alexis.model": "balloon"}, "allowed: alexis, sixdof, twinjet"),
         ({"aircraft.alexis.boom_to": "reference"}, "boom_to"),
         ({"aircraft.reference.start.relative_to": "alexis"}, "relative_to.*none with model = 'alexis'"),
         ({"aircraft.reference.tacan_to": "alexis"}, "tacan_to"),
@@ -234,5 +230,5 @@ def test_flap_command_travels_over_the_wire_and_costs_the_others_nothing() -> No
 
 
 def test_table_and_class_agree() -> None:
-    assert AlexisCraft.table is AlexisTable
+    assert KIND.table() is AlexisTable
     assert all(issubclass(s.__class__, Sensor) for s in World(gust()).members[0].sensors)

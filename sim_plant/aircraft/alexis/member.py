@@ -1,4 +1,4 @@
-"""The small UAV in the plant's world: alexis.py behind the house's sensors, faults and command path.
+"""The small UAV in the plant's world: flight.py behind the house's sensors, faults and command path.
 
 Throttle 0 to 1 is thrust per mass from none to twice that of level flight. Two of these in one scenario meet the turbulence of
 their tables at the same time.
@@ -13,11 +13,13 @@ from flightsw.aircraft import Alexis as Record
 from flightsw.strict import ConfigError, Range
 from sim_plant.aircraft.alexis.dynamics import A_T0, A_TSET, F_HEIGHT, F_VUP, F_VX
 from sim_plant.aircraft.alexis.flight import Alexis, AlexisParams, AlexisSensors, AlexisServo
-from sim_plant.aircraft.base import Craft, Mean, plant_table
+from sim_plant.aircraft.base import Member
+from sim_plant.aircraft.kind import Setup
+from sim_plant.aircraft.planar import Planar
 from sim_plant.kernels import layout as n
 from sim_plant.kernels.atmosphere import isa
-from sim_plant.scenario import AircraftCfg, Scenario
-from sim_plant.wind.planar import AlexisWind
+from sim_plant.wind.field import AirMass
+from sim_plant.wind.planar import PlanarWind
 
 PERFECT = AlexisSensors(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)  # errors are those of the scenario's sensors
 TRIM = (0.0, 0.0, 0.0, 0.5, False, 0.0)
@@ -33,34 +35,38 @@ class AlexisTable:
     moment_factor: Annotated[float, Range(0.1, 3.0)] = 1.0
     ticks: Annotated[int, Range(1, 100)] = 4
     servo: AlexisServo = field(default_factory=AlexisServo)
-    wind: AlexisWind = field(default_factory=lambda: AlexisWind(0.0, 0.0))
+    wind: PlanarWind = field(default_factory=lambda: PlanarWind(0.0, 0.0))
 
 
-class AlexisCraft(Craft):
+class AlexisMember(Planar):
     """One ALEXIS. Its start must be at the trim airspeed of its file."""
 
-    table = AlexisTable
-    surfaces = ("aileron", "elevator")  # the flap stands in the aileron's place
-
-    def __init__(self, cfg: AircraftCfg, ac: Record, sc: Scenario, seed: int, mean: Mean) -> None:
-        """Raises ConfigError for another airspeed at the start, or a table the model does not take."""
-        super().__init__(cfg, ac, sc, seed, TRIM, mean)
-        t: AlexisTable = plant_table(AlexisCraft, cfg)
+    def __init__(self, setup: Setup) -> None:
+        """Raises ConfigError for another airspeed at the start, or a table the kind does not take."""
+        super().__init__(setup)
+        cfg, ac, t = self.cfg, setup.record(Record), setup.table(AlexisTable)
         north, east, down = cfg.start.pos_n_m
-        p = AlexisParams(
+        self._table = t
+        self._params = AlexisParams(
             linear=t.linear, aircraft=ac, height_m=-down, lift_factor=t.lift_factor, moment_factor=t.moment_factor,
             servo=t.servo, sensors=PERFECT,
         )  # fmt: skip
-        if cfg.start.V_mps != p.V_mps:
+        if cfg.start.V_mps != self._params.V_mps:
             raise ConfigError(
-                f"aircraft.{cfg.name}.start.V_mps = {cfg.start.V_mps}: allowed: {p.V_mps:g}, the model's trim"
+                f"aircraft.{cfg.name}.start.V_mps = {cfg.start.V_mps}: allowed: {self._params.V_mps:g}, the model's trim"
             )
-        ticks = round(sc.meta.duration_s * sc.clock.base_rate_hz) + 1
-        ahead, _, sinking = self.along(self.free)
-        self.flight = Alexis(p, t.wind, seed, ticks * self.dt_s, self.dt_s, t.ticks, (sinking, ahead))
         self._at = [north, east]
         self.mass_kg = ac.mass.kg
         self._slope = ac.side.beta
+
+    def start(self, air: AirMass, other: Member | None) -> None:
+        ahead, _, sinking = self.meet(air)
+        t = self._table
+        self.flight = Alexis(
+            self._params, t.wind, self.setup.seed, self.ticks * self.dt_s, self.dt_s, t.ticks, (sinking, ahead)
+        )
+        self.hold(TRIM)
+        self.observe()
 
     @property
     def height_m(self) -> float:

@@ -1,0 +1,27 @@
+"""What a scenario may ask of this kind; entry point of `wakefield.aircraft`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from flightsw.aircraft import Aircraft
+from sim_plant.aircraft.kind import Kind, Setup
+
+if TYPE_CHECKING:
+    from sim_plant.aircraft.base import Member
+
+
+def _build(setup: Setup) -> Member:
+    from sim_plant.aircraft.sixdof.member import SixDofMember
+
+    return SixDofMember(setup)
+
+
+KIND = Kind(
+    Aircraft,
+    _build,
+    carries=("imu", "baro", "mag", "gnss", "att", "fuel"),
+    surfaces=("aileron", "elevator", "rudder"),
+    takes=("fuel_kg", "aero_error_frac"),
+    formation=True,
+)

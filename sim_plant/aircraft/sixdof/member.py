@@ -1,0 +1,94 @@
+"""A rigid-body aircraft in the plant's world: its arrays (layout.py), its start, its flight."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from flightsw.aircraft import Aircraft
+from flightsw.strict import ConfigError
+from sim_plant.aircraft.base import MAG_N, Arr, Member, Tanks
+from sim_plant.aircraft.kind import Setup
+from sim_plant.aircraft.sixdof.eom import step as integrate
+from sim_plant.aircraft.sixdof.observe import observe
+from sim_plant.aircraft.sixdof.params import parameter_vector, perturb
+from sim_plant.aircraft.sixdof.trim import throttle_for, trim
+from sim_plant.kernels import layout as n
+from sim_plant.kernels.rot import quat_dcm
+from sim_plant.wind.config import Wake
+from sim_plant.wind.field import AirMass
+from sim_plant.wind.wake import airframe_points, source_vector
+
+
+class SixDofMember(Member):
+    """One aircraft of six degrees of freedom, from trimmed flight."""
+
+    def __init__(self, setup: Setup) -> None:
+        """Raises ConfigError for more fuel than tanks and mass allow."""
+        super().__init__(setup)
+        cfg, ac = self.cfg, setup.record(Aircraft)
+        self._record = ac
+        self.par = perturb(parameter_vector(ac), cfg.aero_error_frac, setup.seed, cfg.name)
+        self.c = np.zeros(n.NC)
+        self._scratch = np.zeros((4, n.NS))
+        self._work = np.zeros(n.N_RIGID)
+        self.boom, self.receptacle = ac.boom, ac.receptacle
+        self.tanks = Tanks(ac.mass.fuel_capacity_kg, ac.mass.max_kg)
+        self.exposure = airframe_points(ac, self.probes)
+        fuel = cfg.fuel_kg if cfg.fuel_kg >= 0.0 else ac.mass.default_fuel_kg
+        most = min(ac.mass.fuel_capacity_kg, ac.mass.max_kg - ac.mass.empty_kg)
+        if fuel > most:
+            raise ConfigError(
+                f"aircraft.{cfg.name}.fuel_kg = {fuel:g}: allowed by {cfg.file!r}: up to {most:g} kg of tanks and mass"
+            )
+        self.s[n.S_FUEL] = fuel
+
+    @property
+    def height_m(self) -> float:
+        """Height [m]."""
+        return -self.s.item(n.S_P + 2)
+
+    def track(self) -> tuple[float, float]:
+        """The horizontal air-relative track, in the wind of the last tick."""
+        vn, ve = self.s.item(n.S_V) - self.wind.item(0), self.s.item(n.S_V + 1) - self.wind.item(1)
+        h = math.sqrt(vn * vn + ve * ve)
+        return vn / h, ve / h
+
+    def wake_source(self, wake: Wake) -> Arr | None:
+        """The wake of wing and tail."""
+        return source_vector(self._record, wake.core_wing_m, wake.core_tail_m, wake.nu_m2ps, wake.tail_lift_frac)
+
+    def start(self, air: AirMass, other: Member | None) -> None:
+        """Trimmed flight in the mean wind, wake included. Raises ConfigError where there is no trim."""
+        st, s = self.cfg.start, self.s
+        if other is None:
+            pos = np.array(st.pos_n_m)
+            s[n.S_P : n.S_P + 3] = pos
+            air.mean(self)
+            psi = math.radians(st.psi_deg)
+            vel = self.free + st.V_mps * np.array([math.cos(psi), math.sin(psi), 0.0])
+            vel[2] = 0.0
+        else:
+            q = other.s
+            C_nb = np.array(quat_dcm(q[0], q[1], q[2], q[3])).reshape(3, 3)
+            pos = q[n.S_P : n.S_P + 3] + (C_nb * st.xi_m).sum(axis=1)
+            vel = q[n.S_V : n.S_V + 3].copy()
+            s[0:4] = q[0:4]
+        fuel = float(s[n.S_FUEL])
+        s[n.S_P : n.S_P + 3], s[n.S_V : n.S_V + 3] = pos, vel
+        for _ in range(3):  # attitude and wake depend on each other a little
+            air.mean(self)
+            s[:] = trim(pos, vel, self.wind, fuel, self.par)
+        self.observe()
+        a, e, r = (float(x) for x in s[n.S_SURF : n.S_SURF + 3])
+        self.hold((a, e, r, throttle_for(s, self.wind, self.par), False, 0.0))
+
+    def observe(self) -> None:
+        observe(self.s, self.wind, self.free, self.par, MAG_N, self.probes, self.probe_wake, self._work, self.obs)
+        self.show()
+
+    def advance(self, jam: list[float]) -> None:
+        a, e, r, t, _, _ = self.path.current
+        self.c[:] = (a, e, r, t, jam[0], jam[1], jam[2], self.view.transfer_kgps)
+        integrate(self.s, self.c, self.wind, self.par, self.dt_s, self._scratch)

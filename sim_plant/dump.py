@@ -1,0 +1,39 @@
+"""A resolved scenario as TOML text."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+from flightsw.strict import to_dict
+
+if TYPE_CHECKING:
+    from sim_plant.scenario import Scenario
+
+
+def dump(sc: Scenario, seed: int) -> str:
+    """The resolved scenario as TOML text that `load_scenario` reads back to an equal record, with the seed of the
+    run."""
+    tree = to_dict(sc)
+    tree["meta"]["seed"] = seed
+    out = []
+    for key, v in tree.items():
+        tables = v if isinstance(v, (list, tuple)) else [v]
+        for t in tables:
+            out.append(f"[[{key}]]" if tables is v else f"[{key}]")
+            out += [f"{_key(k)} = {_value(x)}" for k, x in t.items()]
+            out.append("")
+    return "\n".join(out)
+
+
+def _key(k: str) -> str:
+    return k if k.replace("_", "").replace("-", "").isalnum() else json.dumps(k)
+
+
+def _value(v: Any) -> str:
+    """One TOML value on one line; a JSON string is also a TOML string."""
+    if isinstance(v, dict):
+        return "{ " + ", ".join(f"{_key(k)} = {_value(x)}" for k, x in v.items()) + " }" if v else "{}"
+    if isinstance(v, (list, tuple)):
+        return "[" + ", ".join(_value(x) for x in v) + "]"
+    return repr(v) if isinstance(v, float) else json.dumps(v)

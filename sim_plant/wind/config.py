@@ -1,0 +1,68 @@
+"""[wind] of a scenario: what the one air mass is made of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Annotated
+
+from flightsw.strict import OneOf, Range
+
+NonNeg = Annotated[float, Range(0.0)]
+Pos = Annotated[float, Range(1e-9)]
+V3 = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class GustStep:
+    """From t_s on the turbulence has this intensity."""
+
+    t_s: NonNeg
+    sigma_mps: NonNeg
+
+
+@dataclass(frozen=True)
+class Dryden:
+    sigma_mps: NonNeg = 0.0
+    step: tuple[GustStep, ...] = ()  # ascending in t_s; before the first: sigma_mps
+    L_m: Pos = 533.4
+    V_mps: Pos = 195.0  # [m/s] airspeed of the shaping filters
+    axes: Annotated[str, OneOf(("track", "ned"))] = "track"
+    independent: bool = False  # False: frozen field, followers meet the leader's gusts later
+
+
+@dataclass(frozen=True)
+class Slow:
+    """Slow Gauss-Markov variation of the north and east components (lee.md 3.5, ECWM)."""
+
+    sigma_mps: NonNeg = 0.0
+    tau_s: Pos = 20000.0
+    from_zero: bool = False  # start at the prevailing wind instead of somewhere in the stationary spread
+
+
+@dataclass(frozen=True)
+class Sine:
+    """Deterministic variation amplitude * sin(2 pi t / period + phase), north, east, down."""
+
+    amplitude_mps: V3
+    period_s: V3
+    phase_rad: V3 = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Wake:
+    source: str = ""  # aircraft that sheds it; empty: none
+    core_wing_m: Pos = 1.2
+    core_tail_m: Pos = 0.6
+    nu_m2ps: NonNeg = 1.0
+    tail_lift_frac: Annotated[float, Range(-0.5, 0.5)] = -0.05
+
+
+@dataclass(frozen=True)
+class Wind:
+    prevailing: Annotated[str, OneOf(("constant", "sounding"))] = "constant"
+    constant_mps: tuple[float, float] = (0.0, 0.0)  # north, east, air moves towards
+    sounding: str = "sounding_oun_20181222_12z_uwyo.txt"
+    slow: Slow = field(default_factory=Slow)
+    sine: tuple[Sine, ...] = ()
+    dryden: Dryden = field(default_factory=Dryden)
+    wake: Wake = field(default_factory=Wake)
