@@ -149,7 +149,7 @@ class ActuatorCmd:
 
 @dataclass(slots=True)
 class NavState:
-    """Navigation output. `x` holds the filter's state in its own order (see nav/layout.py), `sigma` its 1-sigma."""
+    """Navigation output. `x` holds the filter's state in its own order (sixdof/motion.py), `sigma` its 1-sigma."""
 
     t_us: int = 0
     valid: bool = False

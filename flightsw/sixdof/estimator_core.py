@@ -138,7 +138,7 @@ class EstimatorCore:
         self._aV, self._aa, self._ab, self._ok = np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k, dtype=np.int64)
         self.air = np.zeros(3)
         self.probes = 0
-        self.q_wind = p.q_wind  # [m/s per sqrt(s)] in force; moves when adapted (nav.wind_noise scales SQ)
+        self.q_wind = p.q_wind  # [m/s per sqrt(s)] in force; moves when adapted (sixdof/wind_noise.py scales SQ)
         self.w_air = np.zeros(3)
         self.work = np.zeros((5, 15))
         self.codes = np.zeros(m, dtype=np.int64)
@@ -170,7 +170,7 @@ class EstimatorCore:
         return self.probes
 
     def add(self, code: int, value: float, sigma: float, kind: int, slack: float = 0.0) -> None:
-        """Queue one scalar measurement of a sensor (nav.refusal) for the coming update; slack: 1-sigma for the gate alone."""
+        """Queue one scalar measurement of a sensor (refusal.py) for the coming update; slack: 1-sigma for the gate alone."""
         m = self.m
         self.codes[m], self.y[m], self.r[m], self.group[m], self.slack[m] = code, value, sigma, kind, slack
         self.m += 1

@@ -1,4 +1,4 @@
-"""The docs name files, folders and functions that exist."""
+"""Docs, docstrings and comments name files, folders and functions that exist."""
 
 from __future__ import annotations
 
@@ -14,6 +14,8 @@ PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 TOPS = ("", "flightsw/", "sim_plant/", "ground/", "hil_scripts/")
 FILE = re.compile(r"`((?:[\w-]+/)*[\w.-]+\.(?:py|toml|xml))`((?:, `(?![\w.]+\.py`)[A-Za-z_][\w.]*`)*)")
 FOLDER = re.compile(r"`((?:flightsw|sim_plant|ground|hil_scripts|tests|docs|missions)(?:/[\w.-]+)+)/?`")
+IN_CODE = re.compile(r"(?<![\w/.*])((?:[a-z_]+/)*[a-z_0-9]+\.py)\b")
+MADE = {"wakefield.py"}  # what `ground dialect --out` writes
 # written by a run, or by whoever brings something; part of a name written out just before
 OTHERS = re.compile(r"(scenario|flight_.*|my.*)\.toml|_\w+\.py|test_lee_errata_\w+\.py")
 
@@ -47,6 +49,26 @@ def missing(text: str) -> Iterator[str]:
 @pytest.mark.parametrize("page", PAGES, ids=lambda p: str(p.relative_to(ROOT)))
 def test_what_is_named_exists(page: Path) -> None:
     assert list(missing(page.read_text())) == []
+
+
+def unknown(text: str, at: Path) -> list[str]:
+    """Python files a source text names that do not exist."""
+    near = [at.parent, *(ROOT / top for top in (*TOPS, "flightsw/missions/"))]
+    return [
+        m
+        for m in IN_CODE.findall(text)
+        if (not any((n / m).exists() for n in near) if "/" in m else m not in names()) and m not in MADE
+    ]
+
+
+def test_source_files_name_files_that_exist() -> None:
+    code = [p for top in TOPS[1:] for p in (ROOT / top).rglob("*.py")]
+    assert len(code) > 300
+    assert {str(p.relative_to(ROOT)): x for p in code if (x := unknown(p.read_text(), p))} == {}
+    assert unknown("see nav/layout.py, app.py, nowhere.py", ROOT / "flightsw" / "app.py") == [
+        "nav/layout.py",
+        "nowhere.py",
+    ]
 
 
 def test_enough_is_named() -> None:

@@ -4,7 +4,7 @@ State x [9]: x1 (auxiliary of the Dryden filter), alpha_W [rad], V_W [m/s], q [r
 H [m], alpha_b [rad] (vane bias). K: flight path, W: wind; alpha_W > 0 is air moving down, V_W > 0 a tail wind. Controls u [3]:
 elevator [rad] (positive pitches down), throttle setting [-], flap [rad] (positive lifts). Channels of a measurement [7]:
 q, alpha, V_A, Theta, H, ground speed, a_z (upward specific force less g, at the centre of gravity).
-Hoffmann and Luckner, "Broadband prediction of wind-induced disturbances", with the errata of models.gust.
+Hoffmann and Luckner, "Broadband prediction of wind-induced disturbances", corrected as in hoffmann.md section 5.
 """
 
 from __future__ import annotations

@@ -61,7 +61,7 @@ class WindshearControl:
         return float(self._out[kn.O_ALPHA])
 
     def step(self, x: Array, demand: PathDemand) -> Array:
-        """Controls u [2] for the estimated state x [15] (kernels.windshear) and the demand. Holds u when x is not usable."""
+        """Controls u [2] for the estimated state x [15] (dynamics.py) and the demand. Holds u when x is not usable."""
         d = self._d
         d[kn.D_MODE] = MODES.index(demand.mode)
         d[kn.D_CLIMB], d[kn.D_SPEED] = demand.climb_mps, demand.speed_mps

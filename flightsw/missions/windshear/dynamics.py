@@ -2,7 +2,7 @@
 
 State x [13 or 15]: x [m], h [m], Va [m/s], gamma, alpha [rad], q [rad/s], T [kN], w_x, w_h [m/s], their first and second rates;
 with 15 states also the scales of lift and drag. w_x > 0 tail wind, w_h > 0 updraught. Controls u [2]: commanded thrust [kN],
-elevator [rad] (positive pitches down). Jing et al. (2007) (1)-(6), (23), (26)-(28) with the errata of models.windshear.
+elevator [rad] (positive pitches down). Jing et al. (2007) (1)-(6), (23), (26)-(28) corrected as in jing.md section 5.
 """
 
 from __future__ import annotations

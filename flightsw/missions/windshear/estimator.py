@@ -79,7 +79,7 @@ def start_sigma(p: WindshearParams) -> Array:
 
 @dataclass(frozen=True)
 class WindshearEstimate:
-    """x [15] and 1-sigma [15] (kernels.windshear; with 13 states the scales are the believed ones), hazard index F, NIS of the
+    """x [15] and 1-sigma [15] (dynamics.py; with 13 states the scales are the believed ones), hazard index F, NIS of the
     step over `channels` readings. `reason`: why it is not valid, or which readings it does without."""
 
     valid: bool

@@ -1,7 +1,7 @@
 """Nonlinear inverse dynamics of the jet transport in two time scales: flight path and speed, then incidence, pitch rate, thrust.
 
-Jing et al. (2007) section III gives the principle, the equations are jing.md 3.4. Vectors: state x [>=15] of kernels.windshear,
-demand d [ND], gains g [NG], model parameters p [NP] of kernels.windshear.
+Jing et al. (2007) section III gives the principle, the equations are jing.md 3.4. Vectors: state x [>=15] of dynamics.py,
+demand d [ND], gains g [NG], model parameters p [NP] of dynamics.py.
 """
 
 from __future__ import annotations

@@ -48,7 +48,7 @@ class MonitorParams:
 
 
 class WindshearMonitor:
-    """`step` once per sample, then `compare`. `x` [10] (kernels.windshear_kinematic), `sigma` [10]."""
+    """`step` once per sample, then `compare`. `x` [10] (monitor_kernel.py), `sigma` [10]."""
 
     def __init__(self, p: MonitorParams | None = None) -> None:
         """Raises ValueError for parameters no filter can run."""

@@ -133,7 +133,7 @@ SURVIVAL = Study(
     name="jing_survival",
     title="Survival over drawn microbursts",
     purpose="share of encounters without ground contact per law and class of peak F: filter in the loop, light turbulence, "
-    "caution and abort pair; and perfect state in still air with the quick abort, as the specification had it",
+    "caution and abort pair; and perfect state in still air with the quick abort, as in the reference figures",
     cases=(
         Case(
             "light",
@@ -151,7 +151,7 @@ SURVIVAL = Study(
 ALERTS = Study(
     name="jing_alerts",
     title="Cautions, aborts and turbulence",
-    purpose="approaches without a microburst: false alarms per turbulence; with the seed's: where the alarms come",
+    purpose="approaches without a microburst: false alarms per turbulence; with the source's: where the alarms come",
     cases=tuple(
         Case(
             f"{name}_{sigma:g}{tag}".replace(".", "p"),

@@ -23,7 +23,7 @@ def main(argv: list[str] | None = None) -> int:
     ap.add_argument("--seed", type=int, default=20821)
     ap.add_argument("--workers", type=int, default=2)
     ap.add_argument("--list", action="store_true", help="names of the settings")
-    ap.add_argument("--bench", action="store_true", help="speed of the seed's setting against plain numpy")
+    ap.add_argument("--bench", action="store_true", help="speed of the source's setting against plain numpy")
     a = ap.parse_args(argv)
     kernel_cache.use()  # before numba is imported
     from hil_scripts.studies.rivard import cases as rivard_cases

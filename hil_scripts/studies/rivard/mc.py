@@ -1,4 +1,4 @@
-"""Monte Carlo of the range-only rendezvous: N flights of one setting (named settings: rivard_cases.py).
+"""Monte Carlo of the range-only rendezvous: N flights of one setting (named settings: cases.py).
 
 Rendezvous i of master seed S reads row i % 256 of the normals of (S, block i // 256): any rendezvous can be flown again
 alone, and results do not depend on the number of workers.

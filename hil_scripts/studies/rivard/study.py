@@ -1,7 +1,7 @@
 """Rivard (1982), the range-only rendezvous: the printed tables, what each improvement brings, and the cases left open.
 
 A run is a batch of rendezvous with a seed of its own, so 20 runs are 20,000 rendezvous of a case; figures are those of all of
-them together (rivard_pool.py). Every case flies run i on the same normals.
+them together (pool.py). Every case flies run i on the same normals.
 """
 
 from __future__ import annotations

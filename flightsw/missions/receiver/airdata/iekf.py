@@ -1,6 +1,6 @@
 """Iterated extended Kalman filter of the position in a tanker's wake: expected readings and correction.
 
-State as in wake_state.py. Source: sevil.md 8.4; iteration as Gauss-Newton on the posterior with halved steps (Bell and
+State as in state.py. Source: sevil.md 8.4; iteration as Gauss-Newton on the posterior with halved steps (Bell and
 Cathey 1993), covariance in Joseph's form.
 """
 
