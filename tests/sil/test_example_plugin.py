@@ -1,0 +1,94 @@
+"""A mission from another package: found, flown, replayed, shown and commanded without a line of ours that names it."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from tests.sil.launch import TIMEOUT_S
+
+EXAMPLE = Path(__file__).resolve().parents[1] / "data" / "example_plugin"
+SECONDS = 24.0  # a little past the time from which its figures count
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The package as an installer leaves it: its folder, and what its pyproject.toml declares."""
+    site = tmp_path_factory.mktemp("site")
+    shutil.copytree(EXAMPLE / "example", site / "example", ignore=shutil.ignore_patterns("__pycache__"))
+    project = tomllib.loads((EXAMPLE / "pyproject.toml").read_text())["project"]
+    info = site / f"wakefield_example-{project['version']}.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {project['name']}\nVersion: {project['version']}\n")
+    lines = [f"[{group}]\n" + "".join(f"{k} = {v}\n" for k, v in table.items())
+             for group, table in project["entry-points"].items()]  # fmt: skip
+    (info / "entry_points.txt").write_text("\n".join(lines))
+    return site
+
+
+def call(site: Path, module: str, *args: object) -> str:
+    """Words of `python -m MODULE ARGS` with the package installed; it must end well."""
+    r = subprocess.run(
+        [sys.executable, "-m", module, *map(str, args)], capture_output=True, text=True, timeout=TIMEOUT_S, check=False,
+        env={**os.environ, "PYTHONPATH": str(site), "COLUMNS": "200"},
+    )  # fmt: skip
+    assert r.returncode == 0, r.stdout[-2000:] + r.stderr[-2000:]
+    return r.stdout
+
+
+@pytest.fixture(scope="module")
+def run(site: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Its scenario, flown a while; with picture."""
+    out = tmp_path_factory.mktemp("runs") / "run"
+    scenario = site / "example" / "scenarios" / "cruise.toml"
+    call(site, "hil_scripts.sil", "run", scenario, "--duration", SECONDS, "--in-process", "--out", out)
+    return out
+
+
+def test_it_flies_and_its_view_gives_figures(run: Path) -> None:
+    s = json.loads((run / "summary.json").read_text())
+    assert s["run.outcome"] == "completed" and s["example.navion.samples"] > 30
+    assert s["example.navion.wind_rms_mps.n"] < 1.5 and s["example.navion.wind_inside_3sigma_pct"] > 95.0
+    assert s["log.unknown"] == 0
+    assert (run / "dialect" / "dialect.xml").read_text() == (EXAMPLE / "example" / "dialect.xml").read_text()
+    assert (run / "aircraft" / "navion.toml").exists()
+
+
+def test_its_tab_is_in_the_recording(run: Path) -> None:
+    from rerun.chunk import RrdReader
+
+    found = {str(c.entity_path) for c in RrdReader(str(run / "run.rrd")).stream()}
+    assert {"/nav/navion/triangle/n", "/guid/navion/course_error"} <= found
+
+
+def test_replay_repeats_it(site: Path, run: Path) -> None:
+    words = call(site, "hil_scripts.sil", "replay", run)
+    row = next(line for line in words.splitlines() if "navion" in line)
+    ticks, packets, differ, extra = (int(x) for x in row.replace("│", " ").split()[1:])
+    assert (ticks, differ, extra) == (round(SECONDS * 100), 0, 0) and packets > ticks
+
+
+def test_its_study_report_and_commands_are_found(site: Path, tmp_path: Path) -> None:
+    listed = call(site, "hil_scripts.sil", "list", "campaigns")
+    assert "Wind by the triangle" in listed
+    assert "course: example_cruise" in call(site, "ground", "send", "list")
+    assert "triangle" in call(site, "ground", "report", "--help")
+    call(site, "ground", "dialect", "--out", tmp_path / "all.py")
+    assert "EXAMPLE_WIND" in (tmp_path / "all.py").read_text()
+
+
+def test_its_filter_flies_anybody_s_mission(site: Path, tmp_path: Path) -> None:
+    for name in ("example:MyFilter", "example_fading"):
+        out = tmp_path / name.replace(":", "_")
+        call(site, "hil_scripts.sil", "run", "refueling", "--duration", 4, "--in-process", "--no-rrd", "--out", out,
+             "--set", f"receiver.nav.filter={name}")  # fmt: skip
+        assert json.loads((out / "summary.json").read_text())["run.outcome"] == "completed"
+    a, b = ((tmp_path / n / "tlm.tlog").read_bytes() for n in ("example_MyFilter", "example_fading"))
+    assert a == b
