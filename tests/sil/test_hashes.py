@@ -22,7 +22,7 @@ def made() -> list[hashes.Table]:
 def test_one_seed_one_table(made: list[hashes.Table], tmp_path: Path) -> None:
     hashes.write(tmp_path / "t.json", made[0])
     kept = hashes.read(tmp_path / "t.json")
-    assert sorted(kept["logs"]) == ["gust/link_uav.tlog", "gust/tlm.tlog", "gust/truth.tlog"]
+    assert sorted(kept["logs"]) == [f"gust/{n}.tlog" for n in ("link_alexis", "link_reference", "tlm", "truth")]
     assert hashes.differences(kept, made[1]) == []
     assert hashes.differences({**kept, "seed": 4}, made[2]) == sorted(kept["logs"])
 
@@ -41,7 +41,7 @@ def test_tables_of_other_flights_are_refused(made: list[hashes.Table], tmp_path:
     for args, words in (
         (["gust", "--against", tmp_path / "none.json"], "none.json: No such file"),
         (["gust", "--against", tmp_path / "t.json"], "t.json: not a table of digests"),
-        (["gusts"], "did you mean gust"),
+        (["gusts"], "did you mean 'gust'"),
     ):
         ended = sil("hash", *args)
         assert ended.code == 2 and words in ended.text

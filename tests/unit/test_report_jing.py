@@ -40,9 +40,9 @@ STUDIES = (
 
 @pytest.fixture(scope="module")
 def campaigns(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
-    """Folders of a few cases of each study, two runs each."""
+    """Folders of a few cases of each study, one run each."""
     root = tmp_path_factory.mktemp("campaigns")
-    return [run_campaign(s, 2, 1, root / s.name, workers=0, progress=False).folder for s in STUDIES]
+    return [run_campaign(s, 1, 1, root / s.name, workers=0, progress=False).folder for s in STUDIES]
 
 
 @pytest.fixture(scope="module")
