@@ -21,7 +21,8 @@ from pathlib import Path
 from flightsw import plugins
 
 ROOT = Path(__file__).resolve().parents[2]
-PACKAGES = ("flightsw", "sim_plant")
+PACKAGES = ("flightsw", "sim_plant")  # with kernels
+PROGRAMS = (*PACKAGES, "ground", "hil_scripts")
 KEEP = 4  # older digests are removed
 
 
@@ -30,9 +31,9 @@ def kernel_sources() -> list[Path]:
     folders = {ROOT / pkg for pkg in PACKAGES}
     for group in plugins.GROUPS:
         for e in plugins.declared(group).values():
-            top = find_spec(e.value.partition(":")[0].partition(".")[0])
+            name = e.value.partition(":")[0].partition(".")[0]
+            top = None if name in PROGRAMS else find_spec(name)
             folders |= {Path(p) for p in (None if top is None else top.submodule_search_locations) or ()}
-    folders -= {ROOT / p for p in ("ground", "hil_scripts")}
     files = (p for folder in folders for p in folder.rglob("*.py"))
     return sorted(p for p in files if re.search(rb"\bjit\b", p.read_bytes()))
 

@@ -11,7 +11,7 @@ from flightsw.strict import ConfigError
 @pytest.mark.parametrize(
     ("kw", "text"),
     [
-        ({"mission": "glider"}, r"app.mission = 'glider': allowed: tanker, receiver"),
+        ({"mission": "glider"}, r"app.mission = 'glider': allowed: gust, receiver"),
         ({"mission_rate_hz": 30}, r"mission_rate_hz = 30: must divide"),
         ({"tables": {"nav": {"q_W": 1.0}}}, r"q_W: unknown key"),
         ({"tables": {"health": {"imu_age_s": -1.0}}}, r"imu_age_s = -1.0: allowed"),

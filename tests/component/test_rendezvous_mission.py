@@ -9,7 +9,7 @@ import pytest
 
 from flightsw.missions.rendezvous.frame import RendezvousFrame
 from flightsw.missions.rendezvous.guidance import OwnState, RendezvousGuidanceParams
-from flightsw.missions.rendezvous.mission import RDV_APPROACH, RendezvousMission
+from flightsw.missions.rendezvous.mission import RDV_APPROACH, SPEC, RendezvousMission
 from flightsw.missions.rendezvous.params import NM, RendezvousNavParams
 from flightsw.missions.rendezvous.pilot import PilotParams, RendezvousPilot
 from flightsw.missions.rendezvous.track import ReceiverTrack, RendezvousFrameParams, TrackParams
@@ -172,10 +172,10 @@ def test_mission_composes_from_its_flight_file_and_takes_no_speed_before_roll_ou
     app = make_app(load_flight(PARAMS / "rendezvous.toml"))
     m = app.mission  # type: ignore[attr-defined]
     assert isinstance(m, RendezvousMission)
-    assert m.command(Command(178, (0.0, 200.0, 0.0, 0.0, 0.0, 0.0, 0.0), 255, 190))[0] == 1
-    assert m.command(Command(31010, (2.0,), 255, 190))[0] == 3
+    assert m.obey(Command(178, (0.0, 200.0, 0.0, 0.0, 0.0, 0.0, 0.0), 255, 190))[0] == 1
+    assert 31010 not in SPEC.commands
     app.warmup()  # type: ignore[attr-defined]
     m.joined = True
-    assert m.command(Command(178, (0.0, 200.0, 0.0, 0.0, 0.0, 0.0, 0.0), 255, 190))[0] == 0
-    assert m.command(Command(178, (0.0, 900.0, 0.0, 0.0, 0.0, 0.0, 0.0), 255, 190))[0] == 2
+    assert m.obey(Command(178, (0.0, 200.0, 0.0, 0.0, 0.0, 0.0, 0.0), 255, 190))[0] == 0
+    assert m.obey(Command(178, (0.0, 900.0, 0.0, 0.0, 0.0, 0.0, 0.0), 255, 190))[0] == 2
     assert RDV_APPROACH == 13

@@ -16,7 +16,7 @@ READ = [  # told by reading: nothing is built
     ("refueling", ["tanker.guid.leg_m=x"], r"tanker\.toml: guid\.leg_m"),
     ("refueling", ["receiver.health.imu_age_s=-1"], r"receiver\.toml: health: imu_age_s = -1\.0: allowed 0\.01"),
     ("refueling", ["receiver.nav.q_wind=true"], r"nav\.q_wind = True: expected float"),
-    ("refueling", ["tanker.app.mission=joyride"], r"app\.mission = 'joyride': allowed: tanker"),
+    ("refueling", ["tanker.app.mission=joyride"], r"app\.mission = 'joyride': allowed: gust"),
     ("refueling", ["tanker.app.mission=gust"], r"app\.mission_rate_hz = 20: allowed for mission gust"),
     ("airdata", ["receiver.airdata.position.height=3"], r"airdata\.position\.height = 3: expected bool"),
     ("gust", ["alexis.nav.estimator=foo"], r"gust\.toml: nav\.estimator = 'foo': allowed: printed"),

@@ -128,7 +128,8 @@ def test_E23_one_gradient_per_surface_not_the_curl() -> None:
     assert np.allclose(whole, 2 * omega, atol=1e-12)
     assert np.allclose(single, omega, atol=1e-12)
     # the plant's weights on its own stations find the same rates
-    points, weight, n_span, n_frame = airframe_points(load_aircraft("learjet24"), np.zeros((0, 3)))
+    felt = airframe_points(load_aircraft("learjet24"), np.zeros((0, 3)))
+    points, weight, n_span, n_frame = felt.points, felt.weight, felt.n_span, felt.n_frame
     W = np.cross(omega, points[:n_frame])
     assert weight[:n_span, 1] @ W[:n_span, 2] == pytest.approx(omega[0], abs=1e-12)
     assert -weight[n_span:, 2] @ W[n_span:, 2] == pytest.approx(omega[1], abs=1e-12)
