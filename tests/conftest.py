@@ -3,9 +3,10 @@ tests are dealt out to the workers."""
 
 from __future__ import annotations
 
+import gc
 import itertools
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import hypothesis
@@ -33,6 +34,13 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
     return Units(config, log)
 
 
+def pytest_collection_finish(session: pytest.Session) -> None:
+    """What has been imported and collected stays: the garbage collector need not look through it again and again."""
+    gc.collect()
+    gc.freeze()
+    gc.set_threshold(20_000, 20, 20)
+
+
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Long units first, where there are several workers."""
     if hasattr(config, "workerinput"):
@@ -58,6 +66,16 @@ def next_port_offset() -> Callable[[], int]:
         return ports.free_offset(everyone, itertools.islice(offsets, PER_WORKER // STEP))
 
     return one
+
+
+@pytest.fixture(scope="module")
+def small_pictures() -> Iterator[None]:
+    """Figures of reports with a tenth of their pixels: tests read pages, not pictures."""
+    from ground.report import figures
+
+    with pytest.MonkeyPatch.context() as m:
+        m.setattr(figures, "DPI", 40)
+        yield
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ import pytest
 
 from tests.sil.launch import sil, summary
 
-SECONDS = 12.0
+SECONDS = 8.0
 SEED = 5
 LOGS = ("link_tanker.tlog", "link_receiver.tlog", "tlm.tlog", "truth.tlog")
 

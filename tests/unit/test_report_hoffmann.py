@@ -25,6 +25,8 @@ from hil_scripts.studies.hoffmann import loop as hoffmann_loop
 from hil_scripts.studies.hoffmann import robust as hoffmann_robust
 from hil_scripts.studies.hoffmann import study as hoffmann
 
+pytestmark = pytest.mark.usefixtures("small_pictures")
+
 LEE = runpy.run_path(str(Path(__file__).with_name("test_report_lee.py")))
 SHORT: dict[str, dict[str, Any]] = {
     "changing": {"duration_s": 24.0, "steps": [[0.0, 0.0], [8.0, 1.0], [16.0, 0.0]]},

@@ -21,6 +21,8 @@ from hil_scripts.campaign.study import Study
 from hil_scripts.studies.jing import escape as jing_escape
 from hil_scripts.studies.jing import study as jing
 
+pytestmark = pytest.mark.usefixtures("small_pictures")
+
 LEE = runpy.run_path(str(Path(__file__).with_name("test_report_lee.py")))
 ALL = (*jing.STUDIES, *jing_escape.STUDIES)
 

@@ -17,6 +17,8 @@ from ground.report.lee.build import lee_report
 from ground.report.load import ReportError, load
 from ground.report.page import number
 
+pytestmark = pytest.mark.usefixtures("small_pictures")
+
 SYNTH = runpy.run_path(str(Path(__file__).with_name("report_synth.py")))
 
 

@@ -21,6 +21,8 @@ from hil_scripts.campaign.engine import run_campaign
 from hil_scripts.campaign.study import Case, RunResult, Study
 from hil_scripts.studies.rivard.study import STUDY
 
+pytestmark = pytest.mark.usefixtures("small_pictures")
+
 LEE = runpy.run_path(str(Path(__file__).with_name("test_report_lee.py")))
 CASES = (
     "open", "cross_a", "cross_b", "k3_a", "k3_b", "t2_open", "gain_0", "gain_3", "gain_printed_6", "filter", "filter_2s",

@@ -25,6 +25,8 @@ from hil_scripts.studies.sevil import faults as sevil_faults
 from hil_scripts.studies.sevil import static as sevil_static
 from hil_scripts.studies.sevil import study as sevil
 
+pytestmark = pytest.mark.usefixtures("small_pictures")
+
 LEE = runpy.run_path(str(Path(__file__).with_name("test_report_lee.py")))
 SHORT = {"legs_s": (30.0, 10.0, 10.0, 10.0, 20.0), "faults": False}
 SMALL: dict[str, dict[str, Any]] = {
