@@ -85,10 +85,6 @@ def test_its_study_report_and_commands_are_found(site: Path, tmp_path: Path) -> 
 
 
 def test_its_filter_flies_anybody_s_mission(site: Path, tmp_path: Path) -> None:
-    for name in ("example:MyFilter", "example_fading"):
-        out = tmp_path / name.replace(":", "_")
-        call(site, "hil_scripts.sil", "run", "refueling", "--duration", 4, "--in-process", "--no-rrd", "--out", out,
-             "--set", f"receiver.nav.filter={name}")  # fmt: skip
-        assert json.loads((out / "summary.json").read_text())["run.outcome"] == "completed"
-    a, b = ((tmp_path / n / "tlm.tlog").read_bytes() for n in ("example_MyFilter", "example_fading"))
-    assert a == b
+    call(site, "hil_scripts.sil", "run", "refueling", "--duration", 2, "--in-process", "--no-rrd", "--out", tmp_path / "run",
+         "--set", "receiver.nav.filter=example:MyFilter", "--set", "tanker.nav.filter=example_fading")  # fmt: skip
+    assert json.loads((tmp_path / "run" / "summary.json").read_text())["run.outcome"] == "completed"
