@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated
 
 import numpy as np
 
@@ -19,7 +18,6 @@ from flightsw.sixdof.command import ControlCore, Node3, Pos, ScheduleParams
 from flightsw.sixdof.lqr import Design, augment, design
 from flightsw.sixdof.schedule import GainSchedule
 from flightsw.sixdof.trim import linearise_free, trim_free
-from flightsw.strict import Range
 from flightsw.types import GuidanceCmd, NavState
 
 KEEP = [0, 1, 2, 3, 4, 5, 7, 8, 11]  # states of the free model that are controlled
@@ -38,7 +36,6 @@ class TankerCtrlParams:
     w_int: Node3 = (10.0, 30.0, 0.03)  # V [m], z [m s], psi [rad]
     w_input: tuple[float, float, float, float] = (0.1, 0.1, 0.1, 2.0e4)
     int_limit: Node3 = (100.0, 300.0, 0.5)
-    V_rate_mps2: Annotated[float, Range(0.01)] = 0.3  # ramp of the commanded airspeed
 
 
 class TankerControl:
