@@ -13,7 +13,7 @@ from functools import partial
 
 import numpy as np
 
-from flightsw.condition import Condition, ConditionParams
+from flightsw.condition import Condition, ConditionParams, refuse_without_tanks
 from flightsw.health import HealthMonitor, HealthParams, refuse_unwatched
 from flightsw.kernels.atmosphere import calibrated_airspeed
 from flightsw.missions.base import AnySpec, Report, Reports, find_mission
@@ -106,6 +106,7 @@ class FlightApp:
             raise ConfigError(f"{where}: {e}") from None
         refuse_unwatched(checked.health, self.mission.may_watch)
         self.health = HealthMonitor(checked.health, self.mission.watch, spec.air_used)
+        refuse_without_tanks(checked.condition, self.ac.fuel_capacity_kg)
         self.condition = Condition(checked.condition, self.ac.fuel_capacity_kg)
         self.act = spec.actuators(self.ac, link_delay_ticks)
         self.u = np.zeros(spec.controls)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
-from flightsw.strict import Range
+from flightsw.strict import ConfigError, Range
 from flightsw.types import HF_FUEL, HF_NAV, HF_SAT, UPD_FUEL, NavState, SensorFrame, Text
 
 CLEAR_S = 1.0  # [s] good again before a flag goes
@@ -25,6 +25,13 @@ class ConditionParams:
     fuel_jump_kg: Annotated[float, Range(0.1)] = (
         60.0  # beside what may have flowed; beyond, one reading is not believed
     )
+
+
+def refuse_without_tanks(p: ConditionParams, capacity_kg: float) -> None:
+    """Raise ConfigError for a limit of the fuel gauge on an aircraft whose tanks hold `capacity_kg` = 0: it has none to judge."""
+    for key in ("fuel_low_frac", "fuel_empty_kg", "fuel_age_s", "fuel_jump_kg"):
+        if capacity_kg <= 0.0 and getattr(p, key) != getattr(ConditionParams, key):
+            raise ConfigError(f"condition.{key} = {getattr(p, key):g}: nothing obeys it on an aircraft without tanks")
 
 
 class Condition:

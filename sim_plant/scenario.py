@@ -30,6 +30,8 @@ V3 = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Meta:
+    """[meta]: what the experiment is called, how long it lasts [s, simulated], the seed of every random draw."""
+
     name: str
     duration_s: Pos
     seed: Annotated[int, Range(0)] = 1
@@ -38,6 +40,8 @@ class Meta:
 
 @dataclass(frozen=True)
 class Clock:
+    """[clock]: lockstep or paced by the wall, rates [Hz], and how long silence is borne."""
+
     mode: Annotated[str, OneOf(("lockstep", "realtime"))] = "lockstep"
     base_rate_hz: Annotated[int, Range(10, 1000)] = 100
     truth_hz: Annotated[int, Range(1, 1000)] = 20  # truth.tlog
@@ -67,6 +71,8 @@ class Start:
 
 @dataclass(frozen=True)
 class AircraftCfg:
+    """[[aircraft]]: one aircraft, what flies it on board, how it starts, and whom it goes by."""
+
     name: str
     file: str
     sysid: Annotated[int, Range(1, 250)]
@@ -102,6 +108,8 @@ class Refuel:
 
 @dataclass(frozen=True)
 class Scenario:
+    """One experiment. Raises ConfigError naming the key for what cannot be flown or would not be obeyed."""
+
     meta: Meta
     aircraft: tuple[AircraftCfg, ...]
     clock: Clock = field(default_factory=Clock)

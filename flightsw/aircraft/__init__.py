@@ -42,6 +42,8 @@ class Geometry:
 
 @dataclass(frozen=True)
 class Mass:
+    """Masses [kg]: empty with crew, the most it may have, what its tanks hold and usually hold at the start."""
+
     empty_kg: Pos
     max_kg: Pos
     fuel_capacity_kg: Pos
@@ -124,6 +126,8 @@ class Receptacle:
 
 @dataclass(frozen=True)
 class WakePoints:
+    """Points of wing and tail [m, body] where vortices are shed and wind is felt; tail span [m], 0: a third of the wing's."""
+
     wing_ac_m: V3
     tail_ac_m: V3
     tail_span_m: float = 0.0

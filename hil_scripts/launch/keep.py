@@ -59,9 +59,8 @@ def _flight(kept: Kept, f: dict[str, Any]) -> dict[str, Any]:
     app = f["app"]
     own = {**f, "app": {**app, "aircraft": _aircraft(kept, app["aircraft"])}}
     spec = find_mission(app["mission"], app["name"])
-    defaults = to_dict(convert({}, spec.params, app["name"])) if spec.files else {}
     for key in spec.files:
-        own[key] = _aircraft(kept, f.get(key, defaults[key]))
+        own[key] = _aircraft(kept, f[key] if key in f else to_dict(convert({}, spec.params, app["name"]))[key])
     return own
 
 

@@ -22,6 +22,8 @@ class GustStep:
 
 @dataclass(frozen=True)
 class Dryden:
+    """[wind.dryden]: turbulence of this 1-sigma per axis and length (MIL-F-8785C form), along the track or fixed in NED."""
+
     sigma_mps: NonNeg = 0.0
     step: tuple[GustStep, ...] = ()  # ascending in t_s; before the first: sigma_mps
     L_m: Pos = 533.4
@@ -50,6 +52,8 @@ class Sine:
 
 @dataclass(frozen=True)
 class Wake:
+    """[wind.wake]: trailing vortices of one aircraft: cores [m] at the start, their growth [m^2/s], share of lift of the tail."""
+
     source: str = ""  # aircraft that sheds it; empty: none
     core_wing_m: Pos = 1.2
     core_tail_m: Pos = 0.6
@@ -59,6 +63,8 @@ class Wake:
 
 @dataclass(frozen=True)
 class Wind:
+    """[wind]: the prevailing wind, and what is added to it."""
+
     prevailing: Annotated[str, OneOf(("constant", "sounding"))] = "constant"
     constant_mps: tuple[float, float] = (0.0, 0.0)  # north, east, air moves towards
     sounding: str = "sounding_oun_20181222_12z_uwyo.txt"

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from flightsw.condition import Condition, ConditionParams
+from flightsw.condition import Condition, ConditionParams, refuse_without_tanks
+from flightsw.strict import ConfigError
 from flightsw.types import HF_FUEL, HF_NAV, HF_SAT, UPD_FUEL, NavState, SensorFrame
 
 CAPACITY = 2900.0  # [kg]
@@ -111,3 +112,12 @@ def test_an_aircraft_without_a_gauge_says_nothing_of_fuel(capacity: float) -> No
     for t in range(20):
         assert gauge(c, float(t), 0.0).updated == UPD_FUEL
     assert not c.flags and not said(c)
+
+
+def test_limits_of_a_gauge_are_refused_where_there_are_no_tanks() -> None:
+    refuse_without_tanks(ConditionParams(saturated_s=3.0), 0.0)
+    refuse_without_tanks(ConditionParams(fuel_low_frac=0.2), CAPACITY)
+    with pytest.raises(
+        ConfigError, match=r"condition\.fuel_low_frac = 0\.2: nothing obeys it on an aircraft without tanks"
+    ):
+        refuse_without_tanks(ConditionParams(fuel_low_frac=0.2), 0.0)

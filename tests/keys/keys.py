@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Annotated, Any, get_args, get_origin
 
+from flightsw.condition import ConditionParams
 from flightsw.health import HealthParams
 from flightsw.missions.base import find_mission
 from flightsw.process.config import flight_of
@@ -89,7 +90,7 @@ def onboard_keys(name: str, config: dict[str, Any]) -> Iterator[Key]:
             yield k
     own = dict(cfg.tables)
     yield from leaves(f"{name}.health", convert(own.pop("health", {}), HealthParams, name))
-    own.pop("condition", None)
+    yield from leaves(f"{name}.condition", convert(own.pop("condition", {}), ConditionParams, name))
     yield from leaves(name, convert(own, find_mission(cfg.app.mission, name).params, name))
 
 

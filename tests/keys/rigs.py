@@ -10,11 +10,12 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
+from flightsw.condition import Condition, ConditionParams
 from flightsw.missions.receiver.joinup import JoinUpParams
 from flightsw.missions.receiver.refuel import CONTACT, OBSERVATION, RefuelParams
 from flightsw.missions.receiver.sequence import Sequence, SequenceParams
 from flightsw.missions.tanker.racetrack import RacetrackGuidance, RacetrackParams
-from flightsw.types import NavState, SensorFrame
+from flightsw.types import UPD_FUEL, NavState, SensorFrame
 from hil_scripts.launch.runfolder import resolve
 from hil_scripts.studies.rivard.six_dof_flight import fly_twin
 from tests.component.test_onboard_guidance import Flight as Refuelling
@@ -120,11 +121,26 @@ def racetrack(p: RacetrackParams) -> list[Any]:
     return out
 
 
+def condition(p: ConditionParams) -> list[Any]:
+    """Tanks that run dry, a gauge that jumps and falls silent, a command at its limit."""
+    c, out = Condition(p, 2900.0), []
+    f = SensorFrame()
+    for k in range(1200):
+        f.t_us, f.updated = 100_000 * k, UPD_FUEL if k < 900 or k > 1000 else 0
+        f.fuel_kg = max(1000.0 - 1.25 * k, 0.0) + (80.0 if k == 300 else 0.0)
+        out.append(c.intake(f))
+        c.step(NavState(valid=True), 100 < k < 150, 0.1)
+        out += [c.flags, [t.text for t in c.texts]]
+        c.texts = []
+    return out
+
+
 RIGS: dict[type, tuple[Any, Rig]] = {
     RefuelParams: (RefuelParams(), refuelling),
     JoinUpParams: (JoinUpParams(track_deg=23.0, track_point_m=(6500.0, -21400.0)), joining),
     SequenceParams: (SequenceParams(fuel_kg=800.0), sequence),
     RacetrackParams: (RacetrackParams(), racetrack),
+    ConditionParams: (ConditionParams(), condition),
 }
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from flightsw.icd.dialect import VALUES
 from ground.align import align, seconds
 from ground.columns import Columns, hold
 from ground.consistency import AXES_NEES, nees, pairs
@@ -21,7 +22,7 @@ from ground.wind import EMPTY, wind_pairs, wind_stats
 
 TURN_RATE = np.radians(0.2)  # [rad/s] commanded turn rate from which the tanker counts as turning
 TELEMETRY_GAP_US = 250_000  # [us] estimates of two aircraft are brought together over this much
-PHASE_TURN = 11  # WKF_PHASE
+PHASE_TURN = VALUES["WKF_PHASE_TURN"]
 AXES = "xyz"
 
 
