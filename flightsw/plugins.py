@@ -20,6 +20,7 @@ GROUPS = tuple(
     for group in ("missions", "aircraft", "records", "views", "studies", "estimators", "benches", "dialects")
 )
 MISSIONS, AIRCRAFT, RECORDS, VIEWS, STUDIES, ESTIMATORS, BENCHES, DIALECTS = GROUPS
+PROGRAMS = ("flightsw", "sim_plant", "ground", "hil_scripts")  # packages of this project
 T = TypeVar("T")
 
 
@@ -48,6 +49,17 @@ def declared(group: str) -> dict[str, EntryPoint]:
         if other.value != e.value:
             raise ConfigError(f"{group}: {e.name!r} is declared by {_owner(other)} and by {_owner(e)}")
     return found
+
+
+def ours(group: str) -> tuple[str, ...]:
+    """Names this project itself declares in a group."""
+    return tuple(n for n, e in declared(group).items() if e.value.partition(".")[0] in PROGRAMS)
+
+
+def packages() -> set[str]:
+    """Top packages of others that declare a part in any group."""
+    tops = {e.value.partition(":")[0].partition(".")[0] for group in GROUPS for e in declared(group).values()}
+    return tops - set(PROGRAMS)
 
 
 def _owner(e: EntryPoint) -> str:

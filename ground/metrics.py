@@ -27,6 +27,10 @@ from ground.wind import Counts, wind_figures
 SETTLE_S = 60.0  # [s] errors of estimates count from here, where no mission says when they do
 
 
+class ViewError(ValueError):
+    """A view could not give its figures. The text names it and what happened."""
+
+
 def failure_metrics(run: Path) -> Figures:
     """plant.failures.accepted and .refused: MAV_CMD_INJECT_FAILURE in RUN/plant.tlog; {} where nobody sent any."""
     path = run / "plant.tlog"
@@ -63,7 +67,7 @@ def common(run: Run, crafts: Mapping[int, str], counts: Counts) -> Figures:
 
 def compute(folder: Path) -> Figures:
     """All metrics of a run folder. Raises LogError if it is none or a log is no log, ValueError if meta.json is broken,
-    ConfigError if two views give one figure."""
+    ConfigError if two views give one figure, ViewError for a view that fails."""
     run = runs.load(folder)
     views = registry.found(run.tlm)
 
@@ -75,7 +79,10 @@ def compute(folder: Path) -> Figures:
     apart = frozenset[int]().union(*(view.judges(run.tlm) for view in views.values()))
     out = common(run, {s: name for s, name in run.names.items() if s not in apart}, counts)
     for name, view in views.items():
-        own = view.figures(run)
+        try:
+            own = view.figures(run)
+        except Exception as e:  # another package's fault must not look like one of the run
+            raise ViewError(f"{VIEWS} = {name!r}: figures: {type(e).__name__}: {e}") from e
         if twice := out.keys() & own.keys():
             raise ConfigError(f"{VIEWS} = {name!r}: figure {min(twice)!r} is another's")
         out |= own

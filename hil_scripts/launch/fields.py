@@ -17,7 +17,8 @@ from dataclasses import MISSING, dataclass
 from functools import cache
 from typing import Annotated, Any, get_args, get_origin
 
-from flightsw.strict import OneOf, Range
+from flightsw.plugins import PartOf, ours
+from flightsw.strict import Names, Range
 
 UNITS = {
     "1prad": "1/rad", "1ps": "1/s", "F": "-", "N": "N", "deg": "deg", "degps": "deg/s", "degps2": "deg/s^2", "frac": "-",
@@ -127,9 +128,9 @@ def _kind(tp: Any) -> str:
     return {float: "float", int: "int", str: "text", bool: "true, false"}.get(tp, "any")
 
 
-def _limits(tp: Any) -> Iterator[Range | OneOf]:
+def _limits(tp: Any) -> Iterator[Range | Names]:
     for a in get_args(tp):
-        if isinstance(a, (Range, OneOf)):
+        if isinstance(a, (Range, Names)):
             yield a
         elif get_origin(a) is not None:
             yield from _limits(a)
@@ -138,8 +139,10 @@ def _limits(tp: Any) -> Iterator[Range | OneOf]:
 def _allowed(tp: Any) -> str:
     out: list[str] = []
     for c in _limits(tp):
-        if isinstance(c, OneOf):
-            text = ", ".join(f"`{w}`" if w else '`""`' for w in c.allowed)
+        if isinstance(c, Names):
+            known = ours(c.group) if isinstance(c, PartOf) else c.allowed
+            text = ", ".join(f"`{w}`" if w else '`""`' for w in known)
+            text += ", or `package.module:Object`" if isinstance(c, PartOf) else ""
         elif math.isinf(c.hi):
             text = f">= {c.lo:g}"
         elif math.isinf(c.lo):

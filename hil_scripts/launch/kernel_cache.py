@@ -21,19 +21,16 @@ from pathlib import Path
 from flightsw import plugins
 
 ROOT = Path(__file__).resolve().parents[2]
-PACKAGES = ("flightsw", "sim_plant")  # with kernels
-PROGRAMS = (*PACKAGES, "ground", "hil_scripts")
+PACKAGES = ("flightsw", "sim_plant")  # of this project, with kernels
 KEEP = 4  # older digests are removed
 
 
 def kernel_sources() -> list[Path]:
     """Every source file of the flying programs, and of packages that bring parts of theirs, that mentions the `jit` decorator."""
     folders = {ROOT / pkg for pkg in PACKAGES}
-    for group in plugins.GROUPS:
-        for e in plugins.declared(group).values():
-            name = e.value.partition(":")[0].partition(".")[0]
-            top = None if name in PROGRAMS else find_spec(name)
-            folders |= {Path(p) for p in (None if top is None else top.submodule_search_locations) or ()}
+    for name in plugins.packages():
+        top = find_spec(name)
+        folders |= {Path(p) for p in (None if top is None else top.submodule_search_locations) or ()}
     files = (p for folder in folders for p in folder.rglob("*.py"))
     return sorted(p for p in files if re.search(rb"\bjit\b", p.read_bytes()))
 

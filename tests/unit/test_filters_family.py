@@ -12,7 +12,7 @@ from flightsw.filters.covariance import log_likelihood
 from flightsw.filters.factory import make_filter
 from flightsw.filters.kalman import KalmanFilter
 
-KINDS = tuple(n for n, e in plugins.declared(plugins.ESTIMATORS).items() if e.value.startswith("flightsw."))
+KINDS = plugins.ours(plugins.ESTIMATORS)
 
 Array = np.ndarray
 DT = 0.1

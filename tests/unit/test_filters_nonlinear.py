@@ -15,7 +15,7 @@ from scipy.stats import chi2, norm
 from flightsw import plugins
 from flightsw.filters.factory import make_filter
 
-KINDS = tuple(n for n, e in plugins.declared(plugins.ESTIMATORS).items() if e.value.startswith("flightsw."))
+KINDS = plugins.ours(plugins.ESTIMATORS)
 
 Array = np.ndarray
 DT = 0.1

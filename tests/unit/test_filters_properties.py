@@ -12,7 +12,7 @@ from flightsw.filters import covariance, kalman
 from flightsw.filters.factory import make_filter
 from flightsw.filters.srukf_printed import chol_downdate, chol_update
 
-KINDS = tuple(n for n, e in plugins.declared(plugins.ESTIMATORS).items() if e.value.startswith("flightsw."))
+KINDS = plugins.ours(plugins.ESTIMATORS)
 
 Array = np.ndarray
 cases = st.tuples(st.integers(0, 2**31), st.integers(1, 6), st.integers(1, 4), st.integers(1, 4))

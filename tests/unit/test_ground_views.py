@@ -19,7 +19,7 @@ from flightsw.strict import ConfigError
 from ground.__main__ import app
 from ground.link import live
 from ground.link.command import CommandError, fit, offered, order
-from ground.metrics import compute
+from ground.metrics import ViewError, compute
 from ground.rrd import convert
 from ground.rrd.blueprint import NoTabError
 from ground.views import registry
@@ -257,6 +257,12 @@ def test_a_word_of_the_program_itself_is_not_a_views(installed: Installer) -> No
     installed(VIEW.replace('"ballast"', '"inject"'), "glider = glider_view:VIEW")
     with pytest.raises(ConfigError, match="'glider': command 'inject' is one of `ground send` itself"):
         offered()
+
+
+def test_a_view_that_fails_is_named(installed: Installer, run: Path) -> None:
+    installed(VIEW.replace(".mean(dtype=np.float64)", ".no_such_thing()"), "glider = glider_view:VIEW")
+    with pytest.raises(ViewError, match=r"wakefield\.views = 'glider': figures: AttributeError: .*no_such_thing"):
+        compute(run)
 
 
 def test_two_views_that_draw_one_path_are_refused(installed: Installer, run: Path, tmp_path: Path) -> None:
