@@ -24,8 +24,11 @@ class Pictures:
         return p.figure(png, caption)
 
 
-def load_all(folders: Sequence[Path]) -> dict[str, Campaign]:
-    """Campaigns by study. Raises ReportError without any, and when two are of one study."""
+def load_all(folders: Sequence[Path], order: Sequence[str] = ()) -> dict[str, Campaign]:
+    """Campaigns by study, those of `order` first and in it, the others by name; without one as they were given.
+
+    Raises ReportError without any, and when two are of one study.
+    """
     campaigns: dict[str, Campaign] = {}
     for folder in folders:
         c = load(folder)
@@ -34,7 +37,10 @@ def load_all(folders: Sequence[Path]) -> dict[str, Campaign]:
         campaigns[c.study] = c
     if not campaigns:
         raise ReportError("no campaign folder named")
-    return campaigns
+    if not order:
+        return campaigns
+    rank = {name: i for i, name in enumerate(order)}
+    return {s: campaigns[s] for s in sorted(campaigns, key=lambda s: (rank.get(s, len(rank)), s))}
 
 
 def write_page(out: Path, name: str, text: Callable[[], str]) -> Path:

@@ -23,10 +23,8 @@ UNITS = (("alpha_w", "alpha_W [deg]", "deg"), ("v_w", "V_W [m/s]", "mps"), ("bia
 
 def hoffmann_report(folders: Sequence[Path], out: Path) -> Path:
     """Write `out`/hoffmann.html and its PNG figures from campaign folders; returns the page. Raises ReportError."""
-    found = load_all(folders)
-    rank = {name: i for i, name in enumerate(hoffmann.ORDER)}
-    ordered = {s: found[s] for s in sorted(found, key=lambda s: (rank.get(s, 99), s))}
-    return write_page(out, PAGE, lambda: _text(ordered, Pictures(out)))
+    found = load_all(folders, hoffmann.ORDER)
+    return write_page(out, PAGE, lambda: _text(found, Pictures(out)))
 
 
 def _text(found: Found, pictures: Pictures) -> str:

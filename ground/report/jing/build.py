@@ -19,10 +19,8 @@ PAGE = "jing.html"
 
 def jing_report(folders: Sequence[Path], out: Path) -> Path:
     """Write `out`/jing.html and its PNG figures from campaign folders; returns the page. Raises ReportError."""
-    found = load_all(folders)
-    rank = {name: i for i, name in enumerate(jing.ORDER)}
-    ordered = {s: found[s] for s in sorted(found, key=lambda s: (rank.get(s, 99), s))}
-    return write_page(out, PAGE, lambda: _text(ordered, Pictures(out)))
+    found = load_all(folders, jing.ORDER)
+    return write_page(out, PAGE, lambda: _text(found, Pictures(out)))
 
 
 def _text(found: Found, pictures: Pictures) -> str:

@@ -17,15 +17,13 @@ PAGE = "lee.html"
 
 def lee_report(folders: Sequence[Path], out: Path) -> Path:
     """Write `out`/lee.html and its PNG figures from campaign folders; returns the page. Raises ReportError."""
-    campaigns = load_all(folders)
+    campaigns = load_all(folders, ["lee", *lee.STUDIES])
     return write_page(out, PAGE, lambda: _text(campaigns, Pictures(out)))
 
 
 def _text(campaigns: dict[str, Campaign], pictures: Pictures) -> str:
     chapters: list[tuple[str, str, str]] = []  # anchor, title, body
-    rank = {name: i for i, name in enumerate(["lee", *lee.STUDIES])}
-    for study in sorted(campaigns, key=lambda s: (rank.get(s, 99), s)):
-        c = campaigns[study]
+    for study, c in campaigns.items():
         body = open_loop.tanker(c, pictures) if study == "lee" else _study(c, pictures)
         title = (
             "Tanker cases" if study == "lee" else lee.STUDIES[study].title if study in lee.STUDIES else c.meta["title"]

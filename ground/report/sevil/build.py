@@ -22,9 +22,7 @@ LOOP = "sevil_loop"  # studies called so are closed-loop flights
 
 def sevil_report(folders: Sequence[Path], out: Path) -> Path:
     """Write `out`/sevil.html and its PNG figures from campaign folders; returns the page. Raises ReportError."""
-    found = load_all(folders)
-    rank = {name: i for i, name in enumerate(sevil.ORDER)}
-    campaigns = [found[s] for s in sorted(found, key=lambda s: (rank.get(s, 99), s))]
+    campaigns = list(load_all(folders, sevil.ORDER).values())
     return write_page(out, PAGE, lambda: _text(campaigns, Pictures(out)))
 
 
