@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 
 from flightsw.aircraft import load_aircraft
-from flightsw.missions.gust.model import Turbulence, linear_model, published
-from flightsw.missions.gust.model import parameter_vector as gust_vector
 from flightsw.missions.receiver.airdata.wake_model import WakeParams, stations, wake_vector
 from flightsw.sixdof.actuators import surface_limits
 from flightsw.sixdof.params import parameter_vector
+from tests.kernels.fdi_cases import CASES as FDI
+from tests.kernels.gust_cases import CASES as GUST_MISSION
 from tests.kernels.rendezvous_cases import CASES as RENDEZVOUS
 from tests.kernels.wake_position_cases import CASES as WAKE_POSITION
 from tests.kernels.windshear_cases import CASES as WINDSHEAR
@@ -28,8 +28,6 @@ AC = load_aircraft("learjet24")
 P = parameter_vector(AC, 5000.0)
 LIM = surface_limits(AC)
 WAKE = wake_vector(WakeParams(nu_m2ps=5.0))
-GUST = gust_vector(published(), Turbulence())
-GUST_LINEAR = linear_model()
 
 
 def full(module: str) -> str:
@@ -107,31 +105,13 @@ def probe_args(r: Rng) -> Args:
     return [*flow, np.array([1, 0, 1]), r.normal(size=(3, 3)), r.uniform(-0.2, 0.2, 3), z(3)]
 
 
-THRESHOLDS = np.array([3.0, 2.0, 4.0, 3.0, 1.0])[:, None] * np.array([0.0, 2.0, 3.0, 4.0])
-
-
-def spd(r: Rng) -> np.ndarray:
-    a = r.normal(size=(3, 3))
-    return a @ a.T + 0.2 * np.eye(3)
-
-
-def fit_args(r: Rng) -> Args:
-    return [3 * r.normal(size=3), spd(r), r.uniform(0.5, 1.5, 3), r.uniform(0.1, 2.0)]
-
-
-def gust_state(r: Rng, k: int = 1) -> np.ndarray:
-    return r.normal(size=(k, 9)) * np.array([0.02, 0.05, 1.0, 0.1, 0.1, 1.0, 0.1, 5.0, 0.02])
-
-
-def gust_controls(r: Rng) -> np.ndarray:
-    return r.normal(size=3) * np.array([0.1, 20.0, 0.1])
-
-
 def codes(r: Rng, top: int) -> np.ndarray:
     return r.permutation(top).astype(np.int64)
 
 
 CASES: dict[str, Callable[[Rng], Args]] = {
+    **FDI,
+    **GUST_MISSION,
     **RENDEZVOUS,
     **WAKE_POSITION,
     **WINDSHEAR,
@@ -140,47 +120,6 @@ CASES: dict[str, Callable[[Rng], Args]] = {
     "kernels.atmosphere.pressure": lambda r: [r.uniform(0, 2e4)],
     "kernels.atmosphere.calibrated_airspeed": lambda r: [r.uniform(1, 290), r.uniform(-500, 2e4)],
     "kernels.atmosphere.sound_speed": lambda r: [r.uniform(0, 2e4)],
-    "missions.gust.dynamics.air": lambda r: [gust_state(r)[0], GUST, z(4)],
-    "missions.gust.dynamics.lift_drag": lambda r: [r.uniform(15, 25), *r.normal(size=2) * 0.1, gust_controls(r), GUST],
-    "missions.gust.dynamics.rates": lambda r: [gust_state(r)[0], gust_controls(r), GUST, z(4), z(9)],
-    "missions.gust.dynamics.propagate": lambda r: [gust_state(r, 19), gust_controls(r), GUST, 0.02, z(6, 9)],
-    "missions.gust.dynamics.measure": lambda r: [
-        gust_state(r, 19),
-        codes(r, 7),
-        7,
-        gust_controls(r),
-        GUST,
-        z(4),
-        z(19, 7),
-    ],
-    "missions.gust.dynamics.propagate_linear": lambda r: [
-        gust_state(r, 19),
-        r.normal(size=(9, 9)),
-        r.normal(size=(9, 3)),
-        gust_controls(r),
-        z(9),
-    ],
-    "missions.gust.dynamics.measure_linear": lambda r: [
-        gust_state(r, 19),
-        GUST_LINEAR.C,
-        GUST_LINEAR.D,
-        gust_controls(r),
-        codes(r, 7),
-        6,
-        z(19, 7),
-    ],
-    "missions.gust.dynamics.constant_gain_step": lambda r: [
-        gust_state(r)[0],
-        r.normal(size=5),
-        r.normal(size=5),
-        gust_controls(r),
-        GUST_LINEAR.A,
-        GUST_LINEAR.B,
-        np.ascontiguousarray(GUST_LINEAR.C[:5]),
-        r.normal(size=(9, 5)),
-        0.02,
-        z(5, 9),
-    ],
     "kernels.discrete.discretise": lambda r: [
         r.normal(size=(9, 9)) * 5.0,
         r.normal(size=(9, 3)),
@@ -372,117 +311,6 @@ CASES: dict[str, Callable[[Rng], Args]] = {
     "sixdof.measure.measure_free": lambda r: [points(r), codes(r, 15), 15, z(31, 15)],
     "sixdof.measure.measure_relative": lambda r: [points(r), codes(r, 18), 18, stage(r), z(31, 18)],
     "sixdof.measure.average_probes": probe_args,
-    "missions.receiver.airdata.fdi.parity_kernels.popcount": lambda r: [int(r.integers(8))],
-    "missions.receiver.airdata.fdi.parity_kernels.null_basis": lambda r: [r.normal(size=3), z(2, 3)],
-    "missions.receiver.airdata.fdi.parity_kernels.whiten": lambda r: [
-        r.normal(size=3),
-        spd(r),
-        r.normal(size=(2, 3)),
-        z(2),
-        z(2, 3),
-    ],
-    "missions.receiver.airdata.fdi.parity_kernels.subset_fit": lambda r: [*fit_args(r), int(r.integers(1, 8))],
-    "missions.receiver.airdata.fdi.parity_kernels.subset_gammas": lambda r: [*fit_args(r), 7, z(8)],
-    "missions.receiver.airdata.fdi.parity_kernels.smallest_set": lambda r: [
-        r.uniform(0, 20, 8),
-        7,
-        7,
-        1,
-        0,
-        np.array([0.0, 3.0, 6.0, 9.0]),
-    ],
-    "missions.receiver.airdata.fdi.parity_kernels.collapse": lambda r: [
-        r.normal(size=(6, 3)) + np.array([3.0, 0.0, 0.0]) * (np.arange(6) > 3)[:, None],
-        r.normal(size=(6, 3)),
-        3,
-        6,
-        np.array([1, 1, 0, 1, 1, 1]),
-        spd(r),
-        spd(r),
-        7,
-        np.array([0.0, 1.0, 2.0, 3.0]),
-        np.array([0.0, 5.0, 6.0, 7.0]),
-    ],
-    "missions.receiver.airdata.fdi.parity_kernels.cusum_step": lambda r: [
-        r.normal(size=2),
-        r.normal(size=(2, 3)),
-        2.0,
-        26.0,
-        r.uniform(0, 10, 6),
-    ],
-    "missions.receiver.airdata.fdi.parity_kernels.cusum_record": lambda r: [
-        r.normal(size=(50, 2)) + 1.0,
-        r.normal(size=(1, 2, 3)),
-        2.0,
-        13.0,
-        26.0,
-        bool(r.integers(2)),
-        z(50, 6),
-    ],
-    "missions.receiver.airdata.fdi.parity_kernels.take_off_rotation": lambda r: [
-        np.concatenate((r.uniform(180, 200, 3), r.uniform(-0.1, 0.1, 6))),
-        r.uniform(-0.2, 0.2, 3),
-        r.normal(size=(3, 3)) * 5,
-        z(9),
-    ],
-    "missions.receiver.airdata.fdi.monitor_kernel.window_mean": lambda r: [
-        r.normal(size=(5, 3)),
-        r.normal(size=(5, 3)),
-        r.integers(0, 2, 5),
-        2,
-        4,
-        z(3),
-        z(3),
-    ],
-    "missions.receiver.airdata.fdi.monitor_kernel.covariance": lambda r: [r.uniform(0, 1, 3), spd(r), 3, z(3, 3)],
-    "missions.receiver.airdata.fdi.monitor_kernel.exclude": lambda r: [
-        np.array([5, 40, int(r.integers(800)), 2, 0]),
-        np.array([20, 640, 400, 1]),
-    ],
-    "missions.receiver.airdata.fdi.monitor_kernel.blame": lambda r: [
-        *fit_args(r),
-        7,
-        int(r.integers(8)),
-        THRESHOLDS,
-        z(8),
-    ],
-    "missions.receiver.airdata.fdi.monitor_kernel.agrees": lambda r: [*fit_args(r), 7, int(r.integers(3)), THRESHOLDS],
-    "missions.receiver.airdata.fdi.monitor_kernel.signs": lambda r: [*fit_args(r), 7, int(r.integers(8))],
-    "missions.receiver.airdata.fdi.monitor_kernel.monitor_variable": lambda r: [
-        r.normal(size=(5, 3)) + np.array([4.0, 0.0, 0.0]),
-        np.ones((5, 3)),
-        np.full(5, 7),
-        np.zeros(5, dtype=np.int64),
-        2,
-        5,
-        7,
-        0,
-        int(r.integers(8)),
-        0,
-        r.uniform(0.5, 1.0, 3),
-        0.1 * spd(r),
-        1.0,
-        THRESHOLDS,
-        np.array([20, 640, 400, 1]),
-        np.tile(np.array([19, 20, 100, 1, 30]), (3, 1)),
-        z(3),
-        z(3),
-        z(3, 3),
-        z(8),
-        np.zeros(7, dtype=np.int64),
-    ],
-    "missions.receiver.airdata.fdi.monitor_kernel.window_record": lambda r: [
-        r.normal(size=(40, 3)) + np.array([4.0, 0.0, 0.0]) * (np.arange(40) < 20)[:, None],
-        np.ones((40, 3)),
-        r.uniform(0.5, 1.0, 3),
-        0.1 * spd(r)[None],
-        5,
-        THRESHOLDS,
-        z(40, 3),
-        z(40, 3),
-        z(40, 3, 3),
-        z(40),
-    ],
     "sixdof.schedule.weights": lambda r: [
         r.uniform(-0.04, 0.04),
         r.uniform(170, 210),
