@@ -32,7 +32,7 @@ fly: env
 
 test: env
 	$(BIN)/sil warmup
-	$(BIN)/python -m pytest -q -n 3 -m "not rt" $(TESTS)
+	$(BIN)/python -m pytest -q -n 2 -m "not rt" $(TESTS)
 
 check: env
 	$(BIN)/ruff check .

@@ -28,7 +28,8 @@ if [ ! -x "$dir/bin/python" ]; then
 fi
 echo "make env: installing $(grep -c '^[a-z].*==' requirements.lock) packages from requirements.lock ..."
 export PIP_DISABLE_PIP_VERSION_CHECK=1
-# byte code is made by whatever is imported first: half of the time would go into modules nobody asks for
-"$dir/bin/python" -m pip install --quiet --no-compile --require-hashes -r requirements.lock
+# the lock is complete: nothing is to be resolved. Byte code is made by whatever is imported first: half of the time would go
+# into modules nobody asks for
+"$dir/bin/python" -m pip install --quiet --no-deps --no-compile --require-hashes -r requirements.lock
 "$dir/bin/python" -m pip install --quiet --no-deps --editable .
 echo "make env: done"

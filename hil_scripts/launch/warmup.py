@@ -7,6 +7,7 @@ of two cores, what both need compiled by whoever comes to it first.
 from __future__ import annotations
 
 import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -16,13 +17,19 @@ from hil_scripts.launch import kernel_cache
 from hil_scripts.launch.procs import Child, StopFlag, Supervisor, describe_exit
 from hil_scripts.launch.runfolder import scenario_names
 
+PROCESSES = 2
 SECONDS = 4.0  # [s] simulated; long enough for every rate group of the plant
 PLAIN_EVERY_S = 10.0  # [s] between lines where there is no terminal
 CODE = """
 import sys
+from pathlib import Path
 from hil_scripts.launch.inproc import fly_a_little
-for scenario in sys.argv[2:]:
-    fly_a_little(scenario, float(sys.argv[1]))
+for scenario in sys.argv[3:]:
+    try:
+        (Path(sys.argv[1]) / scenario).touch(exist_ok=False)  # whoever comes first flies it
+    except FileExistsError:
+        continue
+    fly_a_little(scenario, float(sys.argv[2]))
 """
 
 
@@ -33,10 +40,9 @@ def warm(console: Console, stop: StopFlag, force: bool = False) -> bool:
         return True
     t0 = time.monotonic()
     console.print("compiling numerical kernels (once after every change of their sources) ...")
-    with Supervisor() as sup:
-        known = scenario_names()  # together they use every kernel
-        for k, names in enumerate((known[::2], known[1::2])):
-            sup.start(f"warm-up-{k + 1}", [sys.executable, "-c", CODE, str(SECONDS), *names])
+    with tempfile.TemporaryDirectory(prefix="wakefield-") as claims, Supervisor() as sup:
+        for k in range(PROCESSES):  # all scenarios together use every kernel
+            sup.start(f"warm-up-{k + 1}", [sys.executable, "-c", CODE, claims, str(SECONDS), *scenario_names()])
         ended = _watch(sup, cache, console, stop)
         bad = [c for c in ended if c.popen.returncode != 0]
         if bad and not stop:

@@ -108,7 +108,7 @@ WHITE: dict[str, dict[str, Any]] = {
 
 @pytest.fixture(scope="module")
 def white() -> dict[str, dict[str, np.ndarray]]:
-    rig = Rig(5, 30.0, mismatch=0.1, shadows=WHITE)
+    rig = Rig(5, 25.0, mismatch=0.1, shadows=WHITE)
     own = rig.apps[1].mission.nav.navs[0].core.p
     rig.apps[1].mission.nav.navs.append(RelativeVariant(AC, own))
     rig.names[1].append("same")
@@ -141,7 +141,7 @@ def test_rotational_wind_follows_the_wake_and_what_it_does_to_station_keeping(se
     """q_eff is about -0.02 rad/s at contact. Exact model: its error is well below not estimating it; effect on the loop."""
     q, without, xi = [], [], []
     for seed in seeds:
-        a, b = Rig(seed, 30.0).run(), Rig(seed, 30.0, receiver=ROT).run()
+        a, b = Rig(seed, 25.0).run(), Rig(seed, 25.0, receiver=ROT).run()
         true = after(b, "truth", "wind_rot")
         assert -0.035 < true[:, 1].mean() < -0.012
         e = rms(after(b, "flown", "rot") - true)
@@ -161,7 +161,7 @@ def test_rotational_wind_follows_the_wake_and_what_it_does_to_station_keeping(se
 def test_aerodynamic_error_passes_for_rotational_wind_but_does_no_harm() -> None:
     """A moment error of ten per cent is as large as the wake's damping moment: the state then absorbs both."""
     for seed in (11, 16):
-        log = Rig(seed, 30.0, mismatch=0.1, shadows={"rot": ROT}).run()
+        log = Rig(seed, 25.0, mismatch=0.1, shadows={"rot": ROT}).run()
         e = rms(after(log, "rot", "rot") - after(log, "truth", "wind_rot"))
         print(f"seed {seed}: rotational wind rms error {e.round(4)} rad/s with 10 % aerodynamic error")
         assert (e < 0.1).all()
@@ -174,7 +174,7 @@ def test_probes_of_their_own_help_only_when_they_are_not_biased() -> None:
     shadows = {"rot": ROT, "both": {**ROT, "nav__local_probes": True}}
     err = {}
     for scale in (0.0, 1.0):
-        log = Rig(5, 30.0, plant={"noise.bias_scale": scale}, shadows=shadows).run()
+        log = Rig(5, 25.0, plant={"noise.bias_scale": scale}, shadows=shadows).run()
         true = after(log, "truth", "wind_rot")
         err[scale] = {k: rms(after(log, k, "rot") - true) for k in shadows}
         print(f"bias scale {scale}: { ({k: v.round(4) for k, v in err[scale].items()}) } rad/s")
@@ -198,7 +198,7 @@ TAU = {"nav__colour_tau_s": 1.0}
 def coloured() -> dict[str, dict[str, np.ndarray]]:
     shadows = {k: {**TAU, **v} for k, v in COLOURED.items()}
     shadows["ignored"] = {}
-    return Rig(5, 30.0, plant={"noise.tau_s": 1.0}, tanker=TAU, receiver=TAU, shadows=shadows).run()
+    return Rig(5, 25.0, plant={"noise.tau_s": 1.0}, tanker=TAU, receiver=TAU, shadows=shadows).run()
 
 
 @pytest.mark.parametrize("name", ["flown", *COLOURED])
@@ -247,7 +247,7 @@ def test_scatter_of_the_tankers_rates_does_not_pull_the_position_to_the_tanker()
     off = {"nav__gate__false_alarm": 0.0}  # a gate told the scatter is zero would refuse what the test is about
     own = {**TAU, **off, "nav__colour": "augmented"}
     shadows = {"allowed": own, "exact": {**own, "nav__r_peer_rate": 0.0}}
-    log = Rig(5, 30.0, plant={"noise.tau_s": 1.0}, tanker=own, receiver=TAU | off, shadows=shadows).run()
+    log = Rig(5, 25.0, plant={"noise.tau_s": 1.0}, tanker=own, receiver=TAU | off, shadows=shadows).run()
     x = {k: abs(float(after(log, k, "rel")[:, 0].mean())) for k in shadows}
     print(f"mean error of xi_x: {x} m")
     assert x["allowed"] < 0.5 * x["exact"]

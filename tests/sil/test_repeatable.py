@@ -9,7 +9,7 @@ import pytest
 
 from tests.sil.launch import sil, summary
 
-SECONDS = 8.0
+SECONDS = 6.0
 SEED = 5
 LOGS = ("link_tanker.tlog", "link_receiver.tlog", "tlm.tlog", "truth.tlog")
 
@@ -78,7 +78,7 @@ def test_the_accounts_of_every_process_are_in_the_summary(runs: dict[str, Path])
         assert [s[f"flightsw.{who}.{k}"] for k in lost] == [0] * len(lost)
         assert s[f"plant.missed_ticks.{who}"] == s[f"plant.rejected_datagrams.{who}"] == 0
     assert s["plant.late_ticks"] == s["plant.overrun_datagrams"] == 0
-    assert s["ground.packets"] > 1000
+    assert s["ground.packets"] > 100 * SECONDS
     assert [s[f"ground.{k}"] for k in ("lost_packets", "junk_packets", "late_packets", "overrun_datagrams")] == [0] * 4
 
 

@@ -16,7 +16,7 @@ import os, sys, time
 from pathlib import Path
 for i in range(3):
     time.sleep(0.2)
-    Path(os.environ["NUMBA_CACHE_DIR"], f"{sys.argv[2]}-{i}.nbc").touch()
+    Path(os.environ["NUMBA_CACHE_DIR"], f"{os.getpid()}-{i}.nbc").touch()
 """
 
 
@@ -48,3 +48,12 @@ def test_a_failure_is_told_and_not_taken_for_warm(cold: Path, monkeypatch: pytes
     ok, text = warm()
     assert not ok and "compiling failed, exit code 1" in text and "no compiler here" in text
     assert not kernel_cache.is_warm()
+
+
+def test_a_scenario_is_flown_by_one_of_the_processes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    flown: list[str] = []
+    monkeypatch.setattr("hil_scripts.launch.inproc.fly_a_little", lambda scenario, seconds: flown.append(scenario))
+    for names in (["one"], ["one", "two"], ["two", "one"]):
+        monkeypatch.setattr("sys.argv", ["-c", str(tmp_path), "1.0", *names])
+        exec(warmup.CODE, {})  # noqa: S102
+    assert flown == ["one", "two"]

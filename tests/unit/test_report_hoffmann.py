@@ -46,8 +46,8 @@ STUDIES = (
     _small(hoffmann.CASES, "case1", "case2", "nonlinear"),
     _small(hoffmann.SPECTRA, "sigma_1"),
     _small(hoffmann.CONSISTENCY, "sigma_0p3"),
-    _small(hoffmann_loop.ALLEVIATION, "linear", "nonlinear"),
-    _small(hoffmann_robust.STUDY, "as_believed", "servo_80"),
+    _small(hoffmann_loop.ALLEVIATION, "linear", "nonlinear", duration_s=8.0),
+    _small(hoffmann_robust.STUDY, "as_believed", "servo_80", duration_s=8.0),
     _small(hoffmann_loop.ADAPTATION, "calm", "changing"),
 )
 ALL = (*hoffmann.STUDIES, *hoffmann_loop.STUDIES, hoffmann_robust.STUDY)
