@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -82,8 +83,11 @@ def run(
 ) -> None:
     """Fly a scenario. Exit 0: completed within its bounds; 1: failed, or an aircraft lost; 2: bad input; 4: bound violated; 130:
     Ctrl-C."""
-    from hil_scripts.launch.procs import StopFlag
+    from hil_scripts.launch import forked
+    from hil_scripts.launch.procs import SINGLE_THREAD, StopFlag
 
+    forked.prepare()
+    os.environ.update(SINGLE_THREAD)  # before numpy is imported
     kernel_cache.use()
     with StopFlag() as stop:
         try:

@@ -22,6 +22,8 @@ from pathlib import Path
 from types import FrameType, TracebackType
 from typing import Any
 
+from hil_scripts.launch import forked
+
 PR_SET_PDEATHSIG = 1  # linux/prctl.h
 TAIL_LINES = 12  # stderr lines kept for the report of a death
 TERM_GRACE_S = 2.0  # [s] between SIGTERM and SIGKILL
@@ -76,7 +78,7 @@ class Child:
     """One supervised process."""
 
     name: str
-    popen: subprocess.Popen[bytes]
+    popen: subprocess.Popen[bytes] | forked.Forked
     on_message: Callable[[dict[str, Any]], None]
     log: FileIO | None = None
     tail: deque[str] = field(default_factory=lambda: deque(maxlen=TAIL_LINES))
@@ -169,7 +171,10 @@ class Supervisor:
         on_message: Callable[[dict[str, Any]], None] = lambda _m: None,
         env: dict[str, str] | None = None,
     ) -> Child:
-        """Start `argv` as `name`; JSON objects on its stdout go to `on_message`. Raises OSError if it cannot start."""
+        """Start `argv` as `name`; JSON objects on its stdout go to `on_message`. Raises OSError if it cannot start.
+
+        A module of ours (`python -m module ...`) is a fork of this process where that can be: same program, no second start.
+        """
         parent = os.getpid()
 
         def bind_life_to_parent() -> None:
@@ -178,16 +183,21 @@ class Supervisor:
                 if os.getppid() != parent:  # the launcher died between fork and prctl
                     os._exit(1)
 
-        popen = subprocess.Popen(
-            list(argv),
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            bufsize=0,
-            env={**os.environ, **SINGLE_THREAD, "PYTHONUNBUFFERED": "1", **(env or {})},
-            process_group=0,
-            preexec_fn=bind_life_to_parent,
-        )
+        env = {**os.environ, **SINGLE_THREAD, "PYTHONUNBUFFERED": "1", **(env or {})}
+        popen: subprocess.Popen[bytes] | forked.Forked
+        if argv[:2] == [sys.executable, "-m"] and forked.possible():
+            popen = forked.start(argv[2], argv[3:], env, bind_life_to_parent)
+        else:
+            popen = subprocess.Popen(
+                list(argv),
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                bufsize=0,
+                env=env,
+                process_group=0,
+                preexec_fn=bind_life_to_parent,
+            )
         child = Child(name, popen, on_message)
         self.children.append(child)
         if self._log_dir is not None:
