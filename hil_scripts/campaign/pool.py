@@ -8,12 +8,14 @@ import queue
 import re
 import shutil
 import signal
+import socket
 import tempfile
 import time
 import uuid
 from collections.abc import Callable
 from multiprocessing import resource_tracker
 from typing import Any, Protocol
+from urllib.parse import urlsplit
 
 from numpy.typing import NDArray
 
@@ -122,6 +124,7 @@ class DaskPool:
         from distributed import Client
 
         logging.getLogger("distributed").setLevel(logging.CRITICAL)
+        _knock(scheduler)
         try:
             asyncio.run(asyncio.wait_for(_greet(scheduler), ANSWER_S))
             self._client = Client(scheduler, timeout=ANSWER_S)
@@ -198,6 +201,15 @@ class DaskPool:
             _quietly(lambda: self._cluster.close(timeout=5))
         if self._tmp is not None:
             shutil.rmtree(self._tmp, ignore_errors=True)
+
+
+def _knock(scheduler: str) -> None:
+    """Raises CampaignError at once where nothing listens: the client would go on trying."""
+    url = urlsplit(scheduler)
+    try:
+        socket.create_connection((url.hostname or "", url.port or 0), ANSWER_S).close()
+    except OSError as e:
+        raise CampaignError(f"scheduler {scheduler}: no connection: {e.strerror or e}") from None
 
 
 async def _greet(scheduler: str) -> None:

@@ -211,7 +211,7 @@ def _env(tmp: Path) -> dict[str, str]:
         (["--list"], 0, "slow   2      5     Noise with known statistics"),
         (["fast"], 2, "study 'fast': no such study; known: slow"),
         (["slow", "--scheduler", "localhost"], 2, "expected tcp://HOST:PORT"),
-        (["slow", "--scheduler", "tcp://127.0.0.1:1"], 2, "no answer within"),
+        (["slow", "--scheduler", "tcp://127.0.0.1:1"], 2, "no connection: Connection refused"),
         (
             ["slow", "--cases", "a", "--runs", "2", "--workers", "0"],
             0,
