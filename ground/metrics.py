@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from flightsw.plugins import VIEWS
 from flightsw.strict import ConfigError
-from ground import run as runs
 from ground.columns import Columns, load
 from ground.consistency import consistency_figures, fuel_metrics, refusal_figures
 from ground.run import Run
+from ground.run import load as load_run
 from ground.views import registry
 from ground.views.base import Figures, Mask
 from ground.whole import log_figures
@@ -68,7 +68,7 @@ def common(run: Run, crafts: Mapping[int, str], counts: Counts) -> Figures:
 def compute(folder: Path) -> Figures:
     """All metrics of a run folder. Raises LogError if it is none or a log is no log, ValueError if meta.json is broken,
     ConfigError if two views give one figure, ViewError for a view that fails."""
-    run = runs.load(folder)
+    run = load_run(folder)
     views = registry.found(run.tlm)
 
     def counts(sysid: int, t_us: NDArray[np.int64]) -> Mask:

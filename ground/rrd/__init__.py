@@ -1,6 +1,6 @@
 """Run folder -> `run.rrd`: every series in one column-wise call, blueprint embedded; timelines sim_time and tick.
 
-What every run has is drawn here (ground.rrd.common, ground.rrd.sensors, tabs of ground.rrd.blueprint), what a mission adds by its
+What every run has is drawn here (ground.rrd.common, ground.rrd.lines, tabs of ground.rrd.blueprint), what a mission adds by its
 view. This package and the views' drawings are the only importers of rerun.
 """
 
@@ -14,7 +14,6 @@ from ground.rrd.blueprint import blueprint
 from ground.rrd.common import common
 from ground.rrd.layout import Look
 from ground.rrd.palette import STATES
-from ground.rrd.sensors import sensors
 from ground.rrd.series import TICK_US, Sink
 from ground.run import Run
 from ground.views import registry
@@ -45,7 +44,6 @@ def convert(folder: Path, out: Path | None = None, near: bool = False, tab: str 
     sink.stand()
     states = STATES | {k: v for part in layouts for k, v in part.states.items()}
     common(sink, run, states)
-    sensors(sink, run)
     sink.close()
     return path
 
