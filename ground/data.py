@@ -92,6 +92,10 @@ class Run(Folder):
     def __repr__(self) -> str:
         return f"Run({str(self.folder)!r}): {', '.join(self.names.values())}, {self.end_us * 1e-6:g} s"
 
+    def keep(self, what: object) -> None:
+        """Hold something as long as this run is held: the temporary folder it lies in."""
+        self.__dict__["_kept"] = what
+
     def link(self, name: str) -> Columns:
         """All that an aircraft's onboard software heard and said, read once; empty without a log of it."""
         kept: dict[str, Columns] = self.__dict__["_links"]
