@@ -13,23 +13,20 @@ from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flightsw.strict import near
-from ground import happenings, signals
 from ground.align import GAP_US, Aligned, align
 from ground.columns import Columns
+from ground.happenings import Event, by_name, happened
 from ground.run import Run as Folder
 from ground.run import load
-from ground.signals import Signal
+from ground.signals import GROUPS, WAYS, Signal, fields
 from ground.views import registry
 from ground.whole import flatten, scenario, toml
-
-if TYPE_CHECKING:
-    from ground.happenings import Event
 
 MESSAGE, LINK = "message", "link"  # groups of fields as they were on the wire
 
@@ -112,15 +109,15 @@ class Run(Folder):
             found: list[Signal] = []
             if top == MESSAGE:
                 for log in (self.truth, self.tlm, self.plant):
-                    found += signals.fields(log, (sysid,), f"{top}/{name}")
+                    found += fields(log, (sysid,), f"{top}/{name}")
             elif top == LINK:
                 log = self.link(name)
-                for number, way in signals.WAYS.items():
-                    found += signals.fields(log, log.sysids(), f"{top}/{name}/{way}", number)
+                for number, way in WAYS.items():
+                    found += fields(log, log.sysids(), f"{top}/{name}/{way}", number)
             else:
                 own = [s for s in self._of_views if s.path.startswith(f"{top}/{name}/")]
                 taken = {s.path for s in own}
-                build = signals.GROUPS.get(top)
+                build = GROUPS.get(top)
                 found = own + [s for s in (build(self, sysid, name) if build else ()) if s.path not in taken]
             made[top, name] = {s.path: s for s in found}
         return made[top, name]
@@ -130,7 +127,7 @@ class Run(Folder):
         return [s for view in registry.found(self.tlm).values() for s in view.signals(self)]
 
     def _groups(self, raw: bool) -> Iterator[dict[str, Signal]]:
-        for top in (*signals.GROUPS, *((MESSAGE, LINK) if raw else ())):
+        for top in (*GROUPS, *((MESSAGE, LINK) if raw else ())):
             for name in self.names.values():
                 yield self._group(top, name)
 
@@ -154,7 +151,7 @@ class Run(Folder):
         path = self.path(text)
         top, _, rest = path.partition("/")
         name = rest.partition("/")[0]
-        tops = (*signals.GROUPS, MESSAGE, LINK)
+        tops = (*GROUPS, MESSAGE, LINK)
         if top not in tops or name not in self.names.values():
             crafts = ", ".join(self.names.values())
             raise KeyError(f"{text!r}: a path begins with {', '.join(tops)} and an aircraft: {crafts}")
@@ -204,7 +201,7 @@ class Run(Folder):
     # --- words --------------------------------------------------------------------------------------------------------
     def events(self, *kinds: str) -> list[Event]:
         """What happened, by time; `kinds`: only phase, text, command, answer, failure, planned (an event of the scenario)."""
-        return [e for e in happenings.events(self) if not kinds or e.kind in kinds]
+        return [e for e in happened(self) if not kinds or e.kind in kinds]
 
     def texts(self) -> list[Event]:
         """What the aircraft said in words."""
@@ -232,7 +229,7 @@ class Run(Folder):
     @cached_property
     def keys(self) -> dict[str, Any]:
         """Every setting by the name `sil run --set` has for it: plant.<key>, <aircraft>.<key>."""
-        out = flatten(happenings.by_name(self.scenario), "plant.")
+        out = flatten(by_name(self.scenario), "plant.")
         for name in self.names.values():
             out |= flatten(toml(self.folder / f"flight_{name}.toml"), f"{name}.")
         return out

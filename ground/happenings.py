@@ -32,7 +32,7 @@ class Event:
     severity: int = 6
 
 
-def events(run: Run) -> list[Event]:
+def happened(run: Run) -> list[Event]:
     """Everything that happened, by time."""
     out = list(_planned(run))
     for sysid, name in run.names.items():

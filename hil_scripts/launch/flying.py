@@ -62,8 +62,8 @@ def fly(
     """Fly a scenario (name or path) as `sil run --in-process` does and open its run folder.
 
     set: keys as in `--set`; duration [s]; out: run folder (default runs/<scenario>-<seed>-<time>); rrd: draw run.rrd too. How it
-    ended and its figures: `run.summary`. Raises ConfigError for bad input, FlightError for a flight that failed, KeyboardInterrupt
-    after Ctrl-C, when the logs are closed.
+    ended and its figures: `run.summary`. Raises ConfigError for bad input, FlightError for a flight that failed,
+    KeyboardInterrupt after Ctrl-C, when the logs are closed.
     """
     from ground.data import Run
     from hil_scripts.launch import inproc
