@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
 from ground.data import Run
 from ground.export.sheets import Sheet, Text, sheets
+from ground.reading.log import read
 
 KINDS = ("parquet", "csv", "mcap", "ulog")
 SUFFIX = {"mcap": ".mcap", "ulog": ".ulg"}  # the others are folders
@@ -37,6 +39,20 @@ def of_run(run: Run, only: Sequence[str] = (), raw: bool = False) -> Content:
         raise ExportError(f"--only {' '.join(only)}: fits no signal; `ground signals` lists them")
     texts = [Text(round(e.t_s * 1e6), e.who, e.text, e.severity) for e in run.events()]
     return Content(run.title, sheets(found.values()), texts, run.keys)
+
+
+def of_log(path: Path, only: Sequence[str] = ()) -> tuple[Content, str]:
+    """A log of anybody, and what of it was damaged, in words. only: patterns of `<sheet>/<column>`. Raises LogError, ImportError,
+    ExportError."""
+    log = read(path)
+    found = []
+    for s in log.sheets:
+        kept = {k: v for k, v in s.columns.items() if not only or any(fnmatchcase(f"{s.name}/{k}", p) for p in only)}
+        if kept:
+            found.append(Sheet(s.name, s.t_us, kept, s.units))
+    if not found:
+        raise ExportError(f"--only {' '.join(only)}: fits nothing; the log has {', '.join(s.name for s in log.sheets)}")
+    return Content(log.title, found, log.texts), log.lost
 
 
 def place(source: Path, to: str, out: Path | None) -> Path:

@@ -13,7 +13,7 @@ from ground.signals import Signal
 
 @dataclass(frozen=True, eq=False)
 class Sheet:
-    """One table. name: parts by "/"; t_us [N] sample times [us], ascending; columns [N] by name; units: of those that have one."""
+    """One table. name: parts by "/"; t_us [N] sample times [us], ascending; columns [N] by name; units where known."""
 
     name: str
     t_us: NDArray[np.int64]

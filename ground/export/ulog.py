@@ -21,7 +21,7 @@ TYPES = {
     "i1": "int8_t", "u1": "uint8_t", "i2": "int16_t", "u2": "uint16_t", "i4": "int32_t", "u4": "uint32_t", "i8": "int64_t",
     "u8": "uint64_t", "f4": "float", "f8": "double",
 }  # fmt: skip
-LONGEST = 0xFFFF  # [byte] of a message
+LONGEST = 8000  # [byte] of a message; readers take one of more than 10000 for damage
 SEVERITY = "01234567"  # levels are those of Linux, MAVLink's too
 
 
@@ -106,7 +106,7 @@ def _fitting(sheet: Sheet) -> Iterator[Sheet]:
     part: dict[str, np.ndarray] = {}
     size = text = 0
     for key, values in sheet.numbers.items():
-        if part and (size + values.itemsize > LONGEST // 2 or text + len(key) + 16 > LONGEST // 2):
+        if part and (size + values.itemsize > LONGEST or text + len(key) + 16 > LONGEST):
             yield Sheet(sheet.name, sheet.t_us, part, sheet.units)
             part, size, text = {}, 0, 0
         part[key] = values
