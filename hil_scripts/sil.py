@@ -250,7 +250,9 @@ app.command()(campaign)
 
 @app.command()
 def estimate(
-    file: Annotated[Path, typer.Argument(help="Flight log, CSV; columns as in docs/real-data.md.", metavar="FILE")],
+    file: Annotated[
+        Path, typer.Argument(help="Flight log: CSV, .tlog, ULog or DataFlash .bin; columns as in docs/real-data.md.")
+    ],
     out: Annotated[Path | None, typer.Option(help="Folder for summary.json and wind.png.")] = None,
     twins: Annotated[int, typer.Option(help="Synthetic flights of each kind on the log's path; 0: none.", min=0)] = 20,
 ) -> None:
