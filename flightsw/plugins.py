@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import EntryPoint, EntryPoints, entry_points
 from typing import TypeVar
 
 from flightsw.strict import ConfigError, Names, near
@@ -41,14 +41,26 @@ class PartOf(Names):
 
 
 @cache
+def _installed() -> EntryPoints:
+    """Every entry point of every installed package: reading their tables takes longer than all that is done with them."""
+    return entry_points()
+
+
+@cache
 def declared(group: str) -> dict[str, EntryPoint]:
     """Entry points of a group by name, sorted. Raises ConfigError for a name two packages declare."""
     found: dict[str, EntryPoint] = {}
-    for e in sorted(entry_points(group=group), key=lambda e: e.name):
+    for e in sorted(_installed().select(group=group), key=lambda e: e.name):
         other = found.setdefault(e.name, e)
         if other.value != e.value:
             raise ConfigError(f"{group}: {e.name!r} is declared by {_owner(other)} and by {_owner(e)}")
     return found
+
+
+def look_again() -> None:
+    """Forget what is installed: a package has come or gone."""
+    _installed.cache_clear()
+    declared.cache_clear()
 
 
 def ours(group: str) -> tuple[str, ...]:
