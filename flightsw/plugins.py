@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 from importlib.metadata import EntryPoint, EntryPoints, entry_points
-from typing import TypeVar
+from typing import TypeVar, cast
 
 from flightsw.strict import ConfigError, Names, near
 
@@ -43,7 +43,7 @@ class PartOf(Names):
 @cache
 def _installed() -> EntryPoints:
     """Every entry point of every installed package: reading their tables takes longer than all that is done with them."""
-    return entry_points()
+    return cast(EntryPoints, entry_points())  # Python 3.11 hands out a class of its own, which selects the same
 
 
 @cache
