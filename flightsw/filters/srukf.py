@@ -13,9 +13,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from flightsw.filters.covariance import chol_psd
+from flightsw.filters.covariance import apply_innovation, chol_psd, gain
 from flightsw.kernels.jit import jit
-from flightsw.kernels.linalg import backward_sub_t, forward_sub, gram, tria
+from flightsw.kernels.linalg import gram, tria
 
 
 @jit
@@ -114,9 +114,7 @@ def correct(
         for b in range(m):
             B[a, p + b] = r[a] if a == b else 0.0
     tria(B, m, p + m, Sy)
-    for i in range(n):
-        forward_sub(Sy, m, K[i])
-        backward_sub_t(Sy, m, K[i])
+    gain(K, n, Sy, m)
     for i in range(n):
         for k in range(1, p):
             s = A[i, k - 1]
@@ -132,18 +130,7 @@ def correct(
     tria(A, n, p + m, S)
     for a in range(m):
         nu[a] = y[a] - nu[a]
-    for i in range(n):
-        s = 0.0
-        for a in range(m):
-            s += K[i, a] * nu[a]
-        x[i] += s
-    for a in range(m):
-        B[0, a] = nu[a]
-    forward_sub(Sy, m, B[0])
-    nis = 0.0
-    for a in range(m):
-        nis += B[0, a] * B[0, a]
-    return nis
+    return apply_innovation(K, nu, m, Sy, x, B[0])
 
 
 @jit

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flightsw.aircraft import Aircraft
+from flightsw.filters.correction import state_update
 from flightsw.missions.receiver.airdata import expected as kp
 from flightsw.missions.receiver.airdata import iekf as kf
 from flightsw.missions.receiver.airdata import state as k
@@ -54,6 +55,7 @@ class WakePosition:
         self._tau = np.array([1.0, params.slow_tau_s, params.acc_tau_s, params.x_tau_s])
         self._gm = np.array([params.gust_sigma, params.slow_sigma, params.acc_bias_sigma, 1.0])
         self._out = np.zeros(2)
+        self._gain, self._row = np.zeros(k.N), np.zeros(k.N)
         self.mode = IDLE
         self.restarts = 0
         self.t_us = 0
@@ -183,7 +185,7 @@ class WakePosition:
         if self.mode == TRACKING and math.isfinite(value[0] + value[1]) and min(sigma) > 0.0:
             for a in range(2):
                 i = (k.X_VY if velocity else k.X_Y) + a
-                nis += kf.correct_scalar(self.x, self.P, i, value[a], sigma[a] ** 2, self.p.aid_gate)
+                nis += state_update(self.x, self.P, i, value[a], sigma[a] ** 2, self.p.aid_gate, self._gain, self._row)
         return nis
 
     def update(self, readings: Arr, ok_mask: int) -> WakeFix:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from flightsw.kernels.linalg import solve
 from flightsw.missions.receiver.airdata import expected as k
+from flightsw.missions.receiver.airdata import least_squares as ls
 from flightsw.missions.receiver.airdata.wake_model import WakeParams, wake_vector
 from flightsw.strict import OneOf, Range
 
@@ -166,7 +167,7 @@ class WakeMl:
     def advance(self, nodes: int) -> bool:
         """Evaluate the next `nodes` nodes of the grid; True when all are done. Spreads the search over steps."""
         last = min(self._next + nodes, self.nodes)
-        k.scan(
+        ls.scan(
             self._base,
             self._y,
             self._ok,
@@ -224,7 +225,7 @@ class WakeMl:
         return self._run(p, mean, inf)
 
     def _run(self, p: Arr, mean: Arr, inf: Arr) -> float:
-        return k.descend(
+        return ls.descend(
             p,
             self._y,
             self._ok,
@@ -294,7 +295,7 @@ class WakeMl:
         """Inverse Fisher information [4,4] of (y, z, wing, tail factor) at the point p [10] for the search begun last (rows of
         frozen factors zero), None where it is singular."""
         A, B, h = np.zeros((4, 4)), np.zeros((9, 4)), np.zeros(9)
-        k.information(p, self._ok, self._sig, self._com, self._g, self.probes, self.wk, self._inf0, h, A, B)
+        ls.information(p, self._ok, self._sig, self._com, self._g, self.probes, self.wk, self._inf0, h, A, B)
         n, cov = self.free, np.zeros((4, 4))
         scale = np.sqrt(np.diag(A)[:n])
         if not (scale > 0.0).all():
