@@ -15,6 +15,7 @@ from flightsw.kernels.jit import jit
 from flightsw.kernels.linalg import matvec
 
 Array = np.ndarray
+CENTRE = 0  # row of the mean among the points
 CBRT_EPS = 6.055454452393343e-06  # [-] cube root of the double rounding unit: the balance of a central difference
 
 
@@ -96,7 +97,7 @@ def correct_points(
     """Measurement update from the images Y [2n+1,>=m] of `spread` points; returns NIS, or -1 when it was refused."""
     slopes(Y, m, x.shape[0], d, H)
     for a in range(m):
-        nu[a] = y[a] - Y[0, a]
+        nu[a] = y[a] - Y[CENTRE, a]
     if measurement_update(H, r, m, P, K, Sy, KR, W, A):
         return -1.0
     return apply_innovation(K, nu, m, Sy, x, W[0])
@@ -127,7 +128,7 @@ class KalmanFilter(CovarianceFilter):
     def recombine(self) -> None:
         """Time update: mean is the propagated centre, F [n,n] the central differences of the propagated points."""
         slopes(self.X, self.n, self.n, self._d, self.F)
-        self.x[:] = self.X[0]
+        self.x[:] = self.X[CENTRE]
         time_update(self.F, self.SQ, self.P, self._W)
 
     def correct(self, y: Array, r: Array, m: int) -> float:

@@ -17,13 +17,15 @@ from flightsw.filters.covariance import apply_innovation, chol_psd, gain
 from flightsw.kernels.jit import jit
 from flightsw.kernels.linalg import gram, tria
 
+CENTRE = 0  # row of the mean among the points
+
 
 @jit
 def draw(x: np.ndarray, S: np.ndarray, g: float, X: np.ndarray) -> None:
     """X [2n+1,n] <- sigma points x, x + g S_j, x - g S_j (S_j = column j of S [n,n])."""
     n = x.shape[0]
     for i in range(n):
-        X[0, i] = x[i]
+        X[CENTRE, i] = x[i]
     for j in range(n):
         for i in range(n):
             d = g * S[i, j]
@@ -36,7 +38,7 @@ def _weighted_mean(X: np.ndarray, n: int, w0: float, wi: float, x: np.ndarray) -
     """x [n] <- weighted mean of the points, formed from deviations to the centre point: no cancellation of large values."""
     p = X.shape[0]
     for i in range(n):
-        c = X[0, i]
+        c = X[CENTRE, i]
         s = 0.0
         for k in range(1, p):
             s += X[k, i] - c
@@ -60,7 +62,7 @@ def recombine(
     for i in range(n):
         for k in range(1, p):
             A[i, k - 1] = si * (X[k, i] - x[i])
-        A[i, p - 1] = s0 * (X[0, i] - x[i])
+        A[i, p - 1] = s0 * (X[CENTRE, i] - x[i])
         for j in range(SQ.shape[1]):
             A[i, p + j] = SQ[i, j]
     tria(A, n, p + SQ.shape[1], S)
@@ -97,11 +99,11 @@ def correct(
     for a in range(m):
         for k in range(1, p):
             B[a, k - 1] = si * (Y[k, a] - nu[a])
-        B[a, p - 1] = s0 * (Y[0, a] - nu[a])
+        B[a, p - 1] = s0 * (Y[CENTRE, a] - nu[a])
     for i in range(n):
         for k in range(1, p):
             A[i, k - 1] = si * (X[k, i] - x[i])
-        A[i, p - 1] = s0 * (X[0, i] - x[i])
+        A[i, p - 1] = s0 * (X[CENTRE, i] - x[i])
     # cross covariance into K, then solve with Sy from the right
     for i in range(n):
         for a in range(m):
@@ -123,7 +125,7 @@ def correct(
             A[i, k - 1] = s
         s = A[i, p - 1]
         for a in range(m):
-            s -= K[i, a] * s0 * (Y[0, a] - nu[a])
+            s -= K[i, a] * s0 * (Y[CENTRE, a] - nu[a])
         A[i, p - 1] = s
         for a in range(m):
             A[i, p + a] = K[i, a] * r[a]

@@ -13,6 +13,8 @@ from flightsw.kernels.jit import jit
 from flightsw.kernels.linalg import backward_sub_t, cholesky, forward_sub
 from flightsw.missions.receiver.airdata.expected import J_Y, M_READ, P_KT, P_KW, P_Y, P_Z, expected
 
+(B_Y, B_Z, B_KW, B_KT, B_N) = range(5)  # unknowns: y, z [m], circulation factors of wing and tail [-]
+
 
 @jit
 def weigh(r: np.ndarray, ok: np.ndarray, sig: np.ndarray, com: np.ndarray) -> None:
@@ -139,7 +141,7 @@ def descend(
                 continue
             forward_sub(M, free, b)
             backward_sub_t(M, free, b)
-            size = math.sqrt(b[0] * b[0] + b[1] * b[1])
+            size = math.sqrt(b[B_Y] * b[B_Y] + b[B_Z] * b[B_Z])
             cut = 3.0 / size if size > 3.0 else 1.0  # a step of more than 3 m leaves the region the slope speaks for
             cost = 0.0
             for i in range(free):
@@ -147,7 +149,7 @@ def descend(
                 cost += inf0[i] * (q[at[i]] - mean0[i]) ** 2
             cost += weighted_cost(q, y, ok, sig, com, g, probes, wk, h)
             if cost <= best:
-                done = size < 1e-7 and (free < 4 or abs(b[2]) + abs(b[3]) < 1e-9)
+                done = size < 1e-7 and (free < B_N or abs(b[B_KW]) + abs(b[B_KT]) < 1e-9)
                 for i in range(free):
                     p[at[i]] = q[at[i]]
                 best = cost
