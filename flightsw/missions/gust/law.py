@@ -138,10 +138,10 @@ class GustAlleviation:
         model = linear_model(self.ac, t or Turbulence())
         self.K, self.radius = alleviation_gain(self.p, model, self.ac, dt)
         if not self.p.feed_wind:
-            self.K[:, :3] = 0.0
+            self.K[:, k.WIND] = 0.0
         A, _, self._row = plant_matrices(model, self.ac, self.p.low_pass_hz)
         i = slice(LOW, NZ)
-        self._low_F = sampled(A[i, i], None, None, dt)[0]
+        self._low_F, _, _ = sampled(A[i, i], None, None, dt)
         # input held at the mean of two samples: steady gain one
         self._low_G = (np.eye(2) - self._low_F)[:, 0]
         self._low = np.zeros(2)
@@ -163,7 +163,7 @@ class GustAlleviation:
     def set_state(self, s: dict[str, Array]) -> None:
         """Restore a copy made by `get_state`."""
         self._low[:], self.command[:] = s["low"], s["command"]
-        self._last, self.a_z = float(s["head"][0]), float(s["head"][1])
+        self._last, self.a_z = s["head"].tolist()
 
     def step(self, x: Array, servos: GustServos) -> Array:
         """Command [3] (elevator [rad], throttle setting, flap [rad]) for the estimate x [9] and the servos as they now are.
@@ -181,9 +181,9 @@ class GustAlleviation:
         z[POS_F], z[RATE_F] = servos.now[k.FLAP], servos.rate[k.FLAP]
         self.a_z = float(np.sum(self._row * z[:NZ]))
         drive = 0.5 * (self.a_z + self._last)
-        a, b = float(self._low[0]), float(self._low[1])
-        for i in range(2):
-            self._low[i] = self._low_F[i, 0] * a + self._low_F[i, 1] * b + self._low_G[i] * drive
+        a, b = self._low.tolist()
+        for i, (of_a, of_b) in enumerate(self._low_F):
+            self._low[i] = of_a * a + of_b * b + self._low_G[i] * drive
         self._last = self.a_z
         z[LOW:NZ] = self._low
         queue = servos.queue

@@ -140,7 +140,8 @@ class RendezvousMission(Mission[ActuatorModel]):
         self.joined = True
         g = self.guid.step(f, nav, dt)
         course = self.track.frame.heading(self.pilot.guid.out.final_psi)
-        self.guid.psi_ref = nav.euler[0] + wrap_pi(course - nav.euler[0])
+        psi, _, _ = nav.euler
+        self.guid.psi_ref = psi + wrap_pi(course - psi)
         self.guid.V, self.guid.psi_dot = self.pilot.V, self.pilot.psi_dot
         g.V, g.psi_dot = self.pilot.V, self.pilot.psi_dot
         return g
@@ -162,7 +163,8 @@ class RendezvousMission(Mission[ActuatorModel]):
 
     def first_command(self) -> np.ndarray:
         """Trim command [4] sent until navigation is valid."""
-        return self.ctrl.trim_command(self.V0, self.alt_m)[0]
+        command, _ = self.ctrl.trim_command(self.V0, self.alt_m)
+        return command
 
     def obey(self, c: Command) -> tuple[int, str]:
         """MAV_RESULT and reason for one of the mission's commands."""

@@ -58,7 +58,8 @@ class RendezvousPilot:
         if mean is not None:
             ahead = self._ahead(own)
             T = sum(h for _, h in self._given)
-            there = (mean[0] + mean[1] * T, mean[1], mean[2] + mean[3] * T, mean[3])
+            x, vx, y, vy = mean
+            there = (x + vx * T, vx, y + vy * T, vy)
             c = self.guid.step(ahead, there, range_m, dt)
         goal, speed = (c.bank, c.speed) if mean is not None else (0.0, p.guidance.speed_mps)
         d = math.radians(p.roll_rate_degps) * dt

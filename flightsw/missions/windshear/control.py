@@ -9,6 +9,7 @@ from typing import Annotated
 import numpy as np
 
 from flightsw.aircraft import TwinJet, twinjet
+from flightsw.missions.windshear import dynamics as k
 from flightsw.missions.windshear import inversion as kn
 from flightsw.missions.windshear.model import MODES, PathDemand, parameter_vector
 from flightsw.strict import Range
@@ -49,11 +50,11 @@ class WindshearControl:
         self.p = p = replace(p, elevator_max_rad=min(p.elevator_max_rad, travel))
         self._par, self._g = parameter_vector(ac), p.vector()
         self._d, self._out = np.zeros(kn.ND), np.zeros(kn.NO)
-        self.u = np.zeros(2)
+        self.u = np.zeros(k.NU)
 
     def reset(self, thrust_kN: float, elevator_rad: float) -> None:
         """Begin with these controls in force (bumpless)."""
-        self.u[:] = thrust_kN, elevator_rad
+        self.u[[k.TC, k.DE]] = thrust_kN, elevator_rad
 
     @property
     def alpha_c(self) -> float:
@@ -66,8 +67,8 @@ class WindshearControl:
         d[kn.D_MODE] = MODES.index(demand.mode)
         d[kn.D_CLIMB], d[kn.D_SPEED] = demand.climb_mps, demand.speed_mps
         d[kn.D_PITCH], d[kn.D_AMAX] = demand.pitch_rad, demand.alpha_max_rad
-        if x[2] > 10.0:
-            kn.invert(x, d, float(self.u[1]), self._par, self._g, self._out)
+        if x[k.VA] > 10.0:
+            kn.invert(x, d, float(self.u[k.DE]), self._par, self._g, self._out)
             if np.isfinite(self._out).all():
-                self.u[:] = self._out[kn.O_TC], self._out[kn.O_DE]
+                self.u[[k.TC, k.DE]] = self._out[[kn.O_TC, kn.O_DE]]
         return self.u

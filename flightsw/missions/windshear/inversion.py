@@ -70,11 +70,11 @@ def invert(x: np.ndarray, d: np.ndarray, de: float, p: np.ndarray, g: np.ndarray
         turn_d = clip(g[G_PATH] * (wanted - gamma), -g[G_TURN_MAX], g[G_TURN_MAX])
         alpha_c = incidence_for(turn_d, x, de, g[G_AMIN], d[D_AMAX], p)
     if mode == APPROACH:
-        drag = k.lift_drag(V, x[k.AL], de, x[k.KL], x[k.KD], p)[1]
+        _, drag = k.lift_drag(V, x[k.AL], de, x[k.KL], x[k.KD], p)
         pull = g[G_SPEED] * (d[D_SPEED] - V) + p[k.P_G] * sg + x[k.WXD] * cg + x[k.WHD] * sg
         out[O_TD] = 1e-3 * (p[k.P_M] * pull + drag) / math.cos(x[k.AL])
         out[O_TC] = clip(x[k.T] + p[k.P_TAU] * g[G_THRUST] * (out[O_TD] - x[k.T]), p[k.P_TI] * top, top)
-    turn = k.path_rates(x, x[k.KL], x[k.KD], de, p)[1]
+    _, turn = k.path_rates(x, x[k.KL], x[k.KD], de, p)
     q_c = clip(g[G_ALPHA] * (alpha_c - x[k.AL]) + turn, -g[G_Q_MAX], g[G_Q_MAX])
     bare = k.pitch_acceleration(V, x[k.AL], x[k.Q], 0.0, p)
     effect = 0.5 * p[k.P_RHO] * V * V * p[k.P_S] * p[k.P_C] * p[k.P_ME] / p[k.P_I]
