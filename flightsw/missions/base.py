@@ -16,6 +16,7 @@ from flightsw import plugins
 from flightsw.aircraft import Airframe, load_as
 from flightsw.refusal import Refusals
 from flightsw.strict import ConfigError
+from flightsw.terms import Laws
 from flightsw.types import Command, GuidanceCmd, Health, NavState, SensorFrame, Text
 
 Packets = Iterator[tuple[float | int | bytes, ...]]  # values of the fields of one packet each, in the dialect's order
@@ -90,6 +91,12 @@ class Mission(Protocol[ActIn]):
     def refusals(self) -> Refusals | None:
         """What the navigation in force refuses of its sensors; None: it keeps no such account."""
         return None
+
+    @property
+    def laws(self) -> Laws:
+        """What the command of this step is made of, a record for each control law from the outer to the inner: as many at every
+        step, with the same names."""
+        return ()
 
     @property
     def reports(self) -> Reports:

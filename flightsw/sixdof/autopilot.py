@@ -14,14 +14,17 @@ import numpy as np
 
 from flightsw.aircraft import Aircraft
 from flightsw.sixdof.actuators import ActuatorModel
-from flightsw.sixdof.command import ControlCore, Node3, Pos, ScheduleParams
+from flightsw.sixdof.command import ControlCore, Node3, Pos, ScheduleParams, lqr_terms
 from flightsw.sixdof.lqr import Design, augment, design
 from flightsw.sixdof.schedule import GainSchedule
 from flightsw.sixdof.trim import linearise_free, trim_free
+from flightsw.terms import LawTerms
 from flightsw.types import GuidanceCmd, NavState
 
 KEEP = [0, 1, 2, 3, 4, 5, 7, 8, 11]  # states of the free model that are controlled
 N = len(KEEP)
+INTEGRALS = slice(N + 7, N + 10)  # of the design state
+CONTROLLED = (("airspeed", "m/s"), ("altitude", "m"), ("turn_rate", "rad/s"))
 
 
 @dataclass(frozen=True)
@@ -44,8 +47,8 @@ class TankerControl:
     def __init__(self, ac: Aircraft, p: TankerCtrlParams, dt_s: float) -> None:
         """Designs the six nominal laws for control period dt_s. Raises TrimError or DesignError."""
         self.p = p
-        self.core = ControlCore(ac, 3, np.array(p.int_limit))
         s = p.schedule
+        self.core = ControlCore(ac, lqr_terms("autopilot", CONTROLLED, s), np.array(p.int_limit))
         self.nodes = tuple(float(np.radians(v)) for v in s.psi_dot_degps)
         designs = [self._design(ac, yd, V, dt_s) for yd in self.nodes for V in s.V_mps]
         self.sched = GainSchedule(designs, self.nodes, s.V_mps)
@@ -76,7 +79,7 @@ class TankerControl:
     def step(self, nav: NavState, cmd: GuidanceCmd, act: ActuatorModel, dt: float) -> tuple[np.ndarray, float]:
         """Command (u [4], throttle) towards cmd.V [m/s], cmd.alt_m [m], cmd.psi_dot [rad/s]."""
         c, z = self.core, self.z
-        self.sched.set_condition(cmd.psi_dot, cmd.V)
+        self._schedule(cmd.psi_dot, cmd.V)
         if not c.started:
             c.u_old[:] = act.pos[0], act.pos[1], act.pos[2], act.thrust
             c.started = True
@@ -89,11 +92,26 @@ class TankerControl:
         z[6], z[7], z[8] = theta, phi, self._err[1]
         c.actuator_states(z, N, act)
         c.integrate(self._err, dt)
-        z[N + 7 : N + 10] = c.e
+        z[INTEGRALS] = c.e
         z[N + 10 :] = c.u_old.ravel()
-        return c.limit(self.sched.evaluate(z, self.off), h, nav.V)
+        u = self.sched.evaluate(z, self.off)
+        return c.limit(u, h, nav.V, self.sched.split(z, self.off, INTEGRALS))
+
+    def _schedule(self, psi_dot: float, V: float) -> None:
+        self.sched.set_condition(psi_dot, V)
+        self.core.terms.stand(psi_dot, V)
+
+    @property
+    def saturated(self) -> bool:
+        """Whether a command sits at its limit."""
+        return self.core.saturated
+
+    @property
+    def terms(self) -> LawTerms:
+        """What the last command is made of."""
+        return self.core.terms
 
     def trim_command(self, V: float, h_m: float) -> tuple[np.ndarray, float]:
         """Open-loop trim for straight flight while navigation is not yet valid."""
-        self.sched.set_condition(0.0, V)
+        self._schedule(0.0, V)
         return self.core.limit(self.sched.trim_command(), h_m, V)

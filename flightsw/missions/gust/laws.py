@@ -12,6 +12,7 @@ from flightsw.missions.gust.law import AlleviationParams, GustAlleviation, GustH
 from flightsw.missions.gust.model import GustAircraft, Turbulence
 from flightsw.missions.gust.servos import GustServos
 from flightsw.strict import ConfigError, OneOf, Range
+from flightsw.terms import Laws
 
 Array = np.ndarray
 LAWS = ("hold", "alleviation", "elevator")  # index: WKF_GUST_LAW, and param1 of MAV_CMD_USER_2
@@ -57,13 +58,18 @@ class GustLaws:
         self.ac = ac
         self.hold = GustHold(p.hold, ac)
         self._feedback = {
-            LAWS.index(name): GustAlleviation(replace(q, late_steps=late_steps), ac, t, dt)
+            LAWS.index(name): GustAlleviation(replace(q, late_steps=late_steps), ac, t, dt, name)
             for name, q in (("alleviation", p.alleviation), ("elevator", replace(p.elevator, use_flap=False)))
         }
         self.law = LAWS.index(p.law)
         self.flying = 0  # what gave the last command: the hold without an estimate
         self.a_z = 0.0
         self.saturated = False
+
+    @property
+    def terms(self) -> Laws:
+        """Records of all laws; those that do not fly are open."""
+        return self.hold.terms, *(core.terms for core in self._feedback.values())
 
     def select(self, law: int) -> None:
         """Fly another law from the next step on. Raises ValueError for a number that is none."""
@@ -85,5 +91,8 @@ class GustLaws:
             command = core.step(x, servos)
             self.a_z = core.a_z
         e, f = self.ac.elevator_limit_rad, self.ac.flap_limit_rad
+        for law, terms in enumerate(self.terms):
+            if law != flying:
+                terms.open()
         self.saturated = abs(command[k.ELEVATOR]) > LIMIT_EDGE * e or abs(command[k.FLAP]) > LIMIT_EDGE * f
         return command

@@ -22,6 +22,7 @@ from flightsw.missions.gust.model import GustAircraft
 from flightsw.missions.gust.reports import REPORTS, GustState
 from flightsw.missions.gust.servos import GustServos
 from flightsw.missions.gust.validity import Trust
+from flightsw.terms import Laws
 from flightsw.types import (
     ACCEPTED,
     DENIED,
@@ -191,6 +192,11 @@ class GustMission(Mission[GustActuators]):
             vel_n=(c * vx, n * vx, -vup), wind_n=(c * s.x[k.VW], n * s.x[k.VW], V0 * s.x[k.AW]), wind_sigma=sw,
             pos_sigma=(0.0, 0.0, s.sigma[k.H]), att_sigma=(0.0, s.sigma[k.TH], 0.0), nis=s.nis, nis_dof=s.channels,
         )  # fmt: skip
+
+    @property
+    def laws(self) -> Laws:
+        """What the command is made of."""
+        return self.ctrl.terms
 
     @property
     def reports(self) -> Reports:

@@ -29,6 +29,7 @@ from flightsw.sixdof.command import ScheduleParams
 from flightsw.sixdof.estimator_core import NavParams, failed_bits
 from flightsw.sixdof.estimator_variants import make_airframe_nav
 from flightsw.strict import Range
+from flightsw.terms import Laws
 from flightsw.types import (
     ACCEPTED,
     HF_AIR,
@@ -151,7 +152,12 @@ class JoinMission(Mission[ActuatorModel]):
     @property
     def saturated(self) -> bool:
         """Whether a command sits at its limit."""
-        return self.ctrl.core.saturated
+        return self.ctrl.saturated
+
+    @property
+    def laws(self) -> Laws:
+        """Those of both halves; one that does not fly is open."""
+        return self.guid.terms, self.free.terms, *self.refuel.laws
 
     @property
     def reports(self) -> Reports:
@@ -173,6 +179,8 @@ class JoinMission(Mission[ActuatorModel]):
 
     def _join(self) -> None:
         self.joined, self.ctrl = True, self.refuel.ctrl
+        self.guid.terms.open()
+        self.free.terms.open()
 
     def first_command(self) -> np.ndarray:
         """Trim command [4] sent until navigation is valid."""

@@ -23,6 +23,7 @@ from flightsw.sixdof.actuators import ActuatorModel
 from flightsw.sixdof.command import ScheduleParams
 from flightsw.sixdof.estimator_core import NavParams
 from flightsw.strict import ConfigError, changed
+from flightsw.terms import Laws
 from flightsw.types import (
     ACCEPTED,
     DENIED,
@@ -102,7 +103,7 @@ class ReceiverMission(Mission[ActuatorModel]):
     @property
     def saturated(self) -> bool:
         """Whether a command sits at its limit."""
-        return self.ctrl.core.saturated
+        return self.ctrl.saturated
 
     @property
     def reports(self) -> Reports:
@@ -113,6 +114,11 @@ class ReceiverMission(Mission[ActuatorModel]):
         """Start-up search and monitor of the air data."""
         if self.air is not None:
             self.air.exercise()
+
+    @property
+    def laws(self) -> Laws:
+        """What the command is made of."""
+        return (self.ctrl.terms,)
 
     @property
     def refusals(self) -> Refusals | None:

@@ -28,6 +28,7 @@ from flightsw.sixdof.command import ScheduleParams
 from flightsw.sixdof.estimator_core import NavParams
 from flightsw.sixdof.estimator_variants import make_airframe_nav
 from flightsw.strict import Range
+from flightsw.terms import Laws
 from flightsw.types import (
     HF_AIR,
     HF_ATT,
@@ -148,12 +149,17 @@ class RendezvousMission(Mission[ActuatorModel]):
     @property
     def saturated(self) -> bool:
         """Whether a command sits at its limit."""
-        return self.ctrl.core.saturated
+        return self.ctrl.saturated
 
     @property
     def reports(self) -> Reports:
         """The receiver's track and the turn planned on it."""
         return {} if self.met is None else {RendezvousState: self.met}
+
+    @property
+    def laws(self) -> Laws:
+        """What the command is made of."""
+        return self.pilot.terms, self.ctrl.terms
 
     @property
     def refusals(self) -> Refusals | None:

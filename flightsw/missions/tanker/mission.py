@@ -20,6 +20,7 @@ from flightsw.sixdof.autopilot import TankerControl, TankerCtrlParams
 from flightsw.sixdof.command import ScheduleParams
 from flightsw.sixdof.estimator_core import NavParams
 from flightsw.sixdof.estimator_variants import make_airframe_nav
+from flightsw.terms import Laws
 from flightsw.types import (
     ACCEPTED,
     DENIED,
@@ -76,7 +77,12 @@ class TankerMission(Mission[ActuatorModel]):
     @property
     def saturated(self) -> bool:
         """Whether a command sits at its limit."""
-        return self.ctrl.core.saturated
+        return self.ctrl.saturated
+
+    @property
+    def laws(self) -> Laws:
+        """What the command is made of."""
+        return (self.ctrl.terms,)
 
     @property
     def refusals(self) -> Refusals | None:

@@ -25,6 +25,7 @@ from flightsw.missions.windshear.guidance import LAWS, PHASES, WindshearGuidance
 from flightsw.missions.windshear.model import MODES, PathDemand, approach_trim
 from flightsw.missions.windshear.monitor import MonitorParams, WindshearMonitor
 from flightsw.missions.windshear.reports import REPORTS, WindshearState
+from flightsw.terms import Laws
 from flightsw.types import (
     ACCEPTED,
     DENIED,
@@ -50,7 +51,6 @@ FIRST_PHASE = 22  # WKF_PHASE of PHASES[0]
 ESTIMATORS = ("ekf", "ukf", "srckf", "srukf")  # index goes down in WINDSHEAR_STATE
 AIRSPEED_BAD, VANE_BAD = 1, 1 << 6  # bits of SensorFrame.air_bad: probe 0, V and alpha
 ELEVATOR, THRUST = 1, 3  # in a command
-LIMIT_EDGE = 0.999  # share of the travel from which the elevator counts as limited
 WORDS = {
     "approach": "on the slope",
     "caution": "wind shear caution",
@@ -132,8 +132,13 @@ class WindshearMission(Mission[WindshearActuators]):
 
     @property
     def saturated(self) -> bool:
-        """Whether the elevator is asked for more than its travel."""
-        return bool(abs(self.ctrl.u[1]) > LIMIT_EDGE * self.ctrl.p.elevator_max_rad)
+        """Whether a command sits at its limit."""
+        return self.ctrl.saturated
+
+    @property
+    def laws(self) -> Laws:
+        """What the command is made of."""
+        return (self.ctrl.terms,)
 
     def step(
         self, f: SensorFrame, act: WindshearActuators, updated: int, health: Health, dt: float
@@ -194,7 +199,7 @@ class WindshearMission(Mission[WindshearActuators]):
             return self.ctrl.step(e.x, demand)
         self._blind_s += dt
         if not self._x[k.VA] > 0.0 or self._blind_s < self.p.guid.blind_s:
-            return self.ctrl.u
+            return self.ctrl.hold()
         if self._blind_s < self.p.guid.blind_s + dt:
             self._texts.append(Text(3, BLIND))
             self.guidance.abort()
