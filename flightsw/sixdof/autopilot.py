@@ -9,10 +9,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Annotated, Protocol, runtime_checkable
 
 import numpy as np
 
 from flightsw.aircraft import Aircraft
+from flightsw.plugins import OursOr, made
 from flightsw.sixdof.actuators import ActuatorModel
 from flightsw.sixdof.command import ControlCore, Node3, Pos, ScheduleParams, lqr_terms
 from flightsw.sixdof.lqr import Design, augment, design
@@ -39,6 +41,28 @@ class TankerCtrlParams:
     w_int: Node3 = (10.0, 30.0, 0.03)  # V [m], z [m s], psi [rad]
     w_input: tuple[float, float, float, float] = (0.1, 0.1, 0.1, 2.0e4)
     int_limit: Node3 = (100.0, 300.0, 0.5)
+    law: Annotated[str, OursOr(("autopilot",))] = (
+        "autopilot"  # an AutopilotLaw, made from (aircraft, this table, period)
+    )
+
+
+@runtime_checkable
+class AutopilotLaw(Protocol):
+    """What flies an aircraft by airspeed, altitude and turn rate. A pure step, as all algorithms."""
+
+    @property
+    def terms(self) -> LawTerms:
+        """What the last command is made of."""
+
+    @property
+    def saturated(self) -> bool:
+        """Whether a command sits at its limit."""
+
+    def step(self, nav: NavState, cmd: GuidanceCmd, act: ActuatorModel, dt: float) -> tuple[np.ndarray, float]:
+        """Command (surfaces [rad] and thrust [N] [4], throttle 0..1) towards cmd.V, cmd.alt_m, cmd.psi_dot, dt [s] later."""
+
+    def trim_command(self, V: float, h_m: float) -> tuple[np.ndarray, float]:
+        """The same for straight flight at V [m/s], h_m [m], before navigation is valid."""
 
 
 class TankerControl:
@@ -115,3 +139,12 @@ class TankerControl:
         """Open-loop trim for straight flight while navigation is not yet valid."""
         self._schedule(0.0, V)
         return self.core.limit(self.sched.trim_command(), h_m, V)
+
+
+OURS = {"autopilot": TankerControl}
+
+
+def make_autopilot(ac: Aircraft, p: TankerCtrlParams, dt_s: float, table: str) -> AutopilotLaw:
+    """The law p.law names, for control period dt_s; table: name of the TOML table p is. Raises ConfigError, TrimError or
+    DesignError."""
+    return made(OURS, AutopilotLaw, p.law, f"{table}.law", ac, p, dt_s)  # type: ignore[type-abstract]

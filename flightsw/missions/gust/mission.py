@@ -17,7 +17,7 @@ from flightsw.health import AIR_ALPHA, AIR_V
 from flightsw.missions.base import Mission, MissionSpec, Reports
 from flightsw.missions.gust import dynamics as k
 from flightsw.missions.gust.estimators import ESTIMATORS, GustNavTable, make_gust_nav
-from flightsw.missions.gust.laws import LAWS, GustCtrlTable, GustLaws
+from flightsw.missions.gust.laws import GustCtrlTable, GustLaws
 from flightsw.missions.gust.model import GustAircraft
 from flightsw.missions.gust.reports import REPORTS, GustState
 from flightsw.missions.gust.servos import GustServos
@@ -170,7 +170,7 @@ class GustMission(Mission[GustActuators]):
         if phase != g.phase or self._phase_us < 0:
             self._phase_us = t_us
         g.phase, g.phase_t_s = phase, (t_us - self._phase_us) * 1e-6
-        g.reason = reason or f"law {LAWS[self.ctrl.flying]}"
+        g.reason = reason or f"law {self.ctrl.words[self.ctrl.flying]}"
         return g
 
     def _publish(self, s: GustState) -> NavState:
@@ -209,11 +209,11 @@ class GustMission(Mission[GustActuators]):
 
     def obey(self, c: Command) -> tuple[int, str]:
         """MAV_RESULT and reason for one of the mission's commands."""
-        law, why = c.choice(dict(enumerate(LAWS)), "law")
+        law, why = c.choice(dict(enumerate(self.ctrl.words)), "law")
         if why:
             return DENIED, why
         self.ctrl.select(law)
-        self._texts.append(Text(6, f"law {LAWS[law]}"))
+        self._texts.append(Text(6, f"law {self.ctrl.words[law]}"))
         return ACCEPTED, ""
 
     def texts(self) -> list[Text]:

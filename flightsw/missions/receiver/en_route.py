@@ -20,11 +20,11 @@ from flightsw.missions.receiver.airdata.reports import REPORTS
 from flightsw.missions.receiver.joinup import JOIN_UP, JoinUpGuidance, JoinUpParams, Sight
 from flightsw.missions.receiver.mission import MAV_CMD_USER_1, ReceiverMission, ReceiverParams
 from flightsw.missions.receiver.sequence import Sequence, SequenceParams
-from flightsw.missions.receiver.station_keeping import ReceiverControl
+from flightsw.missions.receiver.station_keeping import StationKeepingLaw
 from flightsw.missions.receiver.tanker_link import PeerTracker
 from flightsw.refusal import Refusals
 from flightsw.sixdof.actuators import ActuatorModel
-from flightsw.sixdof.autopilot import TankerControl, TankerCtrlParams
+from flightsw.sixdof.autopilot import AutopilotLaw, TankerCtrlParams, make_autopilot
 from flightsw.sixdof.command import ScheduleParams
 from flightsw.sixdof.estimator_core import NavParams, failed_bits
 from flightsw.sixdof.estimator_variants import make_airframe_nav
@@ -92,10 +92,10 @@ class JoinMission(Mission[ActuatorModel]):
         e.turn("join.guid.turn_max_degps", g.turn_max_degps, g.V_max_mps)
         self.nav = make_airframe_nav(ac, j.nav)
         self.guid = JoinUpGuidance(j.guid)
-        self.free = TankerControl(ac, j.ctrl, period_s)
+        self.free = make_autopilot(ac, j.ctrl, period_s, "join.ctrl")
         self.refuel = ReceiverMission(ac, p, period_s)
         self.sequence = Sequence(j.sequence)
-        self.ctrl: TankerControl | ReceiverControl = self.free
+        self.ctrl: AutopilotLaw | StationKeepingLaw = self.free
         self.cruise = (j.guid.V_mps, j.guid.alt_m)
         self.joined = False
         self._refused = (0, 0)  # phase and action of the sequence's order that was refused

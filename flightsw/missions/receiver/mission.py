@@ -17,7 +17,7 @@ from flightsw.missions.receiver.airdata.reports import REPORTS
 from flightsw.missions.receiver.boom import Surroundings
 from flightsw.missions.receiver.estimator_variants import make_relative_nav
 from flightsw.missions.receiver.refuel import ACTIONS, RefuelGuidance, RefuelParams
-from flightsw.missions.receiver.station_keeping import ReceiverControl, ReceiverCtrlParams
+from flightsw.missions.receiver.station_keeping import ReceiverCtrlParams, make_station_keeping
 from flightsw.refusal import Refusals
 from flightsw.sixdof.actuators import ActuatorModel
 from flightsw.sixdof.command import ScheduleParams
@@ -72,7 +72,7 @@ class ReceiverMission(Mission[ActuatorModel]):
             raise ConfigError(f"airdata.{idle[0]} = {idle[1]!r}: nothing obeys it without airdata.on = true")
         tanker = load_aircraft(p.tanker)
         self.guid = RefuelGuidance(p.guid, Surroundings(tanker, ac))
-        self.ctrl = ReceiverControl(ac, tanker, p.ctrl, period_s)
+        self.ctrl = make_station_keeping(ac, tanker, p.ctrl, period_s)
         self.V0 = float(np.mean(p.ctrl.schedule.V_mps))
         self.h0 = p.ctrl.schedule.h_m
         self._tk = np.zeros(18)

@@ -9,13 +9,14 @@ xi_dot = R^T u_a + R_BTI (W - v_T) + S(w_T) xi, so that a gust does not look lik
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Protocol, runtime_checkable
 
 import numpy as np
 
 from flightsw.aircraft import Aircraft
 from flightsw.kernels.linalg import solve
 from flightsw.kernels.sampled import multiply
+from flightsw.plugins import OursOr, made
 from flightsw.sixdof.actuators import ActuatorModel
 from flightsw.sixdof.command import ControlCore, Node3, Pos, ScheduleParams, lqr_terms
 from flightsw.sixdof.lqr import Design, DesignError, augment, design
@@ -52,6 +53,31 @@ class ReceiverCtrlParams:
     soft_int_ms: Node3 = (3.0, 3.0, 3.0)
     soft_input: Four = (0.075, 0.05, 0.075, 2500.0)
     condition_tau_s: Annotated[float, Range(0.01)] = 1.0  # smoothing of the scheduling variables
+    law: Annotated[str, OursOr(("station_keeping",))] = (
+        "station_keeping"  # a StationKeepingLaw, made from (aircraft, tanker, this table, period)
+    )
+
+
+@runtime_checkable
+class StationKeepingLaw(Protocol):
+    """What holds the receiver at a place relative to the tanker. A pure step, as all algorithms."""
+
+    @property
+    def terms(self) -> LawTerms:
+        """What the last command is made of."""
+
+    @property
+    def saturated(self) -> bool:
+        """Whether a command sits at its limit."""
+
+    def step(
+        self, nav: NavState, cmd: GuidanceCmd, act: ActuatorModel, psi_dot_t: float, V_t: float, h_m: float, dt: float
+    ) -> tuple[np.ndarray, float]:
+        """Command (surfaces [rad] and thrust [N] [4], throttle 0..1) towards cmd.rel_pos_t, dt [s] later. psi_dot_t [rad/s],
+        V_t [m/s]: tanker turn rate and airspeed; h_m altitude [m]."""
+
+    def trim_command(self, V_t: float, h_m: float) -> tuple[np.ndarray, float]:
+        """The same for straight flight, before navigation is valid."""
 
 
 class ReceiverControl:
@@ -157,3 +183,11 @@ class ReceiverControl:
         self.sched.set_condition(0.0, V_t)
         self.core.terms.stand(0.0, V_t, 0.0)
         return self.core.limit(self.sched.trim_command(), h_m, V_t)
+
+
+OURS = {"station_keeping": ReceiverControl}
+
+
+def make_station_keeping(ac: Aircraft, tanker: Aircraft, p: ReceiverCtrlParams, dt_s: float) -> StationKeepingLaw:
+    """The law p.law names, for control period dt_s. Raises ConfigError, TrimError or DesignError."""
+    return made(OURS, StationKeepingLaw, p.law, "ctrl.law", ac, tanker, p, dt_s)  # type: ignore[type-abstract]

@@ -20,10 +20,10 @@ from flightsw.missions.rendezvous.pilot import PilotParams, RendezvousPilot
 from flightsw.missions.rendezvous.reports import REPORTS, RendezvousState
 from flightsw.missions.rendezvous.track import ReceiverTrack, TrackParams
 from flightsw.missions.tanker.mission import MAV_CMD_DO_CHANGE_SPEED, speed_command
-from flightsw.missions.tanker.racetrack import RacetrackGuidance, RacetrackParams
+from flightsw.missions.tanker.racetrack import RacetrackParams, make_path
 from flightsw.refusal import Refusals
 from flightsw.sixdof.actuators import ActuatorModel
-from flightsw.sixdof.autopilot import TankerControl, TankerCtrlParams
+from flightsw.sixdof.autopilot import TankerCtrlParams, make_autopilot
 from flightsw.sixdof.command import ScheduleParams
 from flightsw.sixdof.estimator_core import NavParams
 from flightsw.sixdof.estimator_variants import make_airframe_nav
@@ -75,8 +75,9 @@ class RendezvousMission(Mission[ActuatorModel]):
         self.nav = make_airframe_nav(ac, p.nav)
         self.track = ReceiverTrack(p.rendezvous.track)
         self.pilot = RendezvousPilot(p.rendezvous.pilot)
-        self.guid = RacetrackGuidance(p.guid)
-        self.ctrl = TankerControl(ac, p.ctrl, period_s)
+        self.guid = make_path(p.guid)
+        self.turn_rate_degps = p.guid.turn_rate_degps
+        self.ctrl = make_autopilot(ac, p.ctrl, period_s, "ctrl")
         self.envelope = e = Envelope(ac)
         e.speed("guid.V_mps", p.guid.V_mps)
         e.turn("guid.turn_rate_degps", p.guid.turn_rate_degps, p.guid.V_mps)
@@ -141,8 +142,7 @@ class RendezvousMission(Mission[ActuatorModel]):
         self.joined = True
         g = self.guid.step(f, nav, dt)
         course = self.track.frame.heading(self.pilot.guid.out.final_psi)
-        self.guid.psi_ref = nav.euler[0] + wrap_pi(course - nav.euler[0])
-        self.guid.V, self.guid.psi_dot = self.pilot.V, self.pilot.psi_dot
+        self.guid.take_over(nav.euler[0] + wrap_pi(course - nav.euler[0]), self.pilot.V, self.pilot.psi_dot)
         g.V, g.psi_dot = self.pilot.V, self.pilot.psi_dot
         return g
 
@@ -174,7 +174,7 @@ class RendezvousMission(Mission[ActuatorModel]):
         """MAV_RESULT and reason for one of the mission's commands."""
         if not self.joined:
             return TEMPORARILY_REJECTED, "speed is the rendezvous's until roll-out"
-        return speed_command(c, self.guid, self.envelope)
+        return speed_command(c, self.guid, self.envelope, self.turn_rate_degps)
 
     def texts(self) -> list[Text]:
         """Messages since the last call."""

@@ -13,10 +13,10 @@ import numpy as np
 from flightsw.aircraft import Aircraft
 from flightsw.envelope import Envelope
 from flightsw.missions.base import Mission, MissionSpec
-from flightsw.missions.tanker.racetrack import RacetrackGuidance, RacetrackParams
+from flightsw.missions.tanker.racetrack import PathGuidance, RacetrackParams, make_path
 from flightsw.refusal import Refusals
 from flightsw.sixdof.actuators import ActuatorModel
-from flightsw.sixdof.autopilot import TankerControl, TankerCtrlParams
+from flightsw.sixdof.autopilot import TankerCtrlParams, make_autopilot
 from flightsw.sixdof.command import ScheduleParams
 from flightsw.sixdof.estimator_core import NavParams
 from flightsw.sixdof.estimator_variants import make_airframe_nav
@@ -55,8 +55,9 @@ class TankerMission(Mission[ActuatorModel]):
 
     def __init__(self, ac: Aircraft, p: TankerParams, period_s: float) -> None:
         self.nav = make_airframe_nav(ac, p.nav)
-        self.guid = RacetrackGuidance(p.guid)
-        self.ctrl = TankerControl(ac, p.ctrl, period_s)
+        self.guid = make_path(p.guid)
+        self.turn_rate_degps = p.guid.turn_rate_degps
+        self.ctrl = make_autopilot(ac, p.ctrl, period_s, "ctrl")
         self.envelope = e = Envelope(ac)
         e.speed("guid.V_mps", p.guid.V_mps)
         e.turn("guid.turn_rate_degps", p.guid.turn_rate_degps, p.guid.V_mps)
@@ -95,7 +96,7 @@ class TankerMission(Mission[ActuatorModel]):
 
     def obey(self, c: Command) -> tuple[int, str]:
         """MAV_RESULT and reason for one of the mission's commands."""
-        return speed_command(c, self.guid, self.envelope)
+        return speed_command(c, self.guid, self.envelope, self.turn_rate_degps)
 
     def texts(self) -> list[Text]:
         """Messages since the last call."""
@@ -103,14 +104,14 @@ class TankerMission(Mission[ActuatorModel]):
         return out
 
 
-def speed_command(c: Command, guid: RacetrackGuidance, envelope: Envelope) -> tuple[int, str]:
-    """MAV_RESULT and reason for MAV_CMD_DO_CHANGE_SPEED on the racetrack: airspeed only, the throttle left alone."""
+def speed_command(c: Command, guid: PathGuidance, envelope: Envelope, turn_rate_degps: float) -> tuple[int, str]:
+    """MAV_RESULT and reason for MAV_CMD_DO_CHANGE_SPEED on a path with turns of that rate: airspeed only, no throttle."""
     kind, speed, throttle = c.params[:3]
     if kind != 0.0:
         return DENIED, f"speed type {kind:g}: allowed 0 airspeed"
     if throttle not in (-1.0, 0.0) and not math.isnan(throttle):
         return DENIED, f"throttle {throttle:g}: allowed -1 no change"
-    ok, why = guid.set_speed(speed, envelope.limits.V_min_mps, envelope.fastest(guid.p.turn_rate_degps))
+    ok, why = guid.set_speed(speed, envelope.limits.V_min_mps, envelope.fastest(turn_rate_degps))
     return (ACCEPTED if ok else DENIED), why
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Annotated
+from typing import Annotated, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from flightsw.aircraft import TwinJet, twinjet
 from flightsw.missions.windshear import dynamics as k
 from flightsw.missions.windshear import inversion as kn
 from flightsw.missions.windshear.model import MODES, PathDemand, parameter_vector
+from flightsw.plugins import OursOr, made
 from flightsw.strict import Range
 from flightsw.terms import Controlled, LawTerms, Output
 
@@ -32,6 +33,7 @@ class NidParams:
     q_max_radps: Annotated[float, Range(0.01, 1.0)] = 0.12
     elevator_max_rad: Annotated[float, Range(0.05, 1.0)] = 0.35
     alpha_min_rad: Annotated[float, Range(-0.3, 0.1)] = -0.08
+    law: Annotated[str, OursOr(("inversion",))] = "inversion"  # a PathLaw, made from (this table, aircraft)
 
     def vector(self) -> Array:
         """Gains [NG] of the kernel."""
@@ -39,6 +41,31 @@ class NidParams:
             [self.k_path_1ps, self.k_speed_1ps, self.k_alpha_1ps, self.k_rate_1ps, self.k_thrust_1ps]
             + [self.turn_max_radps, self.q_max_radps, self.elevator_max_rad, self.alpha_min_rad]
         )
+
+
+@runtime_checkable
+class PathLaw(Protocol):
+    """What flies the demands of the guidance on path and speed. A pure step, as all algorithms. `u` [2]: commanded thrust [kN]
+    and elevator [rad] now in force."""
+
+    u: Array
+
+    @property
+    def terms(self) -> LawTerms:
+        """What the last command is made of."""
+
+    @property
+    def saturated(self) -> bool:
+        """Whether a command sits at its limit."""
+
+    def reset(self, thrust_kN: float, elevator_rad: float) -> None:
+        """Begin with these controls in force."""
+
+    def step(self, x: Array, demand: PathDemand) -> Array:
+        """Controls u [2] for the estimated state x [15] (dynamics.py) and the demand."""
+
+    def hold(self) -> Array:
+        """Controls u [2] as they are: a step without an estimate."""
 
 
 class WindshearControl:
@@ -119,3 +146,11 @@ class WindshearControl:
         )  # fmt: skip
         for c, error in zip(t.controlled, errors, strict=True):
             c.error = error
+
+
+OURS = {"inversion": WindshearControl}
+
+
+def make_law(p: NidParams, ac: TwinJet) -> PathLaw:
+    """The law p.law names. Raises ConfigError."""
+    return made(OURS, PathLaw, p.law, "ctrl.law", p, ac)  # type: ignore[type-abstract]

@@ -19,7 +19,7 @@ from flightsw.health import AIR_ALPHA, AIR_V
 from flightsw.missions.base import Mission, MissionSpec, Reports
 from flightsw.missions.windshear import dynamics as k
 from flightsw.missions.windshear import monitor_kernel as kk
-from flightsw.missions.windshear.control import NidParams, WindshearControl
+from flightsw.missions.windshear.control import NidParams, PathLaw, make_law
 from flightsw.missions.windshear.estimator import WindshearEstimate, WindshearNav, WindshearParams
 from flightsw.missions.windshear.guidance import LAWS, PHASES, WindshearGuidance, WindshearGuidanceParams, with_law
 from flightsw.missions.windshear.model import MODES, PathDemand, approach_trim
@@ -100,13 +100,13 @@ class WindshearMission(Mission[WindshearActuators]):
 
     watch = HF_IMU | HF_AIR | HF_ATT | HF_GNSS
     cruise = (75.0, 350.0)
-    ctrl: WindshearControl
+    ctrl: PathLaw
 
     def __init__(self, ac: TwinJet, p: WindshearMissionParams, period_s: float) -> None:
         """Raises ValueError for parameters no filter can run."""
         self.p = p
         self.nav, self.monitor = WindshearNav(p.nav, ac), WindshearMonitor(p.nav.monitor)
-        self.guidance, self.ctrl = WindshearGuidance(p.guid), WindshearControl(p.ctrl, ac)
+        self.guidance, self.ctrl = WindshearGuidance(p.guid), make_law(p.ctrl, ac)
         a, escape = p.guid.approach, p.guid.escape
         e = Envelope(ac)
         for key in ("speed_min_mps", "speed_max_mps"):

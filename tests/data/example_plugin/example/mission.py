@@ -20,6 +20,7 @@ from flightsw.kernels.rotations import euler_from_dcm, vec3, wrap_pi
 from flightsw.missions.base import Mission, MissionSpec, Packets, Reports, report
 from flightsw.sixdof.actuators import ActuatorModel
 from flightsw.strict import Range
+from flightsw.terms import Laws
 from flightsw.types import (
     ACCEPTED,
     DENIED,
@@ -137,6 +138,11 @@ class CruiseMission(Mission[ActuatorModel]):
     def saturated(self) -> bool:
         """See Mission."""
         return self.law.saturated
+
+    @property
+    def laws(self) -> Laws:
+        """See Mission."""
+        return (self.law.terms,)
 
     @property
     def reports(self) -> Reports:
