@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -12,10 +11,8 @@ from ground import run as runs
 from ground.columns import match
 from ground.rrd import convert, terms
 from ground.run import Run
-from hil_scripts.launch.inproc import InProcess
-from hil_scripts.launch.runfolder import make_folder, resolve
+from tests.sil.conftest import Flown
 
-SECONDS = 4.0
 FLOWN = {
     "refueling": {"tanker": ["autopilot"], "receiver": ["station_keeping"]},
     "rendezvous_to_contact": {
@@ -27,21 +24,8 @@ FLOWN = {
 PARTS = ("proportional", "integral", "feedforward", "cut")
 
 
-@pytest.fixture(scope="module")
-def flown(tmp_path_factory: pytest.TempPathFactory):  # type: ignore[no-untyped-def]
-    """Scenario -> its run, flown when first asked for."""
-
-    @cache
-    def fly(scenario: str) -> Run:
-        plan = resolve(scenario, 4, [], SECONDS)
-        folder = make_folder(plan, tmp_path_factory.mktemp("terms") / scenario)
-        flight = InProcess(plan, folder)
-        while not flight.server.done:
-            flight.tick()
-        flight.finish()
-        return runs.load(folder)
-
-    return fly
+def run_of(flown: Flown, scenario: str) -> Run:
+    return runs.load(flown(scenario)[0])
 
 
 def sent(law: terms.Law, q: terms.Quantity) -> np.ndarray:
@@ -50,8 +34,8 @@ def sent(law: terms.Law, q: terms.Quantity) -> np.ndarray:
 
 
 @pytest.mark.parametrize("scenario", FLOWN)
-def test_every_law_reports_and_its_parts_make_up_what_is_commanded(flown, scenario: str) -> None:  # type: ignore[no-untyped-def]
-    run: Run = flown(scenario)
+def test_every_law_reports_and_its_parts_make_up_what_is_commanded(flown: Flown, scenario: str) -> None:
+    run = run_of(flown, scenario)
     found = terms.laws_of(run)
     said: dict[str, list[str]] = {}
     for law in found:
@@ -73,8 +57,8 @@ def test_every_law_reports_and_its_parts_make_up_what_is_commanded(flown, scenar
     assert checked > 20
 
 
-def test_errors_are_those_of_the_estimate_to_the_reference(flown) -> None:  # type: ignore[no-untyped-def]
-    run: Run = flown("refueling")
+def test_errors_are_those_of_the_estimate_to_the_reference(flown: Flown) -> None:
+    run = run_of(flown, "refueling")
     by = {law.name: law for law in terms.laws_of(run)}
     autopilot, keeping = by["autopilot"].table, by["station_keeping"].table
     nav, status, rel = (run.tlm.get(*k) for k in ((1, "NAV_STATE"), (1, "MISSION_STATUS"), (2, "RELATIVE_STATE")))
@@ -92,10 +76,10 @@ def test_errors_are_those_of_the_estimate_to_the_reference(flown) -> None:  # ty
     assert free.sum() > 30 and mean @ grown[free] == pytest.approx(mean @ mean, rel=0.1)
 
 
-def test_they_are_in_the_recording(flown, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
+def test_they_are_in_the_recording(flown: Flown, tmp_path: Path) -> None:
     from rerun.chunk import RrdReader
 
-    run: Run = flown("windshear")
+    run = run_of(flown, "windshear")
     path = convert(run.folder, tmp_path / "run.rrd", tab="controller")
     found = {str(c.entity_path) for c in RrdReader(str(path)).stream()}
     assert {"/ctrl/twinjet/inversion/elevator/proportional", "/ctrl/twinjet/inversion/error/airspeed"} <= found

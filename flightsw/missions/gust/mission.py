@@ -14,10 +14,10 @@ import numpy as np
 
 from flightsw.aircraft import Alexis
 from flightsw.health import AIR_ALPHA, AIR_V
-from flightsw.missions.base import Mission, MissionSpec, Reports
+from flightsw.missions.base import Mission, MissionSpec, Reports, choices
 from flightsw.missions.gust import dynamics as k
 from flightsw.missions.gust.estimators import ESTIMATORS, GustNavTable, make_gust_nav
-from flightsw.missions.gust.laws import GustCtrlTable, GustLaws
+from flightsw.missions.gust.laws import LAWS, OTHER, GustCtrlTable, GustLaws
 from flightsw.missions.gust.model import GustAircraft
 from flightsw.missions.gust.reports import REPORTS, GustState
 from flightsw.missions.gust.servos import GustServos
@@ -44,7 +44,8 @@ from flightsw.types import (
 
 MAV_CMD_USER_2 = 31011
 CONTROLS = 5  # three surfaces, thrust, flap
-HOLD, ALLEVIATION = 16, 17  # WKF_PHASE
+INIT, HOLD, ALLEVIATION = PHASES = 0, 16, 17  # WKF_PHASE
+WORDS = {**dict(enumerate(LAWS)), OTHER: "other"}
 AIRSPEED_BAD, VANE_BAD = 1, 1 << 6  # bits of SensorFrame.air_bad: probe 0, V and alpha
 
 
@@ -234,7 +235,8 @@ SPEC = MissionSpec(
     "alexis",
     GustMission,
     _actuators,
-    commands=frozenset({MAV_CMD_USER_2}),
+    phases=PHASES,
+    orders=choices(MAV_CMD_USER_2, WORDS, lambda _: PHASES, {"other": "a configuration that names one"}),
     controls=CONTROLS,
     air_used=AIR_V | AIR_ALPHA,
     one_rate=True,  # servos and law are stepped together: their mean and delay are per sample

@@ -17,8 +17,9 @@ from flightsw.envelope import Envelope
 from flightsw.kernels.rotations import euler_from_dcm, to_parent
 from flightsw.missions.base import Mission, MissionSpec, Reports
 from flightsw.missions.receiver.airdata.reports import REPORTS
-from flightsw.missions.receiver.joinup import JOIN_UP, JoinUpGuidance, JoinUpParams, Sight
-from flightsw.missions.receiver.mission import MAV_CMD_USER_1, ReceiverMission, ReceiverParams
+from flightsw.missions.receiver.joinup import ENROUTE, INIT, JOIN_UP, JoinUpGuidance, JoinUpParams, Sight
+from flightsw.missions.receiver.mission import ORDERS, ReceiverMission, ReceiverParams
+from flightsw.missions.receiver.refuel import NAMES, OBSERVATION
 from flightsw.missions.receiver.sequence import Sequence, SequenceParams
 from flightsw.missions.receiver.station_keeping import StationKeepingLaw
 from flightsw.missions.receiver.tanker_link import PeerTracker
@@ -250,7 +251,8 @@ SPEC = MissionSpec(
     "sixdof",
     JoinMission,
     ActuatorModel,
-    commands=frozenset({MAV_CMD_USER_1}),
+    phases=(INIT, ENROUTE, JOIN_UP, *range(OBSERVATION, len(NAMES))),
+    orders=ORDERS,
     reports=REPORTS,
     sends_relative=True,
     files=("tanker",),

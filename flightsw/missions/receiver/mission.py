@@ -11,12 +11,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from flightsw.aircraft import Aircraft, load_aircraft
-from flightsw.missions.base import Mission, MissionSpec, Reports
+from flightsw.missions.base import Mission, MissionSpec, Reports, choices
 from flightsw.missions.receiver.airdata.airdata import AirData, AirDataParams
 from flightsw.missions.receiver.airdata.reports import REPORTS
 from flightsw.missions.receiver.boom import Surroundings
 from flightsw.missions.receiver.estimator_variants import make_relative_nav
-from flightsw.missions.receiver.refuel import ACTIONS, RefuelGuidance, RefuelParams
+from flightsw.missions.receiver.refuel import ACTIONS, FROM, NAMES, TAKES, RefuelGuidance, RefuelParams
 from flightsw.missions.receiver.station_keeping import ReceiverCtrlParams, make_station_keeping
 from flightsw.refusal import Refusals
 from flightsw.sixdof.actuators import ActuatorModel
@@ -155,6 +155,7 @@ class ReceiverMission(Mission[ActuatorModel]):
         return out
 
 
+ORDERS = choices(MAV_CMD_USER_1, ACTIONS, FROM.__getitem__, TAKES)
 SPEC = MissionSpec(
     "receiver",
     ReceiverParams,
@@ -162,7 +163,8 @@ SPEC = MissionSpec(
     "sixdof",
     ReceiverMission,
     ActuatorModel,
-    commands=frozenset({MAV_CMD_USER_1}),
+    phases=tuple(range(len(NAMES))),
+    orders=ORDERS,
     reports=REPORTS,
     sends_relative=True,
     files=("tanker",),

@@ -15,12 +15,12 @@ import numpy as np
 from flightsw.aircraft import Aircraft
 from flightsw.envelope import Envelope
 from flightsw.kernels.rotations import wrap_pi
-from flightsw.missions.base import Mission, MissionSpec, Reports
+from flightsw.missions.base import Mission, MissionSpec, Order, Reports
 from flightsw.missions.rendezvous.pilot import PilotParams, RendezvousPilot
 from flightsw.missions.rendezvous.reports import REPORTS, RendezvousState
 from flightsw.missions.rendezvous.track import ReceiverTrack, TrackParams
-from flightsw.missions.tanker.mission import MAV_CMD_DO_CHANGE_SPEED, speed_command
-from flightsw.missions.tanker.racetrack import RacetrackParams, make_path
+from flightsw.missions.tanker.mission import MAV_CMD_DO_CHANGE_SPEED, SPEED, speed_command
+from flightsw.missions.tanker.racetrack import LEG, TURN, RacetrackParams, make_path
 from flightsw.refusal import Refusals
 from flightsw.sixdof.actuators import ActuatorModel
 from flightsw.sixdof.autopilot import TankerCtrlParams, make_autopilot
@@ -190,6 +190,7 @@ SPEC = MissionSpec(
     "sixdof",
     RendezvousMission,
     ActuatorModel,
-    commands=frozenset({MAV_CMD_DO_CHANGE_SPEED}),
+    phases=(INIT, RDV_APPROACH, RDV_TURN, RDV_ROLLOUT, LEG, TURN),
+    orders=(Order(MAV_CMD_DO_CHANGE_SPEED, "speed", frozenset((LEG, TURN)), besides=SPEED),),
     reports=REPORTS,
 )

@@ -12,8 +12,8 @@ import numpy as np
 
 from flightsw.aircraft import Aircraft
 from flightsw.envelope import Envelope
-from flightsw.missions.base import Mission, MissionSpec
-from flightsw.missions.tanker.racetrack import PathGuidance, RacetrackParams, make_path
+from flightsw.missions.base import Mission, MissionSpec, Order
+from flightsw.missions.tanker.racetrack import INIT, LEG, TURN, PathGuidance, RacetrackParams, make_path
 from flightsw.refusal import Refusals
 from flightsw.sixdof.actuators import ActuatorModel
 from flightsw.sixdof.autopilot import TankerCtrlParams, make_autopilot
@@ -37,6 +37,8 @@ from flightsw.types import (
 )
 
 MAV_CMD_DO_CHANGE_SPEED = 178
+PHASES = (INIT, LEG, TURN)
+SPEED = "an airspeed the aircraft can fly on its racetrack"
 
 
 @dataclass(frozen=True)
@@ -122,5 +124,6 @@ SPEC = MissionSpec(
     "sixdof",
     TankerMission,
     ActuatorModel,
-    commands=frozenset({MAV_CMD_DO_CHANGE_SPEED}),
+    phases=PHASES,
+    orders=(Order(MAV_CMD_DO_CHANGE_SPEED, "speed", frozenset(PHASES), besides=SPEED),),
 )

@@ -16,7 +16,7 @@ import numpy as np
 from flightsw.aircraft import TwinJet
 from flightsw.envelope import Envelope
 from flightsw.health import AIR_ALPHA, AIR_V
-from flightsw.missions.base import Mission, MissionSpec, Reports
+from flightsw.missions.base import Mission, MissionSpec, Order, Reports, choices
 from flightsw.missions.windshear import dynamics as k
 from flightsw.missions.windshear import monitor_kernel as kk
 from flightsw.missions.windshear.control import NidParams, PathLaw, make_law
@@ -48,6 +48,8 @@ from flightsw.types import (
 
 MAV_CMD_DO_GO_AROUND, MAV_CMD_USER_3 = 191, 31012
 FIRST_PHASE = 22  # WKF_PHASE of PHASES[0]
+ON_THE_WIRE = (0, *range(FIRST_PHASE, FIRST_PHASE + len(PHASES)))
+GIVEN_UP = ("escape", "clear")  # phases of an approach that has been: no way back
 ESTIMATORS = ("ekf", "ukf", "srckf", "srukf")  # index goes down in WINDSHEAR_STATE
 AIRSPEED_BAD, VANE_BAD = 1, 1 << 6  # bits of SensorFrame.air_bad: probe 0, V and alpha
 ELEVATOR, THRUST = 1, 3  # in a command
@@ -300,7 +302,7 @@ class WindshearMission(Mission[WindshearActuators]):
         law, why = c.choice(dict(enumerate(LAWS)), "law")
         if why:
             return DENIED, why
-        if LAWS[law] == "continue" and self.guidance.phase in ("escape", "clear"):
+        if LAWS[law] == "continue" and self.guidance.phase in GIVEN_UP:
             return DENIED, "law continue: the approach has been given up"
         self.guidance.p = with_law(self.guidance.p, LAWS[law])
         self._texts.append(Text(6, f"escape law {LAWS[law]}"))
@@ -310,6 +312,12 @@ class WindshearMission(Mission[WindshearActuators]):
         """Messages since the last call."""
         out, self._texts = self._texts, []
         return out
+
+
+def _law_phases(law: str) -> list[int]:
+    """WKF_PHASE in which a law may be chosen."""
+    barred = GIVEN_UP if law == "continue" else ()
+    return [p for p in ON_THE_WIRE if p < FIRST_PHASE or PHASES[p - FIRST_PHASE] not in barred]
 
 
 def _actuators(ac: TwinJet, delay_ticks: int) -> WindshearActuators:
@@ -324,7 +332,11 @@ SPEC = MissionSpec(
     "twinjet",
     WindshearMission,
     _actuators,
-    commands=frozenset({MAV_CMD_DO_GO_AROUND, MAV_CMD_USER_3}),
+    phases=ON_THE_WIRE,
+    orders=(
+        Order(MAV_CMD_DO_GO_AROUND, "go-around", frozenset(ON_THE_WIRE), besides="another law than `continue`"),
+        *choices(MAV_CMD_USER_3, dict(enumerate(LAWS)), _law_phases),
+    ),
     air_used=AIR_V | AIR_ALPHA,
     one_rate=True,  # readings and commands are per sample
     reports=REPORTS,
