@@ -113,8 +113,12 @@ def draw(sink: Sink, found: Sequence[Law]) -> None:
 
 
 def controller_tab(p: Plots, found: Sequence[Law]) -> Tab:
-    """The tab Controller: a page for each law, its outputs on the left, errors and schedule on the right."""
-    return rrb.Vertical(rrb.Tabs(*(_page(p, law) for law in found)), name="Controller")
+    """The tab Controller: a page for each law that has flown, its outputs on the left, errors and schedule on the right; shown
+    first: the one the first aircraft has flown by most."""
+    closed = [int(np.count_nonzero(law.table["closed"])) for law in found]
+    shown = [k for k, n in enumerate(closed) if n] or list(range(len(found)))
+    first = max(range(len(shown)), key=lambda i: (found[shown[i]].aircraft == found[shown[0]].aircraft, closed[shown[i]]))
+    return rrb.Vertical(rrb.Tabs(*(_page(p, found[k]) for k in shown), active_tab=first), name="Controller")
 
 
 def _title(q: Quantity, what: str = "") -> str:
