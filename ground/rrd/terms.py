@@ -117,7 +117,9 @@ def controller_tab(p: Plots, found: Sequence[Law]) -> Tab:
     first: the one the first aircraft has flown by most."""
     closed = [int(np.count_nonzero(law.table["closed"])) for law in found]
     shown = [k for k, n in enumerate(closed) if n] or list(range(len(found)))
-    first = max(range(len(shown)), key=lambda i: (found[shown[i]].aircraft == found[shown[0]].aircraft, closed[shown[i]]))
+    first = max(
+        range(len(shown)), key=lambda i: (found[shown[i]].aircraft == found[shown[0]].aircraft, closed[shown[i]])
+    )
     return rrb.Vertical(rrb.Tabs(*(_page(p, found[k]) for k in shown), active_tab=first), name="Controller")
 
 
