@@ -116,6 +116,7 @@ class FlightApp:
         self.cmd = ActuatorCmd(armed=False)
         self.nav, self.guid, self.timing = NavState(), GuidanceCmd(), Timing()
         self.reported: Reports = {}
+        self.laws = self.mission.laws
         self.tick_no = 0
         self._updated = 0
         self._baro_us = -BARO_AGE_US
@@ -149,7 +150,9 @@ class FlightApp:
         self._guard(texts, fresh)
         c = self.cmd
         c.t_us = f.t_us
-        snap = Snapshot(f.t_us, self.tick_no, f, self.nav, self.guid, c, h, self.timing, texts, acks, self.reported)
+        snap = Snapshot(
+            f.t_us, self.tick_no, f, self.nav, self.guid, c, h, self.timing, texts, acks, self.reported, self.laws
+        )  # fmt: skip
         self.tick_no += 1
         return c, snap
 
@@ -194,6 +197,7 @@ class FlightApp:
         self.nav, self.guid, u, throttle = self.mission.step(f, self.act, self._updated, self.health.out, dt)
         self.nav.V_cal = self._calibrated(f)
         self.reported = self.mission.reports
+        self.laws = self.mission.laws
         self._updated = 0
         self.health.watch = self.mission.watch
         self.u[:] = u

@@ -354,6 +354,17 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         r.normal(size=26),
         z(4),
     ],
+    "sixdof.schedule.shares": lambda r: [
+        r.normal(size=(6, 4, 26)),
+        r.normal(size=(6, 26)),
+        r.normal(size=(6, 4)),
+        r.normal(size=6),
+        r.normal(size=26),
+        r.normal(size=26),
+        19,
+        22,
+        z(3, 4),
+    ],
 }
 
 

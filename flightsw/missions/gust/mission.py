@@ -13,15 +13,16 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from flightsw.aircraft import Alexis
-from flightsw.missions.base import Mission, MissionSpec, Reports
+from flightsw.missions.base import Mission, MissionSpec, Reports, choices
 from flightsw.missions.gust import dynamics as k
 from flightsw.missions.gust.estimators import ESTIMATORS, GustNavTable, make_gust_nav
-from flightsw.missions.gust.laws import LAWS, GustCtrlTable, GustLaws
+from flightsw.missions.gust.laws import LAWS, OTHER, GustCtrlTable, GustLaws
 from flightsw.missions.gust.model import GustAircraft
 from flightsw.missions.gust.reports import REPORTS, GustState
 from flightsw.missions.gust.servos import GustServos
 from flightsw.missions.gust.validity import Trust
 from flightsw.planar import plane
+from flightsw.terms import Laws
 from flightsw.types import (
     ACCEPTED,
     DENIED,
@@ -41,8 +42,9 @@ from flightsw.types import (
 )
 
 MAV_CMD_USER_2 = 31011
-HOLD, ALLEVIATION = 16, 17  # WKF_PHASE
+INIT, HOLD, ALLEVIATION = PHASES = 0, 16, 17  # WKF_PHASE
 (_, ELEVATOR, _, THROTTLE, FLAP, CONTROLS) = range(6)  # in a command: elevator [rad], throttle setting [-], flap [rad]
+WORDS = {**dict(enumerate(LAWS)), OTHER: "other"}
 
 
 @dataclass(frozen=True)
@@ -165,7 +167,7 @@ class GustMission(Mission[GustActuators]):
         if phase != g.phase or self._phase_us < 0:
             self._phase_us = t_us
         g.phase, g.phase_t_s = phase, (t_us - self._phase_us) * 1e-6
-        g.reason = reason or f"law {LAWS[self.ctrl.flying]}"
+        g.reason = reason or f"law {self.ctrl.words[self.ctrl.flying]}"
         return g
 
     def _publish(self, s: GustState) -> NavState:
@@ -184,6 +186,11 @@ class GustMission(Mission[GustActuators]):
         )  # fmt: skip
 
     @property
+    def laws(self) -> Laws:
+        """What the command is made of."""
+        return self.ctrl.terms
+
+    @property
     def reports(self) -> Reports:
         """The wind felt, and what is done against it."""
         return {} if self._state is None else {GustState: self._state}
@@ -194,11 +201,11 @@ class GustMission(Mission[GustActuators]):
 
     def obey(self, c: Command) -> tuple[int, str]:
         """MAV_RESULT and reason for one of the mission's commands."""
-        law, why = c.choice(dict(enumerate(LAWS)), "law")
+        law, why = c.choice(dict(enumerate(self.ctrl.words)), "law")
         if why:
             return DENIED, why
         self.ctrl.select(law)
-        self._texts.append(Text(6, f"law {LAWS[law]}"))
+        self._texts.append(Text(6, f"law {self.ctrl.words[law]}"))
         return ACCEPTED, ""
 
     def texts(self) -> list[Text]:
@@ -219,7 +226,8 @@ SPEC = MissionSpec(
     "alexis",
     GustMission,
     _actuators,
-    commands=frozenset({MAV_CMD_USER_2}),
+    phases=PHASES,
+    orders=choices(MAV_CMD_USER_2, WORDS, lambda _: PHASES, {"other": "a configuration that names one"}),
     controls=CONTROLS,
     air_used=plane.AIR_USED,
     one_rate=True,  # servos and law are stepped together: their mean and delay are per sample

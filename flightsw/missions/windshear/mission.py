@@ -15,16 +15,17 @@ import numpy as np
 
 from flightsw.aircraft import TwinJet
 from flightsw.envelope import Envelope
-from flightsw.missions.base import Mission, MissionSpec, Reports
+from flightsw.missions.base import Mission, MissionSpec, Order, Reports, choices
 from flightsw.missions.windshear import dynamics as k
 from flightsw.missions.windshear import monitor_kernel as kk
-from flightsw.missions.windshear.control import NidParams, WindshearControl
+from flightsw.missions.windshear.control import NidParams, PathLaw, make_law
 from flightsw.missions.windshear.estimator import WindshearEstimate, WindshearNav, WindshearParams
 from flightsw.missions.windshear.guidance import LAWS, PHASES, WindshearGuidance, WindshearGuidanceParams, with_law
 from flightsw.missions.windshear.model import MODES, PathDemand, approach_trim
 from flightsw.missions.windshear.monitor import MonitorParams, WindshearMonitor
 from flightsw.missions.windshear.reports import REPORTS, WindshearState
 from flightsw.planar import plane
+from flightsw.terms import Laws
 from flightsw.types import (
     ACCEPTED,
     DENIED,
@@ -46,9 +47,10 @@ from flightsw.types import (
 
 MAV_CMD_DO_GO_AROUND, MAV_CMD_USER_3 = 191, 31012
 FIRST_PHASE = 22  # WKF_PHASE of PHASES[0]
+ON_THE_WIRE = (0, *range(FIRST_PHASE, FIRST_PHASE + len(PHASES)))
+GIVEN_UP = ("escape", "clear")  # phases of an approach that has been: no way back
 ESTIMATORS = ("ekf", "ukf", "srckf", "srukf")  # index goes down in WINDSHEAR_STATE
 ELEVATOR, THRUST = 1, 3  # in a command: [rad], [N]
-LIMIT_EDGE = 0.999  # share of the travel from which the elevator counts as limited
 WORDS = {
     "approach": "on the slope",
     "caution": "wind shear caution",
@@ -98,13 +100,13 @@ class WindshearMission(Mission[WindshearActuators]):
 
     watch = HF_IMU | HF_AIR | HF_ATT | HF_GNSS
     cruise = (75.0, 350.0)
-    ctrl: WindshearControl
+    ctrl: PathLaw
 
     def __init__(self, ac: TwinJet, p: WindshearMissionParams, period_s: float) -> None:
         """Raises ValueError for parameters no filter can run."""
         self.p = p
         self.nav, self.monitor = WindshearNav(p.nav, ac), WindshearMonitor(p.nav.monitor)
-        self.guidance, self.ctrl = WindshearGuidance(p.guid), WindshearControl(p.ctrl, ac)
+        self.guidance, self.ctrl = WindshearGuidance(p.guid), make_law(p.ctrl, ac)
         a, escape = p.guid.approach, p.guid.escape
         e = Envelope(ac)
         for key in ("speed_min_mps", "speed_max_mps"):
@@ -130,8 +132,13 @@ class WindshearMission(Mission[WindshearActuators]):
 
     @property
     def saturated(self) -> bool:
-        """Whether the elevator is asked for more than its travel."""
-        return bool(abs(self.ctrl.u[k.DE]) > LIMIT_EDGE * self.ctrl.p.elevator_max_rad)
+        """Whether a command sits at its limit."""
+        return self.ctrl.saturated
+
+    @property
+    def laws(self) -> Laws:
+        """What the command is made of."""
+        return (self.ctrl.terms,)
 
     def step(
         self, f: SensorFrame, act: WindshearActuators, updated: int, health: Health, dt: float
@@ -193,7 +200,7 @@ class WindshearMission(Mission[WindshearActuators]):
             return self.ctrl.step(e.x, demand)
         self._blind_s += dt
         if not self._x[k.VA] > 0.0 or self._blind_s < self.p.guid.blind_s:
-            return self.ctrl.u
+            return self.ctrl.hold()
         if self._blind_s < self.p.guid.blind_s + dt:
             self._texts.append(Text(3, BLIND))
             self.guidance.abort()
@@ -284,7 +291,7 @@ class WindshearMission(Mission[WindshearActuators]):
         law, why = c.choice(dict(enumerate(LAWS)), "law")
         if why:
             return DENIED, why
-        if LAWS[law] == "continue" and self.guidance.phase in ("escape", "clear"):
+        if LAWS[law] == "continue" and self.guidance.phase in GIVEN_UP:
             return DENIED, "law continue: the approach has been given up"
         self.guidance.p = with_law(self.guidance.p, LAWS[law])
         self._texts.append(Text(6, f"escape law {LAWS[law]}"))
@@ -294,6 +301,12 @@ class WindshearMission(Mission[WindshearActuators]):
         """Messages since the last call."""
         out, self._texts = self._texts, []
         return out
+
+
+def _law_phases(law: str) -> list[int]:
+    """WKF_PHASE in which a law may be chosen."""
+    barred = GIVEN_UP if law == "continue" else ()
+    return [p for p in ON_THE_WIRE if p < FIRST_PHASE or PHASES[p - FIRST_PHASE] not in barred]
 
 
 def _actuators(ac: TwinJet, delay_ticks: int) -> WindshearActuators:
@@ -308,7 +321,11 @@ SPEC = MissionSpec(
     "twinjet",
     WindshearMission,
     _actuators,
-    commands=frozenset({MAV_CMD_DO_GO_AROUND, MAV_CMD_USER_3}),
+    phases=ON_THE_WIRE,
+    orders=(
+        Order(MAV_CMD_DO_GO_AROUND, "go-around", frozenset(ON_THE_WIRE), besides="another law than `continue`"),
+        *choices(MAV_CMD_USER_3, dict(enumerate(LAWS)), _law_phases),
+    ),
     air_used=plane.AIR_USED,
     one_rate=True,  # readings and commands are per sample
     reports=REPORTS,
