@@ -43,15 +43,20 @@ NEEDED = (*rd.AIR, rd.GYRO, rd.ATT, rd.REL_POS)  # sensors without which no esti
 class RelativeNav:
     """Receiver state relative to the tanker, and wind, from own sensors and the tanker's transmitted estimate."""
 
-    def __init__(self, ac: Aircraft, params: NavParams, extra: int = 0, m: int = 18) -> None:
-        """`extra`: states a variant carries beyond the 15; `m`: measurements at most."""
-        self.core = TrustedCore(ac, params, m + 2, extra)  # two rows for the wake position
+    def __init__(
+        self, ac: Aircraft, params: NavParams, extra: int = 0, m: int = 18, aid: AidParams | None = None
+    ) -> None:  # fmt: skip
+        """`extra`: states a variant carries beyond the 15; `m`: measurements at most; `aid`: see AidParams, None for none."""
+        self.core = TrustedCore(
+            ac, params, m + 2 + (0 if aid is None else 6), extra
+        )  # wake; GNSS difference, closure rate
         self.peer = PeerTracker()
         self.t_us = 0
         self.started_us = -1
         self.rel_us = -1
         self.rejoined = False
-        self.aid: PositionAid | None = None
+        # wake position, GNSS difference, a held station without the data link
+        self.aid = None if aid is None else PositionAid(aid)
         self.witness = GnssWitness(params.r_pos, params.bias_vel)
         self.fix: WakeFix | None = None  # wake position of this step, and
         self.R_ft = np.zeros(9)  # the tanker's air-path axes F to its body axes; filled by the owner
@@ -62,10 +67,6 @@ class RelativeNav:
         self._R, self._Rn, self._fm, self._d = np.zeros(9), np.zeros(9), np.zeros(9), np.zeros(15)
         self._e, self._q = np.zeros(3), np.zeros(4)
         self.out = NavState()
-
-    def use_aid(self, p: AidParams) -> None:
-        """From now on the position is aided: wake position, GNSS difference, a held station without the data link."""
-        self.aid = PositionAid(p)
 
     def step(self, f: SensorFrame, u: np.ndarray, health: Health, updated: int) -> NavState:
         """One estimator step; arguments as AirframeNav.step. Never raises on bad data."""

@@ -16,6 +16,7 @@ from flightsw.filters.gauss_markov import first_order
 from flightsw.kernels.atmosphere import density
 from flightsw.kernels.linalg import inner
 from flightsw.kernels.rotations import to_parent, vec3
+from flightsw.missions.receiver.aids import AidParams
 from flightsw.missions.receiver.estimator import RelativeNav
 from flightsw.missions.receiver.rotational import PROBE_CODE, WIND_CODE, differenced_relative, measure_local
 from flightsw.sixdof.calculated_wind import CalculatedWind
@@ -31,7 +32,7 @@ from flightsw.types import Health, NavState, SensorFrame
 CHANNELS = 18  # codes of models.measure.measure_relative
 
 
-def make_relative_nav(ac: Aircraft, p: NavParams) -> RelativeNav:
+def make_relative_nav(ac: Aircraft, p: NavParams, aid: AidParams | None = None) -> RelativeNav:
     """The plain receiver estimator, or the variant its parameters ask for. Raises ConfigError for what it cannot do."""
     if p.model != "aero":
         raise ConfigError(f"nav.model = {p.model!r}: allowed for a receiver: aero")
@@ -46,7 +47,7 @@ def make_relative_nav(ac: Aircraft, p: NavParams) -> RelativeNav:
     rw = p.wind_model == "random_walk"
     choices = p.rotational_wind or p.local_probes or p.cmw or p.colour_tau_s
     plain = rw and not choices and p.adapt_wind == "off"
-    return RelativeNav(ac, p) if plain else RelativeVariant(ac, p)
+    return RelativeNav(ac, p, aid=aid) if plain else RelativeVariant(ac, p, aid)
 
 
 def channel_sigma(p: NavParams, probes: int) -> np.ndarray:
@@ -78,14 +79,14 @@ class RotationalWind:
 class RelativeVariant(RelativeNav):
     """RelativeNav with other states, measurements, noise colour or adaptation."""
 
-    def __init__(self, ac: Aircraft, params: NavParams) -> None:
+    def __init__(self, ac: Aircraft, params: NavParams, aid: AidParams | None = None) -> None:
         p, probes = params, len(ac.probe)
         first = 18 if p.rotational_wind else 15
         channels = PROBE_CODE + 3 * probes if p.local_probes else CHANNELS
         noise = colour_states(p, channels)
         gusts = GUSTS if p.wind_model == "dryden" else 0
         super().__init__(
-            ac, p, first - 15 + noise + gusts, CHANNELS + 3 * int(p.cmw) + 3 * probes * int(p.local_probes)
+            ac, p, first - 15 + noise + gusts, CHANNELS + 3 * int(p.cmw) + 3 * probes * int(p.local_probes), aid
         )
         self.nx = first
         self.core.work = np.zeros((5, first))

@@ -62,11 +62,10 @@ class ReceiverMission(Mission[ActuatorModel]):
 
     def __init__(self, ac: Aircraft, p: ReceiverParams, period_s: float) -> None:
         """Raises ConfigError for way-points that cannot be flown."""
-        self.nav = make_relative_nav(ac, p.nav)
+        self.nav = make_relative_nav(ac, p.nav, p.airdata.aid if p.airdata.on else None)
         self.air: AirData | None = None
         if p.airdata.on:
             self.air = AirData(ac, p.airdata)
-            self.nav.use_aid(p.airdata.aid)
         elif p.airdata.on is None and (idle := changed(p.airdata, AirDataParams())) is not None:
             raise ConfigError(f"airdata.{idle[0]} = {idle[1]!r}: nothing obeys it without airdata.on = true")
         tanker = load_aircraft(p.tanker)
