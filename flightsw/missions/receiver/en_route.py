@@ -26,8 +26,8 @@ from flightsw.refusal import Refusals
 from flightsw.sixdof.actuators import ActuatorModel
 from flightsw.sixdof.autopilot import TankerControl, TankerCtrlParams
 from flightsw.sixdof.command import ScheduleParams
+from flightsw.sixdof.estimator import AirframeNav
 from flightsw.sixdof.estimator_core import NavParams, failed_bits
-from flightsw.sixdof.estimator_variants import make_airframe_nav
 from flightsw.strict import Range
 from flightsw.types import (
     ACCEPTED,
@@ -89,7 +89,7 @@ class JoinMission(Mission[ActuatorModel]):
         for key in ("V_mps", "V_min_mps", "V_max_mps"):
             e.speed(f"join.guid.{key}", getattr(g, key))
         e.turn("join.guid.turn_max_degps", g.turn_max_degps, g.V_max_mps)
-        self.nav = make_airframe_nav(ac, j.nav)
+        self.nav = AirframeNav(ac, j.nav)
         self.guid = JoinUpGuidance(j.guid)
         self.free = TankerControl(ac, j.ctrl, period_s)
         self.refuel = ReceiverMission(ac, p, period_s)

@@ -15,7 +15,7 @@ from flightsw.missions.base import Mission, MissionSpec, Reports
 from flightsw.missions.receiver.airdata.airdata import AirData, AirDataParams
 from flightsw.missions.receiver.airdata.reports import REPORTS
 from flightsw.missions.receiver.boom import Surroundings
-from flightsw.missions.receiver.estimator_variants import make_relative_nav
+from flightsw.missions.receiver.estimator import RelativeNav
 from flightsw.missions.receiver.refuel import ACTIONS, RefuelGuidance, RefuelParams
 from flightsw.missions.receiver.station_keeping import ReceiverControl, ReceiverCtrlParams
 from flightsw.refusal import Refusals
@@ -62,7 +62,7 @@ class ReceiverMission(Mission[ActuatorModel]):
 
     def __init__(self, ac: Aircraft, p: ReceiverParams, period_s: float) -> None:
         """Raises ConfigError for way-points that cannot be flown."""
-        self.nav = make_relative_nav(ac, p.nav, p.airdata.aid if p.airdata.on else None)
+        self.nav = RelativeNav(ac, p.nav, p.airdata.aid if p.airdata.on else None)
         self.air: AirData | None = None
         if p.airdata.on:
             self.air = AirData(ac, p.airdata)

@@ -18,8 +18,8 @@ from flightsw.refusal import Refusals
 from flightsw.sixdof.actuators import ActuatorModel
 from flightsw.sixdof.autopilot import TankerControl, TankerCtrlParams
 from flightsw.sixdof.command import ScheduleParams
+from flightsw.sixdof.estimator import AirframeNav
 from flightsw.sixdof.estimator_core import NavParams
-from flightsw.sixdof.estimator_variants import make_airframe_nav
 from flightsw.types import (
     ACCEPTED,
     DENIED,
@@ -53,7 +53,7 @@ class TankerMission(Mission[ActuatorModel]):
     watch = HF_IMU | HF_AIR | HF_ATT | HF_GNSS
 
     def __init__(self, ac: Aircraft, p: TankerParams, period_s: float) -> None:
-        self.nav = make_airframe_nav(ac, p.nav)
+        self.nav = AirframeNav(ac, p.nav)
         self.guid = RacetrackGuidance(p.guid)
         self.ctrl = TankerControl(ac, p.ctrl, period_s)
         self.envelope = e = Envelope(ac)
