@@ -21,7 +21,7 @@ AXES = range(3)
 def air_data(c: TrustedCore, f: SensorFrame, n: int, d: Sequence[float]) -> None:
     """Air data of n probes averaged into c.air; d [15] rates of the state."""
     age, s = (f.t_us - f.air_t_us) * 1e-6, 1.0 / math.sqrt(n)
-    V, beta, alpha = c.air
+    V, beta, alpha = c.air.tolist()
     c.add(M_V, V + d[X_V] * age, c.p.r_V * s, rd.V)
     c.add(M_BETA, beta + d[X_BETA] * age, c.p.r_beta * s, rd.BETA)
     c.add(M_ALPHA, alpha + d[X_ALPHA] * age, c.p.r_alpha * s, rd.ALPHA)

@@ -138,6 +138,7 @@ class Parts:
         gusts = Turbulence(core, e.first_gust, heading, not velocity) if e.gusts else None
         self.states: list[States] = [s for s in (own, gusts, self.colour if e.noise else None) if s]
         self.wind_noise = WindNoise(core, e.first_gust + BEYOND, e.gusts)
+        self._white = self.colour.mode == "ignored"
         self._complete = (
             not self.states and not velocity
         )  # a factor of independent errors is all there is to start with
@@ -184,7 +185,11 @@ class Parts:
         c, form, colour, nis = self.core, self.form, self.colour, 0.0
         if form is not None:
             form.enter()
-        if colour.arrange(c, self._dt, f.gyro_count):
+        if self._white:  # the usual case
+            c.ukf.draw()
+            self.sensors.expect(self._points(), c)
+            nis = c.update()
+        elif colour.arrange(c, self._dt, f.gyro_count):
             c.ukf.draw()
             self.sensors.expect(self._points(), c)
             if (d := colour.diff) is not None:

@@ -58,7 +58,9 @@ class RelativeNav:
         sigma = relative_sigma(p, probes)
         e = Extras.of(p, len(sigma), RotationalWind.STATES if p.rotational_wind else 0)
         self.core = c = TrustedCore(ac, p, rows(p, probes, aid is not None), e.total)
-        self._tks = np.zeros((3, TK))
+        self._tks = np.zeros((3, TK))  # the tanker at start, middle and end of the step; now:
+        self._tk = self._tks[TK_END]
+        self._dcm_t, self._dcm_t0 = self._tk[TK_DCM], self._tks[TK_START, TK_DCM]
         self._R, self._Rn, self._fm, self._d = np.zeros(9), np.zeros(9), np.zeros(9), np.zeros(NX)
         self._e, self._q = np.zeros(3), np.zeros(4)
         self.rot = RotationalWind(p) if p.rotational_wind else None
@@ -113,7 +115,7 @@ class RelativeNav:
         x, rho = c.ukf.x, density(altitude(f))
         if dt > 0.0:
             dcm_from_euler(*x[EULER], self._R)
-            mul33(self._R, self._tks[TK_START, TK_DCM], self._Rn)
+            mul33(self._R, self._dcm_t0, self._Rn)
             c.noise_factor(self._Rn, dt)
             self.parts.predict(f, u, rho, dt)
         self._rates(u, rho)
@@ -134,7 +136,7 @@ class RelativeNav:
     def _rates(self, u: np.ndarray, rho: float) -> None:
         """Rates of change `_d`, specific force `_fm` and R_BRBT `_R` of the present mean."""
         c = self.core
-        relative_rates(c.ukf.x[: self._nx], u, rho, c.P, self._tks[TK_END], self._R, self._fm, self._d)
+        relative_rates(c.ukf.x[: self._nx], u, rho, c.P, self._tk, self._R, self._fm, self._d)
 
     def _start(self, f: SensorFrame, u: np.ndarray, updated: int, health: Health) -> NavState:
         need = UPD_AIR | UPD_ATT | UPD_GNSS | UPD_IMU | UPD_REL
@@ -148,7 +150,7 @@ class RelativeNav:
         if have & need != need or not f.rel_valid or c.take_air(f) == 0:
             o.valid, o.reason = False, "waiting for air data, attitude, GNSS, gyro and relative navigation"
             return o
-        x, tk = c.ukf.x, self._tks[TK_END]
+        x, tk = c.ukf.x, self._tk
         self.peer.stage(f.t_us, tk)
         first_state(x, f, c.air, tk)
         c.start_factor()
@@ -165,11 +167,11 @@ class RelativeNav:
 
     def _fuse(self, f: SensorFrame, u: np.ndarray, updated: int) -> tuple[float, int]:
         """Queue what is new, and correct; NIS and how many rows were used."""
-        c, p, tk, gate = self.core, self.core.p, self._tks[TK_END], self.core.refusals
+        c, p, tk, gate = self.core, self.core.p, self._tk, self.core.refusals
         x, d = c.ukf.x.tolist(), self._d.tolist()  # plain floats are quicker
         c.m = 0
-        mul33(self._R, tk[TK_DCM], self._Rn)
-        relative_aids.inertial_rates(c.ukf.x, self._R, tk, c.w_air)
+        mul33(self._R, self._dcm_t, self._Rn)
+        relative_aids.inertial_rates(c.ukf.x[RATE], self._R, tk, c.w_air)
         air = bool(updated & UPD_AIR) and c.take_air(f)
         if air:
             if p.local_probes:
@@ -217,19 +219,19 @@ class RelativeNav:
             a.wake(c, self.fix, self.R_ft, self.x_f)
         stale = not trusted and (f.t_us - self.rel_us) * 1e-6 > a.p.rel_stale_s
         if gnss and not self.peer.coasting and (trusted or stale):
-            a.gnss(c, f, self._tks[TK_END, TK_DCM], self.peer.position(f.gnss_t_us), self._d[POS], trusted)
+            a.gnss(c, f, self._dcm_t, self.peer.position(f.gnss_t_us), self._d[POS], trusted)
         if stale and self.rate_fix is not None:
             a.closure_rate(c, self.rate_fix)
 
     def _force(self, u: np.ndarray, rho: float, x: np.ndarray) -> np.ndarray:
         """Specific force [3] of the model at state x, body axes [m/s^2]."""
         fm = np.zeros(9)
-        relative_rates(x[: self._nx], u, rho, self.core.P, self._tks[TK_END], np.zeros(9), fm, np.zeros(NX))
+        relative_rates(x[: self._nx], u, rho, self.core.P, self._tk, np.zeros(9), fm, np.zeros(NX))
         return fm[:3]
 
     def _hear(self, f: SensorFrame, u: np.ndarray, rho: float) -> None:
         """The witnesses on air data and relative position, after the correction."""
-        c, tk, o = self.core, self._tks[TK_END], self.out
+        c, tk, o = self.core, self._tk, self.out
         gate = c.refusals
         assert gate is not None
         V = None
@@ -261,14 +263,14 @@ class RelativeNav:
         return self._d[RATE]
 
     def _publish(self, f: SensorFrame, nis: float, m: int) -> NavState:
-        c, o, tk = self.core, self.out, self._tks[TK_END]
+        c, o, tk = self.core, self.out, self._tk
         x = c.ukf.x
         o.t_us = f.t_us
         o.reason = c.earned(o, self.started_us, *NEEDED)
         o.valid = not o.reason
         o.V, o.beta, o.alpha = x[AIR].tolist()
-        mul33(self._R, tk[TK_DCM], self._Rn)
-        relative_aids.inertial_rates(x, self._R, tk, c.w_air)
+        mul33(self._R, self._dcm_t, self._Rn)
+        relative_aids.inertial_rates(x[RATE], self._R, tk, c.w_air)
         o.w_b = vec3(c.w_air)
         euler_from_dcm(self._Rn, self._e)
         o.euler = vec3(self._e)

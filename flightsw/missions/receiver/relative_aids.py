@@ -12,7 +12,7 @@ from flightsw.kernels.rotations import dcm_from_quat, mul33_t, to_parent
 from flightsw.missions.receiver.rotational import PROBE_CODE
 from flightsw.sixdof.estimator_core import EstimatorCore
 from flightsw.sixdof.gating import TrustedCore
-from flightsw.sixdof.layout import M_POS, M_VEL, TK_DCM, TK_RATE, TK_VEL, X_ALPHA, X_BETA, X_P, X_V, X_X, X_Y, X_Z
+from flightsw.sixdof.layout import M_POS, M_VEL, TK_DCM, TK_RATE, TK_VEL, X_ALPHA, X_BETA, X_V, X_X, X_Y, X_Z
 from flightsw.sixdof.motion import air_velocity
 from flightsw.types import SensorFrame
 
@@ -67,9 +67,8 @@ def calculated_wind(f: SensorFrame, air: np.ndarray, tk: np.ndarray) -> np.ndarr
     return tk[TK_VEL] + out
 
 
-def inertial_rates(x: np.ndarray, R: np.ndarray, tk: np.ndarray, out: np.ndarray) -> None:
-    """out [3] <- own inertial body rates [rad/s]: those of the state x [15] and R w_T, R [9] = R_BRBT, tk [18] tanker."""
-    w, (p, q, r) = x.tolist(), tk[TK_RATE].tolist()
-    C = R.tolist()
+def inertial_rates(w: np.ndarray, R: np.ndarray, tk: np.ndarray, out: np.ndarray) -> None:
+    """out [3] <- own inertial body rates [rad/s]: those of the state, w [3], and R w_T, R [9] = R_BRBT, tk [18] tanker."""
+    rel, C, (p, q, r) = w.tolist(), R.tolist(), tk[TK_RATE].tolist()
     for i in AXES:
-        out[i] = w[X_P + i] + C[3 * i] * p + C[3 * i + 1] * q + C[3 * i + 2] * r
+        out[i] = rel[i] + C[3 * i] * p + C[3 * i + 1] * q + C[3 * i + 2] * r
