@@ -14,7 +14,7 @@ from flightsw import refusal as rd
 from flightsw.aircraft import Aircraft
 from flightsw.kernels.linalg import product, semidefinite_factor, solve
 from flightsw.kernels.rotations import vec3
-from flightsw.refusal import Refusals
+from flightsw.refusal import AidStatus, Refusals
 from flightsw.sixdof.estimator_core import EstimatorCore, NavParams, sane
 from flightsw.sixdof.layout import AIR, WIND, X_BETA, X_P, X_R, X_V
 from flightsw.sixdof.witness import Forces, verdict
@@ -181,6 +181,11 @@ class TrustedCore(EstimatorCore):
         column = np.zeros((self.ukf.n, 1))
         column[states, 0] = by
         self.ukf.set_factor(np.hstack([self.ukf.S, column]))
+
+    @property
+    def aids(self) -> tuple[AidStatus, ...]:
+        """Status of every aid that has offered a reading; none where nothing is judged."""
+        return () if self.refusals is None else self.refusals.aids
 
     # --- validity -----------------------------------------------------------------------------------------------------
     def lost(self, valid: bool) -> str:
