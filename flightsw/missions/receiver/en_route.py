@@ -27,8 +27,8 @@ from flightsw.refusal import Refusals
 from flightsw.sixdof.actuators import ActuatorModel
 from flightsw.sixdof.autopilot import AutopilotLaw, TankerCtrlParams, make_autopilot
 from flightsw.sixdof.command import ScheduleParams
+from flightsw.sixdof.estimator import AirframeNav
 from flightsw.sixdof.estimator_core import NavParams, failed_bits
-from flightsw.sixdof.estimator_variants import make_airframe_nav
 from flightsw.strict import Range
 from flightsw.terms import Laws
 from flightsw.types import (
@@ -91,7 +91,7 @@ class JoinMission(Mission[ActuatorModel]):
         for key in ("V_mps", "V_min_mps", "V_max_mps"):
             e.speed(f"join.guid.{key}", getattr(g, key))
         e.turn("join.guid.turn_max_degps", g.turn_max_degps, g.V_max_mps)
-        self.nav = make_airframe_nav(ac, j.nav)
+        self.nav = AirframeNav(ac, j.nav)
         self.guid = JoinUpGuidance(j.guid)
         self.free = make_autopilot(ac, j.ctrl, period_s, "join.ctrl")
         self.refuel = ReceiverMission(ac, p, period_s)

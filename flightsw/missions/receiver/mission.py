@@ -15,7 +15,7 @@ from flightsw.missions.base import Mission, MissionSpec, Reports, choices
 from flightsw.missions.receiver.airdata.airdata import AirData, AirDataParams
 from flightsw.missions.receiver.airdata.reports import REPORTS
 from flightsw.missions.receiver.boom import Surroundings
-from flightsw.missions.receiver.estimator_variants import make_relative_nav
+from flightsw.missions.receiver.estimator import RelativeNav
 from flightsw.missions.receiver.refuel import ACTIONS, FROM, NAMES, TAKES, RefuelGuidance, RefuelParams
 from flightsw.missions.receiver.station_keeping import ReceiverCtrlParams, make_station_keeping
 from flightsw.refusal import Refusals
@@ -63,11 +63,10 @@ class ReceiverMission(Mission[ActuatorModel]):
 
     def __init__(self, ac: Aircraft, p: ReceiverParams, period_s: float) -> None:
         """Raises ConfigError for way-points that cannot be flown."""
-        self.nav = make_relative_nav(ac, p.nav)
+        self.nav = RelativeNav(ac, p.nav, p.airdata.aid if p.airdata.on else None)
         self.air: AirData | None = None
         if p.airdata.on:
             self.air = AirData(ac, p.airdata)
-            self.nav.use_aid(p.airdata.aid)
         elif p.airdata.on is None and (idle := changed(p.airdata, AirDataParams())) is not None:
             raise ConfigError(f"airdata.{idle[0]} = {idle[1]!r}: nothing obeys it without airdata.on = true")
         tanker = load_aircraft(p.tanker)

@@ -25,8 +25,8 @@ from flightsw.refusal import Refusals
 from flightsw.sixdof.actuators import ActuatorModel
 from flightsw.sixdof.autopilot import TankerCtrlParams, make_autopilot
 from flightsw.sixdof.command import ScheduleParams
+from flightsw.sixdof.estimator import AirframeNav
 from flightsw.sixdof.estimator_core import NavParams
-from flightsw.sixdof.estimator_variants import make_airframe_nav
 from flightsw.strict import Range
 from flightsw.terms import Laws
 from flightsw.types import (
@@ -72,7 +72,7 @@ class RendezvousMission(Mission[ActuatorModel]):
     watch = HF_IMU | HF_AIR | HF_ATT | HF_GNSS
 
     def __init__(self, ac: Aircraft, p: RendezvousMissionParams, period_s: float) -> None:
-        self.nav = make_airframe_nav(ac, p.nav)
+        self.nav = AirframeNav(ac, p.nav)
         self.track = ReceiverTrack(p.rendezvous.track)
         self.pilot = RendezvousPilot(p.rendezvous.pilot)
         self.guid = make_path(p.guid)

@@ -18,8 +18,8 @@ from flightsw.refusal import Refusals
 from flightsw.sixdof.actuators import ActuatorModel
 from flightsw.sixdof.autopilot import TankerCtrlParams, make_autopilot
 from flightsw.sixdof.command import ScheduleParams
+from flightsw.sixdof.estimator import AirframeNav
 from flightsw.sixdof.estimator_core import NavParams
-from flightsw.sixdof.estimator_variants import make_airframe_nav
 from flightsw.terms import Laws
 from flightsw.types import (
     ACCEPTED,
@@ -56,7 +56,7 @@ class TankerMission(Mission[ActuatorModel]):
     watch = HF_IMU | HF_AIR | HF_ATT | HF_GNSS
 
     def __init__(self, ac: Aircraft, p: TankerParams, period_s: float) -> None:
-        self.nav = make_airframe_nav(ac, p.nav)
+        self.nav = AirframeNav(ac, p.nav)
         self.guid = make_path(p.guid)
         self.turn_rate_degps = p.guid.turn_rate_degps
         self.ctrl = make_autopilot(ac, p.ctrl, period_s, "ctrl")
