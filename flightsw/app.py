@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -30,6 +30,7 @@ from flightsw.types import (
     UPD_RADAR,
     UPD_REL,
     UPD_TACAN,
+    ZERO3,
     Ack,
     ActuatorCmd,
     Command,
@@ -115,20 +116,26 @@ class FlightApp:
         self.cmd = ActuatorCmd(armed=False)
         self.nav, self.guid, self.timing = NavState(), GuidanceCmd(), Timing()
         self.reported: Reports = {}
+        self.laws = self.mission.laws
         self.tick_no = 0
         self._updated = 0
         self._baro_us = -BARO_AGE_US
         self._imu: list[tuple[int, Vec3, Vec3]] = []
+        self._means: tuple[Vec3, Vec3, float] = (ZERO3, ZERO3, 0.0)  # of rate and specific force, and their age [s]
         self._slow_index = -1
         self._slow_t_us = -1
         self._started = False
 
     def tick(self, f: SensorFrame, dt_s: float) -> tuple[ActuatorCmd, Snapshot]:
-        """One base tick: f the frame now, dt_s [s] since the previous tick. Returns the command and what telemetry may send."""
+        """One base tick: f the frame now, dt_s [s] since the previous tick. Returns the command and what telemetry may send.
+
+        `f` stays as it came; the snapshot holds what was made of it.
+        """
         texts: list[Text] = []
         acks = [self._answer(c) for c in f.commands] if f.commands else []
-        h = self.health.step(f)
-        h.rejected += self.condition.intake(f)
+        f, h = self.health.step(f)
+        f, refused = self.condition.intake(f)
+        h.rejected += refused
         self._updated |= f.updated
         if f.updated & UPD_IMU:
             self._imu.append((f.t_us, f.gyro_b, f.acc_b))
@@ -137,12 +144,15 @@ class FlightApp:
         index = f.t_us // self.slow_us
         fresh = index != self._slow_index
         if fresh:
+            f = self._average_imu(f)
             self._slow(f, texts)
             self._slow_index = index
         self._guard(texts, fresh)
         c = self.cmd
         c.t_us = f.t_us
-        snap = Snapshot(f.t_us, self.tick_no, f, self.nav, self.guid, c, h, self.timing, texts, acks, self.reported)
+        snap = Snapshot(
+            f.t_us, self.tick_no, f, self.nav, self.guid, c, h, self.timing, texts, acks, self.reported, self.laws
+        )  # fmt: skip
         self.tick_no += 1
         return c, snap
 
@@ -184,10 +194,10 @@ class FlightApp:
             self.u[:] = u
             self.act.reset(u[:3], float(u[3]))
             self._started = True
-        self._average_imu(f)
         self.nav, self.guid, u, throttle = self.mission.step(f, self.act, self._updated, self.health.out, dt)
         self.nav.V_cal = self._calibrated(f)
         self.reported = self.mission.reports
+        self.laws = self.mission.laws
         self._updated = 0
         self.health.watch = self.mission.watch
         self.u[:] = u
@@ -223,15 +233,17 @@ class FlightApp:
             return 0.0
         return float(calibrated_airspeed(V, high))
 
-    def _average_imu(self, f: SensorFrame) -> None:
-        """Mean rate and specific force since the last mission step: five samples of noise are worth more than the last one."""
+    def _average_imu(self, f: SensorFrame) -> SensorFrame:
+        """The frame with mean rate and specific force since the last mission step: five samples of noise are worth more than the
+        last one. Without a sample the last means stay, with a count of 0."""
         g = self._imu
-        f.gyro_count = n = len(g)
+        n = len(g)
         if n:
-            f.gyro_mean_b = _mean([w for _, w, _ in g])
-            f.acc_mean_b = _mean([a for _, _, a in g])
-            f.gyro_age_s = (f.t_us - sum(t for t, _, _ in g) / n) * 1e-6
+            age = (f.t_us - sum(t for t, _, _ in g) / n) * 1e-6
+            self._means = _mean([w for _, w, _ in g]), _mean([a for _, _, a in g]), age
             g.clear()
+        gyro, acc, age = self._means
+        return replace(f, gyro_count=n, gyro_mean_b=gyro, acc_mean_b=acc, gyro_age_s=age)
 
     def _guard(self, texts: list[Text], fresh: bool) -> None:
         """Last look before the actuators: a non-finite value becomes the last good one, and is reported once.

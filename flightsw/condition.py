@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated
 
 from flightsw.strict import ConfigError, Range
@@ -47,13 +47,21 @@ class Condition:
         self._good_s = self._bad_s = self._free_s = 0.0
         self._fuel_kg = -1.0  # last believed
         self._fuel_us = self._odd = 0
+        self._doubted = False  # the gauge's last reading was not believed
         self._level = ""
         self._same = 0
 
-    def intake(self, f: SensorFrame) -> int:
-        """Judge the fuel gauge of frame `f`; a reading that is not believed is replaced by the last one that was. How many."""
-        if self.capacity_kg <= 0.0:
-            return 0
+    def intake(self, f: SensorFrame) -> tuple[SensorFrame, int]:
+        """Judge the fuel gauge; returns the frame, in it the last believed reading for one that is not, and how many were not.
+
+        `f` itself stays as it came.
+        """
+        refused = self._judge(f) if self.capacity_kg > 0.0 else 0
+        if self._doubted:
+            f = replace(f, updated=f.updated & ~UPD_FUEL if refused else f.updated, fuel_kg=max(self._fuel_kg, 0.0))
+        return f, refused
+
+    def _judge(self, f: SensorFrame) -> int:
         if f.updated & UPD_FUEL:
             return self._gauge(f)
         if self._fuel_us and f.t_us - self._fuel_us > self.p.fuel_age_s * 1e6:
@@ -67,10 +75,9 @@ class Condition:
         odd = kg > self.capacity_kg + p.fuel_jump_kg or (known and abs(kg - self._fuel_kg) > jump)
         self._odd = self._odd + 1 if odd else 0
         if odd and (self._odd <= TWICE or kg > self.capacity_kg + p.fuel_jump_kg):
-            f.updated &= ~UPD_FUEL
-            f.fuel_kg = max(self._fuel_kg, 0.0)
+            self._doubted = True
             return 1
-        self._fuel_kg, self._fuel_us, self._odd = kg, f.t_us, 0
+        self._fuel_kg, self._fuel_us, self._odd, self._doubted = kg, f.t_us, 0, False
         level = "exhausted" if kg <= p.fuel_empty_kg else "low" if kg < p.fuel_low_frac * self.capacity_kg else ""
         self._same = self._same + 1 if level != self._level else 0
         if self._same < TWICE and self._level != "lost":

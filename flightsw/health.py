@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated
 
 from flightsw.strict import ConfigError, Range
@@ -91,7 +91,7 @@ def _unit(q: tuple[float, ...]) -> bool:
 
 
 class HealthMonitor:
-    """Judges each new sample, clears its update bit when refused, and keeps the failed flags."""
+    """Judges each new sample, takes the refused ones out of the frame, and keeps the failed flags."""
 
     NAMES = NAMES
 
@@ -105,6 +105,7 @@ class HealthMonitor:
         self._value: dict[str, tuple[float, ...]] = {}
         self._same: dict[str, int] = {}
         self._t0_us = -1
+        self._air_bad = 0  # SensorFrame.air_bad of the last air data
         self.texts: list[Text] = []
         self._groups = (
             (HF_IMU, UPD_IMU, p.imu_age_s),
@@ -115,18 +116,19 @@ class HealthMonitor:
             (HF_PEER, UPD_PEER, p.peer_age_s),
         )
 
-    def step(self, f: SensorFrame) -> Health:
-        """Check frame `f`; refused groups lose their bit in f.updated. Ages run from the first frame."""
+    def step(self, f: SensorFrame) -> tuple[SensorFrame, Health]:
+        """The frame without the groups that are refused and with the air data's refused readings marked, and the health. `f`
+        itself stays as it came. Ages run from the first frame."""
         h = self.out
         if self._t0_us < 0:
             self._t0_us = f.t_us
-        failed = 0
+        failed, updated = 0, f.updated
         for flag, upd, age in self._groups:
             if f.updated & upd:
                 if self._judge(f, flag):
                     self._last_us[flag] = f.t_us
                 else:
-                    f.updated &= ~upd
+                    updated &= ~upd
                     h.rejected += 1
             # a group never seen gets START_S: the tanker's link opens only when its own navigation is valid
             last = self._last_us.get(flag, self._t0_us + START_US)
@@ -137,7 +139,9 @@ class HealthMonitor:
             self._report(failed, before)
             h.failed = (h.failed & ~SENSORS) | failed
             h.reason = ", ".join(n for b, n in self.NAMES.items() if failed & b)
-        return h
+        if updated != f.updated or self._air_bad != f.air_bad:
+            f = replace(f, updated=updated, air_bad=self._air_bad)
+        return f, h
 
     def _judge(self, f: SensorFrame, flag: int) -> bool:
         """Whether the new sample of a group is in range and alive. Air-data probes are judged one by one."""
@@ -162,10 +166,10 @@ class HealthMonitor:
         return alive and state and _inside(q.acc_n, p.acc_max_mps2) and _inside(q.w_b, p.rate_max_radps)
 
     def _judge_air(self, f: SensorFrame) -> bool:
-        """Mark each refused reading in f.air_bad; the group is good while one probe is good in all three, or where readings
+        """Mark each refused reading; the group is good while one probe is good in all three, or where readings
         are taken one by one, while one that is used is."""
         p, serving = self.p, 0
-        f.air_bad = 0
+        self._air_bad = 0
         for i, v in enumerate(f.air_V):
             a, b = f.air_alpha[i], f.air_beta[i]
             good = (p.V_min_mps <= v <= p.V_max_mps, abs(b) < p.flow_max_rad, abs(a) < p.flow_max_rad)
@@ -174,7 +178,7 @@ class HealthMonitor:
                 if not self._moving(f"probe {i}.{j}", (x,)) or not good[j]:
                     bad |= 1 << (3 * j + i)
                     lost |= 1 << j
-            f.air_bad |= bad
+            self._air_bad |= bad
             serves = self.air_used & ~lost if self.air_used else not lost
             serving += bool(serves) and f.air_mask >> i & 1
         return serving > 0

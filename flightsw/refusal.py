@@ -16,7 +16,7 @@ from typing import Annotated
 
 import numpy as np
 
-from flightsw.filters.gating import LAST, REFUSALS, REFUSED, STRAINED, TAKEN, GroupGate
+from flightsw.filters.gating import LAST, OFFERED, RATIO, REFUSALS, REFUSED, STRAINED, TAKEN, GroupGate
 from flightsw.strict import Range, changed
 from flightsw.types import HF_AIR, HF_ATT, HF_GNSS, HF_IMU, HF_REL, Text
 
@@ -75,6 +75,26 @@ class GateParams:
         """Raises ValueError for a setting that nothing obeys."""
         if self.false_alarm == 0.0 and (idle := changed(self, GateParams(), ("false_alarm",))) is not None:
             raise ValueError(f"{idle[0]} = {idle[1]!r}: nothing obeys it with false_alarm = 0")
+
+
+@dataclass(frozen=True, slots=True)
+class AidStatus:
+    """One sensor aid of an estimator as it stands. Counts are of readings, from the beginning on."""
+
+    kind: int  # WKF_READING
+    offered: int
+    used: int
+    refused: int  # by the gate; what is offered and neither was kept out by what went before
+    kept_out: bool  # now
+    age_s: float  # [s] since one was last used, or since the estimate began anew
+    innovation: tuple[float, ...]  # [unit of the reading] of the last one, per channel; infinite: it was no number
+    sigma: tuple[float, ...]  # [unit of the reading] 1-sigma of that as the filter and what it is not told of have it
+    ratio: float  # [-] largest innovation of the last reading to what the gate allows; above 1 it is refused
+
+    @property
+    def name(self) -> str:
+        """As in texts."""
+        return KINDS[self.kind][0]
 
 
 class Refusals:
@@ -239,6 +259,19 @@ class Refusals:
         """Readings refused so far, per WKF_READING."""
         return tuple(int(n) for n in self.gate.groups[:, REFUSALS].tolist())
 
+    def status(self, k: int) -> AidStatus:
+        """Of sensor k."""
+        g = self.gate
+        offered, used, refused = (int(n) for n in g.groups[k, [OFFERED, TAKEN, REFUSALS]].tolist())
+        ratio = math.sqrt(float(g.groups[k, RATIO]))
+        innovation, sigma = tuple(g.innovations(k).tolist()), tuple(g.sigmas(k).tolist())
+        return AidStatus(k, offered, used, refused, self._held[k], self.age_s(k), innovation, sigma, ratio)
+
+    @property
+    def aids(self) -> tuple[AidStatus, ...]:
+        """Status of every aid that has offered a reading, in the order of WKF_READING."""
+        return tuple(self.status(k) for k in np.flatnonzero(self.gate.groups[:, OFFERED]).tolist())
+
     @property
     def contradicted(self) -> bool:
         """Whether so many sensors are out that the estimate is in doubt and not they."""
@@ -247,7 +280,7 @@ class Refusals:
     def missing(self, *kinds: int) -> str:
         """Which sensor has not had enough readings taken yet, in words; empty: none."""
         for k in kinds:
-            n = int(self.gate.groups[k, TAKEN])
+            n = self.gate.accepted(k)
             if n < self.p.samples:
                 return f"{KINDS[k][0]}: {n} of {self.p.samples} readings"
         return ""

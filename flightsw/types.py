@@ -12,6 +12,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TypeVar
 
+from flightsw.terms import Laws
+
 Vec3 = tuple[float, float, float]
 Quat = tuple[float, float, float, float]
 R = TypeVar("R")
@@ -301,6 +303,7 @@ class Snapshot:
     reports: Mapping[type, object] = field(
         default_factory=dict
     )  # what only this mission sends, by the class of the record
+    laws: Laws = ()  # what the command is made of, law by law
 
     def report(self, kind: type[R]) -> R | None:
         """The mission's record of class `kind`; None: it has none now."""

@@ -48,7 +48,8 @@ class FilterBank:
         """filters k of equal n, q [k] their intensities, transition [k,k] (rows sum to 1). mix=False: each filter keeps to
         itself and only the weights interact (static bank with forgetting). Raises ValueError for inconsistent sizes.
         """
-        k, n = len(filters), filters[0].n
+        one, *_ = filters
+        k, n = len(filters), one.n
         T = np.asarray(transition, dtype=float)
         if len(q) != k or T.shape != (k, k) or any(f.n != n for f in filters):
             raise ValueError(
@@ -59,7 +60,7 @@ class FilterBank:
         self.filters, self.q_values, self.T, self.interact = list(filters), np.array(q, dtype=float), T, mix
         self.n, self.k = n, k
         self.mu = np.full(k, 1.0 / k)
-        self.x = np.array(filters[0].x)
+        self.x = np.array(one.x)
         self._ll = np.zeros(k)
         self._w = np.zeros(max(f.m for f in filters))
 

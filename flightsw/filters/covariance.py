@@ -57,6 +57,16 @@ def gain(K: np.ndarray, n: int, Sy: np.ndarray, m: int) -> None:
 
 
 @jit
+def norm_by(L: np.ndarray, m: int, v: np.ndarray) -> float:
+    """|L^-1 v|^2 with L [>=m,>=m] lower triangular; v [>=m] <- L^-1 v."""
+    forward_sub(L, m, v)
+    s = 0.0
+    for a in range(m):
+        s += v[a] * v[a]
+    return s
+
+
+@jit
 def apply_innovation(K: np.ndarray, nu: np.ndarray, m: int, Sy: np.ndarray, x: np.ndarray, w: np.ndarray) -> float:
     """x [n] += K nu for the innovation nu [>=m]; returns NIS = nu^T (Sy Sy^T)^-1 nu. w [>=m] is workspace."""
     for i in range(x.shape[0]):
@@ -66,11 +76,7 @@ def apply_innovation(K: np.ndarray, nu: np.ndarray, m: int, Sy: np.ndarray, x: n
         x[i] += s
     for a in range(m):
         w[a] = nu[a]
-    forward_sub(Sy, m, w)
-    nis = 0.0
-    for a in range(m):
-        nis += w[a] * w[a]
-    return nis
+    return norm_by(Sy, m, w)
 
 
 @jit

@@ -85,10 +85,11 @@ class ChannelGate:
 ABSENT, AGREES, STRAINED, REFUSED = -1, 0, 1, 2  # what is found of a group; strained: it disagrees and is taken
 # columns of a group's row of state: refusals remembered, kept out (0, 1), refusals and readings taken so far, time of the
 # last one taken [us], row of its first reading now; factor to the unit of a common disturbance, in that unit excess variance
-# of its innovations and what is allowed for it, last innovation; rows now
-SCORE, HELD, REFUSALS, TAKEN, LAST, FIRST, WEIGHT, EXCESS, ALLOWED, BEFORE, COUNT = range(11)
+# of its innovations and what is allowed for it, last innovation; rows now; readings offered so far, taken before the estimate
+# last began anew, largest squared ratio of an innovation now to what is allowed
+SCORE, HELD, REFUSALS, TAKEN, LAST, FIRST, WEIGHT, EXCESS, ALLOWED, BEFORE, COUNT, OFFERED, BEGAN, RATIO = range(14)
 WIDTH = 9  # rows of a group at most; each is a channel of its own
-MEAN, SPREAD, FROZEN, NOW, DRIFT = range(5)  # columns of a channel's row of state
+MEAN, SPREAD, FROZEN, NOW, DRIFT, NU = range(6)  # columns of a channel's row of state
 SEEN = 0  # column of the last row: samples of the common disturbance so far
 HELD_BAD = 0.25  # [-] of a refusal remembered per disagreeing sample of a group kept out
 FOLLOW = 0.3  # [-] share of a new sample in a channel's recent mean innovation
@@ -144,7 +145,7 @@ def sift(
 
     group [>=m] of each row, nu [>=m] innovation, Sy [>=m,>=m] lower factor of its covariance, slack [>=m] 1-sigma of what the
     filter was not told of, t_us [us] now, limit2 [-] largest squared ratio, watched: the groups below it are missed when they
-    have been silent for a second, taking: nothing is refused for now; st [groups*(1+WIDTH)+1,11] state, in place; var, channel
+    have been silent for a second, taking: nothing is refused for now; st [groups*(1+WIDTH)+1,14] state, in place; var, channel
     [>=m] workspace. A group with refusals remembered is judged by the Sy of before them: ignorance that has grown since does
     not let it back. Innovations are judged about their recent mean: what comes by and by may be the prediction's fault, what
     jumps is the sensor's.
@@ -168,7 +169,10 @@ def sift(
             more += st[g, ALLOWED] / (st[g, WEIGHT] * st[g, WEIGHT])
         if bad[g] == ABSENT:
             st[g, FIRST] = i
+            st[g, OFFERED] += 1.0
+            st[g, RATIO] = 0.0
         st[c, NOW] = v + more
+        st[c, NU] = nu[i] if np.isfinite(nu[i]) else np.inf
         if st[g, SCORE] > 0.0:
             v = min(v, st[c, FROZEN])
         else:
@@ -182,10 +186,12 @@ def sift(
         elif nu[i] * nu[i] > limit2 * v:
             found = STRAINED
         bad[g] = max(bad[g], found)
+        off = st[c, NU] - mid
+        st[g, RATIO] = max(st[g, RATIO], off * off / (limit2 * v) if v > 0.0 else np.inf)
     quiet = True
     for g in range(groups):
         if bad[g] == ABSENT:
-            quiet = quiet and (g >= watched or st[g, TAKEN] <= 0.0 or t_us - st[g, LAST] <= 1e6)
+            quiet = quiet and (g >= watched or st[g, TAKEN] <= st[g, BEGAN] or t_us - st[g, LAST] <= 1e6)
             continue
         held = st[g, HELD] > 0.0
         s = st[g, SCORE]
@@ -245,7 +251,7 @@ class GroupGate:
         # [sigma] two-sided normal: chi-square of one degree of freedom
         self.limit = NormalDist().inv_cdf(1.0 - 0.5 * false_alarm)
         self.watched, self.taking = watched, False
-        self._state = np.zeros((groups * (1 + WIDTH) + 1, 11))
+        self._state = np.zeros((groups * (1 + WIDTH) + 1, 14))
         self.bad = np.full(groups, ABSENT, dtype=np.int64)
         self._limit2 = self.limit * self.limit
         self._keep, self._channel = np.zeros(rows, dtype=np.int64), np.zeros(rows, dtype=np.int64)
@@ -263,11 +269,11 @@ class GroupGate:
 
     @property
     def groups(self) -> Array:
-        """State of the groups [groups,11]; a view."""
+        """State of the groups [groups,14]; a view."""
         return self._state[: len(self.bad)]
 
     def channels(self, group: int) -> Array:
-        """State of the channels of a group, as many as it had rows last [k,11]; a view."""
+        """State of the channels of a group, as many as it had rows last [k,14]; a view."""
         first = len(self.bad) + WIDTH * group
         return self._state[first : first + min(int(self._state[group, COUNT]) or WIDTH, WIDTH)]
 
@@ -292,6 +298,14 @@ class GroupGate:
         """1-sigma [k] of each channel's last innovation as the filter and its slack have it, however much that has grown."""
         return np.sqrt(self.channels(group)[:, NOW])
 
+    def innovations(self, group: int) -> Array:
+        """Last innovation [k] of each channel of a group; infinite: it was no number."""
+        return self.channels(group)[:, NU]
+
+    def accepted(self, group: int) -> int:
+        """Readings of a group taken since the estimate last began."""
+        return int(self._state[group, TAKEN] - self._state[group, BEGAN])
+
     def disagrees(self, group: int) -> bool:
         """Whether a group kept out still contradicts what was known when it went."""
         return bool(self._state[group, SCORE] > BENCH - 2.0 * HELD_BAD)
@@ -301,8 +315,9 @@ class GroupGate:
         self._state[group, SCORE] = self._state[group, HELD] = 0.0
 
     def restart(self, t_us: int) -> None:
-        """Begin anew at t_us: all are taken back, the counts of refusals stay."""
-        for column in (SCORE, HELD, TAKEN, EXCESS, ALLOWED, BEFORE):
+        """Begin anew at t_us: all are taken back, the counts stay."""
+        for column in (SCORE, HELD, EXCESS, ALLOWED, BEFORE):
             self.groups[:, column] = 0.0
+        self.groups[:, BEGAN] = self.groups[:, TAKEN]
         self.groups[:, LAST] = t_us
         self._state[len(self.bad) :] = 0.0

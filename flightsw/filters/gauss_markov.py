@@ -14,6 +14,9 @@ from flightsw.filters.covariance import chol_psd
 from flightsw.kernels.discrete import discretise
 
 Array = np.ndarray
+# Dryden states: u [m/s]; the filters of v and w, two states each, driven by noise of unit intensity. Outputs u, v, w [m/s]
+U, V_PAIR, W_PAIR = 0, slice(1, 3), slice(3, 5)
+OUT_U, OUT_V, OUT_W = 0, 1, 2
 
 
 def _positive(**values: float) -> None:
@@ -64,21 +67,21 @@ def dryden(T: float, V: float, L: float | Array, sigma: float | Array) -> tuple[
     unit white noise (lee.md 3.5 with the intensity pi folded in, so no separate factor is needed). Raises ValueError
     for non-positive T, V or L, or a negative sigma.
     """
-    Ls, sg = np.broadcast_to(np.asarray(L, float), 3), np.broadcast_to(np.asarray(sigma, float), 3)
-    _positive(T=T, V=V, L_u=Ls[0], L_v=Ls[1], L_w=Ls[2])
+    (Lu, Lv, Lw), sg = np.broadcast_to(np.asarray(L, float), 3), np.broadcast_to(np.asarray(sigma, float), 3)
+    _positive(T=T, V=V, L_u=Lu, L_v=Lv, L_w=Lw)
     if not (sg >= 0.0).all():
         raise ValueError(f"sigma = {sg.tolist()}; allowed >= 0")
+    su, sv, sw = sg
     Phi, SQ, C, P0 = np.zeros((5, 5)), np.zeros((5, 5)), np.zeros((3, 5)), np.zeros((5, 5))
-    Phi[0, 0], SQ[0, 0] = first_order(T, Ls[0] / V, float(sg[0]))
-    P0[0, 0], C[0, 0] = sg[0] ** 2, 1.0
-    for axis, i in ((1, 1), (2, 3)):
-        w = V / Ls[axis]
-        b = slice(i, i + 2)
+    Phi[U, U], SQ[U, U] = first_order(T, Lu / V, float(su))
+    P0[U, U], C[OUT_U, U] = su**2, 1.0
+    for axis, b, length, s in ((OUT_V, V_PAIR, Lv, sv), (OUT_W, W_PAIR, Lw, sw)):
+        w = V / length
         Phi[b, b], Q = critically_damped(T, w)
         L = np.zeros((2, 2))
         chol_psd(Q, 2, L)
         SQ[b, b] = L
-        C[axis, b] = sg[axis] * w**1.5, sg[axis] * math.sqrt(3.0 * w)
+        C[axis, b] = s * w**1.5, s * math.sqrt(3.0 * w)
         P0[b, b] = np.diag([0.25 / w**3, 0.25 / w])
     return Phi, SQ, C, P0
 

@@ -9,11 +9,13 @@ from __future__ import annotations
 import numpy as np
 
 from flightsw.filters.base import CovarianceFilter
+from flightsw.filters.correction import cross_covariance, innovation_covariance, joseph
 from flightsw.filters.covariance import add_factor, apply_innovation, chol_psd, gain, root_diagonal
 from flightsw.kernels.jit import jit
 from flightsw.kernels.linalg import matvec
 
 Array = np.ndarray
+CENTRE = 0  # row of the mean among the points
 CBRT_EPS = 6.055454452393343e-06  # [-] cube root of the double rounding unit: the balance of a central difference
 
 
@@ -63,62 +65,40 @@ def time_update(F: np.ndarray, SQ: np.ndarray, P: np.ndarray, W: np.ndarray) -> 
 
 @jit
 def measurement_update(
-    H: np.ndarray, r: np.ndarray, m: int, P: np.ndarray, K: np.ndarray, Sy: np.ndarray, W: np.ndarray, A: np.ndarray
-) -> int:
-    """Gain K [n,>=m], innovation factor Sy [>=m,>=m] and P [n,n] <- (I-KH) P (I-KH)^T + K R K^T; r [>=m] 1-sigma.
+    H: np.ndarray, r: np.ndarray, m: int, P: np.ndarray, K: np.ndarray, Sy: np.ndarray, KR: np.ndarray, W: np.ndarray,
+    A: np.ndarray,
+) -> int:  # fmt: skip
+    """Gain K [n,>=m], innovation factor Sy [>=m,>=m] and P [n,n] in Joseph's form; H [>=m,n], r [>=m] 1-sigma.
 
-    H [>=m,n]; workspaces W [max(n,m),n], A [max(n,m), max(n,m)]. Returns 1 if the innovation covariance is indefinite.
+    Workspaces KR [n,>=m], W [max(n,m),n], A [max(n,m), max(n,m)]. Returns 1 if the innovation covariance is indefinite.
     """
     n = P.shape[0]
-    for i in range(n):
-        for a in range(m):
-            s = 0.0
-            for k in range(n):
-                s += P[i, k] * H[a, k]
-            K[i, a] = s
+    cross_covariance(P, H, m, K)
     for a in range(m):
-        for b in range(a + 1):
-            s = r[a] * r[a] if a == b else 0.0
-            for k in range(n):
-                s += H[a, k] * K[k, b]
-            A[a, b] = s
+        for b in range(a):
+            A[a, b] = 0.0
+        A[a, a] = r[a] * r[a]
+    innovation_covariance(H, K, m, A)
     if chol_psd(A, m, Sy):
         return 1
     gain(K, n, Sy, m)
     for i in range(n):
-        for j in range(n):
-            s = 1.0 if i == j else 0.0
-            for a in range(m):
-                s -= K[i, a] * H[a, j]
-            A[i, j] = s
-    for i in range(n):
-        for j in range(n):
-            s = 0.0
-            for k in range(n):
-                s += A[i, k] * P[k, j]
-            W[i, j] = s
-    for i in range(n):
-        for j in range(i + 1):
-            s = 0.0
-            for k in range(n):
-                s += W[i, k] * A[j, k]
-            for a in range(m):
-                s += K[i, a] * r[a] * r[a] * K[j, a]
-            P[i, j] = s
-            P[j, i] = s
+        for a in range(m):
+            KR[i, a] = K[i, a] * r[a] * r[a]
+    joseph(P, H, m, K, KR, A, W)
     return 0
 
 
 @jit
 def correct_points(
     Y: np.ndarray, d: np.ndarray, y: np.ndarray, r: np.ndarray, m: int, x: np.ndarray, P: np.ndarray, nu: np.ndarray,
-    H: np.ndarray, K: np.ndarray, Sy: np.ndarray, W: np.ndarray, A: np.ndarray,
+    H: np.ndarray, K: np.ndarray, Sy: np.ndarray, KR: np.ndarray, W: np.ndarray, A: np.ndarray,
 ) -> float:  # fmt: skip
     """Measurement update from the images Y [2n+1,>=m] of `spread` points; returns NIS, or -1 when it was refused."""
     slopes(Y, m, x.shape[0], d, H)
     for a in range(m):
-        nu[a] = y[a] - Y[0, a]
-    if measurement_update(H, r, m, P, K, Sy, W, A):
+        nu[a] = y[a] - Y[CENTRE, a]
+    if measurement_update(H, r, m, P, K, Sy, KR, W, A):
         return -1.0
     return apply_innovation(K, nu, m, Sy, x, W[0])
 
@@ -135,6 +115,7 @@ class KalmanFilter(CovarianceFilter):
         self.F = np.eye(n)
         self.H = np.zeros((m, n))
         self._d = np.ones(n)
+        self._KR = np.zeros((n, m))
         self._W = np.zeros((big, big))
         self._A = np.zeros((big, big))
 
@@ -147,7 +128,7 @@ class KalmanFilter(CovarianceFilter):
     def recombine(self) -> None:
         """Time update: mean is the propagated centre, F [n,n] the central differences of the propagated points."""
         slopes(self.X, self.n, self.n, self._d, self.F)
-        self.x[:] = self.X[0]
+        self.x[:] = self.X[CENTRE]
         time_update(self.F, self.SQ, self.P, self._W)
 
     def correct(self, y: Array, r: Array, m: int) -> float:
@@ -155,7 +136,9 @@ class KalmanFilter(CovarianceFilter):
         in `failures` and the update refused (NIS -1).
         """
         nis = float(
-            correct_points(self.Y, self._d, y, r, m, self.x, self.P, self.nu, self.H, self.K, self.Sy, self._W, self._A)
+            correct_points(
+                self.Y, self._d, y, r, m, self.x, self.P, self.nu, self.H, self.K, self.Sy, self._KR, self._W, self._A
+            )
         )
         self.failures += nis < 0.0
         return nis
@@ -174,7 +157,8 @@ class KalmanFilter(CovarianceFilter):
         self.H[:k] = H
         matvec(self.H, self.x, self.nu)
         self.nu[:k] = y - self.nu[:k]
-        if measurement_update(self.H, np.asarray(r, dtype=float), k, self.P, self.K, self.Sy, self._W, self._A):
+        r = np.asarray(r, dtype=float)
+        if measurement_update(self.H, r, k, self.P, self.K, self.Sy, self._KR, self._W, self._A):
             self.failures += 1
             return -1.0
         return float(apply_innovation(self.K, self.nu, k, self.Sy, self.x, self._W[0]))

@@ -13,9 +13,11 @@ from collections.abc import Callable
 
 import numpy as np
 
-from flightsw.filters.covariance import chol_psd
+from flightsw.filters.covariance import apply_innovation, chol_psd, gain
 from flightsw.kernels.jit import jit
-from flightsw.kernels.linalg import backward_sub_t, forward_sub, gram, tria
+from flightsw.kernels.linalg import gram, tria
+
+CENTRE = 0  # row of the mean among the points
 
 
 @jit
@@ -23,7 +25,7 @@ def draw(x: np.ndarray, S: np.ndarray, g: float, X: np.ndarray) -> None:
     """X [2n+1,n] <- sigma points x, x + g S_j, x - g S_j (S_j = column j of S [n,n])."""
     n = x.shape[0]
     for i in range(n):
-        X[0, i] = x[i]
+        X[CENTRE, i] = x[i]
     for j in range(n):
         for i in range(n):
             d = g * S[i, j]
@@ -36,7 +38,7 @@ def _weighted_mean(X: np.ndarray, n: int, w0: float, wi: float, x: np.ndarray) -
     """x [n] <- weighted mean of the points, formed from deviations to the centre point: no cancellation of large values."""
     p = X.shape[0]
     for i in range(n):
-        c = X[0, i]
+        c = X[CENTRE, i]
         s = 0.0
         for k in range(1, p):
             s += X[k, i] - c
@@ -60,7 +62,7 @@ def recombine(
     for i in range(n):
         for k in range(1, p):
             A[i, k - 1] = si * (X[k, i] - x[i])
-        A[i, p - 1] = s0 * (X[0, i] - x[i])
+        A[i, p - 1] = s0 * (X[CENTRE, i] - x[i])
         for j in range(SQ.shape[1]):
             A[i, p + j] = SQ[i, j]
     tria(A, n, p + SQ.shape[1], S)
@@ -97,11 +99,11 @@ def correct(
     for a in range(m):
         for k in range(1, p):
             B[a, k - 1] = si * (Y[k, a] - nu[a])
-        B[a, p - 1] = s0 * (Y[0, a] - nu[a])
+        B[a, p - 1] = s0 * (Y[CENTRE, a] - nu[a])
     for i in range(n):
         for k in range(1, p):
             A[i, k - 1] = si * (X[k, i] - x[i])
-        A[i, p - 1] = s0 * (X[0, i] - x[i])
+        A[i, p - 1] = s0 * (X[CENTRE, i] - x[i])
     # cross covariance into K, then solve with Sy from the right
     for i in range(n):
         for a in range(m):
@@ -114,9 +116,7 @@ def correct(
         for b in range(m):
             B[a, p + b] = r[a] if a == b else 0.0
     tria(B, m, p + m, Sy)
-    for i in range(n):
-        forward_sub(Sy, m, K[i])
-        backward_sub_t(Sy, m, K[i])
+    gain(K, n, Sy, m)
     for i in range(n):
         for k in range(1, p):
             s = A[i, k - 1]
@@ -125,25 +125,14 @@ def correct(
             A[i, k - 1] = s
         s = A[i, p - 1]
         for a in range(m):
-            s -= K[i, a] * s0 * (Y[0, a] - nu[a])
+            s -= K[i, a] * s0 * (Y[CENTRE, a] - nu[a])
         A[i, p - 1] = s
         for a in range(m):
             A[i, p + a] = K[i, a] * r[a]
     tria(A, n, p + m, S)
     for a in range(m):
         nu[a] = y[a] - nu[a]
-    for i in range(n):
-        s = 0.0
-        for a in range(m):
-            s += K[i, a] * nu[a]
-        x[i] += s
-    for a in range(m):
-        B[0, a] = nu[a]
-    forward_sub(Sy, m, B[0])
-    nis = 0.0
-    for a in range(m):
-        nis += B[0, a] * B[0, a]
-    return nis
+    return apply_innovation(K, nu, m, Sy, x, B[0])
 
 
 @jit

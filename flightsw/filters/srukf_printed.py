@@ -14,12 +14,15 @@ import numpy as np
 
 from flightsw.filters.augmented import AugmentedPoints, add_process_noise, measured_points
 from flightsw.filters.covariance import apply_innovation, chol_psd, gain
-from flightsw.filters.srukf import _weighted_mean, row_norms
+from flightsw.filters.srukf import CENTRE, _weighted_mean, row_norms
 from flightsw.filters.ukf import weighted_cov
 from flightsw.kernels.jit import jit
 from flightsw.kernels.linalg import gram, tria
 
 Array = np.ndarray
+
+
+BAD_SY, BAD_S = 0, 1  # counts of refused down-dates: of the innovation's factor, of the state's
 
 
 @jit
@@ -86,7 +89,7 @@ def _centre(Z: np.ndarray, z: np.ndarray, n: int, w0c: float, S: np.ndarray, v: 
     """(3.17c), (3.18e): rank-1 update of S with the centre point, a down-date when its weight is negative."""
     q = math.sqrt(abs(w0c))
     for i in range(n):
-        v[i] = q * (Z[0, i] - z[i])
+        v[i] = q * (Z[CENTRE, i] - z[i])
     if w0c < 0.0:
         return chol_downdate(S, n, v, w)
     chol_update(S, n, v)
@@ -133,17 +136,17 @@ def printed_correct(
         for k in range(1, p):
             A[a, k - 1] = si * (Z[k, a] - nu[a])
     tria(A, m, p - 1, Sy)
-    bad[0] = _centre(Z, nu, m, w0c, Sy, w[:m], w[m:])
+    bad[BAD_SY] = _centre(Z, nu, m, w0c, Sy, w[:m], w[m:])
     weighted_cov(X, x, n, Z, nu, m, w0c, wi, K)
     gain(K, n, Sy, m)
-    bad[1] = 0
+    bad[BAD_S] = 0
     for a in range(m):
         for i in range(n):
             s = 0.0
             for b in range(a, m):
                 s += K[i, b] * Sy[b, a]
             w[i] = s
-        bad[1] += chol_downdate(S, n, w[:n], w[n:])
+        bad[BAD_S] += chol_downdate(S, n, w[:n], w[n:])
     for a in range(m):
         nu[a] = y[a] - nu[a]
     return apply_innovation(K, nu, m, Sy, x, w)

@@ -13,7 +13,7 @@ import numpy as np
 
 from flightsw.filters.base import CovarianceFilter
 from flightsw.filters.covariance import add_factor, apply_innovation, chol_psd, gain, subtract_kpk
-from flightsw.filters.srukf import _weighted_mean, draw
+from flightsw.filters.srukf import CENTRE, _weighted_mean, draw
 from flightsw.kernels.jit import jit
 
 Array = np.ndarray
@@ -42,7 +42,7 @@ def weighted_cov(
             s = 0.0
             for k in range(1, X.shape[0]):
                 s += (X[k, i] - x[i]) * (Y[k, a] - y[a])
-            C[i, a] = wi * s + w0 * (X[0, i] - x[i]) * (Y[0, a] - y[a])
+            C[i, a] = wi * s + w0 * (X[CENTRE, i] - x[i]) * (Y[CENTRE, a] - y[a])
 
 
 @jit
@@ -53,7 +53,7 @@ def own_cov(Y: np.ndarray, y: np.ndarray, m: int, w0: float, wi: float, C: np.nd
             s = 0.0
             for k in range(1, Y.shape[0]):
                 s += (Y[k, a] - y[a]) * (Y[k, b] - y[b])
-            s = wi * s + w0 * (Y[0, a] - y[a]) * (Y[0, b] - y[b])
+            s = wi * s + w0 * (Y[CENTRE, a] - y[a]) * (Y[CENTRE, b] - y[b])
             C[a, b] = s
             C[b, a] = s
 

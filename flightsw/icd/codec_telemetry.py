@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from flightsw.icd.codec_flight import wind_fields
+from flightsw.icd.codec_terms import control_terms
 from flightsw.icd.geo import WireMap
 from flightsw.icd.stamps import boot_ms
 from flightsw.icd.wire import BY_NAME, Counters, Sender
@@ -188,6 +189,10 @@ def _health(s: Snapshot, c: Context) -> bytes:
     )
 
 
+def _terms(s: Snapshot, c: Context) -> bytes:
+    return control_terms(c.send, s.t_us, s.laws)
+
+
 def rate_group(send: Sender, t_us: int, k: int, g: GroupCost) -> bytes:
     """RATE_GROUP packet of the group at place k."""
     return send.named(
@@ -211,6 +216,7 @@ ENCODERS: dict[str, Encoder] = {
     "ESTIMATOR_STATUS": _estimator,
     "LOOP_TIMING": _timing,
     "HEALTH_STATUS": _health,
+    "CONTROL_TERMS": _terms,
 }
 # messages that carry the tick's time and may lead a datagram; those of one mission only carry their own sample's
 TIMED = frozenset(n for n in ENCODERS if {"time_usec", "time_boot_ms"} & set(_S[n].slots))

@@ -29,6 +29,7 @@ COMMON: dict[str, tuple[float, int]] = {
     "ESTIMATOR_STATUS": (1.0, 4),
     "LOOP_TIMING": (1.0, 6),
     "HEALTH_STATUS": (1.0, 8),
+    "CONTROL_TERMS": (10.0, 0),  # one packet for each law
 }
 RELATIVE, LEADING = "RELATIVE_STATE", "MISSION_STATUS"
 

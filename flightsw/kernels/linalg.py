@@ -71,6 +71,27 @@ def backward_sub_t(L: np.ndarray, n: int, b: np.ndarray) -> None:
 
 
 @jit
+def cholesky(A: np.ndarray, n: int) -> bool:
+    """A [>=n,>=n] <- its lower Cholesky factor (the upper part is left as it is); False if A is not positive definite.
+
+    Golub and Van Loan, Matrix Computations, 4th ed., sec. 4.2.
+    """
+    for j in range(n):
+        s = A[j, j]
+        for k in range(j):
+            s -= A[j, k] * A[j, k]
+        if not s > 0.0:
+            return False
+        A[j, j] = math.sqrt(s)
+        for i in range(j + 1, n):
+            s = A[i, j]
+            for k in range(j):
+                s -= A[i, k] * A[j, k]
+            A[i, j] = s / A[j, j]
+    return True
+
+
+@jit
 def product(A: np.ndarray, B: np.ndarray, out: np.ndarray) -> None:
     """out [n,m] <- A [n,k] B [k,m]."""
     for i in range(A.shape[0]):

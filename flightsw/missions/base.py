@@ -6,7 +6,7 @@ is one. Specs are found by name (flightsw.plugins, group wakefield.missions).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Generic, Protocol, TypeVar
 
@@ -16,6 +16,7 @@ from flightsw import plugins
 from flightsw.aircraft import Airframe, load_as
 from flightsw.refusal import Refusals
 from flightsw.strict import ConfigError
+from flightsw.terms import Laws
 from flightsw.types import Command, GuidanceCmd, Health, NavState, SensorFrame, Text
 
 Packets = Iterator[tuple[float | int | bytes, ...]]  # values of the fields of one packet each, in the dialect's order
@@ -46,6 +47,31 @@ def report(message: str, kind: type[R], values: Callable[[R], Packets], rate_hz:
         return values(record) if isinstance(record, kind) else iter(())
 
     return Report(message, kind, packets, rate_hz, offset)
+
+
+@dataclass(frozen=True)
+class Order:
+    """A command as its phases see it: MAV_CMD, the word for it, the phases (WKF_PHASE) in which it is accepted, and what that
+    needs besides. value: param1 that makes it this one; None: param1 chooses nothing."""
+
+    command: int
+    word: str
+    phases: frozenset[int]
+    value: int | None = None
+    besides: str = ""
+
+
+def choices(
+    command: int,
+    words: Mapping[int, str],
+    phases: Callable[[str], Iterable[int]],
+    besides: Mapping[str, str] | None = None,
+) -> tuple[Order, ...]:
+    """The orders of a command whose param1 chooses one of `words`, each accepted in phases(word)."""
+    return tuple(
+        Order(command, word, frozenset(phases(word)), value, (besides or {}).get(word, ""))
+        for value, word in words.items()
+    )
 
 
 class Actuators(Protocol):
@@ -92,6 +118,12 @@ class Mission(Protocol[ActIn]):
         return None
 
     @property
+    def laws(self) -> Laws:
+        """What the command of this step is made of, a record for each control law from the outer to the inner: as many at every
+        step, with the same names."""
+        return ()
+
+    @property
     def reports(self) -> Reports:
         """Records of this step for the spec's `reports`."""
         return {}
@@ -113,7 +145,8 @@ class MissionSpec(Generic[A, P, Act]):
     """All that can be said of a mission without one.
 
     `params`: dataclass of the mission's tables in a flight file; `record`, `model`: class and model name of its aircraft;
-    `commands`: MAV_CMD it takes, any other is refused; `controls`: length of a command; `one_rate`: it runs at every base tick
+    `phases`: WKF_PHASE it may be in, in the order of a flight; `orders`: the commands it takes and in which of them, any other is
+    refused; `controls`: length of a command; `one_rate`: it runs at every base tick
     and at no other; `air_used`: AIR_* bits of health for the air-data readings it takes one by one, 0: whole probes;
     `sends_relative`: RELATIVE_STATE goes down; `files`: keys of the tables that name aircraft files, kept in run folders.
     """
@@ -124,13 +157,19 @@ class MissionSpec(Generic[A, P, Act]):
     model: str
     build: Callable[[A, P, float], Mission[Act]]  # from the record, the parameters and the period [s]
     actuators: Callable[[A, int], Act]  # `delay_ticks` base ticks pass between a command and its reaching them
-    commands: frozenset[int] = frozenset()
+    phases: tuple[int, ...] = ()
+    orders: tuple[Order, ...] = ()
     controls: int = 4
     one_rate: bool = False
     air_used: int = 0
     reports: tuple[Report, ...] = ()
     sends_relative: bool = False
     files: tuple[str, ...] = ()
+
+    @property
+    def commands(self) -> frozenset[int]:
+        """MAV_CMD it takes."""
+        return frozenset(o.command for o in self.orders)
 
     def load(self, aircraft: str) -> A:
         """Record of an aircraft this mission flies. Raises ConfigError."""

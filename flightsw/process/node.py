@@ -17,6 +17,7 @@ from flightsw.aircraft import load_airframe
 from flightsw.icd.codec import FlightCodec
 from flightsw.icd.codec_receive import COMMANDS_MAX
 from flightsw.icd.codec_telemetry import rate_group
+from flightsw.icd.codec_terms import refuse_unknown
 from flightsw.icd.stamps import Frames
 from flightsw.icd.tlog import GROUND_IN, LINK_IN
 from flightsw.icd.wire import Counters
@@ -27,6 +28,7 @@ from flightsw.process.recorder import Heard
 from flightsw.process.services import CMD_SHUTDOWN, PACKETS_MAX, Services, Setter
 from flightsw.process.telemetry import Telemetry
 from flightsw.strict import ConfigError
+from flightsw.terms import Laws
 from flightsw.types import HF_PEER, Ack, ActuatorCmd, Command, SensorFrame, Snapshot, Text
 
 if TYPE_CHECKING:
@@ -53,6 +55,10 @@ class App(Protocol):
     @property
     def sends_relative(self) -> bool:
         """Whether it follows another aircraft and says where that is."""
+
+    @property
+    def laws(self) -> Laws:
+        """Records of its control laws, as every snapshot has them."""
 
     @property
     def settable(self) -> Mapping[str, Setter]:
@@ -116,6 +122,7 @@ class Node:
             peer_sysid=cfg.link.peer_sysid,
             lockstep=not realtime,
         )
+        refuse_unknown(self.app.laws)
         self.telemetry = Telemetry(
             cfg.app.sysid, self.app.reports, self.app.sends_relative, origin, base, self.codec.count,
             cfg.telemetry.rates_hz,

@@ -9,19 +9,24 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Annotated, Protocol, runtime_checkable
 
 import numpy as np
 
 from flightsw.aircraft import Aircraft
+from flightsw.plugins import OursOr, made
 from flightsw.sixdof.actuators import ActuatorModel
-from flightsw.sixdof.command import ControlCore, Node3, Pos, ScheduleParams
+from flightsw.sixdof.command import ControlCore, Node3, Pos, ScheduleParams, lqr_terms
 from flightsw.sixdof.lqr import Design, augment, design
 from flightsw.sixdof.schedule import GainSchedule
 from flightsw.sixdof.trim import linearise_free, trim_free
+from flightsw.terms import LawTerms
 from flightsw.types import GuidanceCmd, NavState
 
 KEEP = [0, 1, 2, 3, 4, 5, 7, 8, 11]  # states of the free model that are controlled
 N = len(KEEP)
+INTEGRALS = slice(N + 7, N + 10)  # of the design state
+CONTROLLED = (("airspeed", "m/s"), ("altitude", "m"), ("turn_rate", "rad/s"))
 
 
 @dataclass(frozen=True)
@@ -36,6 +41,28 @@ class TankerCtrlParams:
     w_int: Node3 = (10.0, 30.0, 0.03)  # V [m], z [m s], psi [rad]
     w_input: tuple[float, float, float, float] = (0.1, 0.1, 0.1, 2.0e4)
     int_limit: Node3 = (100.0, 300.0, 0.5)
+    law: Annotated[str, OursOr(("autopilot",))] = (
+        "autopilot"  # an AutopilotLaw, made from (aircraft, this table, period)
+    )
+
+
+@runtime_checkable
+class AutopilotLaw(Protocol):
+    """What flies an aircraft by airspeed, altitude and turn rate. A pure step, as all algorithms."""
+
+    @property
+    def terms(self) -> LawTerms:
+        """What the last command is made of."""
+
+    @property
+    def saturated(self) -> bool:
+        """Whether a command sits at its limit."""
+
+    def step(self, nav: NavState, cmd: GuidanceCmd, act: ActuatorModel, dt: float) -> tuple[np.ndarray, float]:
+        """Command (surfaces [rad] and thrust [N] [4], throttle 0..1) towards cmd.V, cmd.alt_m, cmd.psi_dot, dt [s] later."""
+
+    def trim_command(self, V: float, h_m: float) -> tuple[np.ndarray, float]:
+        """The same for straight flight at V [m/s], h_m [m], before navigation is valid."""
 
 
 class TankerControl:
@@ -44,8 +71,8 @@ class TankerControl:
     def __init__(self, ac: Aircraft, p: TankerCtrlParams, dt_s: float) -> None:
         """Designs the six nominal laws for control period dt_s. Raises TrimError or DesignError."""
         self.p = p
-        self.core = ControlCore(ac, 3, np.array(p.int_limit))
         s = p.schedule
+        self.core = ControlCore(ac, lqr_terms("autopilot", CONTROLLED, s), np.array(p.int_limit))
         self.nodes = tuple(float(np.radians(v)) for v in s.psi_dot_degps)
         designs = [self._design(ac, yd, V, dt_s) for yd in self.nodes for V in s.V_mps]
         self.sched = GainSchedule(designs, self.nodes, s.V_mps)
@@ -76,7 +103,7 @@ class TankerControl:
     def step(self, nav: NavState, cmd: GuidanceCmd, act: ActuatorModel, dt: float) -> tuple[np.ndarray, float]:
         """Command (u [4], throttle) towards cmd.V [m/s], cmd.alt_m [m], cmd.psi_dot [rad/s]."""
         c, z = self.core, self.z
-        self.sched.set_condition(cmd.psi_dot, cmd.V)
+        self._schedule(cmd.psi_dot, cmd.V)
         if not c.started:
             c.u_old[:] = act.pos[0], act.pos[1], act.pos[2], act.thrust
             c.started = True
@@ -89,11 +116,35 @@ class TankerControl:
         z[6], z[7], z[8] = theta, phi, self._err[1]
         c.actuator_states(z, N, act)
         c.integrate(self._err, dt)
-        z[N + 7 : N + 10] = c.e
+        z[INTEGRALS] = c.e
         z[N + 10 :] = c.u_old.ravel()
-        return c.limit(self.sched.evaluate(z, self.off), h, nav.V)
+        u = self.sched.evaluate(z, self.off)
+        return c.limit(u, h, nav.V, self.sched.split(z, self.off, INTEGRALS))
+
+    def _schedule(self, psi_dot: float, V: float) -> None:
+        self.sched.set_condition(psi_dot, V)
+        self.core.terms.stand(psi_dot, V)
+
+    @property
+    def saturated(self) -> bool:
+        """Whether a command sits at its limit."""
+        return self.core.saturated
+
+    @property
+    def terms(self) -> LawTerms:
+        """What the last command is made of."""
+        return self.core.terms
 
     def trim_command(self, V: float, h_m: float) -> tuple[np.ndarray, float]:
         """Open-loop trim for straight flight while navigation is not yet valid."""
-        self.sched.set_condition(0.0, V)
+        self._schedule(0.0, V)
         return self.core.limit(self.sched.trim_command(), h_m, V)
+
+
+OURS = {"autopilot": TankerControl}
+
+
+def make_autopilot(ac: Aircraft, p: TankerCtrlParams, dt_s: float, table: str) -> AutopilotLaw:
+    """The law p.law names, for control period dt_s; table: name of the TOML table p is. Raises ConfigError, TrimError or
+    DesignError."""
+    return made(OURS, AutopilotLaw, p.law, f"{table}.law", ac, p, dt_s)  # type: ignore[type-abstract]

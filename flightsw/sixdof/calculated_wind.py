@@ -7,8 +7,12 @@ from collections import deque
 
 import numpy as np
 
+from flightsw.kernels.rotations import dcm_from_quat, to_parent
 from flightsw.refusal import GNSS_VEL
 from flightsw.sixdof.estimator_core import EstimatorCore, NavParams
+from flightsw.sixdof.layout import X_V
+from flightsw.sixdof.motion import air_velocity
+from flightsw.types import SensorFrame
 
 
 def single_sigma(p: NavParams, V: float) -> float:
@@ -17,11 +21,19 @@ def single_sigma(p: NavParams, V: float) -> float:
     return math.sqrt(p.r_vel**2 + p.r_V**2 / 3 + V**2 * angles * 2 / 3)
 
 
+def calculated_wind(f: SensorFrame, air: np.ndarray) -> np.ndarray:
+    """Wind [3] NED [m/s] of a free aircraft: v - R_BI^T u_a from measured quantities (Lee 4.7); air [3] V, beta, alpha."""
+    R, ua = np.zeros(9), np.zeros(3)
+    dcm_from_quat(np.array(f.att_q_nb), R)
+    to_parent(R, np.array(air_velocity(*air)), ua)
+    return np.array(f.gnss_vel_n) - ua
+
+
 class CalculatedWind:
     """Mean of the last NavParams.cmw_samples calculated winds, queued as three measurements of the wind states.
 
-    The pre-computed variance of the mean is used (errata E19: the printed noise is zero). Successive means share samples;
-    the filter is told nothing of that, as printed.
+    Its rows are judged and reported as those of GNSS velocity, which they are made of. The pre-computed variance of the mean is
+    used (errata E19: the printed noise is zero). Successive means share samples; the filter is told nothing of that, as printed.
     """
 
     def __init__(self, p: NavParams, code: int) -> None:
@@ -38,6 +50,6 @@ class CalculatedWind:
         self._last.append(wind)
         n = len(self._last)
         mean = np.mean(self._last, axis=0)
-        r = math.sqrt(single_sigma(self.p, core.air[0]) ** 2 / n)
+        r = math.sqrt(single_sigma(self.p, core.air[X_V]) ** 2 / n)
         for i in range(3):
             core.add(self.code + i, float(mean[i]), r, GNSS_VEL)

@@ -7,15 +7,14 @@ higher code (calculated wind) are scaled, otherwise left alone.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 
 from flightsw.filters.coloured import Differencer, NoiseStates, scaled_sigma
 from flightsw.sixdof.estimator_core import EstimatorCore, NavParams
+from flightsw.sixdof.layout import BEYOND, M_ALPHA, M_BETA, M_EULER, M_RATE, M_V, X_V
 
-Measure = Callable[[], None]  # writes core.ukf.Y[:, :core.m] from core.ukf.X
-Rates = Callable[[float, float, int], None]  # (cf, cx, m): writes cf dh/dt + cx h of the first m rows
+FLOW = slice(M_BETA, M_ALPHA + 1)
 
 
 def colour_states(p: NavParams, channels: int) -> int:
@@ -26,10 +25,11 @@ def colour_states(p: NavParams, channels: int) -> int:
 class Colour:
     """Treatment of coloured noise as NavParams.colour, colour_tau_s and colour_form say."""
 
-    def __init__(self, p: NavParams, sigma: np.ndarray, angles: slice, first: int) -> None:
+    def __init__(self, p: NavParams, sigma: np.ndarray, angles: slice, first: int, read: bool = False) -> None:
         """sigma [c] 1-sigma of the channels, `angles`: those that wrap, `first`: index of the first noise state.
 
-        The noise columns of SQ start at first + 3 (three columns of the wind come before).
+        read: at the start column c of the factor is the error of the one reading of channel c the state was taken from
+        (NoiseStates.start).
         """
         c = len(sigma)
         self.p = p
@@ -39,22 +39,23 @@ class Colour:
         wraps[angles] = 1
         self.channels = c
         self.sigma = np.array(sigma, dtype=float)
-        self.noise = NoiseStates(first, first + 3, sigma, tau) if self.mode == "augmented" else None
+        self.noise = NoiseStates(first, first + BEYOND, sigma, tau) if self.mode == "augmented" else None
         self.diff = Differencer(sigma, tau, angle=wraps, form=p.colour_form) if self.mode == "removed" else None
+        self._read = read
         self.floor = np.zeros(c)  # 1-sigma of white noise beside noise states; the owner fills it
         self._reading = np.zeros(c)
         self._had = np.zeros(c, dtype=bool)
 
-    def start(self, x: np.ndarray, S: np.ndarray, read: bool = False) -> None:
-        """Initial noise states into x and S, in place; readings forgotten.
-
-        read: column c of S is the error of the one reading of channel c the state was taken from (NoiseStates.start).
-        """
+    def reset(self) -> None:
+        """Forget the readings."""
         self._had[:] = False
-        if self.noise is not None:
-            self.noise.start(x, S, read)
         if self.diff is not None:
             self.diff.reset()
+
+    def start(self, x: np.ndarray, S: np.ndarray) -> None:
+        """Initial noise states into x and S, in place."""
+        if self.noise is not None:
+            self.noise.start(x, S, self._read)
 
     def propagate(self, X: np.ndarray, SQ: np.ndarray, dt: float) -> None:
         """Noise states of the points X over dt [s], and their process noise into SQ."""
@@ -62,29 +63,30 @@ class Colour:
             self.noise.propagate(X, dt)
             self.noise.fill(SQ, dt)
 
-    def correct(self, c: EstimatorCore, dt: float, gyro_count: int, measure: Measure, rates: Rates) -> float:
-        """Measurement update with the core's queued rows, dt [s] after the last one; returns NIS.
+    def arrange(self, c: EstimatorCore, dt: float, gyro_count: int) -> bool:
+        """Before a correction, dt [s] after the last one: the core's queued rows as this treatment wants them; False: there is
+        nothing to correct by yet.
 
-        gyro_count: readings averaged into rows 3..5, spread over dt.
+        gyro_count: readings averaged into the rows of body rates, spread over dt.
         """
         if self.diff is not None and not self._difference(c, dt):
-            return 0.0
+            return False
         if self.mode == "scaled" and dt > 0.0:
             tau, n = self.p.colour_tau_s, max(gyro_count, 1)
             for j in range(c.m):
                 # a mean of n readings n times as often has the same spectral density at zero frequency
-                c.r[j] *= scaled_sigma(1.0, dt / n if 3 <= c.codes[j] < 6 else dt, tau)
-        c.ukf.draw()
-        measure()
-        if self.diff is not None:
-            rates(float(self.diff.cf[0]), float(self.diff.cx[0]), int((c.codes[: c.m] < self.channels).sum()))
-        if self.noise is not None:
-            for j in range(c.m):
-                if c.codes[j] < self.channels:
-                    self.noise.add(c.ukf.X, c.ukf.Y, j, int(c.codes[j]))
-                    # the noise is a state now; what is left is white, or keeps the update regular
-                    c.r[j] = math.hypot(1e-2 * c.r[j], self.floor[c.codes[j]])
-        return c.update()
+                c.r[j] *= scaled_sigma(1.0, dt / n if M_RATE <= c.codes[j] < M_EULER else dt, tau)
+        return True
+
+    def whiten(self, c: EstimatorCore) -> None:
+        """Noise states into the expected readings ukf.Y of the queued rows; their r is what is left, white."""
+        if self.noise is None:
+            return
+        for j in range(c.m):
+            if c.codes[j] < self.channels:
+                self.noise.add(c.ukf.X, c.ukf.Y, j, int(c.codes[j]))
+                # the noise is a state now; what is left is white, or keeps the update regular
+                c.r[j] = math.hypot(1e-2 * c.r[j], self.floor[c.codes[j]])
 
     def _difference(self, c: EstimatorCore, dt: float) -> bool:
         """Replace the queued rows by differenced ones; rows without a reading one step ago are dropped."""
@@ -98,7 +100,7 @@ class Colour:
         if not d.push(self._reading, dt):
             return False
         q = np.zeros(self.channels)
-        q[0], q[1:3] = c.q_wind, c.q_wind / c.ukf.x[0]  # air data rows carry the wind increment (lee.md trap 6)
+        q[M_V], q[FLOW] = c.q_wind, c.q_wind / c.ukf.x[X_V]  # air data rows carry the wind increment (lee.md trap 6)
         r = d.inflated(q, dt)
         c.pick(np.flatnonzero((k >= self.channels) | had[np.minimum(k, self.channels - 1)]))
         for j in range(c.m):

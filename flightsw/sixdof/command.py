@@ -11,6 +11,7 @@ import numpy as np
 from flightsw.aircraft import Aircraft
 from flightsw.sixdof.actuators import ActuatorModel, surface_limits, thrust_available
 from flightsw.strict import Range
+from flightsw.terms import HELD, INTEGRAL, Controlled, LawTerms, Output, Scheduled, beyond
 
 Pos = Annotated[float, Range(1e-9)]
 Node3 = tuple[float, float, float]
@@ -27,36 +28,54 @@ class ScheduleParams:
     delay_s: Annotated[float, Range(0.0, 0.25)] = 0.015  # command to actuator, design value
 
 
-class ControlCore:
-    """Command assembly: previous command, integrals, saturation."""
+def lqr_terms(law: str, controlled: tuple[tuple[str, str], ...], s: ScheduleParams, *more: Scheduled) -> LawTerms:
+    """Record of a scheduled law that commands surfaces and thrust; controlled: name and unit of what has an integral."""
+    outputs = (*(Output(n, "rad") for n in ("aileron", "elevator", "rudder")), Output("thrust", "N"))
+    low, _, high = (math.radians(v) for v in s.psi_dot_degps)
+    nodes = (Scheduled("turn_rate", "rad/s", low, high), Scheduled("airspeed", "m/s", *s.V_mps))
+    return LawTerms(law, outputs, tuple(Controlled(*c) for c in controlled), (*nodes, *more))
 
-    def __init__(self, ac: Aircraft, n_int: int, int_limit: np.ndarray) -> None:
-        """`u_old` [k,4], newest first, is sized by the law once its design tells how many old commands it needs."""
+
+class ControlCore:
+    """Command assembly: previous command, integrals, saturation. `terms`: what the command is made of."""
+
+    def __init__(self, ac: Aircraft, terms: LawTerms, int_limit: np.ndarray) -> None:
+        """terms: with one controlled quantity for each integral. `u_old` [k,4], newest first, is sized by the law once its design
+        tells how many old commands it needs."""
         self.ac = ac
         self.lim = surface_limits(ac)
         self.u_old = np.zeros((1, 4))
-        self.e = np.zeros(n_int)
+        self.terms = terms
+        self.e = np.zeros(len(terms.controlled))
         self.int_limit = int_limit
         self.saturated = False
         self.started = False
+        self._open = np.zeros((3, 4))  # parts of a trim
 
     def integrate(self, err: np.ndarray, dt: float) -> None:
         """Advance the integrals by err [n] * dt, clamped, and held while the command sits at a limit and would wind up."""
-        for i in range(len(self.e)):
+        for i, c in enumerate(self.terms.controlled):
             step = err[i] * dt
+            c.integral, c.limits = float(self.e[i]), HELD
             if not math.isfinite(step):  # one bad estimate must not live on in the integral
                 continue
+            c.error = float(err[i])
             if self.saturated and step * self.e[i] > 0.0:
                 continue
+            c.limits = INTEGRAL if beyond(self.e[i] + step, -self.int_limit[i], self.int_limit[i]) else 0
             self.e[i] = min(max(self.e[i] + step, -self.int_limit[i]), self.int_limit[i])
+            c.integral = float(self.e[i])
 
-    def limit(self, u: np.ndarray, h_m: float, V: float) -> tuple[np.ndarray, float]:
-        """Clip u [4] (surfaces [rad], thrust [N]) to the actuators; returns (u, throttle 0..1). Sets `saturated`.
+    def limit(self, u: np.ndarray, h_m: float, V: float, parts: np.ndarray | None = None) -> tuple[np.ndarray, float]:
+        """Clip u [4] (surfaces [rad], thrust [N]) to the actuators; returns (u, throttle 0..1). Sets `saturated` and `terms`.
 
+        parts [3,4]: feedback, integral and feed-forward u was made of; None: it is a trim, made of feed-forward alone.
         Throttle is NaN when anything that went in is not finite.
         """
         if not (math.isfinite(h_m) and math.isfinite(V) and np.isfinite(u).all()):
+            self.terms.open()
             return u, math.nan  # the guard replaces it; the previous command and its memory stay
+        self._open[2] = u
         avail = thrust_available(self.ac, h_m, V)
         floor = self.ac.engine.idle_frac * avail
         sat = False
@@ -69,9 +88,21 @@ class ControlCore:
             u[3] = min(max(u[3], floor), avail)
             sat = True
         self.saturated = sat
+        self._tell(u, parts)
         self.u_old[1:] = self.u_old[:-1]
         self.u_old[0] = u
         return u, float(u[3] / avail)
+
+    def _tell(self, u: np.ndarray, parts: np.ndarray | None) -> None:
+        """Into the record what u [4] is made of; parts as in `limit`."""
+        t = self.terms
+        if parts is None:
+            t.open()
+        t.closed = parts is not None
+        for o, feedback, integral, forward, sent in zip(
+            t.outputs, *(self._open if parts is None else parts), u, strict=True
+        ):
+            o.give(float(feedback), float(integral), float(forward), float(sent))
 
     def actuator_states(self, z: np.ndarray, n: int, act: ActuatorModel) -> None:
         """Fill servo position, rate and thrust of the design state z from index n on."""

@@ -3,18 +3,39 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Annotated
 
 import numpy as np
 
 from flightsw import plugins
-from flightsw import refusal as rd
 from flightsw.aircraft import Aircraft
 from flightsw.filters.coloured import FORMS
 from flightsw.filters.factory import make_filter
+from flightsw.kernels.atmosphere import G0
+from flightsw.kernels.rotations import to_parent
 from flightsw.refusal import GateParams
+from flightsw.sixdof.layout import (
+    AIR,
+    BEYOND,
+    N_WD,
+    N_WE,
+    N_WIND,
+    N_WN,
+    NX,
+    X_ALPHA,
+    X_BETA,
+    X_PHI,
+    X_PSI,
+    X_THETA,
+    X_V,
+    X_WD,
+    X_WE,
+    X_WN,
+    X_X,
+    X_Y,
+    X_Z,
+)
 from flightsw.sixdof.measure import average_probes
 from flightsw.sixdof.motion import air_jacobian
 from flightsw.sixdof.params import parameter_vector, set_mass
@@ -48,14 +69,6 @@ FORMS_OF_STATE = ("wind", "velocity")  # what entries 12..14 are while the filte
 ADAPTATIONS = ("off", "single", "bank")  # nothing; one filter matched to its innovations; three filters weighted
 
 SENSOR_SIGMAS = ("r_V", "r_beta", "r_alpha", "r_rate", "r_euler", "r_pos", "r_vel")
-
-# state slices, both estimators
-AIR = slice(0, 3)  # V [m/s], beta, alpha [rad]
-RATE = slice(3, 6)  # p, q, r [rad/s]; relative to the tanker in the relative estimator
-EULER = slice(6, 9)  # psi, theta, phi [rad]; from tanker body to receiver body in the relative estimator
-POS = slice(9, 12)  # x, y, z NED [m]; xi in tanker body axes in the relative estimator
-WIND = slice(12, 15)  # wind NED [m/s]
-ROT = slice(15, 18)  # effective rotational wind [rad/s], body axes; relative estimator, where it is asked for
 
 
 @dataclass(frozen=True)
@@ -130,7 +143,7 @@ class EstimatorCore:
         if p.noise_scale != 1.0:
             p = replace(p, **{k: getattr(p, k) * p.noise_scale for k in SENSOR_SIGMAS}, noise_scale=1.0)
         self.ac, self.p = ac, p
-        self.ukf = make_filter(p.filter, 15 + extra, m, 18 + extra)
+        self.ukf = make_filter(p.filter, NX + extra, m, NX + BEYOND + extra)
         self.P = parameter_vector(ac, ac.mass.empty_kg + ac.mass.default_fuel_kg)
         self._fuel_kg = 0.0
         self.probe_pos = np.array([q.position_m for q in ac.probe], dtype=float)
@@ -140,7 +153,6 @@ class EstimatorCore:
         self.probes = 0
         self.q_wind = p.q_wind  # [m/s per sqrt(s)] in force; moves when adapted (sixdof/wind_noise.py scales SQ)
         self.w_air = np.zeros(3)
-        self.work = np.zeros((5, 15))
         self.codes = np.zeros(m, dtype=np.int64)
         self.group = np.zeros(m, dtype=np.int64)  # WKF_READING each row belongs to
         self.y = np.zeros(m)
@@ -158,6 +170,12 @@ class EstimatorCore:
         if fuel_kg > 0.0 and fuel_kg != self._fuel_kg:
             self._fuel_kg = fuel_kg
             set_mass(self.P, self.ac, self.ac.mass.empty_kg + fuel_kg)
+
+    def start_factor(self) -> None:
+        """Independent errors of a state taken from one reading of every sensor."""
+        p = self.p
+        s = [p.r_V, p.r_beta, p.r_alpha, *[p.r_rate] * 3, *[p.r_euler] * 3, *[2 * p.r_pos] * 3, *[p.wind_sigma0] * 3]
+        self.ukf.set_factor(np.diag([*s, *[1.0] * (len(self.ukf.x) - NX)]))
 
     def take_air(self, f: SensorFrame) -> int:
         """Average the probes of `f` that are good in all three readings into `air` [3] (V, beta, alpha at the cg); how many."""
@@ -185,29 +203,16 @@ class EstimatorCore:
         """Measurement update with the queued rows, their images in ukf.Y; NIS."""
         return self.ukf.correct(self.y, self.r, self.m)
 
-    def add_air(self, n: int, Vdot: float, bdot: float, adot: float, age: float) -> None:
-        """Queue the averaged air data of n probes, carried forward by `age` [s] with the modelled rates of change."""
-        s = 1.0 / math.sqrt(n)
-        self.add(0, self.air[0] + Vdot * age, self.p.r_V * s, rd.V)
-        self.add(1, self.air[1] + bdot * age, self.p.r_beta * s, rd.BETA)
-        self.add(2, self.air[2] + adot * age, self.p.r_alpha * s, rd.ALPHA)
-
-    def add_gyro(self, f: SensorFrame, d: Sequence[float]) -> None:
-        """Queue the mean gyro reading, carried from the middle of its window to now with the modelled rates d [3]."""
-        r = self.p.r_rate / math.sqrt(f.gyro_count)
-        for i in range(3):
-            self.add(3 + i, f.gyro_mean_b[i] + d[i] * f.gyro_age_s, r, rd.GYRO)
-
     def noise_factor(self, R_bi: np.ndarray, dt: float) -> None:
-        """Fill the filter's SQ [15,18]: diagonal part, and the wind increment through -eps^-1 R_BI (R_bi [9])."""
+        """Fill the 15 rows of the filter's SQ: diagonal part, and the wind increment through -eps^-1 R_BI (R_bi [9])."""
         SQ, x = self.ukf.SQ, self.ukf.x
         rt = dt**0.5
-        air_jacobian(x[0], x[1], x[2], R_bi, self.wind_jacobian)
+        air_jacobian(x[X_V], x[X_BETA], x[X_ALPHA], R_bi, self.wind_jacobian)
         qw = self.p.q_wind * rt
         if self.p.correlated_wind:
-            SQ[0:3, 15:18] = self.wind_jacobian * qw
-        np.multiply(self._qdiag, rt, out=SQ.ravel()[: 15 * (SQ.shape[1] + 1) : SQ.shape[1] + 1])
-        SQ[12, 15] = SQ[13, 16] = SQ[14, 17] = qw
+            SQ[AIR, N_WIND] = self.wind_jacobian * qw
+        np.multiply(self._qdiag, rt, out=SQ.ravel()[: NX * (SQ.shape[1] + 1) : SQ.shape[1] + 1])
+        SQ[X_WN, N_WN] = SQ[X_WE, N_WE] = SQ[X_WD, N_WD] = qw
 
     def publish_sigma(self, o: NavState) -> None:
         """Write the reported 1-sigma values of wind and attitude: filter covariance, and the sensors' lasting errors on top."""
@@ -215,16 +220,30 @@ class EstimatorCore:
         n = max(self.probes, 1)  # biases of separate probes average out
         b = o.V * o.V * (p.bias_flow**2 / n + p.bias_att**2) + p.bias_V**2 / n + p.bias_vel**2
         a = p.bias_att
-        o.wind_sigma = (math.sqrt(s[12] ** 2 + b), math.sqrt(s[13] ** 2 + b), math.sqrt(s[14] ** 2 + b))
-        o.att_sigma = (math.hypot(s[6], a), math.hypot(s[7], a, p.model_pitch), math.hypot(s[8], a))
-        o.scatter = (s[9], s[10], s[11])
+        o.wind_sigma = (math.sqrt(s[X_WN] ** 2 + b), math.sqrt(s[X_WE] ** 2 + b), math.sqrt(s[X_WD] ** 2 + b))
+        o.att_sigma = (math.hypot(s[X_PSI], a), math.hypot(s[X_THETA], a, p.model_pitch), math.hypot(s[X_PHI], a))
+        o.scatter = (s[X_X], s[X_Y], s[X_Z])
+
+
+def channel_sigma(p: NavParams, probes: int) -> np.ndarray:
+    """1-sigma [15] of the measurement channels in code order (layout.M_*); air data averaged over `probes`."""
+    air = np.array([p.r_V, p.r_beta, p.r_alpha]) / math.sqrt(probes)
+    return np.array([*air, *[p.r_rate] * 3, *[p.r_euler] * 3, *[p.r_pos] * 3, *[p.r_vel] * 3])
+
+
+def inertial_acceleration(R: np.ndarray, fm: np.ndarray) -> np.ndarray:
+    """Inertial acceleration [3] NED [m/s^2]: specific force fm [>=3] turned by R_BI [9], and gravity."""
+    a = np.zeros(3)
+    to_parent(R, fm, a)
+    a[2] += G0
+    return a
 
 
 def sane(x: np.ndarray, S: np.ndarray) -> bool:
     """Whether a filter's state and factor are finite and its airspeed is one a wing flies at."""
     # a sum is finite only where every term is
     finite = math.isfinite(float(x.sum())) and math.isfinite(float(S.sum()))
-    return finite and 20.0 < x[0] < 400.0 and abs(x[2]) < 0.6 and abs(x[1]) < 0.6
+    return finite and 20.0 < x[X_V] < 400.0 and abs(x[X_ALPHA]) < 0.6 and abs(x[X_BETA]) < 0.6
 
 
 _HEALTH_TO_UPDATE = (

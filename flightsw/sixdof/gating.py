@@ -14,8 +14,9 @@ from flightsw import refusal as rd
 from flightsw.aircraft import Aircraft
 from flightsw.kernels.linalg import product, semidefinite_factor, solve
 from flightsw.kernels.rotations import vec3
-from flightsw.refusal import Refusals
-from flightsw.sixdof.estimator_core import WIND, EstimatorCore, NavParams, sane
+from flightsw.refusal import AidStatus, Refusals
+from flightsw.sixdof.estimator_core import EstimatorCore, NavParams, sane
+from flightsw.sixdof.layout import AIR, WIND, X_BETA, X_P, X_R, X_V
 from flightsw.sixdof.witness import Forces, verdict
 from flightsw.types import NavState, SensorFrame, Text
 
@@ -67,10 +68,10 @@ class TrustedCore(EstimatorCore):
         if gate is None or gate.calm:
             return
         if any(gate.unmeasured(k) for k in rd.AIR):
-            for i in range(3):
+            for i in range(X_V, X_P):
                 SQ[i, i] *= gate.p.loosen
         if gate.unmeasured(rd.ATT):
-            for i in range(3, 6):
+            for i in range(X_P, X_R + 1):
                 SQ[i, i] = max(SQ[i, i], gate.p.loose_rate * math.sqrt(dt))
 
     def update(self) -> float:
@@ -86,7 +87,7 @@ class TrustedCore(EstimatorCore):
         nis = ukf.correct(self.y, self.r, self.m)
         if nis < 0.0:  # the filter itself refused it
             return nis
-        keep = gate.judge(self.group, ukf.nu, ukf.Sy, self.slack, self.m, max(float(ukf.x[0]), 1.0))
+        keep = gate.judge(self.group, ukf.nu, ukf.Sy, self.slack, self.m, max(float(ukf.x[X_V]), 1.0))
         if gate.calm:
             return nis
         return self._again(gate, memory, keep, nis)
@@ -116,16 +117,16 @@ class TrustedCore(EstimatorCore):
         """
         ukf = self.ukf
         x, J = ukf.x, self.wind_jacobian
-        scale = np.array([1.0, x[0] * math.cos(x[1]), x[0]])
+        scale = np.array([1.0, x[X_V] * math.cos(x[X_BETA]), x[X_V]])
         D = np.ascontiguousarray(-(J * scale[:, None])[out].T)  # [3,k] unit vectors NED
         lost = _times(np.ascontiguousarray(D.T), _times(P - ukf.P[WIND, WIND], D))
         column = np.zeros((ukf.n, len(out)))
         column[WIND] = _times(D, semidefinite_factor(lost))
-        column[:3] = _times(J, column[WIND])
+        column[AIR] = _times(J, column[WIND])
         back = _times(D, _times(np.ascontiguousarray(D.T), (wind - x[WIND]).reshape(3, 1)))
         ukf.set_factor(np.hstack([ukf.S, column]))
         x[WIND] += back[:, 0]
-        x[:3] += _times(J, back)[:, 0]
+        x[AIR] += _times(J, back)[:, 0]
 
     def ears(self, valid: bool, dt: float) -> bool:
         """Whether the witnesses are to be heard in this step of dt [s]: at the start and in a dispute, else now and then."""
@@ -162,7 +163,7 @@ class TrustedCore(EstimatorCore):
                 said = [w.lift(share, unsure * abs(share - 1.0))]
             if kind == rd.V and peer_V is not None:
                 s = gate.p.peer_wind_sigma
-                said.append(((x[0] - peer_V) / s, (float(self.ukf.x[0]) - peer_V) / s))
+                said.append(((x[X_V] - peer_V) / s, (float(self.ukf.x[X_V]) - peer_V) / s))
             gate.verdict[kind] = verdict(said, gate.verdict[kind])
         for j, kind in enumerate(rd.AIR):
             if kind in gate.opened:
@@ -170,10 +171,21 @@ class TrustedCore(EstimatorCore):
                 # the reading may be right, and the wind wrong by as much the other way; ground speed is not in question
                 column = np.zeros((self.ukf.n, 1))
                 column[j] = gate.dispute(kind)
-                wind = column[:3].copy()
+                wind = column[AIR].copy()
                 solve(self.wind_jacobian.copy(), wind)
                 column[WIND] = wind
                 self.ukf.set_factor(np.hstack([self.ukf.S, column]))
+
+    def widen(self, states: slice, by: np.ndarray) -> None:
+        """Open the estimate: an error of the size `by` [k] of the `states`, common to them, may be in it."""
+        column = np.zeros((self.ukf.n, 1))
+        column[states, 0] = by
+        self.ukf.set_factor(np.hstack([self.ukf.S, column]))
+
+    @property
+    def aids(self) -> tuple[AidStatus, ...]:
+        """Status of every aid that has offered a reading; none where nothing is judged."""
+        return () if self.refusals is None else self.refusals.aids
 
     # --- validity -----------------------------------------------------------------------------------------------------
     def lost(self, valid: bool) -> str:

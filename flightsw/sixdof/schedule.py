@@ -42,6 +42,27 @@ def scheduled(
             u[a] += w[i] * s
 
 
+@jit
+def shares(
+    K: np.ndarray, z0: np.ndarray, u0: np.ndarray, w: np.ndarray, z: np.ndarray, off: np.ndarray, first: int, last: int,
+    out: np.ndarray,
+) -> None:  # fmt: skip
+    """out [3,4] <- what `scheduled` adds up: feedback of all states but first..last-1, of these (the integrals), sum w_i u0_i."""
+    for a in range(4):
+        out[0, a] = out[1, a] = out[2, a] = 0.0
+        for i in range(K.shape[0]):
+            s = c = 0.0
+            for j in range(K.shape[2]):
+                d = K[i, a, j] * (z[j] - z0[i, j] - off[j])
+                if first <= j < last:
+                    c -= d
+                else:
+                    s -= d
+            out[0, a] += w[i] * s
+            out[1, a] += w[i] * c
+            out[2, a] += w[i] * u0[i, a]
+
+
 class GainSchedule:
     """Six designs stacked, evaluated with Lagrange weights."""
 
@@ -52,6 +73,7 @@ class GainSchedule:
         self.yd, self.Vn = np.array(psi_dots), np.array(speeds)
         self.w = np.zeros(6)
         self.u = np.zeros(4)
+        self.parts = np.zeros((3, 4))
         self.nz = self.K.shape[2]
 
     def set_condition(self, psi_dot: float, V: float) -> None:
@@ -62,6 +84,11 @@ class GainSchedule:
         """Command u [4] for state z [nz] and reference offset `off` [nz] (returned array is reused)."""
         scheduled(self.K, self.z0, self.u0, self.w, z, off, self.u)
         return self.u
+
+    def split(self, z: np.ndarray, off: np.ndarray, integrals: slice) -> np.ndarray:
+        """Feedback, integral and feed-forward [3,4] of the command for z; states `integrals` are the integrals (array reused)."""
+        shares(self.K, self.z0, self.u0, self.w, z, off, integrals.start, integrals.stop, self.parts)
+        return self.parts
 
     def trim_command(self) -> np.ndarray:
         """Feed-forward u [4] of the current condition without feedback."""

@@ -5,25 +5,27 @@ from __future__ import annotations
 import numpy as np
 
 from flightsw.filters.base import PointFilter
+from flightsw.sixdof.layout import NX, WIND
 from flightsw.sixdof.velocity_form_kernel import air_slope, exchange, shear
 
 
 class VelocityForm:
     """Takes a filter into velocity form and back. Both ways are linear about the filter's own mean: nothing is lost."""
 
-    def __init__(self, flt: PointFilter) -> None:
-        """flt: states 0..14 as estimator_core.py, more may follow; outside `enter` .. `leave` entries 12..14 are wind."""
-        self.flt = flt
+    def __init__(self, flt: PointFilter, sigma: np.ndarray) -> None:
+        """flt: states 0..14 as layout.py, more may follow; outside `enter` .. `leave` entries 12..14 are wind. sigma [15] of the
+        measurement channels, velocity last."""
+        self.flt, self.sigma = flt, np.array(sigma, dtype=float)
         self._A = np.zeros((3, 6))
         self._points = np.zeros_like(flt.X)
 
-    def start(self, S: np.ndarray, sigma: np.ndarray) -> None:
-        """Factor S [n,n] of a state read off the sensors once, in place; sigma [15] of the channels, velocity last.
+    def start(self, S: np.ndarray) -> None:
+        """Factor S [n,n] of a state read off the sensors once, in place.
 
         Column c < 15 is the error of reading c; wind has those of all it was computed from, and no prior of its own.
         """
-        S[:15, :] = 0.0
-        S[:15, :15] = np.diag(sigma[:15])
+        S[:NX, :] = 0.0
+        S[:NX, :NX] = np.diag(self.sigma)
         air_slope(self.flt.x, self._A)
         shear(S, self._A, -1.0)
 
@@ -48,7 +50,7 @@ class VelocityForm:
 
         A wind increment reaches V, beta, alpha and wind so that velocity stays: its rows become zero.
         """
-        SQ[12:15, :15] = 0.0  # what the last step left there
+        SQ[WIND, :NX] = 0.0  # what the last step left there
         shear(SQ, self._A, 1.0)
 
     def wind_points(self) -> np.ndarray:

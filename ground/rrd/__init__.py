@@ -15,6 +15,7 @@ from ground.rrd.common import common
 from ground.rrd.layout import Look
 from ground.rrd.palette import STATES
 from ground.rrd.series import TICK_US, Sink
+from ground.rrd.terms import draw, laws_of
 from ground.run import Run
 from ground.views import registry
 from ground.whole import scenario
@@ -35,7 +36,8 @@ def convert(folder: Path, out: Path | None = None, near: bool = False, tab: str 
     look = Look(interest(run.tlm, end), end * 1e-6, near)
     layouts = [shown for view in views if (shown := view.layout(run, look)) is not None]
     estimating = [name for s, name in run.names.items() if run.tlm.get(s, "NAV_STATE") is not None]
-    screen = blueprint(run.title, list(run.names.values()), estimating, look, layouts, tab)
+    laws = laws_of(run)
+    screen = blueprint(run.title, list(run.names.values()), estimating, laws, look, layouts, tab)
     with path.open("wb"):  # a plain message for a read-only folder, before rerun starts
         pass
     sink = Sink(path, run.title, 0, end, screen, tick_us(run))
@@ -44,6 +46,7 @@ def convert(folder: Path, out: Path | None = None, near: bool = False, tab: str 
     sink.stand()
     states = STATES | {k: v for part in layouts for k, v in part.states.items()}
     common(sink, run, states)
+    draw(sink, laws)
     sink.close()
     return path
 

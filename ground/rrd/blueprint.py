@@ -10,6 +10,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from ground.rrd.layout import Layout, Look, Plots, Tab
+from ground.rrd.terms import Law, controller_tab
 
 LANE = 0.3  # share of a lane in the height, where the scenes have 4
 LONG_S = 120.0  # [s] runs up to here are played slower
@@ -79,10 +80,12 @@ def sensors_tab(p: Plots, names: Sequence[str]) -> rrb.Vertical:
     return rrb.Vertical(*speed, *force, p.plot("packets and samples rejected", rejected), name="Sensors")
 
 
-def common_tabs(p: Plots, names: Sequence[str], estimating: Sequence[str]) -> list[Tab]:
-    """The tabs every run has; wind of those aircraft that publish an estimate of it."""
-    tabs = (flight_tab(p, names), controls_tab(p, names), timing_tab(p, names), sensors_tab(p, names))
-    return ([wind_tab(p, estimating)] if estimating else []) + list(tabs)
+def common_tabs(p: Plots, names: Sequence[str], estimating: Sequence[str], laws: Sequence[Law]) -> list[Tab]:
+    """The tabs every run has; wind of those aircraft that publish an estimate of it, laws of those that report them."""
+    tabs: list[Tab] = [flight_tab(p, names), controls_tab(p, names)]
+    tabs += [controller_tab(p, laws)] if laws else []
+    tabs += [timing_tab(p, names), sensors_tab(p, names)]
+    return ([wind_tab(p, estimating)] if estimating else []) + tabs
 
 
 def _number(tabs: Sequence[Tab], wanted: str) -> int:
@@ -105,17 +108,18 @@ def _modes(p: Plots, names: Sequence[str], layouts: Sequence[Layout]) -> rrb.Tab
 
 
 def blueprint(
-    title: str, names: Sequence[str], estimating: Sequence[str], look: Look, layouts: Sequence[Layout], tab: str = ""
-) -> rrb.Blueprint:
-    """Layout of a run of these aircraft, `estimating` those that publish a wind, with what the views show; `tab`: the tab
-    shown first. Raises NoTabError for a tab that is not there."""
+    title: str, names: Sequence[str], estimating: Sequence[str], laws: Sequence[Law], look: Look,
+    layouts: Sequence[Layout], tab: str = "",
+) -> rrb.Blueprint:  # fmt: skip
+    """Layout of a run of these aircraft, `estimating` those that publish a wind, `laws` what they report, with what the views
+    show; `tab`: the tab shown first. Raises NoTabError for a tab that is not there."""
     ranked = sorted(layouts, key=lambda v: -v.rank)
     lead, others = (ranked[0], ranked[1:]) if ranked else (Layout(), [])
     start_s, end_s = lead.span or look.span
     p = Plots(start_s, end_s)
     extra = [t for v in others for t in v.tabs]
     own = {str(t.name) for t in (*lead.tabs, *extra)}
-    common = [t for t in common_tabs(p, names, estimating) if str(t.name) not in own]
+    common = [t for t in common_tabs(p, names, estimating, laws) if str(t.name) not in own]
     tabs = [*lead.tabs, *common, *extra]
     plan = rrb.Spatial2DView(origin="/", contents=[f"truth/{a}/plan/**" for a in names], name="Plan, north up [m]")
     tracks = [f"truth/{a}/{k}" for a in names for k in ("track", "position")]

@@ -23,15 +23,15 @@ class Plots:
         window = rrb.TimeRange(start=at(seconds=start_s), end=at(seconds=end_s))
         self.time = rrb.TimeAxis(link=rrb.components.LinkAxis.Independent, view_range=window)
 
-    def plot(self, name: str, contents: list[str], span: Span | None = None) -> rrb.TimeSeriesView:
-        """A plot of the named entities; `span` fixes the first vertical range."""
+    def plot(self, name: str, contents: list[str], span: Span | None = None, legend: bool = True) -> rrb.TimeSeriesView:
+        """A plot of the named entities; `span` fixes the first vertical range; without legend where its name says all."""
         return rrb.TimeSeriesView(
             origin="/",
             contents=contents,
             name=name,
             axis_x=self.time,
             axis_y=rrb.ScalarAxis(range=span, zoom_lock=False) if span else None,
-            plot_legend=rrb.PlotLegend(corner=rrb.Corner2D.RightTop),
+            plot_legend=rrb.PlotLegend(corner=rrb.Corner2D.RightTop, visible=legend),
         )
 
     def wind(self, aircraft: str) -> list[rrb.TimeSeriesView]:

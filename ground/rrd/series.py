@@ -79,6 +79,14 @@ class Sink:
         scalars = rr.Scalars.columns(scalars=values.ravel())
         self.columns(path, t_us, scalars if k == 1 else scalars.partition(lengths=[k] * len(values)))
 
+    def marks(self, path: str, t_us: NDArray[np.int64], values: Array, name: str, color: Sequence[int]) -> None:
+        """Single points of a plot, not joined: where something was the case."""
+        if not self._free(path):
+            return
+        style = rr.SeriesPoints(colors=[color], markers="circle", names=[name], marker_sizes=[3.0])
+        self.rec.log(path, style, static=True)
+        self.columns(path, t_us, rr.Scalars.columns(scalars=np.asarray(values, dtype=np.float64)))
+
     def level(self, path: str, values: Sequence[float], name: str, color: Sequence[int]) -> None:
         """Horizontal lines over the whole run."""
         ends = np.array([self.start_us, self.end_us], dtype=np.int64)

@@ -12,6 +12,7 @@ import numpy as np
 
 from flightsw.aircraft import load_aircraft
 from flightsw.sixdof.estimator_core import EstimatorCore, NavParams
+from flightsw.sixdof.layout import NX
 from flightsw.sixdof.measure import measure_free
 from flightsw.sixdof.motion import propagate_free
 
@@ -36,11 +37,11 @@ def _core(kind: str = "srukf") -> EstimatorCore:
 def step_us(kind: str = "srukf", steps: int = 2000) -> float:
     """Microseconds of one predict and correct of filter `kind` (flightsw.filters.factory), median of ten batches."""
     c = _core(kind)
-    y = np.zeros(CODES)
+    y, work = np.zeros(CODES), np.zeros((5, NX))
 
     def step() -> None:
         c.ukf.draw()
-        propagate_free(c.ukf.X, CONTROLS, RHO, c.P, DT, c.work)
+        propagate_free(c.ukf.X, CONTROLS, RHO, c.P, DT, work)
         c.ukf.recombine()
         c.ukf.draw()
         measure_free(c.ukf.X, c.codes, CODES, c.ukf.Y)
@@ -55,11 +56,11 @@ def filterpy_step_us(steps: int = 100) -> float:
     from filterpy.kalman import MerweScaledSigmaPoints, UnscentedKalmanFilter
 
     c = _core()
-    y = np.zeros((1, CODES))
+    y, work = np.zeros((1, CODES)), np.zeros((5, NX))
 
     def fx(x: np.ndarray, dt: float) -> np.ndarray:
         row = x.reshape(1, -1).copy()
-        propagate_free(row, CONTROLS, RHO, c.P, dt, c.work)
+        propagate_free(row, CONTROLS, RHO, c.P, dt, work)
         return row[0]
 
     def hx(x: np.ndarray) -> np.ndarray:

@@ -17,7 +17,7 @@ from dataclasses import MISSING, dataclass
 from functools import cache
 from typing import Annotated, Any, get_args, get_origin
 
-from flightsw.plugins import PartOf, ours
+from flightsw.plugins import OursOr, PartOf, ours
 from flightsw.strict import Names, Range
 
 UNITS = {
@@ -142,7 +142,7 @@ def _allowed(tp: Any) -> str:
         if isinstance(c, Names):
             known = ours(c.group) if isinstance(c, PartOf) else c.allowed
             text = ", ".join(f"`{w}`" if w else '`""`' for w in known)
-            text += ", or `package.module:Object`" if isinstance(c, PartOf) else ""
+            text += ", or `package.module:Object`" if isinstance(c, (PartOf, OursOr)) else ""
         elif math.isinf(c.hi):
             text = f">= {c.lo:g}"
         elif math.isinf(c.lo):

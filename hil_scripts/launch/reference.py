@@ -16,7 +16,7 @@ from pathlib import Path
 from flightsw import plugins
 from flightsw.condition import ConditionParams
 from flightsw.health import HealthParams
-from flightsw.icd.dialect import XML
+from flightsw.icd.dialect import HOUSE, XML
 from flightsw.icd.rates import table as rate_table
 from flightsw.missions.base import AnySpec, find_mission
 from flightsw.process.config import AppConfig, LinkConfig, OriginConfig, TelemetryConfig
@@ -123,15 +123,28 @@ def _command_rows(numbers: Iterable[int]) -> list[str]:
     return [*out, ""]
 
 
+def _phase_rows(spec: AnySpec) -> list[str]:
+    """Phases of a mission by the orders accepted in them, and what that takes besides."""
+    names = HOUSE.words("WKF_PHASE")
+    out = ["| phase | " + " | ".join(o.word for o in spec.orders) + " |", "|---" * (len(spec.orders) + 1) + "|"]
+    for phase in spec.phases:
+        cells = ("y" if phase in o.phases else "" for o in spec.orders)
+        out.append(f"| {names[phase]} | " + " | ".join(cells) + " |")
+    besides = {o.besides: [p.word for p in spec.orders if p.besides == o.besides] for o in spec.orders if o.besides}
+    out += ["", *(f"- {', '.join(words)}: only with {what}" for what, words in besides.items())] if besides else []
+    return [*out, ""]
+
+
 def commands() -> str:
     """docs/reference/commands.md."""
     out = ["# Commands by mission", "", AGAIN, ""]
     out += [
         "What a mission does not take is answered UNSUPPORTED. How to send, and what answers mean: [commands](../commands.md).",
+        "The second table of a mission: y where a command is accepted in a phase, as far as the phase has a say in it.",
         "",
     ]
     for mission, spec in ours().items():
-        out += [f"## {mission}", "", *_command_rows(spec.commands)]
+        out += [f"## {mission}", "", *_command_rows(spec.commands), *_phase_rows(spec)]
     return "\n".join(
         [*out, "## Every aircraft", "", *_command_rows(SERVICES), "## The plant", "", *_command_rows((420,))]
     )

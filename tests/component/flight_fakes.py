@@ -11,6 +11,7 @@ from flightsw.icd.codec import PlantCodec
 from flightsw.missions.receiver.airdata.reports import REPORTS
 from flightsw.process.config import AppConfig, FlightConfig, LinkConfig, TelemetryConfig
 from flightsw.process.services import Setter
+from flightsw.terms import Laws, LawTerms, Output
 from flightsw.types import (
     UPD_IMU,
     Ack,
@@ -45,6 +46,7 @@ class FakeApp:
         self.nav = NavState(valid=True, V=195.0, reason="")
         self.gain = 1.0
         self.reported: dict[type, object] = {}
+        self.laws: Laws = (LawTerms("law", (Output("elevator", "rad"),)),)
 
     def tick(self, frame: SensorFrame, dt_s: float) -> tuple[ActuatorCmd, Snapshot]:
         self.steps.append(dt_s)
@@ -68,6 +70,7 @@ class FakeApp:
             texts,
             acks,
             self.reported,
+            self.laws,
         )
         self.n += 1
         return cmd, snap

@@ -18,8 +18,7 @@ def condition(**params: float) -> Condition:
 
 def gauge(c: Condition, t_s: float, kg: float) -> SensorFrame:
     f = SensorFrame(t_us=round(t_s * 1e6), updated=UPD_FUEL, fuel_kg=kg)
-    c.intake(f)
-    return f
+    return c.intake(f)[0]
 
 
 def fly(c: Condition, seconds: float, nav: NavState | None = None, saturated: bool = False) -> None:

@@ -68,14 +68,14 @@ def test_a_silent_group_is_lost_at_its_age_and_back_with_the_next_good_sample(na
     m, silent = monitor(), EVERY & ~upd
     last_good = round(age * 1e6)
     for t in range(10_000, last_good + 1, 10_000):
-        assert m.step(frame(t, silent)).failed == 0
-    h = m.step(frame(last_good + 10_000, silent))
+        assert m.step(frame(t, silent))[1].failed == 0
+    _, h = m.step(frame(last_good + 10_000, silent))
     assert h.failed == flag
     assert h.reason == name
     assert [t.text for t in m.texts] == [f"{name} lost"]
     m.step(frame(last_good + 20_000, silent))
     assert len(m.texts) == 1  # said once
-    h = m.step(frame(last_good + 30_000))
+    _, h = m.step(frame(last_good + 30_000))
     assert h.failed == 0 and h.reason == ""
     assert m.texts[-1].text == f"{name} back"
 
@@ -83,15 +83,15 @@ def test_a_silent_group_is_lost_at_its_age_and_back_with_the_next_good_sample(na
 def test_groups_the_mission_does_not_need_are_not_reported() -> None:
     m = monitor(HF_IMU)
     for t in range(10_000, 2_000_000, 10_000):
-        h = m.step(frame(t, UPD_IMU))
+        _, h = m.step(frame(t, UPD_IMU))
     assert h.failed == 0
 
 
 def test_a_group_that_never_came_gets_five_seconds() -> None:
     m = HealthMonitor(HealthParams(), HF_PEER)
     for t in range(0, 5_500_001, 10_000):
-        assert m.step(frame(t, EVERY & ~UPD_PEER)).failed == 0
-    assert m.step(frame(5_510_000, EVERY & ~UPD_PEER)).failed == HF_PEER
+        assert m.step(frame(t, EVERY & ~UPD_PEER))[1].failed == 0
+    assert m.step(frame(5_510_000, EVERY & ~UPD_PEER))[1].failed == HF_PEER
 
 
 BAD = {
@@ -126,17 +126,17 @@ def test_a_bad_sample_is_taken_out_of_the_frame_and_counted(case: str) -> None:
     m, f = monitor(), frame(10_000)
     owner, name = (f.peer, field[5:]) if field.startswith("peer.") else (f, field)
     setattr(owner, name, value)
-    h = m.step(f)
+    f, h = m.step(f)
     assert f.updated == EVERY & ~upd
     assert h.rejected == 1
     assert h.failed == 0  # one bad sample is not a lost sensor
-    assert m.step(frame(20_000)).failed == 0
+    assert m.step(frame(20_000))[1].failed == 0
 
 
 def test_one_probe_out_of_range_leaves_the_others_in_use() -> None:
     m, f = monitor(), frame(10_000)
     f.air_V = (195.0, 3.0)
-    m.step(f)
+    f, _ = m.step(f)
     assert f.updated & UPD_AIR
     assert f.air_bad == 0b10  # airspeed of the second probe; its flow angles may still serve
 
@@ -149,12 +149,12 @@ def test_readings_taken_one_by_one_outlive_their_neighbours() -> None:
         for i in range(1, 60):
             f = frame(10_000 * i)
             f.air_V, f.air_alpha, f.air_beta, f.air_mask = (195.0 + 1e-6 * i,), (0.9,), (0.0,), 1
-            h = m.step(f)
+            f, h = m.step(f)
         assert bool(f.updated & UPD_AIR) is alive
         assert bool(h.failed & HF_AIR) is not alive
         assert f.air_bad == 1 << 3 | 1 << 6  # sideslip stuck, incidence out of range
     f.air_V = (math.nan,)
-    HealthMonitor(HealthParams(), ALL, AIR_V | AIR_ALPHA).step(f)
+    f, _ = HealthMonitor(HealthParams(), ALL, AIR_V | AIR_ALPHA).step(f)
     assert not f.updated & UPD_AIR
 
 
@@ -172,7 +172,7 @@ def test_a_stuck_group_is_refused_after_ten_repeats_then_lost_and_recovers(name:
             setattr(f, field, getattr(held, field))
         if upd == UPD_PEER:
             f.peer.vel_n, f.peer.q_nb = held.peer.vel_n, held.peer.q_nb
-        h = m.step(f)
+        f, h = m.step(f)
         accepted += bool(f.updated & upd)
         if h.failed:
             break
@@ -180,7 +180,7 @@ def test_a_stuck_group_is_refused_after_ten_repeats_then_lost_and_recovers(name:
     assert h.failed == flag
     # age runs from the last sample that was believed
     assert t - (t0 + 90_000) == pytest.approx(age * 1e6 + 10_000, abs=1)
-    assert m.step(frame(t + 10_000)).failed == 0
+    assert m.step(frame(t + 10_000))[1].failed == 0
 
 
 @pytest.mark.parametrize(
@@ -196,7 +196,7 @@ def test_part_of_a_group_stuck_is_not_hidden_by_the_rest(case: str, fields: tupl
         if not fields:
             e = 1e-5 * k
             f.air_V, f.air_alpha, f.air_beta = (197.0, 195.0 + e), (0.05, 0.05 + e), (0.0, e)
-        m.step(f)
+        f, _ = m.step(f)
     if fields:
         assert not f.updated & UPD_IMU, case
     else:

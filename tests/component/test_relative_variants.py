@@ -12,9 +12,9 @@ from scipy.stats import t as student
 from flightsw.aircraft import load_aircraft
 from flightsw.kernels.rotations import dcm_from_euler, quat4, quat_from_euler, vec3
 from flightsw.missions.receiver.estimator import RelativeNav
-from flightsw.missions.receiver.estimator_variants import RelativeVariant, make_relative_nav
+from flightsw.missions.receiver.relative_aids import calculated_wind
+from flightsw.sixdof.estimator import AirframeNav
 from flightsw.sixdof.estimator_core import NavParams
-from flightsw.sixdof.estimator_variants import make_airframe_nav
 from flightsw.sixdof.motion import air_velocity, relative_velocity
 from flightsw.strict import ConfigError
 from flightsw.types import SensorFrame
@@ -52,12 +52,10 @@ def stage(r: np.random.Generator) -> np.ndarray:
 def test_calculated_wind_is_exact_for_exact_readings_and_the_printed_signs_are_not() -> None:
     """Lee (6.14), erratum E7: with xi for its rate, R_BW transposed, or S(w) = +[w x], the wind is off by metres per second."""
     r = np.random.default_rng(2)
-    nav = RelativeVariant(AC, NavParams(cmw=True, velocity=False))
     R, v, q = np.zeros(9), np.zeros(3), np.zeros(4)
     off = np.zeros(3)
     for _ in range(20):
         x, tk = state(r), stage(r)
-        nav._tks[2] = tk
         dcm_from_euler(x[6], x[7], x[8], R)
         relative_velocity(x, tk, R, v)
         C, T = R.reshape(3, 3), tk[:9].reshape(3, 3)
@@ -65,8 +63,7 @@ def test_calculated_wind_is_exact_for_exact_readings_and_the_printed_signs_are_n
         e = (math.atan2(own[0, 1], own[0, 0]), -math.asin(own[0, 2]), math.atan2(own[1, 2], own[2, 2]))
         quat_from_euler(*e, q)
         f = SensorFrame(rel_pos_t=vec3(x[9:12]), rel_vel_t=vec3(v), att_q_nb=quat4(q))
-        nav.core.air[:] = x[:3]
-        assert np.abs(nav.calculated_wind(f) - x[12:15]).max() < 1e-9
+        assert np.abs(calculated_wind(f, x[:3], tk) - x[12:15]).max() < 1e-9
         ua, cross = np.array(air_velocity(*x[:3])), np.cross(tk[9:12], x[9:12])
         back = np.array(
             [x[0] * math.cos(x[2]) * math.cos(x[1]), -x[0] * math.cos(x[2]) * math.sin(x[1]), -x[0] * math.sin(x[2])]
@@ -79,15 +76,13 @@ def test_calculated_wind_is_exact_for_exact_readings_and_the_printed_signs_are_n
 # --- choice ------------------------------------------------------------------------------------------------------------
 
 
-def test_factory_keeps_the_plain_estimator_and_refuses_what_it_cannot_do() -> None:
-    assert type(make_relative_nav(AC, NavParams())) is RelativeNav
-    assert type(make_relative_nav(AC, NavParams(rotational_wind=True))) is RelativeVariant
+def test_what_an_estimator_cannot_do_is_refused_by_name() -> None:
     for bad in (NavParams(model="hybrid"), NavParams(local_probes=True, colour="removed", colour_tau_s=1.0)):
         with pytest.raises(ConfigError, match=r"nav\.(model|local_probes)"):
-            make_relative_nav(AC, bad)
+            RelativeNav(AC, bad)
     for bad in (NavParams(rotational_wind=True), NavParams(local_probes=True)):
         with pytest.raises(ConfigError, match="receiver only"):
-            make_airframe_nav(AC, bad)
+            AirframeNav(AC, bad)
 
 
 # --- on the plant's frames ---------------------------------------------------------------------------------------------
@@ -108,16 +103,7 @@ WHITE: dict[str, dict[str, Any]] = {
 
 @pytest.fixture(scope="module")
 def white() -> dict[str, dict[str, np.ndarray]]:
-    rig = Rig(5, 25.0, mismatch=0.1, shadows=WHITE)
-    own = rig.apps[1].mission.nav.navs[0].core.p
-    rig.apps[1].mission.nav.navs.append(RelativeVariant(AC, own))
-    rig.names[1].append("same")
-    return rig.run()
-
-
-def test_the_variant_without_choices_is_the_plain_estimator_to_the_bit(white: dict[str, dict[str, np.ndarray]]) -> None:
-    for key in ("wind", "wind_sigma", "rel", "vel", "w_b", "nis"):
-        assert white["same"][key].tobytes() == white["flown"][key].tobytes(), key
+    return Rig(5, 25.0, mismatch=0.1, shadows=WHITE).run()
 
 
 @pytest.mark.parametrize("name", WHITE)

@@ -180,7 +180,7 @@ def test_commands_of_the_missions_are_those_of_the_icd() -> None:
         assert cls.commands and cls.commands <= set(ENUMS["MAV_CMD"])
     for name in ("ACCEPTED", "TEMPORARILY_REJECTED", "DENIED", "UNSUPPORTED"):
         assert getattr(types, name) == VALUES[f"MAV_RESULT_{name}"]
-    for enum, own in (("WKF_ACTION", refuel.ACTIONS), ("WKF_GUST_LAW", dict(enumerate(GUST_LAWS))),
+    for enum, own in (("WKF_ACTION", refuel.ACTIONS), ("WKF_GUST_LAW", dict(enumerate((*GUST_LAWS, "other")))),
                       ("WKF_WS_LAW", dict(enumerate(ESCAPE_LAWS)))):  # fmt: skip
         icd = {v: e.name.removeprefix(f"{enum}_").lower() for v, e in ENUMS[enum].items()}
         assert own.items() <= icd.items() and len(own) == len(icd)

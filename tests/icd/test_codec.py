@@ -151,7 +151,7 @@ def test_non_finite_reading_is_lost_alone() -> None:
     assert got.air_mask == 0b111 and got.updated & UPD_AIR
     assert got.air_alpha == pytest.approx((0.05, math.nan, 0.04), nan_ok=True) and flight.count.non_finite == 1
     monitor = HealthMonitor(HealthParams(), HF_AIR)
-    monitor.step(got)
+    got, _ = monitor.step(got)
     assert got.updated & UPD_AIR and got.air_bad == 1 << 7  # alpha of probe 1, nothing else
 
 

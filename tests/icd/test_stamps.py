@@ -18,6 +18,7 @@ from flightsw.missions.base import Report
 from flightsw.process.config import AppConfig, FlightConfig, LinkConfig
 from flightsw.process.node import Node
 from flightsw.process.services import Setter
+from flightsw.terms import Laws
 from flightsw.types import (
     UPD_AIR,
     UPD_ATT,
@@ -58,6 +59,7 @@ class App:
     commands: frozenset[int] = frozenset()
     reports: tuple[Report, ...] = ()
     sends_relative = True
+    laws: Laws = ()
     settable: Mapping[str, Setter] = {}
 
     def __init__(self) -> None:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from flightsw.missions.rendezvous import bank as kb
+from flightsw.missions.rendezvous import range_filter as k3
 from flightsw.missions.rendezvous.guidance import RendezvousGuidanceParams, guidance_vector
 from flightsw.missions.rendezvous.params import RendezvousNavParams, eight_vector, new_window, three_vector
 
@@ -23,11 +24,14 @@ def z(*shape: int) -> np.ndarray:
     return np.zeros(shape)
 
 
-def s3(r: Rng) -> np.ndarray:
+def three(r: Rng) -> list[np.ndarray]:
     A = r.normal(size=(3, 3)) * np.array([500.0, 5.0, 900.0])[:, None]
     P = A @ A.T + np.diag([1e4, 1.0, 1e4])
-    head = [r.uniform(2e4, 5e4), r.normal() * 5, r.normal() * 900]
-    return np.array([*head, P[0, 0], P[0, 1], P[0, 2], P[1, 1], P[1, 2], P[2, 2], 0.0, 1.0])
+    x, i = np.zeros(3), [k3.S3_X, k3.S3_V, k3.S3_Y]
+    x[i] = r.uniform(2e4, 5e4), r.normal() * 5, r.normal() * 900
+    Q = np.zeros((3, 3))
+    Q[np.ix_(i, i)] = P
+    return [x, Q]
 
 
 def bank(r: Rng) -> list[np.ndarray]:
@@ -44,7 +48,7 @@ def one(r: Rng) -> list[np.ndarray]:
 
 
 def row(r: Rng) -> np.ndarray:
-    return np.array([*r.uniform(-1, 1, 5), r.uniform(1e4, 5e4), r.uniform(0, 100), 0.0, 0.0])
+    return np.array([*r.uniform(-1, 1, 5), r.uniform(1e4, 5e4), r.uniform(0, 100), 0.0])
 
 
 def own(r: Rng) -> np.ndarray:
@@ -70,7 +74,7 @@ def turn(r: Rng) -> np.ndarray:
 CASES: dict[str, Callable[[Rng], Args]] = {
     "missions.rendezvous.range_filter.ahead": lambda r: [r.uniform(1e4, 5e4), r.uniform(-2e4, 2e4), 305.0],
     "missions.rendezvous.range_filter.ekf3_start": lambda r: [
-        s3(r),
+        *three(r),
         r.uniform(3e4, 6e4),
         100.0,
         -17e3,
@@ -78,19 +82,32 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         1852.0,
         E3,
     ],
-    "missions.rendezvous.range_filter.ekf3_predict": lambda r: [s3(r), r.uniform(0.01, 20), E3],
-    "missions.rendezvous.range_filter.ekf3_scalar": lambda r: [s3(r), *r.uniform(-1, 1, 2), r.normal() * 200, 3e4],
+    "missions.rendezvous.range_filter.ekf3_predict": lambda r: [*three(r), r.uniform(0.01, 20), E3],
+    "missions.rendezvous.range_filter.ekf3_fuse": lambda r: [
+        *three(r),
+        *r.uniform(-1, 1, 2),
+        r.normal() * 200,
+        3e4,
+        z(2),
+    ],
     "missions.rendezvous.range_filter.ekf3_range": lambda r: [
-        s3(r),
+        *three(r),
         r.uniform(3e4, 6e4),
         0.0,
         -17e3,
         r.choice([0.0, 9.0]),
         E3,
+        z(2),
     ],
     "missions.rendezvous.range_filter.wrap": lambda r: [r.uniform(-50, 50)],
-    "missions.rendezvous.range_filter.ekf3_bearing": lambda r: [s3(r), r.uniform(0, 1), 0.0, -17e3, 1e-3],
-    "missions.rendezvous.range_filter.ekf3_position": lambda r: [s3(r), r.uniform(2e4, 5e4), r.normal() * 900, 1e4],
+    "missions.rendezvous.range_filter.ekf3_bearing": lambda r: [*three(r), r.uniform(0, 1), 0.0, -17e3, 1e-3, z(2)],
+    "missions.rendezvous.range_filter.ekf3_position": lambda r: [
+        *three(r),
+        r.uniform(2e4, 5e4),
+        r.normal() * 900,
+        1e4,
+        z(2),
+    ],
     "missions.rendezvous.range_filter.window_push": lambda r: [
         np.concatenate((new_window(RendezvousNavParams())[:7], r.normal(size=6))),
         r.normal(),
@@ -109,7 +126,7 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         E8,
     ],
     "missions.rendezvous.full_order.slant": lambda r: [*r.uniform(-5e4, 5e4, 2), 305.0, 6.4e6],
-    "missions.rendezvous.full_order.range_ekf": lambda r: [*one(r), 0.0, -17e3, E8, z(7)],
+    "missions.rendezvous.full_order.range_ekf": lambda r: [*one(r), 0.0, -17e3, E8, z(8)],
     "missions.rendezvous.full_order.quadrature": lambda r: [
         *one(r),
         0.0,
@@ -117,9 +134,9 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         bool(r.integers(2)),
         305.0,
         6.4e6,
-        z(7),
+        z(8),
     ],
-    "missions.rendezvous.full_order.range_quadrature": lambda r: [*one(r), 0.0, -17e3, E8, z(7)],
+    "missions.rendezvous.full_order.range_quadrature": lambda r: [*one(r), 0.0, -17e3, E8, z(8)],
     "missions.rendezvous.full_order.innovation_variance": lambda r: [one(r)[1], row(r), 3.0],
     "missions.rendezvous.full_order.eight_fuse": lambda r: [*one(r), row(r), r.normal() * 100, 4e4, z(8)],
     "missions.rendezvous.bank.bank_start": lambda r: [
@@ -151,7 +168,7 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         bool(r.integers(2)),
         0.0,
         E8,
-        z(M, 9),
+        z(M, 8),
         z(8),
         z(2),
     ],
@@ -162,11 +179,11 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         -17e3,
         1e-3,
         0.0,
-        z(M, 9),
+        z(M, 8),
         z(8),
         z(2),
     ],
-    "missions.rendezvous.bank.bank_position": lambda r: [*bank(r), 4.5e4, 300.0, 1e4, z(M, 9), z(8), z(2)],
+    "missions.rendezvous.bank.bank_position": lambda r: [*bank(r), 4.5e4, 300.0, 1e4, z(M, 8), z(8), z(2)],
     "missions.rendezvous.bank.bank_match": lambda r: [*bank(r), z(8), z(8, 8)],
     "missions.rendezvous.bank.bank_mean": lambda r: [bank(r)[0], bank(r)[2], z(8)],
     "missions.rendezvous.bank.reduce_four": lambda r: [*one(r), U, z(4), z(4, 4)],

@@ -70,6 +70,11 @@ def lower(r: Rng, n: int) -> np.ndarray:
     return np.tril(r.normal(size=(n, n))) * 0.1 + np.eye(n)
 
 
+def spd(r: Rng, n: int) -> np.ndarray:
+    a = r.normal(size=(n, n))
+    return a @ a.T + 0.1 * np.eye(n)
+
+
 def points(r: Rng) -> np.ndarray:
     return np.array([free_state(r) for _ in range(31)])
 
@@ -144,6 +149,7 @@ CASES: dict[str, Callable[[Rng], Args]] = {
     "kernels.linalg.gram": lambda r: [r.normal(size=(4, 6)), z(4, 4)],
     "kernels.linalg.solve": lambda r: [r.normal(size=(6, 6)), r.normal(size=(6, 3))],
     "kernels.linalg.tria": lambda r: [r.normal(size=(15, 49)), 15, 49, z(15, 15)],
+    "kernels.linalg.cholesky": lambda r: [spd(r, 5), 4],
     "kernels.linalg.forward_sub": lambda r: [lower(r, 12), 12, r.normal(size=12)],
     "kernels.linalg.backward_sub_t": lambda r: [lower(r, 12), 12, r.normal(size=12)],
     "kernels.rotations.dcm_from_euler": lambda r: [*r.uniform(-1.5, 1.5, 3), z(9)],
@@ -202,6 +208,27 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         r.normal(size=(5, 2)),
         False,
         z(2),
+    ],
+    "filters.correction.cross_covariance": lambda r: [spd(r, 6), r.normal(size=(4, 6)), 3, z(6, 4)],
+    "filters.correction.innovation_covariance": lambda r: [r.normal(size=(4, 6)), r.normal(size=(6, 4)), 3, spd(r, 4)],
+    "filters.correction.joseph": lambda r: [
+        spd(r, 6),
+        r.normal(size=(4, 6)),
+        3,
+        *r.normal(size=(2, 6, 4)),
+        z(6, 6),
+        z(6, 6),
+    ],
+    "filters.correction.scalar_update": lambda r: [r.normal(size=6), spd(r, 6), r.normal(size=6), r.normal(), 2.0],
+    "filters.correction.state_update": lambda r: [
+        r.normal(size=6),
+        spd(r, 6),
+        2,
+        r.normal(),
+        0.3,
+        r.choice([1e-9, 1e9]),
+        z(6),
+        z(6),
     ],
     "filters.srukf.draw": lambda r: [r.normal(size=15), lower(r, 15), 3.9, z(31, 15)],
     "filters.srukf._weighted_mean": lambda r: [r.normal(size=(31, 15)), 15, 0.0, 1 / 30, z(15)],
@@ -326,6 +353,17 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         r.normal(size=26),
         r.normal(size=26),
         z(4),
+    ],
+    "sixdof.schedule.shares": lambda r: [
+        r.normal(size=(6, 4, 26)),
+        r.normal(size=(6, 26)),
+        r.normal(size=(6, 4)),
+        r.normal(size=6),
+        r.normal(size=26),
+        r.normal(size=26),
+        19,
+        22,
+        z(3, 4),
     ],
 }
 

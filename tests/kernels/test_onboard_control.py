@@ -193,6 +193,22 @@ def test_schedule_has_six_finite_laws_in_the_works_order(laws: dict[str, GainSch
         assert s.u0[[0, 1], 0] == pytest.approx(-s.u0[[4, 5], 0], abs=1e-7)
 
 
+def test_shares_make_up_the_command_and_each_is_what_it_is_called(laws: dict[str, GainSchedule]) -> None:
+    s, rng = laws["receiver"], np.random.default_rng(5)
+    s.set_condition(0.01, 190.0)
+    z, off = s.w @ s.z0 + rng.normal(size=s.nz) * 0.01, np.zeros(s.nz)
+    integrals = slice(19, 22)
+    u, parts = s.evaluate(z, off).copy(), s.split(z, off, integrals).copy()
+    assert parts.sum(axis=0) == pytest.approx(u, rel=1e-9, abs=1e-9)
+    assert parts[2] == pytest.approx(s.w @ s.u0)
+    moved = z.copy()
+    moved[integrals] = (
+        0.0  # the nominals have no integral: without it nothing of that part is left, and the feedback stays
+    )
+    assert s.split(moved, off, integrals)[0] == pytest.approx(parts[0])
+    assert np.abs(s.parts[1]).max() == 0.0 < np.abs(parts[1]).max()
+
+
 @pytest.mark.parametrize("who", ["tanker", "receiver"])
 @pytest.mark.parametrize("node", range(6))
 def test_every_nominal_closed_loop_is_stable(who: str, node: int, monkeypatch: pytest.MonkeyPatch) -> None:

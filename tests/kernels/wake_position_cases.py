@@ -65,9 +65,9 @@ def idx(r: Rng) -> np.ndarray:
 CASES: dict[str, Callable[[Rng], Args]] = {
     "missions.receiver.airdata.expected.surface_wind": lambda r: [*r.uniform(-40, 10, 3), WAKE, 6, -57.0, 200.0],
     "missions.receiver.airdata.expected.expected": lambda r: [point(r), *model(r), True, z(9), z(9, 9)],
-    "missions.receiver.airdata.expected.weigh": lambda r: [r.normal(size=9), *gauss(r)[1:]],
-    "missions.receiver.airdata.expected.weighted_cost": lambda r: [point(r), *gauss(r), *model(r), z(9)],
-    "missions.receiver.airdata.expected.scan": lambda r: [
+    "missions.receiver.airdata.least_squares.weigh": lambda r: [r.normal(size=9), *gauss(r)[1:]],
+    "missions.receiver.airdata.least_squares.weighted_cost": lambda r: [point(r), *gauss(r), *model(r), z(9)],
+    "missions.receiver.airdata.least_squares.scan": lambda r: [
         point(r),
         *gauss(r),
         *model(r),
@@ -77,8 +77,7 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         11,
         z(12),
     ],
-    "missions.receiver.airdata.expected.chol": lambda r: [cov(r, 5), 4],
-    "missions.receiver.airdata.expected.information": lambda r: [
+    "missions.receiver.airdata.least_squares.information": lambda r: [
         point(r),
         *gauss(r)[1:],
         *model(r),
@@ -87,7 +86,7 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         z(4, 4),
         z(9, 4),
     ],
-    "missions.receiver.airdata.expected.descend": lambda r: [
+    "missions.receiver.airdata.least_squares.descend": lambda r: [
         point(r),
         *gauss(r),
         *model(r),
@@ -120,16 +119,6 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         z(9, 9),
     ],
     "missions.receiver.airdata.iekf.foresee": lambda r: [state(r), cov(r), frame(r), 3e-4, PROBES, WAKE, z(9), z(9, 9)],
-    "missions.receiver.airdata.iekf.norm_by": lambda r: [np.tril(cov(r, 9)), 7, r.normal(size=9)],
-    "missions.receiver.airdata.iekf.joseph": lambda r: [
-        cov(r),
-        r.normal(size=(9, N)),
-        idx(r),
-        7,
-        np.tril(cov(r, 9)),
-        cov(r, 9),
-        r.normal(size=(N, 9)),
-    ],
     "missions.receiver.airdata.iekf.correct": lambda r: [
         state(r),
         cov(r),
@@ -145,5 +134,4 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         1e9,
         z(2),
     ],
-    "missions.receiver.airdata.iekf.correct_scalar": lambda r: [state(r), cov(r), 1, r.uniform(2, 9), 0.25, 1e9],
 }

@@ -128,7 +128,7 @@ def condition(p: ConditionParams) -> list[Any]:
     for k in range(1200):
         f.t_us, f.updated = 100_000 * k, UPD_FUEL if k < 900 or k > 1000 else 0
         f.fuel_kg = max(1000.0 - 1.25 * k, 0.0) + (80.0 if k == 300 else 0.0)
-        out.append(c.intake(f))
+        out.append(c.intake(f)[1])
         c.step(NavState(valid=True), 100 < k < 150, 0.1)
         out += [c.flags, [t.text for t in c.texts]]
         c.texts = []

@@ -10,8 +10,10 @@ import sys
 import tomllib
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from ground.run import load
 from tests.sil.launch import TIMEOUT_S
 
 EXAMPLE = Path(__file__).resolve().parents[1] / "data" / "example_plugin"
@@ -33,12 +35,17 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return site
 
 
-def call(site: Path, module: str, *args: object) -> str:
-    """Words of `python -m MODULE ARGS` with the package installed; it must end well."""
-    r = subprocess.run(
+def start(site: Path, module: str, *args: object) -> subprocess.CompletedProcess[str]:
+    """`python -m MODULE ARGS` with the package installed, to its end."""
+    return subprocess.run(
         [sys.executable, "-m", module, *map(str, args)], capture_output=True, text=True, timeout=TIMEOUT_S, check=False,
         env={**os.environ, "PYTHONPATH": str(site), "COLUMNS": "200"},
     )  # fmt: skip
+
+
+def call(site: Path, module: str, *args: object) -> str:
+    """Words of `python -m MODULE ARGS` with the package installed; it must end well."""
+    r = start(site, module, *args)
     assert r.returncode == 0, r.stdout[-2000:] + r.stderr[-2000:]
     return r.stdout
 
@@ -84,7 +91,21 @@ def test_its_study_report_and_commands_are_found(site: Path, tmp_path: Path) -> 
     assert "EXAMPLE_WIND" in (tmp_path / "all.py").read_text()
 
 
-def test_its_filter_flies_anybody_s_mission(site: Path, tmp_path: Path) -> None:
-    call(site, "hil_scripts.sil", "run", "refueling", "--duration", 2, "--in-process", "--no-rrd", "--out", tmp_path / "run",
-         "--set", "receiver.nav.filter=example:MyFilter", "--set", "tanker.nav.filter=example_fading")  # fmt: skip
-    assert json.loads((tmp_path / "run" / "summary.json").read_text())["run.outcome"] == "completed"
+def test_its_filter_and_its_law_fly_anybody_s_mission(site: Path, tmp_path: Path) -> None:
+    call(site, "hil_scripts.sil", "run", "refueling", "--duration", 10, "--in-process", "--no-rrd", "--out", tmp_path / "run",
+         "--set", "receiver.nav.filter=example:MyFilter", "--set", "tanker.nav.filter=example_fading",
+         "--set", "tanker.ctrl.law=example:MyLaw")  # fmt: skip
+    run = load(tmp_path / "run")
+    assert json.loads((run.folder / "summary.json").read_text())["run.outcome"] == "completed"
+    said, truth = run.tlm.get(1, "CONTROL_TERMS"), run.truth.get(1, "TRUTH")
+    assert said is not None and truth is not None
+    assert set(said["law"].tolist()) == {b"cascade"} and (said["closed"] != 0).mean() > 0.9
+    assert np.abs(truth["V"] - 195.0).max() < 2.0 and np.abs(truth["pos_n"][:, 2] + 7010.0).max() < 15.0
+
+
+def test_a_law_that_is_none_is_refused_by_the_name_of_its_key(site: Path, tmp_path: Path) -> None:
+    r = start(site, "hil_scripts.sil", "run", "refueling", "--duration", 1, "--in-process", "--no-rrd", "--out", tmp_path / "run",
+              "--set", "tanker.ctrl.law=example:MyFilter")  # fmt: skip
+    assert r.returncode == 2, r.stdout
+    words = " ".join((r.stdout + r.stderr).split())
+    assert "ctrl.law = 'example:MyFilter'" in words

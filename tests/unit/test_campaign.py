@@ -243,14 +243,14 @@ def test_a_package_whose_study_cannot_be_had_is_named(
     """Whatever is wrong with somebody's entry point."""
     install(tmp_path / "package", "own", module + "\nOTHER = replace(STUDY)" * ("two" in entry), entry)
     monkeypatch.syspath_prepend(str(tmp_path / "package"))
-    plugins.declared.cache_clear()
+    plugins.look_again()
     try:
         with pytest.raises(CampaignError, match=re.escape(says)):
             all_studies()
     finally:
         sys.modules.pop("own_module", None)
         monkeypatch.undo()
-        plugins.declared.cache_clear()
+        plugins.look_again()
 
 
 def test_ctrl_c_keeps_what_was_made_and_leaves_no_process(cli: list[str], tmp_path: Path) -> None:

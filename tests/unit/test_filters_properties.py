@@ -176,7 +176,7 @@ def test_compiled_kernels_equal_plain_python_to_the_bit() -> None:
     out = []
     for f in (kalman.measurement_update, py(kalman.measurement_update)):
         Pc, K, Sy = P.copy(), np.zeros((5, 3)), np.zeros((3, 3))
-        f(H, r, 3, Pc, K, Sy, np.zeros((5, 5)), np.zeros((5, 5)))
+        f(H, r, 3, Pc, K, Sy, np.zeros((5, 3)), np.zeros((5, 5)), np.zeros((5, 5)))
         out.append(np.concatenate((Pc.ravel(), K.ravel(), Sy.ravel())))
     assert np.array_equal(out[0], out[1])
 

@@ -179,9 +179,9 @@ def declared(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
         f"[{plugins.AIRCRAFT}]\npoint = {HERE}:ALONE\n[{plugins.RECORDS}]\npoint = {HERE}:PointMass\n"
     )
     monkeypatch.syspath_prepend(str(info.parent))
-    plugins.declared.cache_clear()
+    plugins.look_again()
     yield
-    plugins.declared.cache_clear()
+    plugins.look_again()
 
 
 @pytest.mark.parametrize("how", ["declared", "by place"])

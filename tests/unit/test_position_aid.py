@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 
 from flightsw.aircraft import load_aircraft
-from flightsw.missions.receiver.aids import AidParams, PositionAid, VelocityAid
+from flightsw.filters.gating import BENCH, HELD, SCORE
+from flightsw.missions.receiver.aids import AidParams, PositionAid, StationHold, VelocityAid
 from flightsw.missions.receiver.airdata.airdata import AirData, AirDataParams, rate_slopes
 from flightsw.missions.receiver.airdata.reports import FdiStatus, WakeFix
-from flightsw.missions.receiver.estimator import RelativeNav
+from flightsw.missions.receiver.estimator import PEER_COAST_S, REL_MAX_S, RelativeNav
+from flightsw.refusal import REL_POS, GateParams
 from flightsw.sixdof.estimator_core import EstimatorCore, NavParams
-from flightsw.types import Health, SensorFrame
+from flightsw.types import UPD_AIR, UPD_ATT, UPD_GNSS, UPD_IMU, UPD_PEER, UPD_REL, Health, PeerState, SensorFrame
 
 LEARJET = load_aircraft("learjet24")
 LEVEL = np.eye(3).ravel()
@@ -77,7 +79,7 @@ def test_correlated_fixes_carry_the_information_of_one_per_two_correlation_times
 
 @pytest.mark.parametrize(("cov", "valid", "good"), [(0.5, True, True), (0.7, True, False), (0.1, False, False)])
 def test_what_may_hold_a_station(cov: float, valid: bool, good: bool) -> None:
-    a = PositionAid(AidParams(fix_sigma_max_m=0.8))
+    a = StationHold(AidParams(fix_sigma_max_m=0.8))
     assert a.good(WakeFix(valid=valid, cov_yy=0.01, cov_zz=cov)) is good
     assert not a.good(None)
 
@@ -136,13 +138,36 @@ def test_rate_slopes_agree_with_the_cross_product() -> None:
     assert got == pytest.approx(u)
 
 
-def _nav(link_s: float, rel_s: float, level: bool = True, coasting: bool = False, sigma: float = 0.1) -> RelativeNav:
-    nav = RelativeNav(LEARJET, NavParams())
-    nav.use_aid(AidParams())
-    nav.out.peer_age_s, nav.out.rel_age_s = link_s, rel_s
-    nav.peer.coasting, nav.peer.level = coasting, level
-    nav.fix = WakeFix(valid=True, cov_yy=sigma**2, cov_zz=sigma**2)
-    return nav
+@pytest.mark.parametrize("false_alarm", [0.0, 1e-6])
+def test_every_aid_at_once_beside_a_relative_sensor_that_is_kept_out_has_room(false_alarm: float) -> None:
+    """Its readings go on bearing witness while wake position, GNSS difference and closure rate stand in for it."""
+    nav = RelativeNav(LEARJET, NavParams(gate=GateParams(false_alarm=false_alarm)), aid=AidParams())
+    u = np.array([0.0, -0.02, 0.0, 15000.0])
+    every = UPD_AIR | UPD_IMU | UPD_ATT | UPD_GNSS | UPD_REL | UPD_PEER
+
+    def step(k: int) -> int:
+        t = 50_000 * k
+        f = SensorFrame(
+            t_us=t, gnss_t_us=t, air_t_us=t, att_t_us=t, rel_t_us=t, rel_valid=True, rel_pos_t=XI, air_mask=7
+        )
+        f.gyro_count, f.gnss_vel_n = 5, (195.0, 0.0, 0.0)
+        f.gnss_pos_n = tuple(float(v) for v in np.add(TANKER, XI))
+        f.air_V, f.air_alpha, f.air_beta = (195.0,) * 3, (0.0,) * 3, (0.0,) * 3
+        f.peer = PeerState(t_us=t, pos_n=TANKER, vel_n=(195.0, 0.0, 0.0))
+        nav.fix = WakeFix(t_us=t, valid=True, pos_f=XI, cov_yy=0.1, cov_zz=0.1)
+        nav.rate_fix = (0.0, 0.0, 0.0)
+        nav.R_ft[:] = LEVEL
+        return nav.step(f, u, Health(), every).nis_dof
+
+    for k in range(1, 60):
+        step(k)
+    gate = nav.core.refusals
+    if gate is None:
+        nav.rel_us -= 10**6
+    else:
+        gate.gate.groups[REL_POS, [SCORE, HELD]] = BENCH, 1.0
+        gate.calm, gate._held[REL_POS], nav.rel_us = False, True, nav.rel_us - 10**6
+    assert step(60) >= 20
 
 
 @pytest.mark.parametrize(
@@ -158,7 +183,8 @@ def _nav(link_s: float, rel_s: float, level: bool = True, coasting: bool = False
     ],
 )
 def test_rules_of_holding(link_s: float, rel_s: float, level: bool, sigma: float, held_s: float) -> None:
-    nav = _nav(link_s, rel_s, level, link_s > 1.0, sigma)
-    held = [nav._hold(round(t * 1e6)) for t in np.arange(10.0, 80.0, 0.05)]
+    fix, hold = WakeFix(valid=True, cov_yy=sigma**2, cov_zz=sigma**2), StationHold(AidParams())
+    link, seen = link_s < PEER_COAST_S, rel_s < REL_MAX_S
+    held = [hold.step(round(t * 1e6), link, seen, level, fix) for t in np.arange(10.0, 80.0, 0.05)]
     assert sum(held) * 0.05 == pytest.approx(held_s, abs=0.06)
     assert held == sorted(held, reverse=True)  # once given up, it stays so

@@ -106,14 +106,14 @@ def test_three_state_filter_equals_its_matrix_form(cross: bool) -> None:
     own = [(203.7 * 10.0 * i, -9.6 * NM + 150.0 * i * i) for i in range(12)]
     z = [30.0 * NM - 4000.0 * i + 37.0 * (-1) ** i for i in range(12)]
     e = three_vector(RendezvousNavParams(estimator="ekf3", ekf3_cross_term=cross), U)
-    s = np.zeros(k3.S3_N)
-    k3.ekf3_start(s, z[0], *own[0], 0.0, NM, e)
+    s, C, i = np.zeros(3), np.zeros((3, 3)), [k3.S3_X, k3.S3_V, k3.S3_Y]
+    k3.ekf3_start(s, C, z[0], *own[0], 0.0, NM, e)
     for zi, o in zip(z[1:], own[1:], strict=True):
-        k3.ekf3_predict(s, 10.0, e)
-        assert k3.ekf3_range(s, zi, *o, 0.0, e)
+        k3.ekf3_predict(s, C, 10.0, e)
+        assert k3.ekf3_range(s, C, zi, *o, 0.0, e, np.zeros(2))
     x, P = matrix_ekf3(z, own, 10.0, cross)
-    assert s[:3] == pytest.approx(x, rel=1e-9)
-    assert s[3:9] == pytest.approx(P[np.triu_indices(3)], rel=1e-8)
+    assert s[i] == pytest.approx(x, rel=1e-9)
+    assert C[np.ix_(i, i)] == pytest.approx(P, rel=1e-8)
 
 
 def component(seed: int = 3) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

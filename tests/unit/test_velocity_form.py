@@ -10,9 +10,9 @@ from scipy.spatial.transform import Rotation
 
 from flightsw.filters.coloured import NoiseStates
 from flightsw.filters.factory import make_filter
-from flightsw.missions.receiver.estimator_variants import make_relative_nav
+from flightsw.missions.receiver.estimator import RelativeNav
+from flightsw.sixdof.estimator import AirframeNav
 from flightsw.sixdof.estimator_core import NavParams
-from flightsw.sixdof.estimator_variants import AirframeVariant, make_airframe_nav
 from flightsw.sixdof.velocity_form import VelocityForm
 from flightsw.sixdof.velocity_form_kernel import COLUMNS, air_slope, exchange, shear
 from flightsw.strict import ConfigError
@@ -80,8 +80,7 @@ def test_slope_and_shear_carry_covariance_there_and_back() -> None:
 
 
 def test_a_wind_increment_does_not_move_the_velocity() -> None:
-    nav = make_airframe_nav(fl.study_aircraft(), NavParams(state_form="velocity"))
-    assert isinstance(nav, AirframeVariant) and nav.form is not None
+    nav = AirframeNav(fl.study_aircraft(), NavParams(state_form="velocity"))
     r = np.random.default_rng(3)
     for _ in range(5):
         x = state(r)
@@ -90,9 +89,9 @@ def test_a_wind_increment_does_not_move_the_velocity() -> None:
         steps = []
         for _ in range(2):  # what q_V and its like do to the velocity is filled anew, not summed up from step to step
             nav.core.noise_factor(Rotation.from_euler("ZYX", x[6:9]).as_matrix().T.ravel(), 0.05)
-            nav.form.enter()
-            nav.form.noise(SQ)
-            nav.form.leave()
+            nav.parts.form.enter()
+            nav.parts.form.noise(SQ)
+            nav.parts.form.leave()
             steps.append(SQ.copy())
         assert np.abs(SQ[12:15, 15:18]).max() < 1e-12
         assert np.abs(SQ[12:15, :3]).max() > 1e-3
@@ -106,7 +105,7 @@ def test_start_from_one_reading_has_the_covariance_of_that_reading() -> None:
     sigma = fl.SMALL.copy()
     flt = make_filter("srukf", 30, 15, 33)
     layout = NoiseStates(15, 18, sigma, np.full(15, TAU))
-    form = VelocityForm(flt)
+    form = VelocityForm(flt, sigma)
     z = np.concatenate((truth[:12], truth[12:15] + air_velocity_ned(truth)))
     d2, n = [], 2000
     for _ in range(n):
@@ -116,7 +115,7 @@ def test_start_from_one_reading_has_the_covariance_of_that_reading() -> None:
         x[12:15] -= air_velocity_ned(x)
         flt.x[:] = x
         S = np.eye(30)
-        form.start(S, sigma)
+        form.start(S)
         layout.start(flt.x, S, read=True)
         e = flt.x - np.concatenate((truth, v))
         d2.append(float(e[:15] @ np.linalg.solve((S @ S.T)[:15, :15], e[:15])))
@@ -167,13 +166,13 @@ def test_other_filters_take_the_form_too(straight: fl.Flight, more: dict[str, ob
 
 def test_noise_states_follow_the_grade_of_the_sensors() -> None:
     p = NavParams(noise_scale=3.0, colour_tau_s=1.0, colour="augmented")
-    nav = make_airframe_nav(fl.study_aircraft(), p)
-    assert isinstance(nav, AirframeVariant) and nav.colour.noise is not None
-    assert nav.colour.noise.s[0] == pytest.approx(3.0 * p.r_V)
+    nav = AirframeNav(fl.study_aircraft(), p)
+    assert nav.parts.colour.noise is not None
+    assert nav.parts.colour.noise.s[0] == pytest.approx(3.0 * p.r_V)
 
 
 def test_what_cannot_be_combined_is_named() -> None:
     with pytest.raises(ConfigError, match=r"adapt_wind = 'bank': allowed with state_form = velocity: off"):
-        make_airframe_nav(fl.study_aircraft(), NavParams(state_form="velocity", adapt_wind="bank"))
+        AirframeNav(fl.study_aircraft(), NavParams(state_form="velocity", adapt_wind="bank"))
     with pytest.raises(ConfigError, match=r"state_form = 'velocity': allowed for a receiver: wind"):
-        make_relative_nav(fl.study_aircraft(), NavParams(state_form="velocity"))
+        RelativeNav(fl.study_aircraft(), NavParams(state_form="velocity"))

@@ -17,6 +17,7 @@ from sim_plant.couplings import traffic_kernel as tr
 
 FT = 0.3048
 V, G = 396.0 * KN, 9.80665
+XVY = [k3.S3_X, k3.S3_V, k3.S3_Y]  # in the order of the source
 
 
 def test_1_velocity_sigmas_are_six_and_ten_knots_not_swapped() -> None:
@@ -50,16 +51,16 @@ def test_4_the_printed_r_is_a_square_root() -> None:
 def test_6_gain_without_the_inverse_does_not_estimate() -> None:
     """K = P H' (H P H' + R) has the unit m^4/m^2: the first correction throws the estimate out of the country."""
     e = three_vector(RendezvousNavParams(estimator="ekf3"), -V)
-    s = np.zeros(k3.S3_N)
-    k3.ekf3_start(s, 30 * NM, 0.0, -9.6 * NM, 0.0, NM, e)
-    k3.ekf3_predict(s, 10.0, e)
-    X, Y = s[0] - 2037.0, s[2] + 9.6 * NM
+    s, C = np.zeros(3), np.zeros((3, 3))
+    k3.ekf3_start(s, C, 30 * NM, 0.0, -9.6 * NM, 0.0, NM, e)
+    k3.ekf3_predict(s, C, 10.0, e)
+    X, Y = s[k3.S3_X] - 2037.0, s[k3.S3_Y] + 9.6 * NM
     d = math.sqrt(X * X + Y * Y + 304.8**2)
     h = np.array([X / d, 0.0, Y / d])
-    P = np.array([[s[3], s[4], s[5]], [s[4], s[6], s[7]], [s[5], s[7], s[8]]])
+    P = C[np.ix_(XVY, XVY)]
     S = float(h @ P @ h) + e[k3.E3_R]
-    k3.ekf3_range(s, d + 200.0, 2037.0, -9.6 * NM, 0.0, e)
-    assert abs(s[2]) < NM
+    k3.ekf3_range(s, C, d + 200.0, 2037.0, -9.6 * NM, 0.0, e, np.zeros(2))
+    assert abs(s[k3.S3_Y]) < NM
     assert abs((P @ h * S * 200.0)[0]) > 1e9
 
 
@@ -77,12 +78,15 @@ def test_8_measurement_noise_stands_outside_the_root() -> None:
 def test_9_propagation_leaves_p23_and_moves_p13() -> None:
     """36e prints P13 = P23: P would lose the x-y correlation that carries the information, and its positivity."""
     e = three_vector(RendezvousNavParams(estimator="ekf3"), -V)
-    s = np.array([5e4, 0, 0, 4e5, 600.0, -5e5, 68.0, 300.0, 3.4e6, 0, 1])
+    s, C = np.zeros(3), np.zeros((3, 3))
+    s[k3.S3_X] = 5e4
+    P = np.array([[4e5, 600.0, -5e5], [600.0, 68.0, 300.0], [-5e5, 300.0, 3.4e6]])
+    C[np.ix_(XVY, XVY)] = P
     F = np.array([[1.0, 10.0, 0], [0, 1, 0], [0, 0, 1]])
-    P = np.array([[s[3], s[4], s[5]], [s[4], s[6], s[7]], [s[5], s[7], s[8]]])
     want = F @ P @ F.T
-    k3.ekf3_predict(s, 10.0, e)
-    assert s[5] == pytest.approx(want[0, 2], rel=1e-12) and s[7] == pytest.approx(want[1, 2], rel=1e-12)
+    k3.ekf3_predict(s, C, 10.0, e)
+    assert C[k3.S3_X, k3.S3_Y] == pytest.approx(want[0, 2], rel=1e-12)
+    assert C[k3.S3_V, k3.S3_Y] == pytest.approx(want[1, 2], rel=1e-12)
     assert P[1, 2] != pytest.approx(want[0, 2], rel=0.5)  # what 36e would put into P13
 
 
@@ -98,9 +102,11 @@ def test_10_bias_correction_is_half_the_trace_only_with_the_cross_term() -> None
     for cross in (0.0, 1.0):
         e = three_vector(RendezvousNavParams(estimator="ekf3"), -V)
         e[k3.E3_CROSS] = cross
-        s = np.array([X, 0, Y, P[0, 0], 0, P[0, 1], 60.0, 0, P[1, 1], 0, 1])
-        k3.ekf3_range(s, d, 0.0, 0.0, 0.0, e)
-        bias[cross] = -s[9]
+        s, C, nu = np.zeros(3), np.diag([0.0, 60.0, 0.0]), np.zeros(2)
+        s[[k3.S3_X, k3.S3_Y]] = X, Y
+        C[np.ix_([k3.S3_X, k3.S3_Y], [k3.S3_X, k3.S3_Y])] = P
+        k3.ekf3_range(s, C, d, 0.0, 0.0, 0.0, e, nu)
+        bias[cross] = -nu[k3.NU]
     assert bias[1.0] == pytest.approx(actual, rel=0.02)
     assert abs(bias[0.0] - actual) > 10.0 * abs(bias[1.0] - actual)
 

@@ -18,6 +18,12 @@ from flightsw.kernels.jit import jit
 X1, AW, VW, Q, AK, VK, TH, H, AB, NX = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
 ELEVATOR, THROTTLE, FLAP, NU = 0, 1, 2, 3
 Y_Q, Y_ALPHA, Y_VA, Y_TH, Y_H, Y_GROUND, Y_AZ, NY = 0, 1, 2, 3, 4, 5, 6, 7
+# what `air` gives [4]: airspeed [m/s], incidence, flight-path angle, path through the air less path [rad]
+(AIR_V, AIR_ALPHA, AIR_GAMMA, AIR_TURN, AIR_N) = range(5)
+# parts of the state [9] and of a measurement [7]: wind filter, wind that is felt, aircraft; the readings of the source
+WIND, FELT, AIRCRAFT, PRINTED = slice(X1, Q), slice(AW, Q), slice(Q, AB), slice(Y_Q, Y_GROUND)
+# workspace of a Runge-Kutta step: its four slopes, the state at which the next one is taken, what `air` gives there
+(W_1, W_2, W_3, W_4, W_AT, W_AIR, W_N) = range(7)
 # parameter vector: speed, gravity, Dryden corner frequencies; lift, drag, thrust per mass; pitching moment per inertia
 (P_V0, P_G, P_WW, P_WU, P_L0, P_LA, P_LQ, P_LE, P_LF, P_D0, P_DA, P_DQ, P_DE, P_DF, P_T0, P_TF, P_MQ, P_MA, P_ME, P_MF, NP) = range(21)  # fmt: skip  # noqa: E501
 
@@ -33,10 +39,10 @@ def air(x: np.ndarray, p: np.ndarray, out: np.ndarray) -> None:
     up = V * math.sin(gamma) + p[P_V0] * x[AW]
     forward = V * math.cos(gamma) - x[VW]
     g_air = math.atan2(up, forward)
-    out[0] = math.sqrt(up * up + forward * forward)
-    out[1] = x[TH] - g_air
-    out[2] = gamma
-    out[3] = g_air - gamma
+    out[AIR_V] = math.sqrt(up * up + forward * forward)
+    out[AIR_ALPHA] = x[TH] - g_air
+    out[AIR_GAMMA] = gamma
+    out[AIR_TURN] = g_air - gamma
 
 
 @jit
@@ -53,7 +59,7 @@ def lift_drag(VA: float, alpha: float, q: float, u: np.ndarray, p: np.ndarray) -
 def rates(x: np.ndarray, u: np.ndarray, p: np.ndarray, a: np.ndarray, out: np.ndarray) -> None:
     """out [9] <- dx/dt of the state x [9] under controls u [3]; a [4] is workspace. Its linearisation: the aircraft file."""
     air(x, p, a)
-    VA, alpha, gamma, dg = a[0], a[1], a[2], a[3]
+    VA, alpha, gamma, dg = a[AIR_V], a[AIR_ALPHA], a[AIR_GAMMA], a[AIR_TURN]
     lift, drag = lift_drag(VA, alpha, x[Q], u, p)
     thrust = p[P_T0] + p[P_TF] * u[THROTTLE]
     V = p[P_V0] + x[VK]
@@ -80,18 +86,18 @@ def propagate(X: np.ndarray, u: np.ndarray, p: np.ndarray, dt: float, W: np.ndar
     """Advance every row of X [k,9] by dt [s] with controls u [3] held, in place: one Runge-Kutta step; W [6,9] workspace."""
     for r in range(X.shape[0]):
         x = X[r]
-        rates(x, u, p, W[5], W[0])
+        rates(x, u, p, W[W_AIR], W[W_1])
         for i in range(NX):
-            W[4, i] = x[i] + 0.5 * dt * W[0, i]
-        rates(W[4], u, p, W[5], W[1])
+            W[W_AT, i] = x[i] + 0.5 * dt * W[W_1, i]
+        rates(W[W_AT], u, p, W[W_AIR], W[W_2])
         for i in range(NX):
-            W[4, i] = x[i] + 0.5 * dt * W[1, i]
-        rates(W[4], u, p, W[5], W[2])
+            W[W_AT, i] = x[i] + 0.5 * dt * W[W_2, i]
+        rates(W[W_AT], u, p, W[W_AIR], W[W_3])
         for i in range(NX):
-            W[4, i] = x[i] + dt * W[2, i]
-        rates(W[4], u, p, W[5], W[3])
+            W[W_AT, i] = x[i] + dt * W[W_3, i]
+        rates(W[W_AT], u, p, W[W_AIR], W[W_4])
         for i in range(NX):
-            x[i] += dt / 6.0 * (W[0, i] + 2.0 * W[1, i] + 2.0 * W[2, i] + W[3, i])
+            x[i] += dt / 6.0 * (W[W_1, i] + 2.0 * W[W_2, i] + 2.0 * W[W_3, i] + W[W_4, i])
 
 
 @jit
@@ -111,18 +117,18 @@ def measure(
             if c == Y_Q:
                 v = x[Q]
             elif c == Y_ALPHA:
-                v = a[1] + x[AB]
+                v = a[AIR_ALPHA] + x[AB]
             elif c == Y_VA:
-                v = a[0] - p[P_V0]
+                v = a[AIR_V] - p[P_V0]
             elif c == Y_TH:
                 v = x[TH]
             elif c == Y_H:
                 v = x[H]
             elif c == Y_GROUND:
-                v = (p[P_V0] + x[VK]) * math.cos(a[2]) - p[P_V0]
+                v = (p[P_V0] + x[VK]) * math.cos(a[AIR_GAMMA]) - p[P_V0]
             else:
-                lift, drag = lift_drag(a[0], a[1], x[Q], u, p)
-                v = lift * math.cos(a[1]) + drag * math.sin(a[1]) - p[P_G]
+                lift, drag = lift_drag(a[AIR_V], a[AIR_ALPHA], x[Q], u, p)
+                v = lift * math.cos(a[AIR_ALPHA]) + drag * math.sin(a[AIR_ALPHA]) - p[P_G]
             Y[r, j] = v
 
 
@@ -172,26 +178,26 @@ def constant_gain_step(
     for stage in range(4):
         for i in range(n):
             if stage == 0:
-                W[4, i] = x[i]
+                W[W_AT, i] = x[i]
             elif stage == 3:
-                W[4, i] = x[i] + dt * W[2, i]
+                W[W_AT, i] = x[i] + dt * W[W_3, i]
             else:
-                W[4, i] = x[i] + 0.5 * dt * W[stage - 1, i]
+                W[W_AT, i] = x[i] + 0.5 * dt * W[stage - 1, i]
         for i in range(n):
             W[stage, i] = 0.0
         late = 0.0 if stage == 0 else 1.0 if stage == 3 else 0.5
         for a in range(k):
             e = y0[a] + late * (y1[a] - y0[a])
             for j in range(n):
-                e -= C[a, j] * W[4, j]
+                e -= C[a, j] * W[W_AT, j]
             for i in range(n):
                 W[stage, i] += K[i, a] * e
         for i in range(n):
             s = W[stage, i]
             for j in range(n):
-                s += A[i, j] * W[4, j]
+                s += A[i, j] * W[W_AT, j]
             for j in range(NU):
                 s += B[i, j] * u[j]
             W[stage, i] = s
     for i in range(n):
-        x[i] += dt / 6.0 * (W[0, i] + 2.0 * W[1, i] + 2.0 * W[2, i] + W[3, i])
+        x[i] += dt / 6.0 * (W[W_1, i] + 2.0 * W[W_2, i] + 2.0 * W[W_3, i] + W[W_4, i])

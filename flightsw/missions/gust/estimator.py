@@ -111,10 +111,11 @@ class GustNav:
         self._par = parameter_vector(p.aircraft, p.turbulence)
         self._r7 = p.sensors.sigmas()
         self.filters: list[PointFilter] = [make_filter(p.filter, k.NX, k.NY, k.NX) for _ in p.scales]
+        *_, self.strongest = self.filters  # of the turbulence intensities
         self.bank = FilterBank(self.filters, p.scales, np.eye(len(p.scales)), mix=p.mix)
         self._codes = np.zeros(k.NY, dtype=np.int64)
         self._y, self._r = np.zeros(k.NY), np.zeros(k.NY)
-        self._W, self._a, self._w = np.zeros((6, k.NX)), np.zeros(4), np.zeros(k.NX)
+        self._W, self._a, self._w = np.zeros((k.W_N, k.NX)), np.zeros(k.AIR_N), np.zeros(k.NX)
         self._F, self._G = np.zeros((k.NX, k.NX)), np.zeros((k.NX, k.NU))
         self._SQ = np.zeros((len(p.scales), k.NX, k.NX))
         self._dt = 0.0
@@ -133,7 +134,7 @@ class GustNav:
     @property
     def P(self) -> Array:
         """Covariance [9,9] of the combined estimate."""
-        return self.filters[0].P if len(self.filters) == 1 else self.bank.P
+        return self.strongest.P if len(self.filters) == 1 else self.bank.P
 
     def start(self, x: Array, P: Array) -> None:
         """Begin from the mean x [9] and covariance P [9,9] (the next `step` predicts from there)."""
@@ -160,7 +161,8 @@ class GustNav:
             (f.P if isinstance(f, CovarianceFilter) else f.S)[:] = s["spread"][i]
         self.bank.x[:], self.bank.mu[:], self._nis[:] = s["combined"], s["mu"], s["nis"]
         self.gate.score[:], self._was[:] = s["score"], s["was"]
-        self.started, self.restarts, self._whole = bool(s["head"][0]), int(s["head"][1]), int(s["head"][2])
+        started, restarts, whole = s["head"].tolist()
+        self.started, self.restarts, self._whole = bool(started), int(restarts), int(whole)
 
     def stationary(self, scale: float) -> Array:
         """Covariance [3,3] of the wind states in stationary turbulence of relative intensity `scale`."""
@@ -168,7 +170,7 @@ class GustNav:
         ww, s2 = V0 / t.L_w_m, (scale * t.sigma_w_mps / V0) ** 2
         # Lyapunov equation of the observer form
         P = np.diag([(2.0 - math.sqrt(3.0)) * ww * ww * s2, s2, (scale * t.sigma_u_mps) ** 2])
-        P[0, 1] = P[1, 0] = 0.5 * ww * s2
+        P[k.X1, k.AW] = P[k.AW, k.X1] = 0.5 * ww * s2
         return P
 
     def step(self, y: Array, ok: int, u: Array, dt: float, u_now: Array | None = None) -> GustEstimate:
@@ -205,7 +207,7 @@ class GustNav:
         if len(self.filters) > 1:
             self.bank.weigh(m)
         else:
-            self.bank.x[:] = self.filters[0].x
+            self.bank.x[:] = self.strongest.x
         return self._estimate(m)
 
     def _correct(self, f: PointFilter, m: int, now: Array) -> float:
@@ -221,7 +223,7 @@ class GustNav:
         self._left_out = 0
         if m == 0:
             return 0
-        f = self.filters[-1]
+        f = self.strongest
         spread = f.P if isinstance(f, CovarianceFilter) else f.S
         x0, was = f.x.copy(), spread.copy()
         self._correct(f, m, now)
@@ -285,9 +287,9 @@ class GustNav:
             return self._refused("waits for " + ", ".join(missing))
         p, x, P = self.p, np.zeros(k.NX), np.zeros((k.NX, k.NX))
         x[[k.Q, k.AK, k.TH, k.H]] = seen[k.Y_Q], seen[k.Y_ALPHA], seen[k.Y_TH], seen[k.Y_H]
-        P[:3, :3] = self.stationary(max(p.scales))
+        P[k.WIND, k.WIND] = self.stationary(max(p.scales))
         spread = [p.start_q_radps, p.start_alpha_rad, p.start_V_mps, p.sensors.Theta, p.sensors.H, p.start_bias_rad]
-        P[range(3, k.NX), range(3, k.NX)] = np.square(spread)
+        P[range(k.Q, k.NX), range(k.Q, k.NX)] = np.square(spread)
         # alpha_K was read through the vane: its error holds the wind's and the vane's bias
         P[k.AK, k.AK] += P[k.AW, k.AW] + P[k.AB, k.AB]
         P[k.AK, k.AB] = P[k.AB, k.AK] = -P[k.AB, k.AB]
@@ -315,4 +317,4 @@ class GustNav:
 
     def _refused(self, reason: str) -> GustEstimate:
         z = np.zeros(k.NX)
-        return GustEstimate(False, reason, z, np.full(k.NX, math.inf), math.nan, 0, self.p.scales[-1], ())
+        return GustEstimate(False, reason, z, np.full(k.NX, math.inf), math.nan, 0, max(self.p.scales), ())

@@ -53,7 +53,7 @@ class ConstantGainGust:
 
     def set_state(self, s: dict[str, Array]) -> None:
         """Restore a copy made by `get_state`."""
-        self.x[:], self._y[:], self.started = s["x"], s["y"], bool(s["head"][0])
+        self.x[:], self._y[:], self.started = s["x"], s["y"], bool(s["head"].item())
 
     def step(self, y: Array, ok: int, u: Array, dt: float, u_now: Array | None = None) -> Array:
         """Integrate to this sample; returns x [9] (reused).

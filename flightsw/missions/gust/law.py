@@ -18,11 +18,13 @@ from flightsw.missions.gust.model import GustAircraft, LinearModel, Turbulence, 
 from flightsw.missions.gust.servos import GustServos
 from flightsw.sixdof.lqr import regulator
 from flightsw.strict import Range
+from flightsw.terms import Controlled, LawTerms, Output
 
 Array = np.ndarray
 NA = 8  # aircraft and wind states of the design: all but the vane's bias
 POS_E, RATE_E, POS_F, RATE_F, LOW, LOW_DOT, NZ = NA, NA + 1, NA + 2, NA + 3, NA + 4, NA + 5, NA + 6
 SURFACES = (k.ELEVATOR, k.FLAP)
+WIND = slice(0, 3)  # of the design state: x1, alpha_W, V_W
 
 
 @dataclass(frozen=True)
@@ -131,17 +133,18 @@ class GustAlleviation:
 
     def __init__(
         self, p: AlleviationParams | None = None, ac: GustAircraft | None = None, t: Turbulence | None = None,
-        dt: float = 0.02,
+        dt: float = 0.02, law: str = "alleviation",
     ) -> None:  # fmt: skip
-        """dt [s]: sample period the gain is made for. Raises DesignError when there is no stabilising gain."""
+        """dt [s]: sample period the gain is made for; law: its name in the record. Raises DesignError without a stabilising
+        gain."""
         self.p, self.ac = p or AlleviationParams(), ac or published()
         model = linear_model(self.ac, t or Turbulence())
         self.K, self.radius = alleviation_gain(self.p, model, self.ac, dt)
         if not self.p.feed_wind:
-            self.K[:, :3] = 0.0
+            self.K[:, k.WIND] = 0.0
         A, _, self._row = plant_matrices(model, self.ac, self.p.low_pass_hz)
         i = slice(LOW, NZ)
-        self._low_F = sampled(A[i, i], None, None, dt)[0]
+        self._low_F, _, _ = sampled(A[i, i], None, None, dt)
         # input held at the mean of two samples: steady gain one
         self._low_G = (np.eye(2) - self._low_F)[:, 0]
         self._low = np.zeros(2)
@@ -149,6 +152,9 @@ class GustAlleviation:
         self._z = np.zeros(NZ + 2 * self.p.late_steps)
         self.command = np.zeros(3)
         self.a_z = 0.0  # [m/s^2] as the estimate has it
+        outputs = (Output("elevator", "rad"), Output("flap", "rad"), Output("throttle", ""))
+        controlled = (("load", "m/s^2"), ("pitch", "rad"), ("altitude", "m"), ("airspeed", "m/s"))
+        self.terms = LawTerms(law, outputs, tuple(Controlled(*c) for c in controlled))
 
     def reset(self) -> None:
         """Low-pass and commands at trim."""
@@ -163,7 +169,7 @@ class GustAlleviation:
     def set_state(self, s: dict[str, Array]) -> None:
         """Restore a copy made by `get_state`."""
         self._low[:], self.command[:] = s["low"], s["command"]
-        self._last, self.a_z = float(s["head"][0]), float(s["head"][1])
+        self._last, self.a_z = s["head"].tolist()
 
     def step(self, x: Array, servos: GustServos) -> Array:
         """Command [3] (elevator [rad], throttle setting, flap [rad]) for the estimate x [9] and the servos as they now are.
@@ -172,6 +178,7 @@ class GustAlleviation:
         """
         if not np.isfinite(x).all():
             self.reset()
+            self.terms.open()
             return self.command
         z = self._z
         z[:NA] = x[:NA]
@@ -181,9 +188,9 @@ class GustAlleviation:
         z[POS_F], z[RATE_F] = servos.now[k.FLAP], servos.rate[k.FLAP]
         self.a_z = float(np.sum(self._row * z[:NZ]))
         drive = 0.5 * (self.a_z + self._last)
-        a, b = float(self._low[0]), float(self._low[1])
-        for i in range(2):
-            self._low[i] = self._low_F[i, 0] * a + self._low_F[i, 1] * b + self._low_G[i] * drive
+        a, b = self._low.tolist()
+        for i, (of_a, of_b) in enumerate(self._low_F):
+            self._low[i] = of_a * a + of_b * b + self._low_G[i] * drive
         self._last = self.a_z
         z[LOW:NZ] = self._low
         queue = servos.queue
@@ -197,7 +204,20 @@ class GustAlleviation:
             self.command[k.FLAP] = 0.0
         top = self.p.throttle_limit
         self.command[k.THROTTLE] = min(max(-self.p.speed * float(x[k.VK] - x[k.VW]), -top), top)
+        self._tell(x)
         return self.command
+
+    def _tell(self, x: Array) -> None:
+        """Into the record what the command is made of: the wind's columns are the feed-forward."""
+        t, z = self.terms, self._z
+        for o, (j, c) in zip(t.outputs, enumerate(SURFACES), strict=False):
+            wind = -float(np.sum(self.K[j, WIND] * z[WIND]))
+            o.give(-float(np.sum(self.K[j, WIND.stop :] * z[WIND.stop :])), 0.0, wind, float(self.command[c]))
+        slow = float(x[k.VK] - x[k.VW])
+        t.outputs[2].give(-self.p.speed * slow, 0.0, 0.0, float(self.command[k.THROTTLE]))
+        for q, error in zip(t.controlled, (self.a_z, float(x[k.TH]), float(x[k.H]), slow), strict=True):
+            q.error = error
+        t.closed = True
 
 
 class GustHold:
@@ -206,6 +226,9 @@ class GustHold:
     def __init__(self, p: HoldParams | None = None, ac: GustAircraft | None = None) -> None:
         self.p, self.ac = p or HoldParams(), ac or published()
         self.command = np.zeros(3)
+        outputs = (Output("elevator", "rad"), Output("throttle", ""), Output("pitch", "rad"))
+        controlled = (("pitch", "rad"), ("altitude", "m"), ("airspeed", "m/s"))
+        self.terms = LawTerms("hold", outputs, tuple(Controlled(*c) for c in controlled))
 
     def step(self, q: float, Theta: float, dH: float, dV: float = 0.0) -> Array:
         """Command [3] for pitch rate [rad/s], pitch [rad], height [m] and airspeed [m/s], deviations from trim (array reused).
@@ -219,4 +242,11 @@ class GustHold:
         self.command[k.ELEVATOR] = min(max(u, -e), e)
         t, top = -p.speed * dV, p.throttle_limit
         self.command[k.THROTTLE] = min(max(t, -top), top)
+        elevator, throttle, pitch = self.terms.outputs
+        elevator.give(u, 0.0, 0.0, float(self.command[k.ELEVATOR]))
+        throttle.give(t, 0.0, 0.0, float(self.command[k.THROTTLE]))
+        pitch.give(-p.H * dH, 0.0, 0.0, ask)
+        for c, error in zip(self.terms.controlled, (Theta - ask, dH, dV), strict=True):
+            c.error = error
+        self.terms.closed = True
         return self.command

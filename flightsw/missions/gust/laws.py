@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Annotated
+from typing import Annotated, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -11,10 +12,13 @@ from flightsw.missions.gust import dynamics as k
 from flightsw.missions.gust.law import AlleviationParams, GustAlleviation, GustHold, HoldParams
 from flightsw.missions.gust.model import GustAircraft, Turbulence
 from flightsw.missions.gust.servos import GustServos
-from flightsw.strict import ConfigError, OneOf, Range
+from flightsw.plugins import OursOr, made
+from flightsw.strict import ConfigError, Range
+from flightsw.terms import Laws, LawTerms
 
 Array = np.ndarray
 LAWS = ("hold", "alleviation", "elevator")  # index: WKF_GUST_LAW, and param1 of MAV_CMD_USER_2
+OTHER = len(LAWS)  # that of a law of somebody else, where ctrl.law names one
 LIMIT_EDGE = 0.999  # share of the travel from which a command counts as limited
 
 
@@ -31,7 +35,9 @@ class ElevatorParams(AlleviationParams):
 class GustCtrlTable:
     """[ctrl] of a gust flight file."""
 
-    law: Annotated[str, OneOf(LAWS)] = "alleviation"
+    law: Annotated[str, OursOr(LAWS)] = (
+        "alleviation"  # else a FeedbackLaw, made from (this table, aircraft, turbulence, sample period, samples of delay)
+    )
     alleviation: AlleviationParams = field(default_factory=AlleviationParams)
     elevator: ElevatorParams = field(default_factory=ElevatorParams)
     hold: HoldParams = field(default_factory=HoldParams)
@@ -49,26 +55,57 @@ class GustCtrlTable:
             )
 
 
+@runtime_checkable
+class FeedbackLaw(Protocol):
+    """What makes commands of the estimate. A pure step, as all algorithms. `a_z` [m/s^2]: what the law takes a_z to be."""
+
+    a_z: float
+
+    @property
+    def terms(self) -> LawTerms:
+        """What the last command is made of; one object, which is opened while another law flies."""
+
+    def reset(self) -> None:
+        """Another law has flown since the last step."""
+
+    def step(self, x: Array, servos: GustServos) -> Array:
+        """Command [3] (elevator [rad], throttle setting, flap [rad]) for the estimate x [9] and the servos as they now are,
+        limited to the travel."""
+
+
+NOT_OURS: dict[str, Callable[[GustCtrlTable, GustAircraft, Turbulence, float, int], FeedbackLaw]] = {}
+
+
 class GustLaws:
-    """All laws, one of them flying. `law` is its index in LAWS; `a_z` [m/s^2] what the flying law takes a_z to be."""
+    """All laws, one of them flying. `law` is its index in LAWS, or OTHER; `a_z` [m/s^2] what the flying law takes a_z to be."""
 
     def __init__(self, p: GustCtrlTable, ac: GustAircraft, t: Turbulence, dt: float, late_steps: int) -> None:
         """dt [s]: sample period; late_steps: samples from command to servo. Raises DesignError."""
         self.ac = ac
         self.hold = GustHold(p.hold, ac)
-        self._feedback = {
-            LAWS.index(name): GustAlleviation(replace(q, late_steps=late_steps), ac, t, dt)
+        self._feedback: dict[int, FeedbackLaw] = {
+            LAWS.index(name): GustAlleviation(replace(q, late_steps=late_steps), ac, t, dt, name)
             for name, q in (("alleviation", p.alleviation), ("elevator", replace(p.elevator, use_flap=False)))
         }
-        self.law = LAWS.index(p.law)
+        self.words: tuple[str, ...] = LAWS
+        if p.law not in LAWS:
+            other = made(NOT_OURS, FeedbackLaw, p.law, "ctrl.law", p, ac, t, dt, late_steps)  # type: ignore[type-abstract]
+            self._feedback[OTHER] = other
+            self.words = (*LAWS, other.terms.law)
+        self.law = LAWS.index(p.law) if p.law in LAWS else OTHER
         self.flying = 0  # what gave the last command: the hold without an estimate
         self.a_z = 0.0
         self.saturated = False
 
+    @property
+    def terms(self) -> Laws:
+        """Records of all laws; those that do not fly are open."""
+        return self.hold.terms, *(core.terms for core in self._feedback.values())
+
     def select(self, law: int) -> None:
         """Fly another law from the next step on. Raises ValueError for a number that is none."""
-        if not 0 <= law < len(LAWS):
-            raise ValueError(f"law {law}: allowed 0 to {len(LAWS) - 1} ({', '.join(LAWS)})")
+        if not 0 <= law < len(self.words):
+            raise ValueError(f"law {law}: allowed 0 to {len(self.words) - 1} ({', '.join(self.words)})")
         self.law = law
 
     def step(self, x: Array | None, y: Array, servos: GustServos) -> Array:
@@ -85,5 +122,8 @@ class GustLaws:
             command = core.step(x, servos)
             self.a_z = core.a_z
         e, f = self.ac.elevator_limit_rad, self.ac.flap_limit_rad
+        for law, terms in enumerate(self.terms):
+            if law != flying:
+                terms.open()
         self.saturated = abs(command[k.ELEVATOR]) > LIMIT_EDGE * e or abs(command[k.FLAP]) > LIMIT_EDGE * f
         return command

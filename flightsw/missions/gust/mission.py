@@ -13,22 +13,22 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from flightsw.aircraft import Alexis
-from flightsw.health import AIR_ALPHA, AIR_V
-from flightsw.missions.base import Mission, MissionSpec, Reports
+from flightsw.missions.base import Mission, MissionSpec, Reports, choices
 from flightsw.missions.gust import dynamics as k
 from flightsw.missions.gust.estimators import ESTIMATORS, GustNavTable, make_gust_nav
-from flightsw.missions.gust.laws import LAWS, GustCtrlTable, GustLaws
+from flightsw.missions.gust.laws import LAWS, OTHER, GustCtrlTable, GustLaws
 from flightsw.missions.gust.model import GustAircraft
 from flightsw.missions.gust.reports import REPORTS, GustState
 from flightsw.missions.gust.servos import GustServos
 from flightsw.missions.gust.validity import Trust
+from flightsw.planar import plane
+from flightsw.terms import Laws
 from flightsw.types import (
     ACCEPTED,
     DENIED,
     HF_AIR,
     HF_ATT,
     HF_IMU,
-    UPD_AIR,
     UPD_ATT,
     UPD_BARO,
     UPD_GNSS,
@@ -42,9 +42,9 @@ from flightsw.types import (
 )
 
 MAV_CMD_USER_2 = 31011
-CONTROLS = 5  # three surfaces, thrust, flap
-HOLD, ALLEVIATION = 16, 17  # WKF_PHASE
-AIRSPEED_BAD, VANE_BAD = 1, 1 << 6  # bits of SensorFrame.air_bad: probe 0, V and alpha
+INIT, HOLD, ALLEVIATION = PHASES = 0, 16, 17  # WKF_PHASE
+(_, ELEVATOR, _, THROTTLE, FLAP, CONTROLS) = range(6)  # in a command: elevator [rad], throttle setting [-], flap [rad]
+WORDS = {**dict(enumerate(LAWS)), OTHER: "other"}
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ class GustActuators:
 
     def step(self, u: np.ndarray, dt: float) -> None:
         """From the tick at which u was sent to this one, dt [s] later."""
-        self._c[k.ELEVATOR], self._c[k.THROTTLE], self._c[k.FLAP] = u[1], u[3], u[4]
+        self._c[[k.ELEVATOR, k.THROTTLE, k.FLAP]] = u[[ELEVATOR, THROTTLE, FLAP]]
         self.servos.send(self._c)
         self.servos.step(dt)
 
@@ -89,7 +89,8 @@ class GustMission(Mission[GustActuators]):
         self.p, self._period_s = p, period_s
         self._late = 1
         self.ctrl = self._laws()
-        self.span = 2.0 * self.ac.thrust[0] / self.ac.thrust[1]  # settings from no thrust to full, trim half-way
+        trim_N, per_setting_N = self.ac.thrust
+        self.span = 2.0 * trim_N / per_setting_N  # settings from no thrust to full, trim half-way
         self.guid = GuidanceCmd(V=self.ac.V0_mps, alt_m=self.ac.H0_m, reason="waiting for readings")
         self._estimator = ESTIMATORS.index(p.nav.estimator)
         self._y = np.zeros(k.NY)
@@ -123,14 +124,14 @@ class GustMission(Mission[GustActuators]):
             )
         c = self.ctrl.step(est.x if est.valid and self.trust.ok else None, y, s)
         u = self._u
-        u[1], u[3], u[4] = c[k.ELEVATOR], c[k.THROTTLE], c[k.FLAP]
+        u[[ELEVATOR, THROTTLE, FLAP]] = c[[k.ELEVATOR, k.THROTTLE, k.FLAP]]
         g = self._guide(f.t_us, est.valid, est.reason or self.trust.reason)
         self._state = state = GustState(
             f.t_us, est.valid, est.reason, tuple(est.x.tolist()), tuple(est.sigma.tolist()),
             est.nis if math.isfinite(est.nis) else 0.0, est.channels, est.scale, est.probabilities,
-            float(y[k.Y_AZ]), self.ctrl.a_z, float(u[1]), float(u[4]), self._estimator, self.ctrl.flying,
+            float(y[k.Y_AZ]), self.ctrl.a_z, float(u[ELEVATOR]), float(u[FLAP]), self._estimator, self.ctrl.flying,
         )  # fmt: skip
-        throttle = min(max(0.5 + float(u[3]) / self.span, 0.0), 1.0)
+        throttle = min(max(0.5 + float(u[THROTTLE]) / self.span, 0.0), 1.0)
         return self._publish(state), g, u, throttle
 
     def _laws(self) -> GustLaws:
@@ -140,26 +141,23 @@ class GustMission(Mission[GustActuators]):
         """Readings into y [7]; bits of those that are new and good."""
         y, ok = self._y, 0
         if updated & UPD_IMU:
-            y[k.Y_Q], y[k.Y_AZ] = f.gyro_mean_b[1], -f.acc_mean_b[2] - self.ac.gravity
+            (_, q, _), (_, _, down) = f.gyro_mean_b, f.acc_mean_b
+            y[k.Y_Q], y[k.Y_AZ] = q, -down - self.ac.gravity
             ok |= 1 << k.Y_Q | 1 << k.Y_AZ
-        if updated & UPD_AIR and f.air_mask & 1:
-            if not f.air_bad & VANE_BAD:
-                y[k.Y_ALPHA] = f.air_alpha[0]
-                ok |= 1 << k.Y_ALPHA
-            if not f.air_bad & AIRSPEED_BAD:
-                y[k.Y_VA] = f.air_V[0]
-                ok |= 1 << k.Y_VA
+        for c, reading in zip((k.Y_VA, k.Y_ALPHA), plane.probe(f, updated), strict=True):
+            if reading is not None:
+                y[c] = reading
+                ok |= 1 << c
         if updated & UPD_ATT:
-            w, x, yy, z = f.att_q_nb
-            self._psi = math.atan2(2.0 * (w * z + x * yy), 1.0 - 2.0 * (yy * yy + z * z))
-            y[k.Y_TH] = math.asin(min(max(2.0 * (w * yy - z * x), -1.0), 1.0))
+            self._psi, y[k.Y_TH] = plane.heading_and_pitch(f.att_q_nb)
             ok |= 1 << k.Y_TH
         if updated & UPD_BARO and math.isfinite(f.baro_alt_m):
             y[k.Y_H] = f.baro_alt_m
             ok |= 1 << k.Y_H
         if updated & UPD_GNSS:
-            self._pos_n = f.gnss_pos_n[0], f.gnss_pos_n[1]
-            y[k.Y_GROUND] = math.hypot(f.gnss_vel_n[0], f.gnss_vel_n[1])
+            (north, east, _), (v_north, v_east, _) = f.gnss_pos_n, f.gnss_vel_n
+            self._pos_n = north, east
+            y[k.Y_GROUND] = math.hypot(v_north, v_east)
             ok |= 1 << k.Y_GROUND
         return ok
 
@@ -169,28 +167,28 @@ class GustMission(Mission[GustActuators]):
         if phase != g.phase or self._phase_us < 0:
             self._phase_us = t_us
         g.phase, g.phase_t_s = phase, (t_us - self._phase_us) * 1e-6
-        g.reason = reason or f"law {LAWS[self.ctrl.flying]}"
+        g.reason = reason or f"law {self.ctrl.words[self.ctrl.flying]}"
         return g
 
     def _publish(self, s: GustState) -> NavState:
         """The estimate as the state every aircraft publishes. Wind along the heading and down; across it none is known."""
-        psi = self._psi
-        c, n = math.cos(psi), math.sin(psi)
         V0 = self.ac.V0_mps
         V_K, theta = V0 + s.x[k.VK], s.x[k.TH]
         gamma = theta - s.x[k.AK]
-        vx, vup = V_K * math.cos(gamma), V_K * math.sin(gamma)
-        forward, up = vx - s.x[k.VW], vup + V0 * s.x[k.AW]
-        half = 0.5 * theta, 0.5 * psi
-        ct, st, cp, sp = math.cos(half[0]), math.sin(half[0]), math.cos(half[1]), math.sin(half[1])
-        sw = (s.sigma[k.VW], s.sigma[k.VW], V0 * s.sigma[k.AW])
-        return NavState(
-            t_us=s.t_us, valid=s.valid, reason=s.reason, V=math.hypot(forward, up), beta=0.0,
-            alpha=theta - math.atan2(up, forward), w_b=(0.0, s.x[k.Q], 0.0), euler=(psi, theta, 0.0),
-            q_nb=(cp * ct, -sp * st, cp * st, sp * ct), pos_n=(*self._pos_n, -self.ac.H0_m - s.x[k.H]),
-            vel_n=(c * vx, n * vx, -vup), wind_n=(c * s.x[k.VW], n * s.x[k.VW], V0 * s.x[k.AW]), wind_sigma=sw,
-            pos_sigma=(0.0, 0.0, s.sigma[k.H]), att_sigma=(0.0, s.sigma[k.TH], 0.0), nis=s.nis, nis_dof=s.channels,
+        along, climb = V_K * math.cos(gamma), V_K * math.sin(gamma)
+        forward, up = along - s.x[k.VW], climb + V0 * s.x[k.AW]
+        return plane.publish(
+            t_us=s.t_us, valid=s.valid, reason=s.reason, psi=self._psi, theta=theta, q=s.x[k.Q],
+            V=math.hypot(forward, up), alpha=theta - math.atan2(up, forward), place=self._pos_n,
+            height=self.ac.H0_m + s.x[k.H], along=along, climb=climb, wind_along=s.x[k.VW], wind_down=V0 * s.x[k.AW],
+            wind_sigma=(s.sigma[k.VW], s.sigma[k.VW], V0 * s.sigma[k.AW]), pos_sigma=(0.0, 0.0, s.sigma[k.H]),
+            pitch_sigma=s.sigma[k.TH], nis=s.nis, nis_dof=s.channels,
         )  # fmt: skip
+
+    @property
+    def laws(self) -> Laws:
+        """What the command is made of."""
+        return self.ctrl.terms
 
     @property
     def reports(self) -> Reports:
@@ -203,11 +201,11 @@ class GustMission(Mission[GustActuators]):
 
     def obey(self, c: Command) -> tuple[int, str]:
         """MAV_RESULT and reason for one of the mission's commands."""
-        law, why = c.choice(dict(enumerate(LAWS)), "law")
+        law, why = c.choice(dict(enumerate(self.ctrl.words)), "law")
         if why:
             return DENIED, why
         self.ctrl.select(law)
-        self._texts.append(Text(6, f"law {LAWS[law]}"))
+        self._texts.append(Text(6, f"law {self.ctrl.words[law]}"))
         return ACCEPTED, ""
 
     def texts(self) -> list[Text]:
@@ -228,9 +226,10 @@ SPEC = MissionSpec(
     "alexis",
     GustMission,
     _actuators,
-    commands=frozenset({MAV_CMD_USER_2}),
+    phases=PHASES,
+    orders=choices(MAV_CMD_USER_2, WORDS, lambda _: PHASES, {"other": "a configuration that names one"}),
     controls=CONTROLS,
-    air_used=AIR_V | AIR_ALPHA,
+    air_used=plane.AIR_USED,
     one_rate=True,  # servos and law are stepped together: their mean and delay are per sample
     reports=REPORTS,
 )

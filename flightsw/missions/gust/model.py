@@ -53,6 +53,7 @@ class GustAircraft:
     def of(ac: Alexis) -> GustAircraft:
         """The numbers of a record."""
         c, t, lift, drag, pitch = ac.controls, ac.trim, ac.lift, ac.drag, ac.pitch
+        (_, elevator), (_, flap) = c.elevator_deg, c.flap_deg
         return GustAircraft(
             t.V_mps, t.height_m, t.gravity_mps2,
             (lift.trim, lift.alpha, lift.q, lift.elevator, lift.flap),
@@ -60,7 +61,7 @@ class GustAircraft:
             (ac.thrust.trim, ac.thrust.setting),
             (pitch.q, pitch.alpha, pitch.elevator, pitch.flap),
             ac.linear.A, ac.linear.B, ac.linear.E,
-            math.radians(c.elevator_deg[1]), math.radians(c.flap_deg[1]), c.servo_wn_radps, c.servo_zeta,
+            math.radians(elevator), math.radians(flap), c.servo_wn_radps, c.servo_zeta,
             math.radians(c.elevator_rate_degps), math.radians(c.flap_rate_degps),
         )  # fmt: skip
 
@@ -119,11 +120,11 @@ def linear_model(ac: GustAircraft | None = None, t: Turbulence | None = None, *,
     E [5,2] other than the aircraft's serves the study of the printed sign.
     """
     ac, t = ac or published(), t or Turbulence()
-    A, B, Br = np.zeros((9, 9)), np.zeros((9, 3)), np.zeros((9, 2))
-    A[:3, :3], Br[:3] = dryden(ac.V0_mps, t)
-    A[3:8, 1:3], A[3:8, 3:8], B[3:8] = ac.E if E is None else E, ac.A, ac.B
-    C, D = np.zeros((7, 9)), np.zeros((7, 3))
-    C[:5, 1:3], C[:5, 3:8], C[k.Y_ALPHA, k.AB] = F_AC, np.eye(5), 1.0
+    A, B, Br = np.zeros((k.NX, k.NX)), np.zeros((k.NX, k.NU)), np.zeros((k.NX, 2))
+    A[k.WIND, k.WIND], Br[k.WIND] = dryden(ac.V0_mps, t)
+    A[k.AIRCRAFT, k.FELT], A[k.AIRCRAFT, k.AIRCRAFT], B[k.AIRCRAFT] = ac.E if E is None else E, ac.A, ac.B
+    C, D = np.zeros((k.NY, k.NX)), np.zeros((k.NY, k.NU))
+    C[k.PRINTED, k.FELT], C[k.PRINTED, k.AIRCRAFT], C[k.Y_ALPHA, k.AB] = F_AC, np.eye(5), 1.0
     C[k.Y_GROUND, k.VK] = 1.0
     C[k.Y_AZ] = -ac.V0_mps * A[k.AK]
     C[k.Y_AZ, k.Q] += ac.V0_mps

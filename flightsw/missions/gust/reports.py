@@ -28,7 +28,7 @@ class GustState:
     elevator: float = 0.0  # [rad] command
     flap: float = 0.0  # [rad] command
     estimator: int = 0  # index in estimators.ESTIMATORS
-    law: int = 0  # index in laws.LAWS
+    law: int = 0  # index in laws.LAWS, or laws.OTHER
 
 
 def gust_values(g: GustState) -> Packets:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from flightsw.missions.gust import dynamics as k
 from flightsw.missions.gust.model import GustAircraft, published
 from flightsw.sixdof.actuators import servo_step
 
@@ -53,9 +54,9 @@ class GustServos:
         """Advance to the next sample, dt [s] later; `mean` is the mean deflection on the way."""
         c = self._fifo[0]
         self.mean[:] = 0.0
-        self.now[1] = c[1]
+        self.now[k.THROTTLE] = c[k.THROTTLE]
         for _ in range(PARTS):
             self.mean += self.now * (0.5 / PARTS)
             servo_step(self.now, self.rate, c, self._lim, self.ac.servo_wn_radps, self.ac.servo_zeta, dt / PARTS)
-            self.now[1] = c[1]  # the throttle has no servo: at once
+            self.now[k.THROTTLE] = c[k.THROTTLE]  # the throttle has no servo: at once
             self.mean += self.now * (0.5 / PARTS)

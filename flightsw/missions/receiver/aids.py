@@ -14,13 +14,16 @@ import numpy as np
 
 from flightsw.kernels.rotations import to_child, to_parent
 from flightsw.missions.receiver.airdata.reports import WakeFix
-from flightsw.refusal import GNSS_DIFF, WAKE
+from flightsw.refusal import GNSS_DIFF, REL_POS, REL_RATE, WAKE, Refusals
 from flightsw.sixdof import witness
 from flightsw.sixdof.estimator_core import EstimatorCore
+from flightsw.sixdof.layout import M_POS, M_VEL, TK_RATE, TK_VEL
 from flightsw.strict import Range
-from flightsw.types import SensorFrame
+from flightsw.types import SensorFrame, Vec3
 
 Pos = Annotated[float, Range(1e-6)]
+WAKE_ROWS = 2  # of the wake position in one correction
+STAND_IN_ROWS = 6  # of GNSS difference and closure rate, beside a relative sensor that is kept out
 WILD = 20  # comparisons before one may be called wild, and wild ones in a row before they are believed
 WILD_MPS = 2.5  # [m/s] comparison of velocities that must be a spike
 CALIBRATE_S = 20.0  # [s] of the witness
@@ -48,7 +51,7 @@ class AidParams:
 
 
 class PositionAid:
-    """Queues aiding rows (codes 9..11, xi in tanker axes) for the relative estimator."""
+    """Queues what stands in for the relative sensor, in tanker axes: wake position, GNSS difference, closure rate."""
 
     def __init__(self, p: AidParams) -> None:
         self.p = p
@@ -94,7 +97,7 @@ class PositionAid:
             to_child(R_t, self._d, self._e)
             age = (f.t_us - f.gnss_t_us) * 1e-6
             for i in range(3):
-                core.add(9 + i, float(self._e[i] + rate[i] * age), p.r_gnss_m, GNSS_DIFF)
+                core.add(M_POS + i, float(self._e[i] + rate[i] * age), p.r_gnss_m, GNSS_DIFF)
 
     def _wild(self, residual: np.ndarray) -> bool:
         """Whether a comparison is so far off that one of both readings must be a spike; after WILD of them begin anew."""
@@ -104,6 +107,11 @@ class PositionAid:
             self.reset()
             return False
         return far
+
+    def closure_rate(self, core: EstimatorCore, rate: Vec3) -> None:
+        """Queue d(xi)/dt [m/s] of the calibrated difference of velocities (VelocityAid)."""
+        for i in range(3):
+            core.add(M_VEL + i, rate[i], self.p.r_velocity_mps, REL_RATE)
 
     def wake(self, core: EstimatorCore, fix: WakeFix, R_ft: np.ndarray, x_f: float) -> None:
         """Queue a new wake position; R_ft [9] tanker air-path axes F to tanker body axes, x_f [m] own x in F.
@@ -117,13 +125,34 @@ class PositionAid:
         inflate = 1.0 / math.sqrt(math.tanh(0.5 * min(dt, self.p.fix_tau_s) / self.p.fix_tau_s))
         self._d[:] = x_f, fix.pos_f[1], fix.pos_f[2]
         to_child(R_ft, self._d, self._e)
-        core.add(10, float(self._e[1]), math.sqrt(max(fix.cov_yy, 1e-4)) * inflate, WAKE)
-        core.add(11, float(self._e[2]), math.sqrt(max(fix.cov_zz, 1e-4)) * inflate, WAKE)
+        core.add(M_POS + 1, float(self._e[1]), math.sqrt(max(fix.cov_yy, 1e-4)) * inflate, WAKE)
+        core.add(M_POS + 2, float(self._e[2]), math.sqrt(max(fix.cov_zz, 1e-4)) * inflate, WAKE)
+
+
+class StationHold:
+    """Whether the position is good although the relative sensor or the data link is silent, and for not too long."""
+
+    def __init__(self, p: AidParams) -> None:
+        self.p = p
+        self._since_us = -1
 
     def good(self, fix: WakeFix | None) -> bool:
         """Whether the wake position is good enough to hold a station by."""
         s = self.p.fix_sigma_max_m
         return fix is not None and fix.valid and max(fix.cov_yy, fix.cov_zz) < s * s
+
+    def step(self, t_us: int, link: bool, seen: bool, level: bool, fix: WakeFix | None) -> bool:
+        """At t_us: link: the tanker is known; seen: by the relative sensor; level: its wings were when the link went; fix: wake
+        position."""
+        if link == seen:
+            self._since_us = -1
+            return False
+        if self._since_us < 0:
+            self._since_us = t_us
+        held_s = (t_us - self._since_us) * 1e-6
+        if link:
+            return self.good(fix) and held_s < self.p.hold_max_s
+        return level and held_s < self.p.link_hold_max_s
 
 
 class GnssWitness:
@@ -162,12 +191,29 @@ class GnssWitness:
         self._sensor += gain * (difference - self.offset - seen - self._sensor)
         self._estimate += gain * (difference - self.offset - estimate - self._estimate)
 
+    def hear(self, gate: Refusals, f: SensorFrame, tk: np.ndarray, xi: np.ndarray, tanker_pos: np.ndarray) -> None:
+        """Compare, and tell the gate while the relative sensor is kept out; tk [18] tanker now, xi [3] estimate [m],
+        tanker_pos [3] NED [m] at the GNSS sample."""
+        seen, estimate, held = np.empty(3), np.empty(3), gate.held(REL_POS)
+        to_parent(tk, np.array(f.rel_pos_t), seen)
+        to_parent(tk, xi, estimate)
+        self.step(np.array(f.gnss_pos_n) - tanker_pos, seen, estimate, f.gnss_t_us, held)
+        if held:
+            gate.verdict[REL_POS] = self.verdict()
+
     def verdict(self) -> int:
         """AGAINST the sensor, FOR it or UNDECIDED."""
         if self.known_s < 2.0 or self.out_s < 0.5:
             return witness.UNDECIDED
         s = math.hypot(0.8 * self.r_pos, 2.0 * self.drift * self.out_s)
         return witness.verdict([(a / s, b / s) for a, b in zip(self._sensor, self._estimate, strict=True)])
+
+
+def seen_velocity(f: SensorFrame, tk: np.ndarray, out: np.ndarray) -> None:
+    """out [3] <- own velocity less the tanker's [m/s], NED, as the relative sensor shows it: d(xi)/dt + w_T x xi; tk [18]."""
+    w, r, v = tk[TK_RATE], f.rel_pos_t, f.rel_vel_t
+    d = np.array([v[0] + w[1] * r[2] - w[2] * r[1], v[1] + w[2] * r[0] - w[0] * r[2], v[2] + w[0] * r[1] - w[1] * r[0]])
+    to_parent(tk, d, out)
 
 
 class VelocityAid:
@@ -194,16 +240,10 @@ class VelocityAid:
             return False
         dt = min((f.gnss_t_us - self.gnss_us) * 1e-6, 0.2) if self.gnss_us > 0 else 0.05
         self.gnss_us = f.gnss_t_us
-        w, r = tk[9:12], f.rel_pos_t
         self._d[:] = f.gnss_vel_n
-        self._d -= tk[15:18]
+        self._d -= tk[TK_VEL]
         if seen:
-            # d(xi)/dt + w x xi of the relative sensor, to NED
-            v = f.rel_vel_t
-            out[:] = (
-                v[0] + w[1] * r[2] - w[2] * r[1], v[1] + w[2] * r[0] - w[0] * r[2], v[2] + w[0] * r[1] - w[1] * r[0]
-            )  # fmt: skip
-            to_parent(tk, out, self._e)
+            seen_velocity(f, tk, self._e)
             wild = self.known_s > 1.0 and float(np.abs(self._d - self._e - self.offset).max()) > WILD_MPS
             self._wilds = self._wilds + 1 if wild else 0
             if self._wilds > WILD:

@@ -17,18 +17,20 @@ from flightsw.envelope import Envelope
 from flightsw.kernels.rotations import euler_from_dcm, to_parent
 from flightsw.missions.base import Mission, MissionSpec, Reports
 from flightsw.missions.receiver.airdata.reports import REPORTS
-from flightsw.missions.receiver.joinup import JOIN_UP, JoinUpGuidance, JoinUpParams, Sight
-from flightsw.missions.receiver.mission import MAV_CMD_USER_1, ReceiverMission, ReceiverParams
+from flightsw.missions.receiver.joinup import ENROUTE, INIT, JOIN_UP, JoinUpGuidance, JoinUpParams, Sight
+from flightsw.missions.receiver.mission import ORDERS, ReceiverMission, ReceiverParams
+from flightsw.missions.receiver.refuel import NAMES, OBSERVATION
 from flightsw.missions.receiver.sequence import Sequence, SequenceParams
-from flightsw.missions.receiver.station_keeping import ReceiverControl
+from flightsw.missions.receiver.station_keeping import StationKeepingLaw
 from flightsw.missions.receiver.tanker_link import PeerTracker
 from flightsw.refusal import Refusals
 from flightsw.sixdof.actuators import ActuatorModel
-from flightsw.sixdof.autopilot import TankerControl, TankerCtrlParams
+from flightsw.sixdof.autopilot import AutopilotLaw, TankerCtrlParams, make_autopilot
 from flightsw.sixdof.command import ScheduleParams
+from flightsw.sixdof.estimator import AirframeNav
 from flightsw.sixdof.estimator_core import NavParams, failed_bits
-from flightsw.sixdof.estimator_variants import make_airframe_nav
 from flightsw.strict import Range
+from flightsw.terms import Laws
 from flightsw.types import (
     ACCEPTED,
     HF_AIR,
@@ -89,12 +91,12 @@ class JoinMission(Mission[ActuatorModel]):
         for key in ("V_mps", "V_min_mps", "V_max_mps"):
             e.speed(f"join.guid.{key}", getattr(g, key))
         e.turn("join.guid.turn_max_degps", g.turn_max_degps, g.V_max_mps)
-        self.nav = make_airframe_nav(ac, j.nav)
+        self.nav = AirframeNav(ac, j.nav)
         self.guid = JoinUpGuidance(j.guid)
-        self.free = TankerControl(ac, j.ctrl, period_s)
+        self.free = make_autopilot(ac, j.ctrl, period_s, "join.ctrl")
         self.refuel = ReceiverMission(ac, p, period_s)
         self.sequence = Sequence(j.sequence)
-        self.ctrl: TankerControl | ReceiverControl = self.free
+        self.ctrl: AutopilotLaw | StationKeepingLaw = self.free
         self.cruise = (j.guid.V_mps, j.guid.alt_m)
         self.joined = False
         self._refused = (0, 0)  # phase and action of the sequence's order that was refused
@@ -151,7 +153,12 @@ class JoinMission(Mission[ActuatorModel]):
     @property
     def saturated(self) -> bool:
         """Whether a command sits at its limit."""
-        return self.ctrl.core.saturated
+        return self.ctrl.saturated
+
+    @property
+    def laws(self) -> Laws:
+        """Those of both halves; one that does not fly is open."""
+        return self.guid.terms, self.free.terms, *self.refuel.laws
 
     @property
     def reports(self) -> Reports:
@@ -173,6 +180,8 @@ class JoinMission(Mission[ActuatorModel]):
 
     def _join(self) -> None:
         self.joined, self.ctrl = True, self.refuel.ctrl
+        self.guid.terms.open()
+        self.free.terms.open()
 
     def first_command(self) -> np.ndarray:
         """Trim command [4] sent until navigation is valid."""
@@ -242,7 +251,8 @@ SPEC = MissionSpec(
     "sixdof",
     JoinMission,
     ActuatorModel,
-    commands=frozenset({MAV_CMD_USER_1}),
+    phases=(INIT, ENROUTE, JOIN_UP, *range(OBSERVATION, len(NAMES))),
+    orders=ORDERS,
     reports=REPORTS,
     sends_relative=True,
     files=("tanker",),

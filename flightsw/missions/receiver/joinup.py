@@ -16,6 +16,7 @@ from typing import Annotated
 
 from flightsw.kernels.rotations import wrap_pi
 from flightsw.strict import ConfigError, Range
+from flightsw.terms import HELD, INTEGRAL, RATE, Controlled, LawTerms, Output
 from flightsw.types import ZERO3, GuidanceCmd, NavState, Text, Vec3
 
 INIT, ENROUTE, JOIN_UP = 0, 20, 21  # WKF_PHASE
@@ -141,6 +142,15 @@ class JoinUpGuidance:
         self.out = GuidanceCmd(V=p.V_mps, alt_m=p.alt_m)
         self.V, self.alt, self.psi_dot = p.V_mps, p.alt_m, 0.0
         self.ready = False
+        outputs = (
+            ("closure", "m/s"),
+            ("lateral_speed", "m/s"),
+            ("airspeed", "m/s"),
+            ("altitude", "m"),
+            ("turn_rate", "rad/s"),
+        )
+        errors = (Controlled("ahead", "m"), Controlled("right", "m"), Controlled("below", "m"))
+        self.terms = LawTerms("join_up", tuple(Output(*q) for q in outputs), errors)
         self._straight_s = self._lost_s = 0.0
         self._turn = 0.0
         self._vy_int = 0.0
@@ -151,6 +161,7 @@ class JoinUpGuidance:
     def step(self, t_us: int, nav: NavState, s: Sight, dt: float) -> GuidanceCmd:
         """Advance by dt [s]."""
         p = self.p
+        self.terms.open()
         if nav.valid:
             if self.phase == INIT:
                 self.V, self.alt = nav.V, -nav.pos_n[2]
@@ -165,7 +176,7 @@ class JoinUpGuidance:
             elif s.seen:
                 self._towards_tanker(nav, s, dt)
             else:  # a short gap: fly straight on
-                self._command(self.V, self.alt, 0.0, dt)
+                self._command(self.V, self.alt, 0.0, 0.0, dt)
         o = self.out
         o.phase, o.phase_t_s, o.reason = self.phase, (t_us - self.t_phase_us) * 1e-6, self.reason
         o.V, o.alt_m, o.psi_dot = self.V, self.alt, self.psi_dot
@@ -201,8 +212,9 @@ class JoinUpGuidance:
         n, e = nav.pos_n[0] - p.track_point_m[0], nav.pos_n[1] - p.track_point_m[1]
         vy = min(max(-p.k_y_ps * (c * e - s * n), -p.vy_track_mps), p.vy_track_mps)
         rate = p.k_psi_ps * (vy - (c * nav.vel_n[1] - s * nav.vel_n[0])) / nav.V
+        self.terms.outputs[1].give(-p.k_y_ps * (c * e - s * n), 0.0, 0.0, vy)
         self.out.rel_pos_t = self.out.rel_vel_t = ZERO3
-        self._command(self._V_track, p.alt_m, rate, dt)
+        self._command(self._V_track, p.alt_m, rate, 0.0, dt)
 
     def _towards_tanker(self, nav: NavState, s: Sight, dt: float) -> None:
         p = self.p
@@ -211,6 +223,7 @@ class JoinUpGuidance:
         if abs(off) < p.int_band_m:
             self._vy_int = min(max(self._vy_int + p.k_int_ps2 * off * dt, -p.int_max_mps), p.int_max_mps)
             vy += self._vy_int
+        self._tell(s.pos, vx, vy, z, abs(off) < p.int_band_m)
         c, sn = math.cos(s.psi), math.sin(s.psi)
         self._V_tanker = math.hypot(s.vel_n[0] - self._wind[0], s.vel_n[1] - self._wind[1])
         # airspeed that gives the wanted ground velocity in the own wind
@@ -218,11 +231,21 @@ class JoinUpGuidance:
         east = s.vel_n[1] + sn * vx + c * vy - self._wind[1]
         rate = self._turn + p.k_psi_ps * (vy - s.vel[1]) / nav.V
         self.out.rel_pos_t, self.out.rel_vel_t = p.aim_m, (vx, vy, 0.0)
-        self._command(math.hypot(north, east), -nav.pos_n[2] + s.pos[2] - z, rate, dt)
+        self._command(math.hypot(north, east), -nav.pos_n[2] + s.pos[2] - z, rate, self._turn, dt)
 
-    def _command(self, V: float, alt: float, rate: float, dt: float) -> None:
-        """Move the references towards V [m/s], alt [m], rate [rad/s] within their limits."""
-        p = self.p
+    def _tell(self, pos: Vec3, vx: float, vy: float, z: float, integrated: bool) -> None:
+        """Into the record: place in H and the relative speeds wanted there."""
+        p, t = self.p, self.terms
+        t.outputs[0].give(vx, 0.0, 0.0, vx)
+        t.outputs[1].give(p.k_y_ps * (p.aim_m[1] - pos[1]), self._vy_int if integrated else 0.0, 0.0, vy)
+        for q, error in zip(t.controlled, (pos[0] - p.aim_m[0], pos[1] - p.aim_m[1], pos[2] - z), strict=True):
+            q.error = error
+        bound = INTEGRAL if abs(self._vy_int) >= p.int_max_mps else 0
+        t.controlled[1].limits = bound if integrated else HELD
+
+    def _command(self, V: float, alt: float, rate: float, forward: float, dt: float) -> None:
+        """Move the references towards V [m/s], alt [m], rate [rad/s] (`forward` of it the tanker's own) within limits."""
+        p, asked = self.p, (V, alt, rate)
         V = min(max(V, p.V_min_mps), p.V_max_mps)
         dv = p.V_accel_mps2 * dt
         self.V += min(max(V - self.V, -dv), dv)
@@ -230,6 +253,11 @@ class JoinUpGuidance:
         top, da = math.radians(p.turn_max_degps), math.radians(p.turn_accel_degps2) * dt
         rate = min(max(rate, -top), top)
         self.psi_dot += min(max(rate - self.psi_dot, -da), da)
+        _, _, airspeed, altitude, turn = self.terms.outputs
+        airspeed.give(0.0, 0.0, asked[0], self.V, RATE if asked[0] == V else 0)
+        altitude.give(0.0, 0.0, alt, self.alt, RATE)
+        turn.give(asked[2] - forward, 0.0, forward, self.psi_dot, RATE if asked[2] == rate else 0)
+        self.terms.closed = True
 
     def _enter(self, phase: int, t_us: int, why: str) -> None:
         self.phase, self.t_phase_us, self.reason = phase, t_us, why

@@ -11,18 +11,19 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from flightsw.aircraft import Aircraft, load_aircraft
-from flightsw.missions.base import Mission, MissionSpec, Reports
+from flightsw.missions.base import Mission, MissionSpec, Reports, choices
 from flightsw.missions.receiver.airdata.airdata import AirData, AirDataParams
 from flightsw.missions.receiver.airdata.reports import REPORTS
 from flightsw.missions.receiver.boom import Surroundings
-from flightsw.missions.receiver.estimator_variants import make_relative_nav
-from flightsw.missions.receiver.refuel import ACTIONS, RefuelGuidance, RefuelParams
-from flightsw.missions.receiver.station_keeping import ReceiverControl, ReceiverCtrlParams
+from flightsw.missions.receiver.estimator import RelativeNav
+from flightsw.missions.receiver.refuel import ACTIONS, FROM, NAMES, TAKES, RefuelGuidance, RefuelParams
+from flightsw.missions.receiver.station_keeping import ReceiverCtrlParams, make_station_keeping
 from flightsw.refusal import Refusals
 from flightsw.sixdof.actuators import ActuatorModel
 from flightsw.sixdof.command import ScheduleParams
 from flightsw.sixdof.estimator_core import NavParams
 from flightsw.strict import ConfigError, changed
+from flightsw.terms import Laws
 from flightsw.types import (
     ACCEPTED,
     DENIED,
@@ -62,16 +63,15 @@ class ReceiverMission(Mission[ActuatorModel]):
 
     def __init__(self, ac: Aircraft, p: ReceiverParams, period_s: float) -> None:
         """Raises ConfigError for way-points that cannot be flown."""
-        self.nav = make_relative_nav(ac, p.nav)
+        self.nav = RelativeNav(ac, p.nav, p.airdata.aid if p.airdata.on else None)
         self.air: AirData | None = None
         if p.airdata.on:
             self.air = AirData(ac, p.airdata)
-            self.nav.use_aid(p.airdata.aid)
         elif p.airdata.on is None and (idle := changed(p.airdata, AirDataParams())) is not None:
             raise ConfigError(f"airdata.{idle[0]} = {idle[1]!r}: nothing obeys it without airdata.on = true")
         tanker = load_aircraft(p.tanker)
         self.guid = RefuelGuidance(p.guid, Surroundings(tanker, ac))
-        self.ctrl = ReceiverControl(ac, tanker, p.ctrl, period_s)
+        self.ctrl = make_station_keeping(ac, tanker, p.ctrl, period_s)
         self.V0 = float(np.mean(p.ctrl.schedule.V_mps))
         self.h0 = p.ctrl.schedule.h_m
         self._tk = np.zeros(18)
@@ -102,7 +102,7 @@ class ReceiverMission(Mission[ActuatorModel]):
     @property
     def saturated(self) -> bool:
         """Whether a command sits at its limit."""
-        return self.ctrl.core.saturated
+        return self.ctrl.saturated
 
     @property
     def reports(self) -> Reports:
@@ -113,6 +113,11 @@ class ReceiverMission(Mission[ActuatorModel]):
         """Start-up search and monitor of the air data."""
         if self.air is not None:
             self.air.exercise()
+
+    @property
+    def laws(self) -> Laws:
+        """What the command is made of."""
+        return (self.ctrl.terms,)
 
     @property
     def refusals(self) -> Refusals | None:
@@ -149,6 +154,7 @@ class ReceiverMission(Mission[ActuatorModel]):
         return out
 
 
+ORDERS = choices(MAV_CMD_USER_1, ACTIONS, FROM.__getitem__, TAKES)
 SPEC = MissionSpec(
     "receiver",
     ReceiverParams,
@@ -156,7 +162,8 @@ SPEC = MissionSpec(
     "sixdof",
     ReceiverMission,
     ActuatorModel,
-    commands=frozenset({MAV_CMD_USER_1}),
+    phases=tuple(range(len(NAMES))),
+    orders=ORDERS,
     reports=REPORTS,
     sends_relative=True,
     files=("tanker",),

@@ -24,6 +24,19 @@ NAMES = (
 
 ACTIONS = {1: "hold", 2: "precontact", 3: "contact", 4: "disconnect", 5: "breakaway", 6: "observation"}
 
+UNDER_WAY = frozenset(range(OBSERVATION, HOLD + 1))
+FROM = {  # action -> phases in which it is accepted
+    "hold": UNDER_WAY, "precontact": frozenset((OBSERVATION, HOLD, RETURN)), "contact": frozenset((PRECONTACT,)),
+    "disconnect": frozenset((CONTACT, TO_CONTACT)), "breakaway": UNDER_WAY,
+    "observation": frozenset((PRECONTACT, TO_PRECONTACT, BREAKAWAY, HOLD)),
+}  # fmt: skip
+TAKES = {  # what it takes besides
+    **dict.fromkeys(
+        ("precontact", "contact", "observation"), "navigation that is current, the aircraft at its station, a free way"
+    ),
+    "contact": "the same, and a boom that reaches",
+}
+
 CRITICAL, WARNING, INFO = 2, 4, 6  # MAV_SEVERITY
 WAYPOINTS = ("observation_m", "low_m", "behind_m", "precontact_m", "contact_m", "breakaway_m")
 
@@ -103,21 +116,21 @@ class RefuelGuidance:
         elif name == "breakaway":
             self._breakaway("commanded")
         elif name == "precontact":
-            if ph not in (OBSERVATION, HOLD, RETURN):
+            if ph not in FROM[name]:
                 return False, f"pre-contact is not allowed from {NAMES[ph]}"
             return self._order(TO_PRECONTACT, self._to_precontact(), p.track_error_m)
         elif name == "contact":
-            if ph != PRECONTACT:
+            if ph not in FROM[name]:
                 return False, f"contact is only allowed from pre-contact, not from {NAMES[ph]}"
             if self.around is not None and (why := self.around.out_of_reach(p.contact_m)):
                 return False, f"contact: {why}"
             return self._order(TO_CONTACT, [(p.contact_m, p.v_close_mps)], p.contact_error_max_m)
         elif name == "disconnect":
-            if ph not in (CONTACT, TO_CONTACT):
+            if ph not in FROM[name]:
                 return False, f"nothing to disconnect in {NAMES[ph]}"
             self._back_off("commanded")
         else:
-            if ph not in (PRECONTACT, TO_PRECONTACT, BREAKAWAY, HOLD):
+            if ph not in FROM[name]:
                 return False, f"return to observation is not allowed from {NAMES[ph]}"
             legs = [(p.behind_m, p.v_climb_mps), (p.low_m, p.v_transfer_mps), (p.observation_m, p.v_transfer_mps)]
             return self._order(RETURN, legs, p.track_error_m)

@@ -9,23 +9,27 @@ xi_dot = R^T u_a + R_BTI (W - v_T) + S(w_T) xi, so that a gust does not look lik
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Protocol, runtime_checkable
 
 import numpy as np
 
 from flightsw.aircraft import Aircraft
 from flightsw.kernels.linalg import solve
 from flightsw.kernels.sampled import multiply
+from flightsw.plugins import OursOr, made
 from flightsw.sixdof.actuators import ActuatorModel
-from flightsw.sixdof.command import ControlCore, Node3, Pos, ScheduleParams
+from flightsw.sixdof.command import ControlCore, Node3, Pos, ScheduleParams, lqr_terms
 from flightsw.sixdof.lqr import Design, DesignError, augment, design
 from flightsw.sixdof.schedule import GainSchedule
 from flightsw.sixdof.trim import linearise_relative, trim_free, trim_relative
 from flightsw.strict import ConfigError, Range
+from flightsw.terms import LawTerms, Scheduled
 from flightsw.types import GuidanceCmd, NavState
 
 Four = tuple[float, float, float, float]
 N = 12  # rigid design states
+INTEGRALS = slice(N + 7, N + 10)  # of the design state
+CONTROLLED = (("ahead", "m"), ("right", "m"), ("below", "m"))  # xi, tanker body axes
 
 
 @dataclass(frozen=True)
@@ -49,6 +53,31 @@ class ReceiverCtrlParams:
     soft_int_ms: Node3 = (3.0, 3.0, 3.0)
     soft_input: Four = (0.075, 0.05, 0.075, 2500.0)
     condition_tau_s: Annotated[float, Range(0.01)] = 1.0  # smoothing of the scheduling variables
+    law: Annotated[str, OursOr(("station_keeping",))] = (
+        "station_keeping"  # a StationKeepingLaw, made from (aircraft, tanker, this table, period)
+    )
+
+
+@runtime_checkable
+class StationKeepingLaw(Protocol):
+    """What holds the receiver at a place relative to the tanker. A pure step, as all algorithms."""
+
+    @property
+    def terms(self) -> LawTerms:
+        """What the last command is made of."""
+
+    @property
+    def saturated(self) -> bool:
+        """Whether a command sits at its limit."""
+
+    def step(
+        self, nav: NavState, cmd: GuidanceCmd, act: ActuatorModel, psi_dot_t: float, V_t: float, h_m: float, dt: float
+    ) -> tuple[np.ndarray, float]:
+        """Command (surfaces [rad] and thrust [N] [4], throttle 0..1) towards cmd.rel_pos_t, dt [s] later. psi_dot_t [rad/s],
+        V_t [m/s]: tanker turn rate and airspeed; h_m altitude [m]."""
+
+    def trim_command(self, V_t: float, h_m: float) -> tuple[np.ndarray, float]:
+        """The same for straight flight, before navigation is valid."""
 
 
 class ReceiverControl:
@@ -57,8 +86,9 @@ class ReceiverControl:
     def __init__(self, ac: Aircraft, tanker: Aircraft, p: ReceiverCtrlParams, dt_s: float) -> None:
         """Designs the six nominal laws for control period dt_s. Raises TrimError or DesignError."""
         self.p = p
-        self.core = ControlCore(ac, 3, np.array(p.int_limit_ms))
         s = p.schedule
+        terms = lqr_terms("station_keeping", CONTROLLED, s, Scheduled("softness", "", 0.0, 1.0))
+        self.core = ControlCore(ac, terms, np.array(p.int_limit_ms))
         self.nodes = tuple(float(np.radians(v)) for v in s.psi_dot_degps)
         if not 0.0 < p.soft_sigma_m[0] < p.soft_sigma_m[1]:
             raise ConfigError(f"ctrl.soft_sigma_m = {list(p.soft_sigma_m)}: allowed: 0 < first < second")
@@ -127,16 +157,37 @@ class ReceiverControl:
             z[9 + i] = self._err[i]
         c.actuator_states(z, N, act)
         c.integrate(self._err, dt)
-        z[N + 7 : N + 10] = c.e
+        z[INTEGRALS] = c.e
         z[N + 10 :] = c.u_old.ravel()
-        u = self.sched.evaluate(z, self.off)
+        u, parts = self.sched.evaluate(z, self.off), self.sched.split(z, self.off, INTEGRALS)
         self.softness += a * (want - self.softness)
         if self.softness > 1e-3:
             self.soft.set_condition(self._cond[0], self._cond[1])
             u += self.softness * (self.soft.evaluate(z, self.off) - u)
-        return c.limit(u, h_m, nav.V)
+            parts += self.softness * (self.soft.split(z, self.off, INTEGRALS) - parts)
+        c.terms.stand(float(self._cond[0]), float(self._cond[1]), self.softness)
+        return c.limit(u, h_m, nav.V, parts)
+
+    @property
+    def saturated(self) -> bool:
+        """Whether a command sits at its limit."""
+        return self.core.saturated
+
+    @property
+    def terms(self) -> LawTerms:
+        """What the last command is made of."""
+        return self.core.terms
 
     def trim_command(self, V_t: float, h_m: float) -> tuple[np.ndarray, float]:
         """Open-loop trim for straight flight while navigation is not yet valid."""
         self.sched.set_condition(0.0, V_t)
+        self.core.terms.stand(0.0, V_t, 0.0)
         return self.core.limit(self.sched.trim_command(), h_m, V_t)
+
+
+OURS = {"station_keeping": ReceiverControl}
+
+
+def make_station_keeping(ac: Aircraft, tanker: Aircraft, p: ReceiverCtrlParams, dt_s: float) -> StationKeepingLaw:
+    """The law p.law names, for control period dt_s. Raises ConfigError, TrimError or DesignError."""
+    return made(OURS, StationKeepingLaw, p.law, "ctrl.law", ac, tanker, p, dt_s)  # type: ignore[type-abstract]

@@ -7,7 +7,9 @@ import math
 import numpy as np
 
 from flightsw.kernels.atmosphere import G0
+from flightsw.kernels.jit import jit
 from flightsw.kernels.rotations import dcm_from_euler, dcm_from_quat, euler_from_dcm, rotate_dcm
+from flightsw.sixdof.layout import TK_P, TK_PD, TK_VN
 from flightsw.types import ZERO3, PeerState
 
 ROLL_OUT = 0.087  # [rad/s] roll rate of the virtual tanker
@@ -15,6 +17,16 @@ LEVEL_RAD = math.radians(4.0)  # [rad] bank below which a tanker is taken to fly
 STEER_S = 1.0  # [s] time constant with which a virtual tanker takes up the velocity seen by the relative sensor
 REJOIN_M = 60.0  # [m] and
 REJOIN_MPS = 5.0  # [m/s] within which a returning tanker is taken up again
+
+
+@jit
+def carried(R: np.ndarray, w: np.ndarray, v: np.ndarray, a: np.ndarray, dt: float, tk: np.ndarray) -> None:
+    """tk [18] <- stage dt [s] after the sample R [9] NED to body, w [3] body rates, v [3], a [3] NED."""
+    rotate_dcm(R, w, dt, tk[:TK_P])
+    for i in range(3):
+        tk[TK_P + i] = w[i]
+        tk[TK_PD + i] = 0.0
+        tk[TK_VN + i] = v[i] + a[i] * dt
 
 
 class PeerTracker:
@@ -84,11 +96,7 @@ class PeerTracker:
 
     def stage(self, t_us: int, tk: np.ndarray) -> None:
         """tk [18] <- R_BI, w, w_dot = 0 (not on the link), v NED at `t_us`."""
-        dt = (t_us - self.t_us) * 1e-6
-        rotate_dcm(self._R, self._w, dt, tk[:9])
-        tk[9:12] = self._w
-        tk[12:15] = 0.0
-        tk[15:18] = self._v + self._a * dt
+        carried(self._R, self._w, self._v, self._a, (t_us - self.t_us) * 1e-6, tk)
 
     @property
     def wind(self) -> np.ndarray:

@@ -19,6 +19,7 @@ import numpy as np
 from flightsw.missions.rendezvous import bank as kb
 from flightsw.missions.rendezvous import full_order as k8
 from flightsw.missions.rendezvous import range_filter as k3
+from flightsw.missions.rendezvous.frame import E_SIZE, E_VX, E_X, E_Y
 from flightsw.missions.rendezvous.params import (
     RendezvousNavParams,
     eight_vector,
@@ -26,6 +27,8 @@ from flightsw.missions.rendezvous.params import (
     nominal_velocity,
     three_vector,
 )
+
+THREE = [E_Y, E_VX, E_X]  # where the states of the three-state filter stand in the estimate: k3.S3_Y, S3_V, S3_X
 
 
 @dataclass(slots=True)
@@ -54,14 +57,15 @@ class RangeEstimator:
         self.p = p
         self.three = p.estimator == "ekf3"
         M = p.components if p.estimator == "bank" else 1
-        self.m, self.P, self.lw = np.zeros((M, 8)), np.zeros((M, 8, 8)), np.zeros(M)
-        self.s3 = np.zeros(k3.S3_N)
+        n = k8.N8
+        self.m, self.P, self.lw = np.zeros((M, n)), np.zeros((M, n, n)), np.zeros(M)
+        self.x3, self.P3 = np.zeros(k3.S3_N), np.zeros((k3.S3_N, k3.S3_N))
         self.window = new_window(p)
         self.e3, self.e8 = three_vector(p, 0.0), eight_vector(p, 0.0)
-        self._wk, self._k, self._nu, self._D = np.zeros((M, 9)), np.zeros(8), np.zeros(2), np.zeros(8)
-        self._mean8, self._C8 = np.zeros(8), np.zeros((8, 8))
-        self._ahead, self._Ca, self._s3a = np.zeros(8), np.zeros((8, 8)), np.zeros(k3.S3_N)
-        self._four, self._P4 = np.zeros(4), np.zeros((4, 4))
+        self._wk, self._k, self._nu, self._D = np.zeros((M, k8.H_SIZE)), np.zeros(n), np.zeros(2), np.zeros(k8.D_SIZE)
+        self._mean8, self._C8, self._ahead, self._Ca = np.zeros(n), np.zeros((n, n)), np.zeros(n), np.zeros((n, n))
+        self._x3a, self._P3a = self.x3.copy(), self.P3.copy()
+        self._four, self._P4 = np.zeros(E_SIZE), np.zeros((E_SIZE, E_SIZE))
         self.lag = 0.0  # [s] the filter's state is this much behind the present
         self.out = RendezvousEstimate()
         self.set_wind(wind_x, wind_y)
@@ -77,7 +81,7 @@ class RangeEstimator:
             self.out.reason = f"first range {range_m:.0f} m refused"
             return
         if self.three:
-            k3.ekf3_start(self.s3, range_m, own_x, own_y, y_hat, sigma_y, self.e3)
+            k3.ekf3_start(self.x3, self.P3, range_m, own_x, own_y, y_hat, sigma_y, self.e3)
         else:
             shift = 1.0 if self.p.mean_shift else 0.0
             kb.bank_start(
@@ -114,7 +118,7 @@ class RangeEstimator:
         step = max(self.lag - max(age_s, 0.0), 0.0)
         if step > 0.0:
             if self.three:
-                k3.ekf3_predict(self.s3, step, self.e3)
+                k3.ekf3_predict(self.x3, self.P3, step, self.e3)
             else:
                 kb.bank_predict(self.m, self.P, self.lw, step, self.e8, self._D)
             self.lag -= step
@@ -124,13 +128,13 @@ class RangeEstimator:
         if bearing_rad is not None and math.isfinite(bearing_rad):
             R = math.radians(self.p.bearing_sigma_deg) ** 2
             if self.three:
-                k3.ekf3_bearing(self.s3, bearing_rad, own_x, own_y, R)
+                k3.ekf3_bearing(self.x3, self.P3, bearing_rad, own_x, own_y, R, self._nu)
             else:
                 kb.bank_bearing(self.m, self.P, self.lw, bearing_rad, own_x, own_y, R, 0.0, self._wk, self._k, self._nu)
         if datalink is not None:
             R = self.p.datalink_sigma_m**2
             if self.three:
-                k3.ekf3_position(self.s3, datalink[0], datalink[1], R)
+                k3.ekf3_position(self.x3, self.P3, *datalink, R, self._nu)
             else:
                 kb.bank_position(self.m, self.P, self.lw, *datalink, R, self._wk, self._k, self._nu)
         self.out.age_s = self.lag
@@ -140,14 +144,13 @@ class RangeEstimator:
     def _range(self, z: float, x: float, y: float) -> bool:
         p, o = self.p, self.out
         if self.three:
-            used = k3.ekf3_range(self.s3, z, x, y, p.gate_nis, self.e3)
-            nu, S = self.s3[9], self.s3[10]
+            used = k3.ekf3_range(self.x3, self.P3, z, x, y, p.gate_nis, self.e3, self._nu)
         else:
             hermite = p.estimator in ("ukf8", "bank")
             used = kb.bank_range(
                 self.m, self.P, self.lw, z, x, y, hermite, p.gate_nis, self.e8, self._wk, self._k, self._nu
             )
-            nu, S = self._nu
+        nu, S = self._nu
         k3.window_push(self.window, nu / math.sqrt(S))
         o.innovation_m, o.nis = float(nu), float(nu * nu / S)
         o.window_nis, o.window_drift = float(self.window[k3.W_SQUARE]), float(self.window[k3.W_DRIFT])
@@ -165,11 +168,12 @@ class RangeEstimator:
         """Mean and covariance at the present, from those at the last update."""
         m4, P4 = self._four, self._P4
         if self.three:
-            a = self._s3a
-            a[:] = self.s3
-            k3.ekf3_predict(a, self.lag, self.e3)
-            m4[:] = a[0], self.e3[k3.E3_U] + a[1], a[2], 0.0
-            P4[:3, :3] = (a[3], a[4], a[5]), (a[4], a[6], a[7]), (a[5], a[7], a[8])
+            x, P = self._x3a, self._P3a
+            x[:], P[:] = self.x3, self.P3
+            k3.ekf3_predict(x, P, self.lag, self.e3)
+            m4[THREE] = x
+            m4[E_VX] += self.e3[k3.E3_U]
+            P4[np.ix_(THREE, THREE)] = P
         else:
             self._ahead[:] = self._mean8
             self._Ca[:] = self._C8
@@ -177,8 +181,8 @@ class RangeEstimator:
             k8.eight_predict(self._ahead, self._Ca, self.lag, self.e8[k8.E8_U], self._D)
             kb.reduce_four(self._ahead, self._Ca, self.e8[k8.E8_U], m4, P4)
         o = self.out
-        o.mean = (float(m4[0]), float(m4[1]), float(m4[2]), float(m4[3]))
-        o.sigma = tuple(math.sqrt(max(float(P4[i, i]), 0.0)) for i in range(4))  # type: ignore[assignment]
+        o.mean = tuple(m4.tolist())  # type: ignore[assignment]
+        o.sigma = tuple(math.sqrt(max(v, 0.0)) for v in np.diag(P4).tolist())  # type: ignore[assignment]
 
     @property
     def mean(self) -> tuple[float, float, float, float]:
@@ -193,8 +197,8 @@ class RangeEstimator:
     def components(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Weights [M] (sum 1), positions [M,2] and covariances [M,2,2] of (x, y) at the last update: the banana."""
         if self.three:
-            s = self.s3
-            return np.ones(1), np.array([[s[0], s[2]]]), np.array([[[s[3], s[5]], [s[5], s[8]]]])
+            at = [k3.S3_X, k3.S3_Y]
+            return np.ones(1), self.x3[None, at], self.P3[None][:, at][:, :, at]
         w = np.array([math.exp(v) for v in self.lw.tolist()])
         ix = [k8.X, k8.Y]
         return w / w.sum(), self.m[:, ix].copy(), self.P[:, ix][:, :, ix].copy()
@@ -203,7 +207,9 @@ class RangeEstimator:
         """Copy of everything that changes."""
         o = self.out
         head = np.array([self.lag, o.valid, o.innovation_m, o.nis, o.alarm, o.updates, o.refused], dtype=np.float64)
-        return {k: v.copy() for k, v in (("m", self.m), ("P", self.P), ("lw", self.lw), ("s3", self.s3))} | {
+        return {
+            k: v.copy() for k, v in (("m", self.m), ("P", self.P), ("lw", self.lw), ("x3", self.x3), ("P3", self.P3))
+        } | {
             "window": self.window.copy(),
             "e3": self.e3.copy(),
             "e8": self.e8.copy(),
@@ -212,21 +218,21 @@ class RangeEstimator:
 
     def set_state(self, s: dict[str, np.ndarray]) -> None:
         """Restore a copy made by `get_state`."""
-        for name in ("m", "P", "lw", "s3", "window", "e3", "e8"):
+        for name in ("m", "P", "lw", "x3", "P3", "window", "e3", "e8"):
             getattr(self, name)[:] = s[name]
-        h = s["head"]
-        self.lag = float(h[0])
+        lag, valid, innovation, nis, alarm, updates, refused = s["head"].tolist()
+        self.lag = lag
         self.out = RendezvousEstimate(
-            valid=bool(h[1]),
-            reason="" if h[1] else "no range yet",
+            valid=bool(valid),
+            reason="" if valid else "no range yet",
             age_s=self.lag,
-            innovation_m=float(h[2]),
-            nis=float(h[3]),
+            innovation_m=innovation,
+            nis=nis,
             window_nis=float(self.window[k3.W_SQUARE]),
             window_drift=float(self.window[k3.W_DRIFT]),
-            alarm=bool(h[4]),
-            updates=int(h[5]),
-            refused=int(h[6]),
+            alarm=bool(alarm),
+            updates=int(updates),
+            refused=int(refused),
         )
         if self.out.valid:
             self._matched()

@@ -10,6 +10,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+# estimate of the receiver [4]: x [m], v_x [m/s], y [m], v_y [m/s] over ground
+(E_X, E_VX, E_Y, E_VY, E_SIZE) = range(5)
+
 
 @dataclass(slots=True)
 class OwnState:

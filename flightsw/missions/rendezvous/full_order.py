@@ -11,10 +11,16 @@ import math
 
 import numpy as np
 
+from flightsw.filters.correction import scalar_update
 from flightsw.kernels.jit import jit
 from flightsw.missions.rendezvous.range_filter import ahead, wrap
 
-X, VC, VF, Y, VY, AE, B, N = 0, 1, 2, 3, 4, 5, 6, 7
+(X, VC, VF, Y, VY, AE, B, N, N8) = range(9)
+# discretisation D [8]: x per v_xf [s], decay of v_xf and of n [-]; noise xx [m^2], xf [m^2/s], ff [m^2/s^2], yy, nn [m^2]
+(D_XF, D_F, D_N, D_QXX, D_QXF, D_QFF, D_QYY, D_QNN, D_SIZE) = range(9)
+# row h [8] of a measurement: slopes in x, y, altitude error and both range errors, predicted value, variance that no straight
+# line explains, innovation variance (units of the measurement, per m where a slope)
+(H_X, H_Y, H_A, H_B, H_N, H_MEAN, H_REST, H_VAR, H_SIZE) = range(9)
 
 # parameter vector
 E8_U = 0  # nominal along-track ground velocity of the receiver [m/s], negative
@@ -24,12 +30,8 @@ E8_R = 3  # white variance of a range [m^2]
 E8_TF, E8_SF = 4, 5  # correlation time [s], sigma [m/s] of the fluctuating velocity
 E8_TN, E8_SN = 6, 7  # of the correlated range error [s], [m]
 E8_QY = 8  # random walk of y [m^2/s]
-E8_SC, E8_SY, E8_SA, E8_SB = (
-    9,
-    10,
-    11,
-    12,
-)  # sigma at the start: constant velocity, drift [m/s], altitude, range error [m]
+# sigma at the start: constant velocity, drift [m/s], altitude, range error [m]
+E8_SC, E8_SY, E8_SA, E8_SB = 9, 10, 11, 12
 E8_N = 13
 
 _SMALL = 0.02  # step over correlation time below which the series is the more exact form
@@ -56,59 +58,52 @@ def discretise(dt: float, e: np.ndarray, D: np.ndarray) -> None:
         f *= r * r * r
     else:
         f = r - 2.0 * one_a - 0.5 * math.expm1(-2.0 * r)
-    D[0] = T * one_a
-    D[1] = math.exp(-r)
-    D[2] = math.exp(-dt / e[E8_TN])
-    D[3] = 2.0 * s * s * T * T * f
-    D[4] = s * s * T * one_a * one_a
-    D[5] = -s * s * math.expm1(-2.0 * r)
-    D[6] = e[E8_QY] * dt
-    D[7] = -e[E8_SN] * e[E8_SN] * math.expm1(-2.0 * dt / e[E8_TN])
+    D[D_XF] = T * one_a
+    D[D_F] = math.exp(-r)
+    D[D_N] = math.exp(-dt / e[E8_TN])
+    D[D_QXX] = 2.0 * s * s * T * T * f
+    D[D_QXF] = s * s * T * one_a * one_a
+    D[D_QFF] = -s * s * math.expm1(-2.0 * r)
+    D[D_QYY] = e[E8_QY] * dt
+    D[D_QNN] = -e[E8_SN] * e[E8_SN] * math.expm1(-2.0 * dt / e[E8_TN])
 
 
 @jit
 def eight_mean(m: np.ndarray, dt: float, u: float, D: np.ndarray) -> None:
     """Propagate the mean m [8] by dt [s] with discretisation D [8]; u [m/s] the nominal along-track velocity."""
-    m[X] += (u + m[VC]) * dt + D[0] * m[VF]
-    m[VF] *= D[1]
+    m[X] += (u + m[VC]) * dt + D[D_XF] * m[VF]
+    m[VF] *= D[D_F]
     m[Y] += m[VY] * dt
-    m[N] *= D[2]
+    m[N] *= D[D_N]
 
 
 @jit
 def eight_predict(m: np.ndarray, P: np.ndarray, dt: float, u: float, D: np.ndarray) -> None:
     """Propagate mean m [8], covariance P [8,8] by dt [s] with discretisation D [8]; u nominal along-track velocity [m/s]."""
     eight_mean(m, dt, u, D)
-    for j in range(8):
-        P[X, j] += dt * P[VC, j] + D[0] * P[VF, j]
-        P[VF, j] *= D[1]
+    for j in range(N8):
+        P[X, j] += dt * P[VC, j] + D[D_XF] * P[VF, j]
+        P[VF, j] *= D[D_F]
         P[Y, j] += dt * P[VY, j]
-        P[N, j] *= D[2]
-    for i in range(8):
-        P[i, X] += dt * P[i, VC] + D[0] * P[i, VF]
-        P[i, VF] *= D[1]
+        P[N, j] *= D[D_N]
+    for i in range(N8):
+        P[i, X] += dt * P[i, VC] + D[D_XF] * P[i, VF]
+        P[i, VF] *= D[D_F]
         P[i, Y] += dt * P[i, VY]
-        P[i, N] *= D[2]
-    P[X, X] += D[3]
-    P[X, VF] += D[4]
-    P[VF, X] += D[4]
-    P[VF, VF] += D[5]
-    P[Y, Y] += D[6]
-    P[N, N] += D[7]
+        P[i, N] *= D[D_N]
+    P[X, X] += D[D_QXX]
+    P[X, VF] += D[D_QXF]
+    P[VF, X] += D[D_QXF]
+    P[VF, VF] += D[D_QFF]
+    P[Y, Y] += D[D_QYY]
+    P[N, N] += D[D_QNN]
 
 
 @jit
 def eight_start(
-    m: np.ndarray,
-    P: np.ndarray,
-    d: float,
-    x_t: float,
-    y_t: float,
-    y: float,
-    sigma_y: float,
-    shift: float,
+    m: np.ndarray, P: np.ndarray, d: float, x_t: float, y_t: float, y: float, sigma_y: float, shift: float,
     e: np.ndarray,
-) -> None:
+) -> None:  # fmt: skip
     """m [8], P [8,8] <- estimate from the first slant range d [m] at own position, lateral position y +- sigma_y [m].
 
     x follows from d with its correlation to y, altitude error and both range errors; shift = 1 adds the second-order mean
@@ -117,9 +112,9 @@ def eight_start(
     Yr = y - y_t
     a = e[E8_A0] + d * d / (2.0 * e[E8_RE])
     Xr = ahead(d, Yr, a)
-    for i in range(8):
+    for i in range(N8):
         m[i] = 0.0
-        for j in range(8):
+        for j in range(N8):
             P[i, j] = 0.0
     v = sigma_y * sigma_y
     m[X] = x_t + Xr - shift * 0.5 * v * (1.0 / Xr + Yr * Yr / (Xr * Xr * Xr))
@@ -149,14 +144,14 @@ def slant(dx: float, dy: float, a: float, r_e: float) -> float:
 
 @jit
 def range_ekf(m: np.ndarray, P: np.ndarray, x_t: float, y_t: float, e: np.ndarray, h: np.ndarray) -> None:
-    """h [7] <- (h_x, h_y, h_a, h_b, h_n, predicted range [m], extra variance 0) linearised at the mean, second-order mean."""
+    """h [8] <- (h_x, h_y, h_a, h_b, h_n, predicted range [m], extra variance 0) linearised at the mean, second-order mean."""
     dx, dy = m[X] - x_t, m[Y] - y_t
     a = e[E8_A0] + m[AE] + (dx * dx + dy * dy) / (2.0 * e[E8_RE])
     d = math.sqrt(dx * dx + dy * dy + a * a)
-    h[0], h[1], h[2], h[3], h[4] = dx / d, dy / d, a / d, 1.0, 1.0
-    b = (1.0 - h[0] * h[0]) * P[X, X] + (1.0 - h[1] * h[1]) * P[Y, Y] - 2.0 * h[0] * h[1] * P[X, Y]
-    h[5] = d + m[B] + m[N] + 0.5 * b / d
-    h[6] = 0.0
+    h[H_X], h[H_Y], h[H_A], h[H_B], h[H_N] = dx / d, dy / d, a / d, 1.0, 1.0
+    b = (1.0 - h[H_X] * h[H_X]) * P[X, X] + (1.0 - h[H_Y] * h[H_Y]) * P[Y, Y] - 2.0 * h[H_X] * h[H_Y] * P[X, Y]
+    h[H_MEAN] = d + m[B] + m[N] + 0.5 * b / d
+    h[H_REST] = 0.0
 
 
 @jit
@@ -165,7 +160,7 @@ def quadrature(
 ) -> None:
     """Statistical linearisation of range or line-of-sight angle over the (x, y) marginal by the 5 x 5 Gauss-Hermite rule.
 
-    h [7]: slopes h[0], h[1] in x and y, mean h[5], variance h[6] that no straight line explains. a altitude separation [m].
+    h [8]: slopes in x and y, mean, variance that no straight line explains. a altitude separation [m].
     """
     dx, dy = m[X] - x_t, m[Y] - y_t
     l11 = math.sqrt(P[X, X])
@@ -187,45 +182,42 @@ def quadrature(
             ss += g * f * f
     rest = ss - s0 * s0 - s1 * s1 - s2 * s2
     # slopes per metre: solve L^T h = (s1, s2)
-    h[1] = s2 / l22 if l22 > 0.0 else 0.0
-    h[0] = (s1 - l21 * h[1]) / l11
-    h[2] = h[3] = h[4] = 0.0
-    h[5] = f0 + s0
-    h[6] = rest if rest > 0.0 else 0.0
+    h[H_Y] = s2 / l22 if l22 > 0.0 else 0.0
+    h[H_X] = (s1 - l21 * h[H_Y]) / l11
+    h[H_A] = h[H_B] = h[H_N] = 0.0
+    h[H_MEAN] = f0 + s0
+    h[H_REST] = rest if rest > 0.0 else 0.0
 
 
 @jit
 def range_quadrature(m: np.ndarray, P: np.ndarray, x_t: float, y_t: float, e: np.ndarray, h: np.ndarray) -> None:
-    """h [7] <- (h_x, h_y, h_a, h_b, h_n, predicted range [m], residual variance [m^2]) by Gauss-Hermite over (x, y)."""
+    """h [8] <- (h_x, h_y, h_a, h_b, h_n, predicted range [m], residual variance [m^2]) by Gauss-Hermite over (x, y)."""
     a = e[E8_A0] + m[AE]
     quadrature(m, P, x_t, y_t, False, a, e[E8_RE], h)
-    h[2] = (a + h[5] * h[5] / (2.0 * e[E8_RE])) / h[5]
-    h[3] = h[4] = 1.0
-    h[5] += m[B] + m[N]
+    h[H_A] = (a + h[H_MEAN] * h[H_MEAN] / (2.0 * e[E8_RE])) / h[H_MEAN]
+    h[H_B] = h[H_N] = 1.0
+    h[H_MEAN] += m[B] + m[N]
 
 
 @jit
 def innovation_variance(P: np.ndarray, h: np.ndarray, R: float) -> float:
-    """H P H^T + R + residual for the row H with entries h[0..4] at x, y, altitude error and the two range errors."""
+    """H P H^T + R + residual for the row H with entries at x, y, altitude error and the two range errors."""
+    hx, hy, ha, hb, hn = h[H_X], h[H_Y], h[H_A], h[H_B], h[H_N]
     return (
-        h[0] * (h[0] * P[X, X] + 2.0 * (h[1] * P[X, Y] + h[2] * P[X, AE] + h[3] * P[X, B] + h[4] * P[X, N]))
-        + h[1] * (h[1] * P[Y, Y] + 2.0 * (h[2] * P[Y, AE] + h[3] * P[Y, B] + h[4] * P[Y, N]))
-        + h[2] * (h[2] * P[AE, AE] + 2.0 * (h[3] * P[AE, B] + h[4] * P[AE, N]))
-        + h[3] * (h[3] * P[B, B] + 2.0 * h[4] * P[B, N])
-        + h[4] * h[4] * P[N, N]
+        hx * (hx * P[X, X] + 2.0 * (hy * P[X, Y] + ha * P[X, AE] + hb * P[X, B] + hn * P[X, N]))
+        + hy * (hy * P[Y, Y] + 2.0 * (ha * P[Y, AE] + hb * P[Y, B] + hn * P[Y, N]))
+        + ha * (ha * P[AE, AE] + 2.0 * (hb * P[AE, B] + hn * P[AE, N]))
+        + hb * (hb * P[B, B] + 2.0 * hn * P[B, N])
+        + hn * hn * P[N, N]
         + R
-        + h[6]
+        + h[H_REST]
     )
 
 
 @jit
 def eight_fuse(m: np.ndarray, P: np.ndarray, h: np.ndarray, nu: float, S: float, k: np.ndarray) -> None:
-    """Correct m [8], P [8,8] with innovation nu of variance S and the row of h [7]; k [8] scratch. P stays symmetric."""
-    for i in range(8):
-        k[i] = h[0] * P[i, X] + h[1] * P[i, Y] + h[2] * P[i, AE] + h[3] * P[i, B] + h[4] * P[i, N]
-    for i in range(8):
-        g = k[i] / S
-        m[i] += g * nu
-        for j in range(i + 1):
-            P[i, j] -= g * k[j]
-            P[j, i] = P[i, j]
+    """Correct m [8], P [8,8] with innovation nu of variance S and the row h [8]; k [8] scratch. P stays symmetric."""
+    hx, hy, ha, hb, hn = h[H_X], h[H_Y], h[H_A], h[H_B], h[H_N]
+    for i in range(N8):
+        k[i] = hx * P[i, X] + hy * P[i, Y] + ha * P[i, AE] + hb * P[i, B] + hn * P[i, N]
+    scalar_update(m, P, k, nu, S)

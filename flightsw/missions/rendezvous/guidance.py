@@ -109,12 +109,12 @@ class RendezvousGuidance:
         """
         sine = min(max(own.wind_y / self.p.speed_mps, -0.99), 0.99) if math.isfinite(own.wind_y) else 0.0
         delta = math.asin(sine)  # drift correction on the refuelling track
-        values = (own.x, own.y, own.psi, own.bank, own.speed, own.wind_x, own.wind_y, delta, *mean)
+        values = (own.x, own.y, own.psi, own.bank, own.speed, own.wind_x, own.wind_y, delta)
         c = self.out
-        if not all(map(math.isfinite, values)) or own.speed < 1.0:
+        if not all(map(math.isfinite, (*values, *mean))) or own.speed < 1.0:
             self.gs[kg.G_TIME] += dt
             return c
-        self._o[:] = values[:8]
+        self._o[:] = values
         self._r[:] = mean
         kg.guidance_step(self.gs, self._o, self._r, range_m, dt, self.gp, self._t, self._radii)
         g = self.gs

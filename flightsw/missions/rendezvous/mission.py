@@ -15,19 +15,20 @@ import numpy as np
 from flightsw.aircraft import Aircraft
 from flightsw.envelope import Envelope
 from flightsw.kernels.rotations import wrap_pi
-from flightsw.missions.base import Mission, MissionSpec, Reports
+from flightsw.missions.base import Mission, MissionSpec, Order, Reports
 from flightsw.missions.rendezvous.pilot import PilotParams, RendezvousPilot
 from flightsw.missions.rendezvous.reports import REPORTS, RendezvousState
 from flightsw.missions.rendezvous.track import ReceiverTrack, TrackParams
-from flightsw.missions.tanker.mission import MAV_CMD_DO_CHANGE_SPEED, speed_command
-from flightsw.missions.tanker.racetrack import RacetrackGuidance, RacetrackParams
+from flightsw.missions.tanker.mission import MAV_CMD_DO_CHANGE_SPEED, SPEED, speed_command
+from flightsw.missions.tanker.racetrack import LEG, TURN, RacetrackParams, make_path
 from flightsw.refusal import Refusals
 from flightsw.sixdof.actuators import ActuatorModel
-from flightsw.sixdof.autopilot import TankerControl, TankerCtrlParams
+from flightsw.sixdof.autopilot import TankerCtrlParams, make_autopilot
 from flightsw.sixdof.command import ScheduleParams
+from flightsw.sixdof.estimator import AirframeNav
 from flightsw.sixdof.estimator_core import NavParams
-from flightsw.sixdof.estimator_variants import make_airframe_nav
 from flightsw.strict import Range
+from flightsw.terms import Laws
 from flightsw.types import (
     HF_AIR,
     HF_ATT,
@@ -71,11 +72,12 @@ class RendezvousMission(Mission[ActuatorModel]):
     watch = HF_IMU | HF_AIR | HF_ATT | HF_GNSS
 
     def __init__(self, ac: Aircraft, p: RendezvousMissionParams, period_s: float) -> None:
-        self.nav = make_airframe_nav(ac, p.nav)
+        self.nav = AirframeNav(ac, p.nav)
         self.track = ReceiverTrack(p.rendezvous.track)
         self.pilot = RendezvousPilot(p.rendezvous.pilot)
-        self.guid = RacetrackGuidance(p.guid)
-        self.ctrl = TankerControl(ac, p.ctrl, period_s)
+        self.guid = make_path(p.guid)
+        self.turn_rate_degps = p.guid.turn_rate_degps
+        self.ctrl = make_autopilot(ac, p.ctrl, period_s, "ctrl")
         self.envelope = e = Envelope(ac)
         e.speed("guid.V_mps", p.guid.V_mps)
         e.turn("guid.turn_rate_degps", p.guid.turn_rate_degps, p.guid.V_mps)
@@ -140,20 +142,25 @@ class RendezvousMission(Mission[ActuatorModel]):
         self.joined = True
         g = self.guid.step(f, nav, dt)
         course = self.track.frame.heading(self.pilot.guid.out.final_psi)
-        self.guid.psi_ref = nav.euler[0] + wrap_pi(course - nav.euler[0])
-        self.guid.V, self.guid.psi_dot = self.pilot.V, self.pilot.psi_dot
+        psi, _, _ = nav.euler
+        self.guid.take_over(psi + wrap_pi(course - psi), self.pilot.V, self.pilot.psi_dot)
         g.V, g.psi_dot = self.pilot.V, self.pilot.psi_dot
         return g
 
     @property
     def saturated(self) -> bool:
         """Whether a command sits at its limit."""
-        return self.ctrl.core.saturated
+        return self.ctrl.saturated
 
     @property
     def reports(self) -> Reports:
         """The receiver's track and the turn planned on it."""
         return {} if self.met is None else {RendezvousState: self.met}
+
+    @property
+    def laws(self) -> Laws:
+        """What the command is made of."""
+        return self.pilot.terms, self.ctrl.terms
 
     @property
     def refusals(self) -> Refusals | None:
@@ -162,13 +169,14 @@ class RendezvousMission(Mission[ActuatorModel]):
 
     def first_command(self) -> np.ndarray:
         """Trim command [4] sent until navigation is valid."""
-        return self.ctrl.trim_command(self.V0, self.alt_m)[0]
+        command, _ = self.ctrl.trim_command(self.V0, self.alt_m)
+        return command
 
     def obey(self, c: Command) -> tuple[int, str]:
         """MAV_RESULT and reason for one of the mission's commands."""
         if not self.joined:
             return TEMPORARILY_REJECTED, "speed is the rendezvous's until roll-out"
-        return speed_command(c, self.guid, self.envelope)
+        return speed_command(c, self.guid, self.envelope, self.turn_rate_degps)
 
     def texts(self) -> list[Text]:
         """Messages since the last call."""
@@ -184,6 +192,7 @@ SPEC = MissionSpec(
     "sixdof",
     RendezvousMission,
     ActuatorModel,
-    commands=frozenset({MAV_CMD_DO_CHANGE_SPEED}),
+    phases=(INIT, RDV_APPROACH, RDV_TURN, RDV_ROLLOUT, LEG, TURN),
+    orders=(Order(MAV_CMD_DO_CHANGE_SPEED, "speed", frozenset((LEG, TURN)), besides=SPEED),),
     reports=REPORTS,
 )

@@ -23,6 +23,7 @@ from flightsw.missions.rendezvous.guidance import (
 )
 from flightsw.missions.rendezvous.reports import RendezvousState
 from flightsw.strict import Range
+from flightsw.terms import RATE, Controlled, LawTerms, Output
 
 
 @dataclass(frozen=True)
@@ -43,6 +44,8 @@ class RendezvousPilot:
         self.guid = RendezvousGuidance(p.guidance)
         self.bank, self.psi_dot = 0.0, 0.0
         self.V = p.guidance.speed_mps
+        outputs = (Output("bank", "rad"), Output("airspeed", "m/s"), Output("turn_rate", "rad/s"))
+        self.terms = LawTerms("pilot", outputs, (Controlled("miss_along", "m"), Controlled("miss_across", "m")))
         self._given: deque[tuple[float, float]] = deque()  # bank commanded, for how long: not yet effective
 
     @property
@@ -58,7 +61,8 @@ class RendezvousPilot:
         if mean is not None:
             ahead = self._ahead(own)
             T = sum(h for _, h in self._given)
-            there = (mean[0] + mean[1] * T, mean[1], mean[2] + mean[3] * T, mean[3])
+            x, vx, y, vy = mean
+            there = (x + vx * T, vx, y + vy * T, vy)
             c = self.guid.step(ahead, there, range_m, dt)
         goal, speed = (c.bank, c.speed) if mean is not None else (0.0, p.guidance.speed_mps)
         d = math.radians(p.roll_rate_degps) * dt
@@ -66,12 +70,24 @@ class RendezvousPilot:
         d = p.speed_rate_mps2 * dt
         self.V += min(max(speed - self.V, -d), d)
         self.psi_dot = -p.guidance.gravity_mps2 * math.tan(self.bank) / max(own.speed, 50.0)
+        self._tell(goal, speed, c)
         self._given.append((self.bank, dt))
         while len(self._given) > 1 and sum(h for _, h in self._given) > p.response_s + 0.5 * dt:
             self._given.popleft()
         if p.response_s <= 0.0:
             self._given.clear()
         return c
+
+    def _tell(self, goal: float, speed: float, c: RendezvousCommand) -> None:
+        """Into the record: the guidance's bank and airspeed, what the limits of their rates keep back, the predicted misses."""
+        t = self.terms
+        for o, asked, sent in zip(
+            t.outputs, (goal, speed, self.psi_dot), (self.bank, self.V, self.psi_dot), strict=True
+        ):
+            o.give(0.0, 0.0, asked, sent, RATE)
+        for q, error in zip(t.controlled, (c.miss_x_m, c.miss_y_m), strict=True):
+            q.error = error
+        t.closed = True
 
     def _ahead(self, own: OwnState) -> OwnState:
         """Own state when a command of now takes effect."""
@@ -88,6 +104,7 @@ class RendezvousPilot:
         """Somebody else commands: keep `V`, `psi_dot` and the bank they mean in step with it."""
         self.V, self.psi_dot = V, psi_dot
         self.bank = -math.atan(psi_dot * own.speed / self.p.guidance.gravity_mps2)
+        self.terms.open()
 
     def report(self, o: RendezvousState) -> None:
         """Write command and plan into the telemetry record."""

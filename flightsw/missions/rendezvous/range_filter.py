@@ -11,6 +11,7 @@ import math
 
 import numpy as np
 
+from flightsw.filters.correction import scalar_update
 from flightsw.kernels.jit import jit
 
 # parameter vector of the three-state filter
@@ -24,8 +25,11 @@ E3_VARV = 6  # variance of the along-track velocity at the start [m^2/s^2]
 E3_CROSS = 7  # 1: full second-order bias correction, 0: the source's, without the x-y term
 E3_N = 8
 
-# state: x [m], deviation of the along-track velocity [m/s], y [m], then P11 P12 P13 P22 P23 P33, innovation, its variance
-S3_N = 11
+# state x [3] and its covariance P [3,3]: y [m], deviation of the along-track velocity [m/s], x [m]. (In this order a scalar
+# update multiplies the gain of x by the cross covariance of y, as in Rivard's equation 46, not the other way round.)
+(S3_Y, S3_V, S3_X, S3_N) = range(4)
+# innovation and its variance, of whatever was fused last
+NU, NU_VAR = 0, 1
 
 
 @jit
@@ -37,77 +41,73 @@ def ahead(d: float, y: float, a: float) -> float:
 
 
 @jit
-def ekf3_start(s: np.ndarray, d: float, x_t: float, y_t: float, y_hat: float, sigma_y: float, e: np.ndarray) -> None:
-    """s [11] <- estimate from the first slant range d [m] at own position (x_t, y_t) [m] and the crew's y_hat +- sigma_y [m].
+def ekf3_start(
+    x: np.ndarray, P: np.ndarray, d: float, x_t: float, y_t: float, y_hat: float, sigma_y: float, e: np.ndarray
+) -> None:
+    """x [3], P [3,3] <- estimate from the first slant range d [m] at own (x_t, y_t) [m] and the crew's y_hat +- sigma_y [m].
 
     X = sqrt(d^2 - Y^2 - a0^2), P11 = (d^2 var + Y^2 sy^2)/X^2, P13 = -(Y/X) sy^2 (Rivard 30 to 34).
     """
     Y = y_hat - y_t
     X = ahead(d, Y, e[E3_A0])
-    s[0], s[1], s[2] = x_t + X, 0.0, y_hat
+    x[S3_X], x[S3_V], x[S3_Y] = x_t + X, 0.0, y_hat
     v = sigma_y * sigma_y
-    s[3] = (d * d * e[E3_VAR0] + Y * Y * v) / (X * X)
-    s[4] = 0.0
-    s[5] = -Y / X * v
-    s[6] = e[E3_VARV]
-    s[7] = 0.0
-    s[8] = v
-    s[9] = 0.0
-    s[10] = 1.0
+    P[S3_X, S3_X] = (d * d * e[E3_VAR0] + Y * Y * v) / (X * X)
+    P[S3_X, S3_V] = P[S3_V, S3_X] = 0.0
+    P[S3_X, S3_Y] = P[S3_Y, S3_X] = -Y / X * v
+    P[S3_V, S3_V] = e[E3_VARV]
+    P[S3_V, S3_Y] = P[S3_Y, S3_V] = 0.0
+    P[S3_Y, S3_Y] = v
 
 
 @jit
-def ekf3_predict(s: np.ndarray, dt: float, e: np.ndarray) -> None:
-    """Propagate s [11] by dt [s] (Rivard 36; the left side of 36e is P23, which does not change)."""
+def ekf3_predict(x: np.ndarray, P: np.ndarray, dt: float, e: np.ndarray) -> None:
+    """Propagate x [3], P [3,3] by dt [s] (Rivard 36; the left side of 36e is P23, which does not change)."""
     q = e[E3_QX]
-    s[0] += (s[1] + e[E3_U]) * dt
-    s[3] += 2.0 * s[4] * dt + s[6] * dt * dt + q * dt * dt * dt / 3.0
-    s[4] += s[6] * dt + 0.5 * q * dt * dt
-    s[5] += s[7] * dt
-    s[6] += q * dt
-    s[8] += e[E3_QY] * dt
+    x[S3_X] += (x[S3_V] + e[E3_U]) * dt
+    P[S3_X, S3_X] += 2.0 * P[S3_X, S3_V] * dt + P[S3_V, S3_V] * dt * dt + q * dt * dt * dt / 3.0
+    P[S3_X, S3_V] += P[S3_V, S3_V] * dt + 0.5 * q * dt * dt
+    P[S3_V, S3_X] = P[S3_X, S3_V]
+    P[S3_X, S3_Y] += P[S3_V, S3_Y] * dt
+    P[S3_Y, S3_X] = P[S3_X, S3_Y]
+    P[S3_V, S3_V] += q * dt
+    P[S3_Y, S3_Y] += e[E3_QY] * dt
 
 
 @jit
-def ekf3_scalar(s: np.ndarray, h1: float, h3: float, nu: float, R: float) -> None:
-    """Fuse one innovation nu with row H = [h1, 0, h3] and variance R into s [11]."""
-    a = s[3] * h1 + s[5] * h3
-    b = s[4] * h1 + s[7] * h3
-    c = s[5] * h1 + s[8] * h3
-    S = a * h1 + c * h3 + R
-    s[9], s[10] = nu, S
-    ka, kb, kc = a / S, b / S, c / S
-    s[0] += ka * nu
-    s[1] += kb * nu
-    s[2] += kc * nu
-    s[3] -= ka * a
-    s[4] -= ka * b
-    s[5] -= ka * c
-    s[6] -= kb * b
-    s[7] -= kb * c
-    s[8] -= kc * c
+def ekf3_fuse(x: np.ndarray, P: np.ndarray, hx: float, hy: float, nu: float, R: float, out: np.ndarray) -> None:
+    """Fuse one innovation nu of variance R whose row has slopes hx, hy in x and y; out [2] <- nu and its variance."""
+    k = np.empty(S3_N)
+    k[S3_X] = P[S3_X, S3_X] * hx + P[S3_X, S3_Y] * hy
+    k[S3_V] = P[S3_V, S3_X] * hx + P[S3_V, S3_Y] * hy
+    k[S3_Y] = P[S3_Y, S3_X] * hx + P[S3_Y, S3_Y] * hy
+    out[NU], out[NU_VAR] = nu, k[S3_X] * hx + k[S3_Y] * hy + R
+    scalar_update(x, P, k, nu, out[NU_VAR])
 
 
 @jit
-def ekf3_range(s: np.ndarray, z: float, x_t: float, y_t: float, gate: float, e: np.ndarray) -> bool:
+def ekf3_range(
+    x: np.ndarray, P: np.ndarray, z: float, x_t: float, y_t: float, gate: float, e: np.ndarray, out: np.ndarray
+) -> bool:
     """Fuse the slant range z [m] taken at own position (x_t, y_t) [m]; False when its NIS exceeds gate (> 0).
 
     zhat = d + b_c, b_c = 0.5[(1/d - X^2/d^3) P11 + (1/d - Y^2/d^3) P33 - 2 X Y P13/d^3] (Rivard 39, with its missing term
-    when E3_CROSS is 1).
+    when E3_CROSS is 1). out [2] <- innovation [m] and its variance [m^2].
     """
-    X, Y = s[0] - x_t, s[2] - y_t
+    X, Y = x[S3_X] - x_t, x[S3_Y] - y_t
     d2 = X * X + Y * Y + e[E3_A0] * e[E3_A0]
     d = math.sqrt(d2)
     d3 = d * d2
-    b = 0.5 * ((1.0 / d - X * X / d3) * s[3] + (1.0 / d - Y * Y / d3) * s[8])
-    b -= e[E3_CROSS] * X * Y * s[5] / d3
-    h1, h3 = X / d, Y / d
+    xx, xy, yy = P[S3_X, S3_X], P[S3_X, S3_Y], P[S3_Y, S3_Y]
+    b = 0.5 * ((1.0 / d - X * X / d3) * xx + (1.0 / d - Y * Y / d3) * yy)
+    b -= e[E3_CROSS] * X * Y * xy / d3
+    hx, hy = X / d, Y / d
     nu = z - d - b
-    S = h1 * h1 * s[3] + 2.0 * h1 * h3 * s[5] + h3 * h3 * s[8] + e[E3_R]
+    S = hx * hx * xx + 2.0 * hx * hy * xy + hy * hy * yy + e[E3_R]
     if gate > 0.0 and nu * nu > gate * S:
-        s[9], s[10] = nu, S
+        out[NU], out[NU_VAR] = nu, S
         return False
-    ekf3_scalar(s, h1, h3, nu, e[E3_R])
+    ekf3_fuse(x, P, hx, hy, nu, e[E3_R], out)
     return True
 
 
@@ -118,18 +118,20 @@ def wrap(a: float) -> float:
 
 
 @jit
-def ekf3_bearing(s: np.ndarray, z: float, x_t: float, y_t: float, R: float) -> None:
+def ekf3_bearing(
+    x: np.ndarray, P: np.ndarray, z: float, x_t: float, y_t: float, R: float, out: np.ndarray
+) -> None:  # fmt: skip
     """Fuse the line-of-sight angle z [rad] from own position, counter-clockwise from +x, variance R [rad^2]."""
-    X, Y = s[0] - x_t, s[2] - y_t
+    X, Y = x[S3_X] - x_t, x[S3_Y] - y_t
     d2 = X * X + Y * Y
-    ekf3_scalar(s, -Y / d2, X / d2, wrap(z - math.atan2(Y, X)), R)
+    ekf3_fuse(x, P, -Y / d2, X / d2, wrap(z - math.atan2(Y, X)), R, out)
 
 
 @jit
-def ekf3_position(s: np.ndarray, x: float, y: float, R: float) -> None:
-    """Fuse the receiver's own position (x, y) [m] from the data link, variance R [m^2] per axis."""
-    ekf3_scalar(s, 1.0, 0.0, x - s[0], R)
-    ekf3_scalar(s, 0.0, 1.0, y - s[2], R)
+def ekf3_position(x: np.ndarray, P: np.ndarray, x_r: float, y_r: float, R: float, out: np.ndarray) -> None:
+    """Fuse the receiver's own position (x_r, y_r) [m] from the data link, variance R [m^2] per axis."""
+    ekf3_fuse(x, P, 1.0, 0.0, x_r - x[S3_X], R, out)
+    ekf3_fuse(x, P, 0.0, 1.0, y_r - x[S3_Y], R, out)
 
 
 # window of normalised innovations: [next slot, count, square limit, drift limit, mean square, drift, alarm, e_0 ... e_(n-1)]

@@ -9,12 +9,12 @@ from __future__ import annotations
 import math
 from collections import deque
 from dataclasses import dataclass, field
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from flightsw.missions.rendezvous.estimator import RangeEstimator
-from flightsw.missions.rendezvous.frame import OwnState, RendezvousFrame
+from flightsw.missions.rendezvous.frame import E_SIZE, OwnState, RendezvousFrame
 from flightsw.missions.rendezvous.params import ESTIMATORS, NM, RendezvousNavParams
 from flightsw.missions.rendezvous.reports import RendezvousState
 from flightsw.strict import Range
@@ -50,6 +50,15 @@ class TrackParams:
     lost_s: Annotated[float, Range(1.0)] = 35.0  # without a range: the crew is told
 
 
+class Past(NamedTuple):
+    """Where the tanker was."""
+
+    t_us: int
+    x: float  # [m, R]
+    y: float
+    heading: float  # [rad] clockwise from north
+
+
 class ReceiverTrack:
     """Call `step` once per navigation step; `own` and `out` are then of the same instant."""
 
@@ -60,13 +69,13 @@ class ReceiverTrack:
         self.own = OwnState()
         self.out = RendezvousState(estimator=ESTIMATORS.index(p.estimator.estimator))
         self.texts: list[Text] = []
-        self._past: deque[tuple[int, float, float, float]] = deque()  # time, x, y, heading
+        self._past: deque[Past] = deque()
         self._wind: tuple[float, float] | None = None
         self._radar: tuple[float, float] | None = None
         self._t_us = self._since_us = -1
         self._lost = False
         self.closed = False  # the meeting is over: ranges are no longer fused, nor missed
-        self._upper = np.triu_indices(4)
+        self._upper = np.triu_indices(E_SIZE)
 
     @property
     def ready(self) -> bool:
@@ -99,34 +108,35 @@ class ReceiverTrack:
 
     def _own(self, t_us: int, nav: NavState, dt: float) -> None:
         o, fr = self.own, self.frame
-        w = fr.vector_to_r(nav.wind_n[0], nav.wind_n[1])
+        (wind_n, wind_e, _), (vel_n, vel_e, _), (north, east, _) = nav.wind_n, nav.vel_n, nav.pos_n
+        heading, _, roll = nav.euler
+        w = fr.vector_to_r(wind_n, wind_e)
         if self._wind is None:
             self._wind = w
         a = 1.0 - math.exp(-dt / self.p.wind_tau_s)
-        wx, wy = self._wind = (self._wind[0] + a * (w[0] - self._wind[0]), self._wind[1] + a * (w[1] - self._wind[1]))
-        vx, vy = fr.vector_to_r(nav.vel_n[0], nav.vel_n[1])
-        o.x, o.y = fr.to_r(nav.pos_n[0], nav.pos_n[1])
+        wx, wy = (old + a * (new - old) for old, new in zip(self._wind, w, strict=True))
+        self._wind = wx, wy
+        vx, vy = fr.vector_to_r(vel_n, vel_e)
+        o.x, o.y = fr.to_r(north, east)
         course = math.atan2(vy - wy, vx - wx)
         o.psi = course + 2.0 * math.pi * round((o.psi - course) / (2.0 * math.pi))
         o.speed = math.hypot(vx - wx, vy - wy)
-        o.bank = fr.bank(nav.euler[2])
+        o.bank = fr.bank(roll)
         o.wind_x, o.wind_y = wx, wy
-        self._past.append((t_us, o.x, o.y, nav.euler[0]))
-        while t_us - self._past[0][0] > KEEP_S * 1e6:
+        self._past.append(Past(t_us, o.x, o.y, heading))
+        while t_us - next(iter(self._past)).t_us > KEEP_S * 1e6:
             self._past.popleft()
 
     def _then(self, t_us: int) -> tuple[float, float, float] | None:
         """Own x, y [m] and heading [rad] at an earlier time; None: too long ago."""
-        after = self._past[-1]
-        if t_us >= after[0]:
-            return after[1:]
-        for row in reversed(self._past):
-            if row[0] <= t_us:
-                s = (t_us - row[0]) / (after[0] - row[0])
-                return (
-                    row[1] + s * (after[1] - row[1]), row[2] + s * (after[2] - row[2]), row[3] + s * (after[3] - row[3])
-                )  # fmt: skip
-            after = row
+        newer = None
+        for p in reversed(self._past):
+            if p.t_us <= t_us:
+                if newer is None:
+                    return p.x, p.y, p.heading
+                s = (t_us - p.t_us) / (newer.t_us - p.t_us)
+                return p.x + s * (newer.x - p.x), p.y + s * (newer.y - p.y), p.heading + s * (newer.heading - p.heading)
+            newer = p
         return None
 
     def _reply(self, f: SensorFrame) -> None:
@@ -160,7 +170,7 @@ class ReceiverTrack:
         o = self.out
         o.range_m, o.fix_us = distance, f.t_us
         w, at, _ = self.est.components()
-        o.weights, o.xs, o.ys = (tuple(float(v) for v in a) for a in (w, at[:, 0], at[:, 1]))
+        o.weights, o.xs, o.ys = (tuple(float(v) for v in a) for a in (w, *at.T))
 
     def _watch(self, f: SensorFrame) -> None:
         lost = self.ready and f.t_us - self.out.fix_us > self.p.lost_s * 1e6

@@ -11,13 +11,15 @@ import math
 import numpy as np
 
 from flightsw.kernels.jit import jit
+from flightsw.missions.rendezvous.frame import E_VX, E_VY, E_X, E_Y
 
 # own state o [8]
 O_X, O_Y, O_PSI, O_PHI, O_V, O_WX, O_WY, O_DELTA = 0, 1, 2, 3, 4, 5, 6, 7
-# estimate r [4]: x, v_x, y, v_y over ground
+# estimate r [4]: E_* (frame.py)
 # turn t [9]: ..., radius and least radius [m]
 T_BANK, T_TIME, T_XM, T_YM, T_TTG, T_LIMITED, T_DPSI, T_RADIUS, T_LEAST = range(9)
 T_N = 9
+FIRST, SECOND = 0, 1  # of two arcs
 
 
 @jit
@@ -47,16 +49,9 @@ def ramp_straight(phi: float, roll_rate: float) -> float:
 
 @jit
 def turn_point(
-    o: np.ndarray,
-    r: np.ndarray,
-    phi_max: float,
-    phi_min: float,
-    separation: float,
-    roll_rate: float,
-    entry: bool,
-    g: float,
-    t: np.ndarray,
-) -> None:
+    o: np.ndarray, r: np.ndarray, phi_max: float, phi_min: float, separation: float, roll_rate: float, entry: bool,
+    g: float, t: np.ndarray,
+) -> None:  # fmt: skip
     """t [9] <- constant bank that ends on the receiver's track, time of the turn, predicted miss and time to go (60a to i).
 
     o [8] own state, r [4] estimate; miss (x_m, y_m) [m] at roll-out of a turn begun now: x_m = x - separation - x_T, y_m = y
@@ -72,7 +67,7 @@ def turn_point(
     tan_max = math.tan(phi_max)
     tan_phi, phi, limited = tan_max, phi_max, True
     for _ in range(3 if roll_rate > 0.0 else 1):
-        den = g * (r[2] - o[O_Y] - dy_s)
+        den = g * (r[E_Y] - o[O_Y] - dy_s)
         if den > 0.0 and num < den * tan_max:
             tan_phi, limited = (num / den if num > 0.0 else 0.0), False
             phi = math.atan(tan_phi)
@@ -91,9 +86,9 @@ def turn_point(
     t[T_LEAST] = v * v / (g * tan_max)
     t[T_BANK] = phi
     t[T_TIME] = dpsi * c + t_s
-    t[T_XM] = r[0] + r[1] * t[T_TIME] - separation - (o[O_X] + dx_s + c * (v * (-sd - sp) + dpsi * wx))
-    t[T_YM] = r[2] + r[3] * t[T_TIME] - (o[O_Y] + dy_s + c * (v * (cd + cp) + dpsi * wy))
-    closing = v * cp + wx - r[1]
+    t[T_XM] = r[E_X] + r[E_VX] * t[T_TIME] - separation - (o[O_X] + dx_s + c * (v * (-sd - sp) + dpsi * wx))
+    t[T_YM] = r[E_Y] + r[E_VY] * t[T_TIME] - (o[O_Y] + dy_s + c * (v * (cd + cp) + dpsi * wy))
+    closing = v * cp + wx - r[E_VX]
     t[T_TTG] = t[T_XM] / (closing if closing > 1.0 else 1.0)
     t[T_LIMITED] = 1.0 if limited else 0.0
     t[T_DPSI] = dpsi
@@ -118,15 +113,9 @@ def closed_loop_bank(t: np.ndarray, k: float, v: float, phi_max: float, guard: b
 
 @jit
 def two_arcs(
-    o: np.ndarray,
-    r: np.ndarray,
-    phi_max: float,
-    separation: float,
-    smooth: float,
-    roll_rate: float,
-    g: float,
+    o: np.ndarray, r: np.ndarray, phi_max: float, separation: float, smooth: float, roll_rate: float, g: float,
     radii: np.ndarray,
-) -> None:
+) -> None:  # fmt: skip
     """radii [2] [m] <- two arcs, the first up to half the heading left, that end ahead of the receiver on its track.
 
     Path, time and drift scale with the radius, so both misses are linear in (r1, r2): least squares with the weight
@@ -134,15 +123,15 @@ def two_arcs(
     level is straight flight for ramp_straight.
     """
     psi, v, delta = o[O_PSI], o[O_V], o[O_DELTA]
-    ux, uy = r[1] - o[O_WX], r[3] - o[O_WY]
+    ux, uy = r[E_VX] - o[O_WX], r[E_VY] - o[O_WY]
     psi_f = math.pi + delta
     mid = 0.5 * (psi + psi_f)
     d = 0.5 * (psi_f - psi)
     s0, s1, s2 = math.sin(psi), math.sin(mid), -math.sin(delta)
     c0, c1, c2 = math.cos(psi), math.cos(mid), -math.cos(delta)
     t_out = ramp_straight(o[O_PHI], roll_rate)
-    bx = r[0] - separation - o[O_X] - t_out * (v * c2 - ux)
-    by = r[2] - o[O_Y] - t_out * (v * s2 - uy)
+    bx = r[E_X] - separation - o[O_X] - t_out * (v * c2 - ux)
+    by = r[E_Y] - o[O_Y] - t_out * (v * s2 - uy)
     a11, a12 = s1 - s0 - ux * d / v, s2 - s1 - ux * d / v
     a21, a22 = c0 - c1 - uy * d / v, c1 - c2 - uy * d / v
     q = smooth * 2.0 * d
@@ -152,7 +141,7 @@ def two_arcs(
     low = v * v / (g * math.tan(phi_max))
     det = n11 * n22 - n12 * n12
     if det <= 0.0:
-        radii[0] = radii[1] = low
+        radii[FIRST] = radii[SECOND] = low
         return
     r1, r2 = (n22 * f1 - n12 * f2) / det, (n11 * f2 - n12 * f1) / det
     if r1 < low:
@@ -165,4 +154,4 @@ def two_arcs(
         r1 = (f1 - n12 * r2) / n11
         if r1 < low:
             r1 = low
-    radii[0], radii[1] = r1, r2
+    radii[FIRST], radii[SECOND] = r1, r2

@@ -11,11 +11,15 @@ import math
 import numpy as np
 
 from flightsw.kernels.jit import jit
+from flightsw.missions.rendezvous.frame import E_Y
 from flightsw.missions.rendezvous.turn_geometry import (
+    FIRST,
+    O_DELTA,
     O_PHI,
     O_PSI,
     O_V,
     O_Y,
+    SECOND,
     T_BANK,
     T_DPSI,
     T_LIMITED,
@@ -85,11 +89,11 @@ def heading_bank(error: float, v: float, gain: float, limit: float, g: float) ->
 def approach_bank(o: np.ndarray, r: np.ndarray, gs: np.ndarray, gp: np.ndarray) -> float:
     """Bank [rad] towards the wanted offset from the estimated track; the weave is added to the heading."""
     limit = gp[GP_STEER_MAX]
-    psi_c = gp[GP_STEER_GAIN] * (r[2] - gp[GP_OFFSET] - o[O_Y])
+    psi_c = gp[GP_STEER_GAIN] * (r[E_Y] - gp[GP_OFFSET] - o[O_Y])
     psi_c = min(max(psi_c, -limit), limit)
     if gp[GP_WEAVE] > 0.0:
         psi_c += gp[GP_WEAVE] if int(gs[G_TIME] / gp[GP_WEAVE_HALF]) % 2 == 0 else -gp[GP_WEAVE]
-    return heading_bank(psi_c - o[7] - o[O_PSI], o[O_V], gp[GP_HEADING_GAIN], gp[GP_STEER_BANK], gp[GP_G])
+    return heading_bank(psi_c - o[O_DELTA] - o[O_PSI], o[O_V], gp[GP_HEADING_GAIN], gp[GP_STEER_BANK], gp[GP_G])
 
 
 @jit
@@ -103,8 +107,8 @@ def _turn_bank(o: np.ndarray, r: np.ndarray, t: np.ndarray, gs: np.ndarray, gp: 
         if t[T_LIMITED] > 0.0 or t[T_DPSI] < gp[GP_NEAR]:
             return t[T_BANK]
         two_arcs(o, r, top, gp[GP_SEP], gp[GP_SMOOTH], gp[GP_ROLL], g, radii)
-        gs[G_R1], gs[G_R2] = radii[0], radii[1]
-        return math.atan(v * v / (g * radii[0]))
+        gs[G_R1], gs[G_R2] = radii[FIRST], radii[SECOND]
+        return math.atan(v * v / (g * radii[FIRST]))
     return closed_loop_bank(t, gp[GP_K] if law == CLOSED_LOOP else 0.0, v, top, gp[GP_GUARD] > 0.0, g)
 
 

@@ -12,14 +12,15 @@ import numpy as np
 
 from flightsw.aircraft import Aircraft
 from flightsw.envelope import Envelope
-from flightsw.missions.base import Mission, MissionSpec
-from flightsw.missions.tanker.racetrack import RacetrackGuidance, RacetrackParams
+from flightsw.missions.base import Mission, MissionSpec, Order
+from flightsw.missions.tanker.racetrack import INIT, LEG, TURN, PathGuidance, RacetrackParams, make_path
 from flightsw.refusal import Refusals
 from flightsw.sixdof.actuators import ActuatorModel
-from flightsw.sixdof.autopilot import TankerControl, TankerCtrlParams
+from flightsw.sixdof.autopilot import TankerCtrlParams, make_autopilot
 from flightsw.sixdof.command import ScheduleParams
+from flightsw.sixdof.estimator import AirframeNav
 from flightsw.sixdof.estimator_core import NavParams
-from flightsw.sixdof.estimator_variants import make_airframe_nav
+from flightsw.terms import Laws
 from flightsw.types import (
     ACCEPTED,
     DENIED,
@@ -36,6 +37,8 @@ from flightsw.types import (
 )
 
 MAV_CMD_DO_CHANGE_SPEED = 178
+PHASES = (INIT, LEG, TURN)
+SPEED = "an airspeed the aircraft can fly on its racetrack"
 
 
 @dataclass(frozen=True)
@@ -53,9 +56,10 @@ class TankerMission(Mission[ActuatorModel]):
     watch = HF_IMU | HF_AIR | HF_ATT | HF_GNSS
 
     def __init__(self, ac: Aircraft, p: TankerParams, period_s: float) -> None:
-        self.nav = make_airframe_nav(ac, p.nav)
-        self.guid = RacetrackGuidance(p.guid)
-        self.ctrl = TankerControl(ac, p.ctrl, period_s)
+        self.nav = AirframeNav(ac, p.nav)
+        self.guid = make_path(p.guid)
+        self.turn_rate_degps = p.guid.turn_rate_degps
+        self.ctrl = make_autopilot(ac, p.ctrl, period_s, "ctrl")
         self.envelope = e = Envelope(ac)
         e.speed("guid.V_mps", p.guid.V_mps)
         e.turn("guid.turn_rate_degps", p.guid.turn_rate_degps, p.guid.V_mps)
@@ -76,7 +80,12 @@ class TankerMission(Mission[ActuatorModel]):
     @property
     def saturated(self) -> bool:
         """Whether a command sits at its limit."""
-        return self.ctrl.core.saturated
+        return self.ctrl.saturated
+
+    @property
+    def laws(self) -> Laws:
+        """What the command is made of."""
+        return (self.ctrl.terms,)
 
     @property
     def refusals(self) -> Refusals | None:
@@ -89,7 +98,7 @@ class TankerMission(Mission[ActuatorModel]):
 
     def obey(self, c: Command) -> tuple[int, str]:
         """MAV_RESULT and reason for one of the mission's commands."""
-        return speed_command(c, self.guid, self.envelope)
+        return speed_command(c, self.guid, self.envelope, self.turn_rate_degps)
 
     def texts(self) -> list[Text]:
         """Messages since the last call."""
@@ -97,14 +106,14 @@ class TankerMission(Mission[ActuatorModel]):
         return out
 
 
-def speed_command(c: Command, guid: RacetrackGuidance, envelope: Envelope) -> tuple[int, str]:
-    """MAV_RESULT and reason for MAV_CMD_DO_CHANGE_SPEED on the racetrack: airspeed only, the throttle left alone."""
+def speed_command(c: Command, guid: PathGuidance, envelope: Envelope, turn_rate_degps: float) -> tuple[int, str]:
+    """MAV_RESULT and reason for MAV_CMD_DO_CHANGE_SPEED on a path with turns of that rate: airspeed only, no throttle."""
     kind, speed, throttle = c.params[:3]
     if kind != 0.0:
         return DENIED, f"speed type {kind:g}: allowed 0 airspeed"
     if throttle not in (-1.0, 0.0) and not math.isnan(throttle):
         return DENIED, f"throttle {throttle:g}: allowed -1 no change"
-    ok, why = guid.set_speed(speed, envelope.limits.V_min_mps, envelope.fastest(guid.p.turn_rate_degps))
+    ok, why = guid.set_speed(speed, envelope.limits.V_min_mps, envelope.fastest(turn_rate_degps))
     return (ACCEPTED if ok else DENIED), why
 
 
@@ -115,5 +124,6 @@ SPEC = MissionSpec(
     "sixdof",
     TankerMission,
     ActuatorModel,
-    commands=frozenset({MAV_CMD_DO_CHANGE_SPEED}),
+    phases=PHASES,
+    orders=(Order(MAV_CMD_DO_CHANGE_SPEED, "speed", frozenset(PHASES), besides=SPEED),),
 )

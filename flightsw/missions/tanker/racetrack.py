@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Protocol, runtime_checkable
 
 from flightsw.kernels.rotations import wrap_pi
+from flightsw.plugins import OursOr, made
 from flightsw.strict import Range
 from flightsw.types import GuidanceCmd, NavState, SensorFrame, Text
 
@@ -25,6 +26,25 @@ class RacetrackParams:
     turn_accel_degps2: Annotated[float, Range(0.01)] = 0.15  # ramp of the commanded turn rate: about 2.6 deg/s of roll
     heading_gain: Annotated[float, Range(0.0)] = 0.04  # [1/s] heading hold on the legs
     V_accel_mps2: Annotated[float, Range(0.01)] = 0.15
+    path: Annotated[str, OursOr(("racetrack",))] = "racetrack"  # a PathGuidance, made from (this table)
+
+
+@runtime_checkable
+class PathGuidance(Protocol):
+    """What commands airspeed, altitude and turn rate of an aircraft on its own. A pure step, as all algorithms. `V` [m/s]:
+    airspeed commanded now; `texts`: messages, which the mission takes away."""
+
+    V: float
+    texts: list[Text]
+
+    def step(self, f: SensorFrame, nav: NavState, dt: float) -> GuidanceCmd:
+        """The command dt [s] after the last. Its phase is one of WKF_PHASE, 0 until navigation has been valid."""
+
+    def set_speed(self, V: float, lo: float, hi: float) -> tuple[bool, str]:
+        """New airspeed [m/s], allowed within [lo, hi]: accepted?, reason if not."""
+
+    def take_over(self, psi: float, V: float, psi_dot: float) -> None:
+        """Go on from a heading [rad], an airspeed [m/s] and a turn rate [rad/s] that another guidance has flown."""
 
 
 class RacetrackGuidance:
@@ -51,6 +71,10 @@ class RacetrackGuidance:
             return False, f"speed {V:g} m/s, allowed {lo:g} to {hi:g}"
         self.V_target = V
         return True, ""
+
+    def take_over(self, psi: float, V: float, psi_dot: float) -> None:
+        """Go on from a heading [rad], an airspeed [m/s] and a turn rate [rad/s] that another guidance has flown."""
+        self.psi_ref, self.V, self.psi_dot = psi, V, psi_dot
 
     def step(self, f: SensorFrame, nav: NavState, dt: float) -> GuidanceCmd:
         """Advance by dt [s]."""
@@ -97,3 +121,11 @@ class RacetrackGuidance:
     def _enter(self, phase: int, t_us: int, why: str) -> None:
         self.phase, self.t_phase_us, self.reason = phase, t_us, why
         self.texts.append(Text(6, f"{'turn' if phase == TURN else 'leg'}: {why}"[:50]))
+
+
+OURS = {"racetrack": RacetrackGuidance}
+
+
+def make_path(p: RacetrackParams) -> PathGuidance:
+    """The guidance p.path names. Raises ConfigError."""
+    return made(OURS, PathGuidance, p.path, "guid.path", p)  # type: ignore[type-abstract]

@@ -16,6 +16,7 @@ from flightsw.kernels.jit import jit
 (X, H, VA, GA, AL, Q, T, WX, WH, WXD, WHD, WXDD, WHDD, KL, KD, NX) = range(16)
 TC, DE, NU = 0, 1, 2
 (Y_H, Y_VG, Y_VA, Y_AL, Y_TH, Y_Q, Y_HD, Y_XDD, Y_HDD, NY) = range(10)
+(W_RATE, W_MID, W_N) = range(3)  # workspace of a midpoint step: slope, state half-way
 # parameter vector: inertia and geometry, lift, drag, moment, engine, scales of lift and drag where they are not states
 (P_M, P_S, P_C, P_I, P_RHO, P_G, P_L0, P_LA, P_LE, P_A1, P_A2, P_D0, P_DK, P_DS, P_M0, P_MA, P_MQ, P_ME, P_TAU, P_T0, P_TV,
  P_TI, P_KL, P_KD, P_FALL, P_FALL_RAD, NP) = range(27)  # fmt: skip
@@ -110,12 +111,12 @@ def propagate(XX: np.ndarray, u: np.ndarray, p: np.ndarray, dt: float, W: np.nda
     n = XX.shape[1]
     for r in range(XX.shape[0]):
         x = XX[r]
-        rates(x, u, p, W[0])
+        rates(x, u, p, W[W_RATE])
         for i in range(n):
-            W[1, i] = x[i] + 0.5 * dt * W[0, i]
-        rates(W[1], u, p, W[0])
+            W[W_MID, i] = x[i] + 0.5 * dt * W[W_RATE, i]
+        rates(W[W_MID], u, p, W[W_RATE])
         for i in range(n):
-            x[i] += dt * W[0, i]
+            x[i] += dt * W[W_RATE, i]
 
 
 @jit

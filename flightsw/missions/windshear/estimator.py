@@ -143,8 +143,8 @@ class WindshearNav:
         u [2]: thrust command [kN] and elevator [rad] in force since the previous sample, dt [s] ago, and still at this one.
         """
         m = self._read(z, ok)
-        if not (math.isfinite(u[0]) and math.isfinite(u[1])):
-            return self._not_valid(f"controls {u[0]}, {u[1]}: allowed finite")
+        if not (math.isfinite(u[k.TC]) and math.isfinite(u[k.DE])):
+            return self._not_valid(f"controls {u[k.TC]}, {u[k.DE]}: allowed finite")
         if not self.started:
             return self._cold(m, u)
         if not (dt > 0.0 and math.isfinite(dt)):
@@ -236,7 +236,7 @@ class WindshearNav:
         r, x, s = self._r9, self.x.copy(), np.zeros(k.NX)
         V, gamma = seen[k.Y_VA], seen[k.Y_TH] - seen[k.Y_AL]
         x[: k.WXD] = (
-            x[k.X], seen[k.Y_H], V, gamma, seen[k.Y_AL], seen[k.Y_Q], u[0],
+            x[k.X], seen[k.Y_H], V, gamma, seen[k.Y_AL], seen[k.Y_Q], u[k.TC],
             seen[k.Y_VG] - V * math.cos(gamma), seen[k.Y_HD] - V * math.sin(gamma),
         )  # fmt: skip
         x[k.WXD : k.KL] = 0.0

@@ -126,12 +126,14 @@ class Hazard:
 
     def index(self, x: Array, F: float, dt: float, gravity: float) -> float:
         """F [-] of this sample by differences of the wind of the estimate x [15]; F itself at the first sample."""
-        last, self._wind = self._wind, (float(x[k.WX]), float(x[k.WH]))
+        wx, wh = float(x[k.WX]), float(x[k.WH])
+        last, self._wind = self._wind, (wx, wh)
         if last is None or self.p.rates == "states" or not dt > 0.0:
             return F
         gamma = float(x[k.GA])
-        rise = (self._wind[0] - last[0]) * math.cos(gamma) + (self._wind[1] - last[1]) * math.sin(gamma)
-        return rise / (gravity * dt) - self._wind[1] / float(x[k.VA])
+        was_x, was_h = last
+        rise = (wx - was_x) * math.cos(gamma) + (wh - was_h) * math.sin(gamma)
+        return rise / (gravity * dt) - wh / float(x[k.VA])
 
     def step(self, F: float, dt: float, armed: bool = True) -> HazardState:
         """One sample of F, dt [s] since the last; a value that is not finite leaves everything as it is."""
@@ -181,7 +183,8 @@ class WindshearGuidance:
         """Height of the slope [m] at x; NaN before there is one."""
         if self._aim is None:
             return math.nan
-        return self._aim[1] - (x_m - self._aim[0]) * self._tan
+        x0, h0 = self._aim
+        return h0 - (x_m - x0) * self._tan
 
     def step(self, x: Array, F: float, dt: float, valid: bool = True) -> PathDemand:
         """Demand for the estimate x [15] with hazard index F; the last one while the estimate is not valid."""

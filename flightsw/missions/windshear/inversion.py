@@ -18,8 +18,16 @@ D_MODE, D_CLIMB, D_SPEED, D_PITCH, D_AMAX, ND = range(6)
 APPROACH, CLIMB, PITCH, OPEN = 0, 1, 2, 3
 (G_PATH, G_SPEED, G_ALPHA, G_RATE, G_THRUST, G_TURN_MAX, G_Q_MAX, G_DE_MAX, G_AMIN, NG) = range(10)
 # result: thrust command [kN], elevator [rad], incidence command [rad], thrust demanded [kN]
-O_TC, O_DE, O_ALPHA, O_TD, NO = range(5)
+O_TC, O_DE, O_ALPHA, O_TD, NC = range(5)
+# and what they are made of, from the outer to the inner scale: path error [rad], turn rate of the path asked for, given [rad/s];
+# incidence asked for [rad]; pitch rate by the incidence error, by the turn, given [rad/s]; elevator by the pitch rate's error, by
+# what the aircraft does without [rad]; thrust by the airspeed error, by path, wind and drag, by the engine's lag [kN]
+(O_PATH, O_TURN, O_TURN_C, O_ALPHA_D, O_Q_FB, O_Q_FF, O_Q_C, O_DE_FB, O_DE_FF, O_T_FB, O_T_FF, O_T_LAG) = range(
+    NC, NC + 12
+)
+NO = NC + 12
 STEPS = 8
+FREE = 0.5  # [rad] beyond any stall: bounds of the incidence asked for
 
 
 @jit
@@ -59,24 +67,34 @@ def invert(x: np.ndarray, d: np.ndarray, de: float, p: np.ndarray, g: np.ndarray
     V, gamma = x[k.VA], x[k.GA]
     top = k.thrust_limit(V, p)
     out[O_TC], out[O_DE], out[O_ALPHA], out[O_TD] = top, de, x[k.AL], top
+    for i in range(NC, NO):
+        out[i] = 0.0
     mode = d[D_MODE]
     if mode == OPEN:
         return
     sg, cg = math.sin(gamma), math.cos(gamma)
     if mode == PITCH:
         alpha_c = clip(d[D_PITCH] - gamma, g[G_AMIN], d[D_AMAX])
+        out[O_ALPHA_D] = d[D_PITCH] - gamma
     else:
         wanted = math.asin(clip((d[D_CLIMB] - x[k.WH]) / V, -0.5, 0.5))
         turn_d = clip(g[G_PATH] * (wanted - gamma), -g[G_TURN_MAX], g[G_TURN_MAX])
         alpha_c = incidence_for(turn_d, x, de, g[G_AMIN], d[D_AMAX], p)
+        out[O_PATH], out[O_TURN], out[O_TURN_C] = gamma - wanted, g[G_PATH] * (wanted - gamma), turn_d
+        out[O_ALPHA_D] = incidence_for(turn_d, x, de, -FREE, FREE, p)
     if mode == APPROACH:
-        drag = k.lift_drag(V, x[k.AL], de, x[k.KL], x[k.KD], p)[1]
+        _, drag = k.lift_drag(V, x[k.AL], de, x[k.KL], x[k.KD], p)
         pull = g[G_SPEED] * (d[D_SPEED] - V) + p[k.P_G] * sg + x[k.WXD] * cg + x[k.WHD] * sg
         out[O_TD] = 1e-3 * (p[k.P_M] * pull + drag) / math.cos(x[k.AL])
+        out[O_T_FB] = 1e-3 * p[k.P_M] * g[G_SPEED] * (d[D_SPEED] - V) / math.cos(x[k.AL])
+        out[O_T_FF] = out[O_TD] - out[O_T_FB]
+        out[O_T_LAG] = (p[k.P_TAU] * g[G_THRUST] - 1.0) * (out[O_TD] - x[k.T])
         out[O_TC] = clip(x[k.T] + p[k.P_TAU] * g[G_THRUST] * (out[O_TD] - x[k.T]), p[k.P_TI] * top, top)
-    turn = k.path_rates(x, x[k.KL], x[k.KD], de, p)[1]
+    _, turn = k.path_rates(x, x[k.KL], x[k.KD], de, p)
     q_c = clip(g[G_ALPHA] * (alpha_c - x[k.AL]) + turn, -g[G_Q_MAX], g[G_Q_MAX])
     bare = k.pitch_acceleration(V, x[k.AL], x[k.Q], 0.0, p)
     effect = 0.5 * p[k.P_RHO] * V * V * p[k.P_S] * p[k.P_C] * p[k.P_ME] / p[k.P_I]
     out[O_DE] = clip((g[G_RATE] * (q_c - x[k.Q]) - bare) / effect, -g[G_DE_MAX], g[G_DE_MAX])
     out[O_ALPHA] = alpha_c
+    out[O_Q_FB], out[O_Q_FF], out[O_Q_C] = g[G_ALPHA] * (alpha_c - x[k.AL]), turn, q_c
+    out[O_DE_FB], out[O_DE_FF] = g[G_RATE] * (q_c - x[k.Q]) / effect, -bare / effect

@@ -15,16 +15,17 @@ import numpy as np
 
 from flightsw.aircraft import TwinJet
 from flightsw.envelope import Envelope
-from flightsw.health import AIR_ALPHA, AIR_V
-from flightsw.missions.base import Mission, MissionSpec, Reports
+from flightsw.missions.base import Mission, MissionSpec, Order, Reports, choices
 from flightsw.missions.windshear import dynamics as k
 from flightsw.missions.windshear import monitor_kernel as kk
-from flightsw.missions.windshear.control import NidParams, WindshearControl
+from flightsw.missions.windshear.control import NidParams, PathLaw, make_law
 from flightsw.missions.windshear.estimator import WindshearEstimate, WindshearNav, WindshearParams
 from flightsw.missions.windshear.guidance import LAWS, PHASES, WindshearGuidance, WindshearGuidanceParams, with_law
 from flightsw.missions.windshear.model import MODES, PathDemand, approach_trim
 from flightsw.missions.windshear.monitor import MonitorParams, WindshearMonitor
 from flightsw.missions.windshear.reports import REPORTS, WindshearState
+from flightsw.planar import plane
+from flightsw.terms import Laws
 from flightsw.types import (
     ACCEPTED,
     DENIED,
@@ -32,7 +33,6 @@ from flightsw.types import (
     HF_ATT,
     HF_GNSS,
     HF_IMU,
-    UPD_AIR,
     UPD_ATT,
     UPD_BARO,
     UPD_GNSS,
@@ -47,10 +47,10 @@ from flightsw.types import (
 
 MAV_CMD_DO_GO_AROUND, MAV_CMD_USER_3 = 191, 31012
 FIRST_PHASE = 22  # WKF_PHASE of PHASES[0]
+ON_THE_WIRE = (0, *range(FIRST_PHASE, FIRST_PHASE + len(PHASES)))
+GIVEN_UP = ("escape", "clear")  # phases of an approach that has been: no way back
 ESTIMATORS = ("ekf", "ukf", "srckf", "srukf")  # index goes down in WINDSHEAR_STATE
-AIRSPEED_BAD, VANE_BAD = 1, 1 << 6  # bits of SensorFrame.air_bad: probe 0, V and alpha
-ELEVATOR, THRUST = 1, 3  # in a command
-LIMIT_EDGE = 0.999  # share of the travel from which the elevator counts as limited
+ELEVATOR, THRUST = 1, 3  # in a command: [rad], [N]
 WORDS = {
     "approach": "on the slope",
     "caution": "wind shear caution",
@@ -85,7 +85,7 @@ class WindshearActuators:
 
     def reset(self, surfaces: np.ndarray, thrust: float) -> None:
         """The aircraft comes with elevator surfaces[1] [rad] and thrust [N]."""
-        came = (thrust * 1e-3, float(surfaces[1]))
+        came = (thrust * 1e-3, float(surfaces[ELEVATOR]))
         self.now[:] = came
         self._way = deque([came] * len(self._way))
 
@@ -100,13 +100,13 @@ class WindshearMission(Mission[WindshearActuators]):
 
     watch = HF_IMU | HF_AIR | HF_ATT | HF_GNSS
     cruise = (75.0, 350.0)
-    ctrl: WindshearControl
+    ctrl: PathLaw
 
     def __init__(self, ac: TwinJet, p: WindshearMissionParams, period_s: float) -> None:
         """Raises ValueError for parameters no filter can run."""
         self.p = p
         self.nav, self.monitor = WindshearNav(p.nav, ac), WindshearMonitor(p.nav.monitor)
-        self.guidance, self.ctrl = WindshearGuidance(p.guid), WindshearControl(p.ctrl, ac)
+        self.guidance, self.ctrl = WindshearGuidance(p.guid), make_law(p.ctrl, ac)
         a, escape = p.guid.approach, p.guid.escape
         e = Envelope(ac)
         for key in ("speed_min_mps", "speed_max_mps"):
@@ -132,8 +132,13 @@ class WindshearMission(Mission[WindshearActuators]):
 
     @property
     def saturated(self) -> bool:
-        """Whether the elevator is asked for more than its travel."""
-        return bool(abs(self.ctrl.u[1]) > LIMIT_EDGE * self.ctrl.p.elevator_max_rad)
+        """Whether a command sits at its limit."""
+        return self.ctrl.saturated
+
+    @property
+    def laws(self) -> Laws:
+        """What the command is made of."""
+        return (self.ctrl.terms,)
 
     def step(
         self, f: SensorFrame, act: WindshearActuators, updated: int, health: Health, dt: float
@@ -143,7 +148,8 @@ class WindshearMission(Mission[WindshearActuators]):
         ok = self._read(f, updated)
         e = self.nav.step(z, ok, act.now, dt)
         if e.valid and not self._valid:  # a start: no reading of the filter gives the place along the track
-            x0 = self._pos_n[0] * math.cos(self._psi) + self._pos_n[1] * math.sin(self._psi)
+            north, east = self._pos_n
+            x0 = north * math.cos(self._psi) + east * math.sin(self._psi)
             self.nav.place(x0)
             e.x[k.X] = x0
         self._valid = e.valid
@@ -155,9 +161,9 @@ class WindshearMission(Mission[WindshearActuators]):
         before, cautions = self.guidance.phase, self.guidance.hazard.cautions
         demand = self.guidance.step(e.x, e.F, dt, e.valid)
         self._tell(before, self.guidance.hazard.cautions > cautions, e)
-        c = self._steer(e, z, ok, act.now[0], demand, dt)
+        c = self._steer(e, z, ok, act.now[k.TC], demand, dt)
         u = self._u
-        u[ELEVATOR], u[THRUST] = c[1], min(max(float(c[0]), 0.0), self.full_kN) * 1e3
+        u[ELEVATOR], u[THRUST] = c[k.DE], min(max(float(c[k.TC]), 0.0), self.full_kN) * 1e3
         g = self._guide(f.t_us, e)
         h, m = self.guidance.hazard.state, self.monitor.x
         self._state = state = WindshearState(
@@ -194,7 +200,7 @@ class WindshearMission(Mission[WindshearActuators]):
             return self.ctrl.step(e.x, demand)
         self._blind_s += dt
         if not self._x[k.VA] > 0.0 or self._blind_s < self.p.guid.blind_s:
-            return self.ctrl.u
+            return self.ctrl.hold()
         if self._blind_s < self.p.guid.blind_s + dt:
             self._texts.append(Text(3, BLIND))
             self.guidance.abort()
@@ -213,34 +219,30 @@ class WindshearMission(Mission[WindshearActuators]):
         """Readings into z [9]; bits of those that are new and good. Heading, pitch and position keep their last good values."""
         z, ok = self._z, 0
         if updated & UPD_ATT:
-            w, x, y, v = f.att_q_nb
-            self._psi = math.atan2(2.0 * (w * v + x * y), 1.0 - 2.0 * (y * y + v * v))
-            z[k.Y_TH] = self._pitch = math.asin(min(max(2.0 * (w * y - v * x), -1.0), 1.0))
+            self._psi, self._pitch = plane.heading_and_pitch(f.att_q_nb)
+            z[k.Y_TH] = self._pitch
             ok |= 1 << k.Y_TH
         psi, pitch = self._psi, self._pitch
         if updated & UPD_BARO:
             z[k.Y_H] = f.baro_alt_m
             ok |= 1 << k.Y_H
         if updated & UPD_GNSS:
-            self._pos_n = f.gnss_pos_n[0], f.gnss_pos_n[1]
-            z[k.Y_VG] = f.gnss_vel_n[0] * math.cos(psi) + f.gnss_vel_n[1] * math.sin(psi)
-            z[k.Y_HD] = -f.gnss_vel_n[2]
+            (north, east, _), (v_north, v_east, sink) = f.gnss_pos_n, f.gnss_vel_n
+            self._pos_n = north, east
+            z[k.Y_VG] = v_north * math.cos(psi) + v_east * math.sin(psi)
+            z[k.Y_HD] = -sink
             ok |= 1 << k.Y_VG | 1 << k.Y_HD
         if updated & UPD_IMU:  # accelerations over ground: specific force turned by the pitch as read, less gravity
-            along, down = f.acc_mean_b[0], f.acc_mean_b[2]
-            z[k.Y_Q] = f.gyro_mean_b[1]
+            (along, _, down), (_, z[k.Y_Q], _) = f.acc_mean_b, f.gyro_mean_b
             z[k.Y_XDD] = along * math.cos(pitch) + down * math.sin(pitch)
             z[k.Y_HDD] = along * math.sin(pitch) - down * math.cos(pitch) - self._g
             ok |= 1 << k.Y_Q
             if updated & UPD_ATT:
                 ok |= 1 << k.Y_XDD | 1 << k.Y_HDD
-        if updated & UPD_AIR and f.air_mask & 1:
-            if not f.air_bad & VANE_BAD:
-                z[k.Y_AL] = f.air_alpha[0]
-                ok |= 1 << k.Y_AL
-            if not f.air_bad & AIRSPEED_BAD:
-                z[k.Y_VA] = f.air_V[0]
-                ok |= 1 << k.Y_VA
+        for c, reading in zip((k.Y_VA, k.Y_AL), plane.probe(f, updated), strict=True):
+            if reading is not None:
+                z[c] = reading
+                ok |= 1 << c
         return ok
 
     def _guide(self, t_us: int, e: WindshearEstimate) -> GuidanceCmd:
@@ -257,20 +259,14 @@ class WindshearMission(Mission[WindshearActuators]):
 
     def _publish(self, s: WindshearState) -> NavState:
         """The estimate as the state every aircraft publishes. Wind along the heading and down; across it none is known."""
-        x, sigma, psi = s.x, s.sigma, self._psi
-        P, along = self.nav.P, sigma[k.X]
+        x, sigma, P = s.x, s.sigma, self.nav.P
         pitch_sigma = math.sqrt(max(P[k.GA, k.GA] + 2.0 * P[k.GA, k.AL] + P[k.AL, k.AL], 0.0))
-        c, n = math.cos(psi), math.sin(psi)
         V, gamma = x[k.VA], x[k.GA]
-        theta = gamma + x[k.AL]
-        forward, climb = V * math.cos(gamma) + x[k.WX], V * math.sin(gamma) + x[k.WH]
-        ct, st, cp, sp = math.cos(0.5 * theta), math.sin(0.5 * theta), math.cos(0.5 * psi), math.sin(0.5 * psi)
-        return NavState(
-            t_us=s.t_us, valid=s.valid, reason=s.reason, V=V, beta=0.0, alpha=x[k.AL], w_b=(0.0, x[k.Q], 0.0),
-            euler=(psi, theta, 0.0), q_nb=(cp * ct, -sp * st, cp * st, sp * ct),
-            pos_n=(*self._pos_n, -x[k.H]), vel_n=(c * forward, n * forward, -climb),
-            wind_n=(c * x[k.WX], n * x[k.WX], -x[k.WH]), wind_sigma=(sigma[k.WX], sigma[k.WX], sigma[k.WH]),
-            pos_sigma=(along, along, sigma[k.H]), att_sigma=(0.0, pitch_sigma if s.valid else math.inf, 0.0), nis=s.nis,
+        return plane.publish(
+            t_us=s.t_us, valid=s.valid, reason=s.reason, psi=self._psi, theta=gamma + x[k.AL], q=x[k.Q], V=V, alpha=x[k.AL],
+            place=self._pos_n, height=x[k.H], along=V * math.cos(gamma) + x[k.WX], climb=V * math.sin(gamma) + x[k.WH],
+            wind_along=x[k.WX], wind_down=-x[k.WH], wind_sigma=(sigma[k.WX], sigma[k.WX], sigma[k.WH]),
+            pos_sigma=(sigma[k.X], sigma[k.X], sigma[k.H]), pitch_sigma=pitch_sigma if s.valid else math.inf, nis=s.nis,
             nis_dof=s.channels,
         )  # fmt: skip
 
@@ -295,7 +291,7 @@ class WindshearMission(Mission[WindshearActuators]):
         law, why = c.choice(dict(enumerate(LAWS)), "law")
         if why:
             return DENIED, why
-        if LAWS[law] == "continue" and self.guidance.phase in ("escape", "clear"):
+        if LAWS[law] == "continue" and self.guidance.phase in GIVEN_UP:
             return DENIED, "law continue: the approach has been given up"
         self.guidance.p = with_law(self.guidance.p, LAWS[law])
         self._texts.append(Text(6, f"escape law {LAWS[law]}"))
@@ -305,6 +301,12 @@ class WindshearMission(Mission[WindshearActuators]):
         """Messages since the last call."""
         out, self._texts = self._texts, []
         return out
+
+
+def _law_phases(law: str) -> list[int]:
+    """WKF_PHASE in which a law may be chosen."""
+    barred = GIVEN_UP if law == "continue" else ()
+    return [p for p in ON_THE_WIRE if p < FIRST_PHASE or PHASES[p - FIRST_PHASE] not in barred]
 
 
 def _actuators(ac: TwinJet, delay_ticks: int) -> WindshearActuators:
@@ -319,8 +321,12 @@ SPEC = MissionSpec(
     "twinjet",
     WindshearMission,
     _actuators,
-    commands=frozenset({MAV_CMD_DO_GO_AROUND, MAV_CMD_USER_3}),
-    air_used=AIR_V | AIR_ALPHA,
+    phases=ON_THE_WIRE,
+    orders=(
+        Order(MAV_CMD_DO_GO_AROUND, "go-around", frozenset(ON_THE_WIRE), besides="another law than `continue`"),
+        *choices(MAV_CMD_USER_3, dict(enumerate(LAWS)), _law_phases),
+    ),
+    air_used=plane.AIR_USED,
     one_rate=True,  # readings and commands are per sample
     reports=REPORTS,
 )

@@ -148,8 +148,8 @@ class WindshearMonitor:
         Q = np.zeros((kk.NK, kk.NK))
         var = np.square(self._r_in)
         drive = np.array([[0.0, 0.5 * dt * dt, 0.0], [dt, 0.0, 0.0], [0.0, dt, 0.0], [0.0, 0.0, dt]])
-        Q[:4, :4] = multiply(drive * var, drive.T)
-        Q[0, 0] += self.p.noise.h_m**2 * dt
+        Q[kk.MOTION, kk.MOTION] = multiply(drive * var, drive.T)
+        Q[kk.K_H, kk.K_H] += self.p.noise.h_m**2 * dt
         W = triple_integrator(self.p.noise.wind**2, dt)
         for at in (kk.K_WX, kk.K_WH):
             rows = slice(at, at + 5, 2)

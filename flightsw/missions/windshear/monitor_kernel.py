@@ -13,6 +13,8 @@ import numpy as np
 from flightsw.kernels.jit import jit
 
 (K_H, K_VX, K_VH, K_TH, K_WX, K_WH, K_WXD, K_WHD, K_WXDD, K_WHDD, NK) = range(11)
+MOTION = slice(K_H, K_WX)  # what the inputs drive
+(A_X, A_H, A_Q) = range(3)
 (Z_H, Z_VG, Z_VA, Z_AL, Z_TH, Z_HD, NZ) = range(7)
 
 
@@ -21,10 +23,10 @@ def propagate_kinematic(XX: np.ndarray, a: np.ndarray, dt: float) -> None:
     """Advance every row of XX [k,10] by dt [s] in place; exact for constant input a [3] and constant second rates of the wind."""
     for r in range(XX.shape[0]):
         x = XX[r]
-        x[K_H] += dt * (x[K_VH] + 0.5 * dt * a[1])
-        x[K_VX] += dt * a[0]
-        x[K_VH] += dt * a[1]
-        x[K_TH] += dt * a[2]
+        x[K_H] += dt * (x[K_VH] + 0.5 * dt * a[A_H])
+        x[K_VX] += dt * a[A_X]
+        x[K_VH] += dt * a[A_H]
+        x[K_TH] += dt * a[A_Q]
         for i in range(2):
             x[K_WX + i] += dt * (x[K_WXD + i] + 0.5 * dt * x[K_WXDD + i])
             x[K_WXD + i] += dt * x[K_WXDD + i]

@@ -11,7 +11,6 @@ from flightsw.kernels.rotations import quat_from_euler
 from flightsw.refusal import GateParams
 from flightsw.sixdof.estimator import AirframeNav
 from flightsw.sixdof.estimator_core import NavParams
-from flightsw.sixdof.estimator_variants import make_airframe_nav
 from flightsw.types import UPD_AIR, UPD_ATT, UPD_GNSS, UPD_IMU, Health, SensorFrame
 from hil_scripts.campaign.consistency import chi2_band, convergence_time, nees, share_inside
 from hil_scripts.studies.lee.flight import DT, Flight, study_aircraft
@@ -32,9 +31,9 @@ class Estimate:
 
 
 def run(p: NavParams, fl: Flight, y: np.ndarray, acc: np.ndarray) -> Estimate:
-    """Estimator with parameters p on readings y [N,15] (channels as in estimator_variants.py) and specific force [N,3]."""
+    """Estimator with parameters p on readings y [N,15] (channels as in layout.M_*) and specific force [N,3]."""
     # the works refuse no reading
-    nav: AirframeNav = make_airframe_nav(study_aircraft(), replace(p, gate=GateParams(false_alarm=0.0)))
+    nav = AirframeNav(study_aircraft(), replace(p, gate=GateParams(false_alarm=0.0)))
     core, flt = nav.core, nav.core.ukf
     f, h = SensorFrame(), Health()
     n = len(fl.t)

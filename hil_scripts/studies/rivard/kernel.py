@@ -17,6 +17,7 @@ from flightsw.missions.rendezvous import bank as kb
 from flightsw.missions.rendezvous import full_order as k8
 from flightsw.missions.rendezvous import range_filter as k3
 from flightsw.missions.rendezvous import turn_law as kg
+from flightsw.missions.rendezvous.frame import E_VX, E_VY, E_X, E_Y
 from sim_plant.couplings import traffic_kernel as tr
 
 jit = numba.njit(cache=True, nogil=True, fastmath=False, error_model="numpy")
@@ -28,6 +29,8 @@ ekf3_range, ekf3_bearing, ekf3_position, window_push = (
     k3.ekf3_position,
     k3.window_push,
 )
+
+E_OF = (E_Y, E_VX, E_X)  # where the states of the three-state filter stand in the estimate
 
 # schedule sp
 (
@@ -105,9 +108,9 @@ def fly(
     v_yc a_e b (0 for the three-state filter), their true values and the predicted sigma.
     """
     m, P, lw = np.zeros((M, 8)), np.zeros((M, 8, 8)), np.zeros(M)
-    wk, k, nu, D = np.zeros((M, 9)), np.zeros(8), np.zeros(2), np.zeros(8)
+    wk, k, nu, D = np.zeros((M, k8.H_SIZE)), np.zeros(8), np.zeros(2), np.zeros(k8.D_SIZE)
     mean8, C8, r4, P4 = np.zeros(8), np.zeros((8, 8)), np.zeros(4), np.zeros((4, 4))
-    s3, s, c, t4 = np.zeros(k3.S3_N), np.zeros(8), np.zeros(5), np.zeros(13)
+    x3, P3, s, c, t4 = np.zeros(k3.S3_N), np.zeros((k3.S3_N, k3.S3_N)), np.zeros(8), np.zeros(5), np.zeros(13)
     o, gs, turn, radii = np.zeros(8), np.zeros(kg.G_N), np.zeros(9), np.zeros(2)
     e3, e8, q, w = e30.copy(), e80.copy(), q0.copy(), window0.copy()
     mdt, gdt, kind, tmax = sp[SP_MEAS], sp[SP_GUID], int(sp[SP_KIND]), sp[SP_TMAX]
@@ -165,7 +168,7 @@ def fly(
                     own_x, own_y = c[0], c[1]
                 if not started:
                     if kind == 1:
-                        ekf3_start(s3, z_r, own_x, own_y, sp[SP_YHAT], sp[SP_SIGY], e3)
+                        ekf3_start(x3, P3, z_r, own_x, own_y, sp[SP_YHAT], sp[SP_SIGY], e3)
                     elif kind > 1:
                         kb.bank_start(
                             m, P, lw, z_r, own_x, own_y, sp[SP_YHAT], sp[SP_SIGY], sp[SP_SPAN], sp[SP_SHIFT], e8
@@ -173,16 +176,15 @@ def fly(
                     started = True
                 elif kind > 0:
                     if kind == 1:
-                        ekf3_predict(s3, t_z - t_f, e3)
+                        ekf3_predict(x3, P3, t_z - t_f, e3)
                     else:
                         kb.bank_predict(m, P, lw, t_z - t_f, e8, D)
                     if not lost:
                         if kind == 1:
-                            used = ekf3_range(s3, z_r, own_x, own_y, sp[SP_GATE], e3)
-                            window_push(w, s3[9] / math.sqrt(s3[10]))
+                            used = ekf3_range(x3, P3, z_r, own_x, own_y, sp[SP_GATE], e3, nu)
                         else:
                             used = kb.bank_range(m, P, lw, z_r, own_x, own_y, kind == 3, sp[SP_GATE], e8, wk, k, nu)
-                            window_push(w, nu[0] / math.sqrt(nu[1]))
+                        window_push(w, nu[k3.NU] / math.sqrt(nu[k3.NU_VAR]))
                         if not used:
                             out[run, R_REFUSED] += 1.0
                         if w[k3.W_ALARM] > 0.0 and math.isnan(out[run, R_ALARM]):
@@ -191,13 +193,13 @@ def fly(
                     if sp[SP_BEARING] > 0.0:
                         R = sp[SP_BEARING] * sp[SP_BEARING]
                         if kind == 1:
-                            ekf3_bearing(s3, z_b, own_x, own_y, R)
+                            ekf3_bearing(x3, P3, z_b, own_x, own_y, R, nu)
                         else:
                             kb.bank_bearing(m, P, lw, z_b, own_x, own_y, R, 0.0, wk, k, nu)
                     if sp[SP_LINK] > 0.0:
                         R = sp[SP_LINK] * sp[SP_LINK]
                         if kind == 1:
-                            ekf3_position(s3, z_x, z_y, R)
+                            ekf3_position(x3, P3, z_x, z_y, R, nu)
                         else:
                             kb.bank_position(m, P, lw, z_x, z_y, R, wk, k, nu)
                 t_f = t_z
@@ -207,8 +209,10 @@ def fly(
                     kb.bank_mean(m, lw, mean8)
                 if kind > 0 and i_q < samples.shape[1] and t >= times[i_q] - _LATE:
                     if kind == 1:
-                        r4[0], r4[1], r4[2] = s3[0], e3[k3.E3_U] + s3[1], s3[2]
-                        P4[0, 0], P4[0, 1], P4[0, 2], P4[1, 1], P4[1, 2], P4[2, 2] = s3[3:9]
+                        r4[E_X], r4[E_VX], r4[E_Y] = x3[k3.S3_X], e3[k3.E3_U] + x3[k3.S3_V], x3[k3.S3_Y]
+                        for a in range(3):
+                            for b in range(3):
+                                P4[E_OF[a], E_OF[b]] = P3[a, b]
                     else:
                         kb.bank_match(m, P, lw, mean8, C8)
                         kb.reduce_four(mean8, C8, e8[k8.E8_U], r4, P4)
@@ -236,8 +240,8 @@ def fly(
                 v = p[tr.P_U] + s[1] + s[2]
                 r4[0], r4[1], r4[2], r4[3] = s[0] + v * (t - t_true), v, s[3] + s[4] * (t - t_true), s[4]
             elif kind == 1:
-                v = e3[k3.E3_U] + s3[1]
-                r4[0], r4[1], r4[2], r4[3] = s3[0] + v * (t - t_f), v, s3[2], 0.0
+                v = e3[k3.E3_U] + x3[k3.S3_V]
+                r4[E_X], r4[E_VX], r4[E_Y], r4[E_VY] = x3[k3.S3_X] + v * (t - t_f), v, x3[k3.S3_Y], 0.0
             else:
                 k8.discretise(t - t_f, e8, D)
                 r4[0] = mean8[0] + (e8[k8.E8_U] + mean8[1]) * (t - t_f) + D[0] * mean8[2]

@@ -28,6 +28,10 @@ from flightsw.types import NavState, SensorFrame, Vec3
 ACC_TAU_S = 20.0  # [s] over which the tanker's modelled acceleration is corrected by its transmitted velocity
 AIR_TAU_S = 0.3  # [s] smoothing of the tanker's transmitted flow angles
 LIFT_TAU_S = 0.1  # [s] and of its load factor
+# the tanker at an instant [18]: attitude (body to navigation, by rows), body rates [rad/s], inertial velocity [m/s, NED]
+ATTITUDE, RATE, VELOCITY = slice(0, 9), slice(9, 12), slice(15, 18)
+ALPHA, BETA = 0, 1  # of its flow angles
+DOWN = 2  # third axis
 
 
 class AirPath:
@@ -63,26 +67,26 @@ class AirPath:
         if not rel.peer.coasting:
             self._wind[:] = rel.peer.wind
         if self._have_flow and 0.0 < dt < 0.2 and not rel.peer.coasting:
-            gap = (tk[15:18] - self._v_t) / dt - rel.peer.acceleration - self._acc_bias
+            gap = (tk[VELOCITY] - self._v_t) / dt - rel.peer.acceleration - self._acc_bias
             self._acc_bias += dt / ACC_TAU_S * np.clip(gap, -5.0, 5.0)
-        self._v_t[:] = tk[15:18]
-        to_child(tk[:9], tk[15:18] - self._wind, self._v)
+        self._v_t[:] = tk[VELOCITY]
+        to_child(tk[ATTITUDE], tk[VELOCITY] - self._wind, self._v)
         u, v, w = self._v.tolist()
         s = math.sqrt(u * u + v * v + w * w)
         k = min(dt / AIR_TAU_S, 1.0) if self._have_flow else 1.0
         self._have_flow = True
-        self.flow[0] += k * (math.atan2(w, u) - self.flow[0])
-        self.flow[1] += k * (math.asin(max(-1.0, min(1.0, v / max(s, 1.0)))) - self.flow[1])
+        self.flow[ALPHA] += k * (math.atan2(w, u) - self.flow[ALPHA])
+        self.flow[BETA] += k * (math.asin(max(-1.0, min(1.0, v / max(s, 1.0)))) - self.flow[BETA])
         self.V_T += k * (s - self.V_T)
-        self.w_t += k * (tk[9:12] - self.w_t)
+        self.w_t += k * (tk[RATE] - self.w_t)
         # body = R2(alpha) R3(-beta) F
-        dcm_from_euler(-self.flow[1], self.flow[0], 0.0, self.R_tf)
+        dcm_from_euler(-self.flow[BETA], self.flow[ALPHA], 0.0, self.R_tf)
         self._v[:] = rel.peer.acceleration
-        self._v[2] -= G0
-        to_child(tk[:9], self._v, self._a)
+        self._v[DOWN] -= G0
+        to_child(tk[ATTITUDE], self._v, self._a)
         to_parent(self.R_tf, self._a, self._v)
         k = min(dt / LIFT_TAU_S, 1.0)
-        self.load += k * (min(max(-float(self._v[2]) / G0, 0.3), 3.0) - self.load)
+        self.load += k * (min(max(-float(self._v[DOWN]) / G0, 0.3), 3.0) - self.load)
         self._q[:] = nav.q_nb
         dcm_from_quat(self._q, self._R)
         self._v[:] = f.gyro_mean_b if gyro else nav.w_b
@@ -93,12 +97,12 @@ class AirPath:
         self._R[:] = self._R_rf
         # own inertial acceleration less the tanker's, to tanker axes, to F
         to_parent(self._R, np.array(f.acc_mean_b if gyro else f.acc_b), self._v)
-        self._v[2] += G0
+        self._v[DOWN] += G0
         self._v -= rel.peer.acceleration + self._acc_bias
-        to_child(tk[:9], self._v, self._a)
+        to_child(tk[ATTITUDE], self._v, self._a)
         to_parent(self.R_tf, self._a, self._v)
         self._rel_acc = self._v.copy()
-        mul33_t(self._R, tk[:9], self._R_rf)  # tanker body to own body
+        mul33_t(self._R, tk[ATTITUDE], self._R_rf)  # tanker body to own body
         mul33(self._R_rf, self.R_tf, self._R)
         euler_from_dcm(self._R, self.att)
         self._place(nav, f)
@@ -115,4 +119,5 @@ class AirPath:
 
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """a x b, both [3]."""
-    return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+    (ax, ay, az), (bx, by, bz) = a, b
+    return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])

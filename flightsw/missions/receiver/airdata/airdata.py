@@ -15,18 +15,27 @@ import numpy as np
 from flightsw.aircraft import Aircraft
 from flightsw.kernels.atmosphere import G0, density
 from flightsw.kernels.linalg import gram
-from flightsw.kernels.rotations import (
-    vec3,
-)
+from flightsw.kernels.rotations import vec3
 from flightsw.missions.base import Reports
 from flightsw.missions.receiver.aids import AidParams, VelocityAid
-from flightsw.missions.receiver.airdata.air_path import AirPath, cross
+from flightsw.missions.receiver.airdata.air_path import ALPHA, AirPath, cross
+from flightsw.missions.receiver.airdata.expected import (
+    AX_X,
+    AX_Y,
+    AX_Z,
+    OF_ALPHA,
+    OF_BETA,
+    OF_V,
+    R_BETA,
+    TAIL,
+    WING,
+)
 from flightsw.missions.receiver.airdata.fdi.monitor import Fdi, FdiParams
 from flightsw.missions.receiver.airdata.params import WakePositionParams
 from flightsw.missions.receiver.airdata.reports import FdiStatus, WakeFix
-from flightsw.missions.receiver.airdata.state import X_H, X_KW, X_SLOW
+from flightsw.missions.receiver.airdata.state import LEARNT, SLOW, X_KW, X_Y, X_Z
 from flightsw.missions.receiver.airdata.wake_filter import IDLE, TRACKING, WakePosition
-from flightsw.missions.receiver.airdata.wake_kernel import WK_TAIL_X, WK_WING_LIFT, WK_WING_X
+from flightsw.missions.receiver.airdata.wake_kernel import WK_WING_LIFT, WK_WING_X, WK_WING_Z
 from flightsw.missions.receiver.airdata.wake_model import WakeParams
 from flightsw.missions.receiver.estimator import REL_MAX_S, RelativeNav
 from flightsw.sixdof.estimator_core import failed_bits
@@ -37,7 +46,6 @@ Pos = Annotated[float, Range(1e-9)]
 ALL = 0x1FF
 STRAYED = 40  # samples in a row
 SILENT_US = 500_000  # [us] without air data
-LEARNT = slice(X_KW, X_H + 1)  # circulations and height
 
 
 @dataclass(frozen=True)
@@ -117,17 +125,15 @@ class AirData:
         self._predict(nav, dt)
         seen = fresh and self._seen
         if peer.coasting and seen:
-            v = fr.to_f(f.rel_vel_t)
-            w.aid((float(v[1]), float(v[2])), (self.p.aid.r_velocity_mps,) * 2, velocity=True)
+            w.aid(across(fr.to_f(f.rel_vel_t)), (self.p.aid.r_velocity_mps,) * 2, velocity=True)
         if seen:
-            r = fr.to_f(f.rel_pos_t)
-            learn.aid((float(r[1]), float(r[2])), (self.p.rel_sigma_m, self.p.rel_sigma_m))
+            learn.aid(across(fr.to_f(f.rel_pos_t)), (self.p.rel_sigma_m, self.p.rel_sigma_m))
         if self.p.aid.velocity and updated & UPD_GNSS and not peer.coasting:
             self._aid_velocity(f, rel, seen)
         if learn.mode == TRACKING:
             w.x[LEARNT] = learn.x[LEARNT]
         y = self._y
-        y[0:3], y[3:6], y[6:9] = f.air_V, f.air_beta, f.air_alpha
+        y[OF_V], y[OF_BETA], y[OF_ALPHA] = f.air_V, f.air_beta, f.air_alpha
         given = (f.air_mask & 7) * 0b1001001
         e, S = self._expect()
         # a reading refused by its range or because it is stuck is shown to the monitor as an impossible one: it excludes it
@@ -145,7 +151,7 @@ class AirData:
             fix = replace(w.fix, t_us=f.air_t_us, valid=False, reason="tanker not known", nis_dof=0)
         self.fix, self.status = fix, st
         if self.p.fuse:
-            rel.fix, rel.x_f = fix, float(fr.x[0])
+            rel.fix, rel.x_f = fix, float(fr.x[AX_X])
             rel.R_ft[:] = fr.R_tf
         self._report(st.excluded, fix.valid, fix.reason)
         return f
@@ -168,22 +174,24 @@ class AirData:
     def _predict(self, nav: NavState, dt: float) -> None:
         """Carry both filters to the readings; one that has no position starts at the relative estimate."""
         fr, x, xd = self.frame, self.frame.x, self.frame.xd
-        s_x, rho = max(self.p.sigma_x_m, nav.scatter[0]), density(-nav.pos_n[2])
+        (along, _, _), (_, _, down) = nav.scatter, nav.pos_n
+        s_x, rho = max(self.p.sigma_x_m, along), density(-down)
         att = vec3(fr.att)
         # in turning axes all probes share w_T x xi besides the rates of y and z: its changes go where the filter keeps a wind
         change, self._swing = fr.swing - self._swing, fr.swing
         for k in (self.wake, self.learn):
             if k.mode == TRACKING:
-                k.x[X_SLOW : X_SLOW + 3] -= change
-            k.predict(self._air_us, att, fr.omega, fr.acc, float(x[0]), s_x, fr.V_T, rho, dt, float(xd[0]))
+                k.x[SLOW] -= change
+            k.predict(self._air_us, att, fr.omega, fr.acc, float(x[AX_X]), s_x, fr.V_T, rho, dt, float(xd[AX_X]))
             if k.mode != TRACKING and self._seen and self._wake_known:
-                k.seed(float(x[1]), float(x[2]), self.p.seed_sigma_m, float(xd[1]), float(xd[2]))
+                (y, z), (vy, vz) = across(x), across(xd)
+                k.seed(y, z, self.p.seed_sigma_m, vy, vz)
 
     def _strayed(self, x: np.ndarray) -> bool:
         """Whether the wake position has long been far from where the relative sensor, when it is there, sees the aircraft."""
         w = self.wake
-        far = self.p.stray_m + 4.0 * math.sqrt(max(w.P[0, 0] + w.P[1, 1], 0.0))
-        off = w.mode == TRACKING and self._seen and math.hypot(w.x[0] - x[1], w.x[1] - x[2]) > far
+        far = self.p.stray_m + 4.0 * math.sqrt(max(w.radial_var, 0.0))
+        off = w.mode == TRACKING and self._seen and math.hypot(w.x[X_Y] - x[AX_Y], w.x[X_Z] - x[AX_Z]) > far
         self._astray = self._astray + 1 if off else 0
         return self._astray >= STRAYED
 
@@ -199,15 +207,16 @@ class AirData:
             self.learn.update(e, ALL)
             fault = np.zeros(9)
             if 100 < k < 200:
-                fault[0:2] = 5.0  # two in one variable
-                fault[4] = math.nan if k > 150 else 0.1
+                fault[OF_V] = 5.0, 5.0, 0.0  # two in one variable
+                fault[R_BETA + 1] = math.nan if k > 150 else 0.1
             self.fdi.step(e + fault, ALL, e, S, self._common, self._s_common, k)
 
     @staticmethod
     def _e_of(w: WakePosition) -> tuple[np.ndarray, np.ndarray]:
         prior = w.prior()
         assert prior is not None
-        return prior[0].copy(), prior[1].copy()
+        e, S = prior
+        return e.copy(), S.copy()
 
     def _expect(self) -> tuple[np.ndarray | None, np.ndarray | None]:
         """Expected readings e [9] and their covariance S [9,9]: position, what is learnt of the wake, and body rates."""
@@ -221,21 +230,22 @@ class AirData:
         if prior is None:
             return None, None
         J = self._by_rate.copy()
-        J[3:9] /= self.frame.V_T
+        J[R_BETA:] /= self.frame.V_T
         S = np.zeros((len(J), len(J)))
         gram(np.ascontiguousarray(J), S)
-        return prior[0], prior[1] + S
+        e, of_e = prior
+        return e, of_e + S
 
     def _shape(self) -> None:
         """The wake of the moment: its wing carries the tanker's load factor, from the transmitted acceleration (gusts of 0.39
         m/s change it by 3 %), and the tail's download; wing and tail move in F with the tanker's angle of attack."""
         p = self.p.wake
-        a = self.frame.flow[0] - self.p.wake_alpha
+        a = self.frame.flow[ALPHA] - self.p.wake_alpha
         c, s = math.cos(a), math.sin(a)
         for k in (self.wake, self.learn):
             k.wk[WK_WING_LIFT] = (self.frame.load + p.tail_download_frac) * self._weight
-            for at, r in ((WK_WING_X, p.wing_m), (WK_TAIL_X, p.tail_m)):
-                k.wk[at], k.wk[at + 2] = c * r[0] + s * r[2], c * r[2] - s * r[0]
+            for at, (x, _, z) in ((WING, p.wing_m), (TAIL, p.tail_m)):
+                k.wk[at + WK_WING_X], k.wk[at + WK_WING_Z] = c * x + s * z, c * z - s * x
 
     def _aid_velocity(self, f: SensorFrame, rel: RelativeNav, seen: bool) -> None:
         """Rows of relative velocity from the calibrated difference of inertial velocities."""
@@ -243,9 +253,9 @@ class AirData:
         if self.velocity.step(f, self._tk, seen, self._a):
             v = self._a - cross(self.frame.w_t, np.array(rel.out.rel_pos_t))
             rel.rate_fix = vec3(v)
-            v, s = self.frame.to_f(v), self.p.aid.r_velocity_mps
+            v, s = across(self.frame.to_f(v)), self.p.aid.r_velocity_mps
             for k in (self.wake, self.learn):
-                k.aid((float(v[1]), float(v[2])), (s, s), velocity=True)
+                k.aid(v, (s, s), velocity=True)
 
     def _repaired(self, f: SensorFrame, use: int, e: np.ndarray | None) -> SensorFrame:
         """The frame, unusable readings replaced by the mean of the usable ones of their variable, moved to the probe's place."""
@@ -263,7 +273,7 @@ class AirData:
             bad &= ~(7 << (3 * v))
             mask |= 1 << v
         return replace(
-            f, air_V=vec3(y[0:3]), air_beta=vec3(y[3:6]), air_alpha=vec3(y[6:9]), air_bad=bad,
+            f, air_V=vec3(y[OF_V]), air_beta=vec3(y[OF_BETA]), air_alpha=vec3(y[OF_ALPHA]), air_bad=bad,
             air_mask=f.air_mask | 7 if mask == 7 else f.air_mask,
         )  # fmt: skip
 
@@ -279,6 +289,12 @@ class AirData:
         if valid != self._valid:
             self.texts.append(Text(6 if valid else 5, f"wake position {'valid' if valid else f'lost: {reason}'}"[:50]))
             self._valid = valid
+
+
+def across(v: np.ndarray) -> tuple[float, float]:
+    """y and z of a vector [3] in F."""
+    _, y, z = v.tolist()
+    return y, z
 
 
 def rate_slopes(probes: np.ndarray) -> np.ndarray:

@@ -37,6 +37,12 @@ from flightsw.missions.receiver.airdata.expected import (
 # in y and z [m/s^2], true less given x [m]
 X_Y, X_Z, X_VY, X_VZ, X_KW, X_KT, X_H, X_TURB, X_SLOW, X_ACC, X_X = 0, 1, 2, 3, 4, 5, 6, 7, 10, 13, 15
 N = 16
+PLACE, SPEED, LEARNT = slice(X_Y, X_VY), slice(X_VY, X_KW), slice(X_KW, X_TURB)
+TURB, SLOW = slice(X_TURB, X_SLOW), slice(X_SLOW, X_ACC)
+# Gauss-Markov processes `tau`, `sigma` [4]: turbulence, slow wind, bias of the acceleration, error of x; noises `q` [4]:
+# acceleration, then the random walks of LEARNT
+M_TURB, M_SLOW, M_ACC, M_X = 0, 1, 2, 3
+Q_ACC, Q_KW = 0, 1
 
 
 @jit
@@ -64,15 +70,15 @@ def propagate(
     for w in range(4):
         phi = math.exp(-dt / tau[w])
         s2 = -math.expm1(-2.0 * dt / tau[w]) * sigma[w] * sigma[w]
-        first = X_X if w == 3 else X_TURB + 3 * w
-        for i in range(first, min(first + 3, N if w == 3 else X_X)):
+        first = X_X if w == M_X else X_TURB + 3 * w
+        for i in range(first, min(first + 3, N if w == M_X else X_X)):
             x[i] *= phi
             for j in range(N):
                 P[i, j] *= phi
             for j in range(N):
                 P[j, i] *= phi
             P[i, i] += s2
-    qa = q[0] * q[0]
+    qa = q[Q_ACC] * q[Q_ACC]
     for a in range(2):
         P[X_Y + a, X_Y + a] += qa * dt * dt * dt / 3.0
         P[X_Y + a, X_VY + a] += qa * dt * dt / 2.0
@@ -80,7 +86,7 @@ def propagate(
         P[X_VY + a, X_VY + a] += qa * dt
     for a in range(3):
         if P[X_KW + a, X_KW + a] > 0.0:
-            P[X_KW + a, X_KW + a] += q[1 + a] * q[1 + a] * dt
+            P[X_KW + a, X_KW + a] += q[Q_KW + a] * q[Q_KW + a] * dt
 
 
 @jit

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flightsw.aircraft import Aircraft
+from flightsw.filters.correction import state_update
 from flightsw.missions.receiver.airdata import expected as kp
 from flightsw.missions.receiver.airdata import iekf as kf
 from flightsw.missions.receiver.airdata import state as k
@@ -54,6 +55,7 @@ class WakePosition:
         self._tau = np.array([1.0, params.slow_tau_s, params.acc_tau_s, params.x_tau_s])
         self._gm = np.array([params.gust_sigma, params.slow_sigma, params.acc_bias_sigma, 1.0])
         self._out = np.zeros(2)
+        self._gain, self._row = np.zeros(k.N), np.zeros(k.N)
         self.mode = IDLE
         self.restarts = 0
         self.t_us = 0
@@ -73,7 +75,7 @@ class WakePosition:
             return
         self._clear(y, z)
         self.x[k.X_VY], self.x[k.X_VZ] = vy, vz
-        self.P[0, 0] = self.P[1, 1] = sigma * sigma
+        self.P[k.X_Y, k.X_Y] = self.P[k.X_Z, k.X_Z] = sigma * sigma
         self._track()
 
     def restart(self) -> None:
@@ -83,7 +85,7 @@ class WakePosition:
         self._kept = None
         if self.mode == TRACKING and self._since >= p.restart_keep_s and self._sane():
             s = [p.restart_keep * math.sqrt(P[i, i]) for i in (k.X_KW, k.X_KT, k.X_H)]
-            self._kept = (*(float(v) for v in self.x[k.X_KW : k.X_H + 1]), *s)
+            self._kept = (*(float(v) for v in self.x[k.LEARNT]), *s)
         self.mode, self._since = STARTING, 0.0
         self.restarts += 1
         self.start.reset()
@@ -96,7 +98,7 @@ class WakePosition:
         p, x, P = self.p, self.x, self.P
         x[:], P[:] = 0.0, 0.0
         x[k.X_Y], x[k.X_Z] = y, z
-        P[2, 2] = P[3, 3] = p.start_v_sigma**2
+        P[k.X_VY, k.X_VY] = P[k.X_VZ, k.X_VZ] = p.start_v_sigma**2
         P[k.X_KW, k.X_KW] = p.scale_wing_sigma**2 if p.scales else 0.0
         P[k.X_KT, k.X_KT] = p.scale_tail_sigma**2 if p.scales else 0.0
         P[k.X_H, k.X_H] = p.height_sigma_m**2 if p.height else 0.0
@@ -104,7 +106,7 @@ class WakePosition:
             for a in range(3):
                 P[i + a, i + a] = s * s
         P[k.X_ACC, k.X_ACC] = P[k.X_ACC + 1, k.X_ACC + 1] = p.acc_bias_sigma**2
-        P[k.X_X, k.X_X] = self._gm[3] ** 2
+        P[k.X_X, k.X_X] = self._gm[k.M_X] ** 2
 
     def _track(self) -> None:
         self.mode, self._since = TRACKING, 0.0
@@ -114,19 +116,19 @@ class WakePosition:
     def _take(self, ml: MlFix) -> None:
         """Begin to track at a maximum-likelihood position; its covariance widened by the motion within the mean and by rivals."""
         self._clear(*ml.pos)
-        i = np.array([k.X_Y, k.X_Z, k.X_KW, k.X_KT])
+        i = [k.X_Y, k.X_Z, k.X_KW, k.X_KT]  # in the order of the fix's covariance
         if self.p.scales:
-            self.x[i[2:]] = ml.scale[0] - 1.0, ml.scale[1] - 1.0
+            self.x[[k.X_KW, k.X_KT]] = [s - 1.0 for s in ml.scale]
             self.P[np.ix_(i, i)] = ml.cov
         else:
-            self.P[:2, :2] = ml.cov[:2, :2]
+            self.P[k.PLACE, k.PLACE] = ml.cov[ml.PLACE, ml.PLACE]
         if self.p.height and self._kept is not None:
-            self.x[k.X_H] = self._kept[2]
-            self.P[k.X_H, k.X_H] = min(self._kept[5], self.p.height_sigma_m) ** 2
+            _, _, self.x[k.X_H], _, _, sigma = self._kept
+            self.P[k.X_H, k.X_H] = min(sigma, self.p.height_sigma_m) ** 2
         blur = 0.5 * self.start.duration_s * self.p.start_v_sigma
         for a in range(2):
             spread = max([abs(r[a] - ml.pos[a]) for r in ml.rivals], default=0.0)
-            self.P[a, a] += blur * blur + spread * spread
+            self.P[k.X_Y + a, k.X_Y + a] += blur * blur + spread * spread
         self._track()
 
     # -- one step ----------------------------------------------------------------------------------------------------
@@ -151,20 +153,19 @@ class WakePosition:
         """
         self.t_us = t_us
         g = self.g
-        g[0], g[1] = x, x_dot
-        g[2:5], g[5:8] = att, omega
-        g[8], g[9] = V_T, rho
-        g[10] = self.p.height_tail_share
-        self._gm[3] = s_x
+        g[kp.G_X], g[kp.G_XDOT], g[kp.G_V], g[kp.G_RHO], g[kp.G_SHARE] = x, x_dot, V_T, rho, self.p.height_tail_share
+        g[kp.ATTITUDE], g[kp.RATES] = att, omega
+        self._gm[k.M_X] = s_x
         dt = max(dt, 0.0)
         self._since += dt
         self._blind += dt
         if self.mode == TRACKING:
-            self._tau[0] = self.p.gust_L_m / max(V_T, 1.0)
+            self._tau[k.M_TURB] = self.p.gust_L_m / max(V_T, 1.0)
             self.watch.start.elapsed(dt)
-            k.propagate(self.x, self.P, acc_rel_f[1], acc_rel_f[2], dt, self._q, self._tau, self._gm)
+            _, ay, az = acc_rel_f
+            k.propagate(self.x, self.P, ay, az, dt, self._q, self._tau, self._gm)
         else:
-            self.x[0:2] += dt * self.x[2:4]  # dead reckoning, not valid
+            self.x[k.PLACE] += dt * self.x[k.SPEED]  # dead reckoning, not valid
             self.start.elapsed(dt)
 
     def prior(self) -> tuple[Arr, Arr] | None:
@@ -180,10 +181,10 @@ class WakePosition:
         filter, between `predict` and `update`. Returns the NIS (2 dof, axis by axis); refused axes change nothing. 0 if not
         tracking."""
         nis = 0.0
-        if self.mode == TRACKING and math.isfinite(value[0] + value[1]) and min(sigma) > 0.0:
+        if self.mode == TRACKING and math.isfinite(sum(value)) and min(sigma) > 0.0:
             for a in range(2):
                 i = (k.X_VY if velocity else k.X_Y) + a
-                nis += kf.correct_scalar(self.x, self.P, i, value[a], sigma[a] ** 2, self.p.aid_gate)
+                nis += state_update(self.x, self.P, i, value[a], sigma[a] ** 2, self.p.aid_gate, self._gain, self._row)
         return nis
 
     def update(self, readings: Arr, ok_mask: int) -> WakeFix:
@@ -219,7 +220,7 @@ class WakePosition:
                 self._out,
             )
             w = 0.02  # [-] weight of one sample in the mean NIS: 2.5 s at 20 Hz
-            self._excess += w * (min(self._out[0] / n, 10.0) - self._excess)
+            self._excess += w * (min(self._out[kf.OUT_NIS] / n, 10.0) - self._excess)
             if done == kf.OK:
                 self._refused, self._blind = 0, 0.0
                 if p.watch_s > 0.0:
@@ -233,8 +234,7 @@ class WakePosition:
 
     def _compare(self) -> None:
         """Second opinion; moves the filter where it belongs."""
-        var = float(self.P[0, 0] + self.P[1, 1])
-        there = self.watch.look(self._y, self._ok, self.g, self.x[:2], var)
+        there = self.watch.look(self._y, self._ok, self.g, self.x[k.PLACE], float(self.radial_var))
         if there is not None:
             self.restarts += 1
             self._kept = None
@@ -258,18 +258,23 @@ class WakePosition:
     ) -> WakeFix:
         """predict and update in one; V [m/s], beta, alpha [rad] of the three probes."""
         self.predict(t_us, att_F, omega, acc_rel_F, x, s_x, V_T, rho, dt)
-        self._e[0:3], self._e[3:6], self._e[6:9] = V, beta, alpha
+        self._e[kp.OF_V], self._e[kp.OF_BETA], self._e[kp.OF_ALPHA] = V, beta, alpha
         return self.update(self._e, ok_mask)
 
     # -- output ------------------------------------------------------------------------------------------------------
+
+    @property
+    def radial_var(self) -> float:
+        """Variance [m^2] of the position, y and z together."""
+        return self.P[k.X_Y, k.X_Y] + self.P[k.X_Z, k.X_Z]
 
     def _sane(self) -> bool:
         x, P, p = self.x, self.P, self.p
         return bool(
             np.isfinite(x).all()
             and np.isfinite(P).all()
-            and abs(x[0]) < p.domain_m
-            and abs(x[1]) < p.domain_m
+            and abs(x[k.X_Y]) < p.domain_m
+            and abs(x[k.X_Z]) < p.domain_m
             and abs(x[k.X_KW]) < 0.9
         )
 
@@ -283,29 +288,30 @@ class WakePosition:
             return "air data refused or missing"
         if self._excess > p.valid_excess:
             return "readings do not fit the wake model"
-        if self.P[0, 0] + self.P[1, 1] > p.valid_sigma_m**2:
+        if self.radial_var > p.valid_sigma_m**2:
             return "position not observable here"
         return ""
 
     def _publish(self) -> WakeFix:
         x, P = self.x, self.P
         why = self._verdict()
-        w = x[k.X_TURB : k.X_TURB + 3] + x[k.X_SLOW : k.X_SLOW + 3]
+        y, z, vy, vz = x[[k.X_Y, k.X_Z, k.X_VY, k.X_VZ]].tolist()
+        wind = tuple((x[k.TURB] + x[k.SLOW]).tolist())
         self.fix = WakeFix(
             t_us=self.t_us,
             valid=not why,
             reason=why,
-            pos_f=(float(self.g[0]), float(x[0]), float(x[1])),
-            vel_f=(float(self.g[1]), float(x[2]), float(x[3])),
-            cov_yy=float(P[0, 0]),
-            cov_yz=float(P[0, 1]),
-            cov_zz=float(P[1, 1]),
+            pos_f=(float(self.g[kp.G_X]), y, z),
+            vel_f=(float(self.g[kp.G_XDOT]), vy, vz),
+            cov_yy=float(P[k.X_Y, k.X_Y]),
+            cov_yz=float(P[k.X_Y, k.X_Z]),
+            cov_zz=float(P[k.X_Z, k.X_Z]),
             scale=(1.0 + float(x[k.X_KW]), 1.0 + float(x[k.X_KT])),
             scale_sigma=(math.sqrt(max(P[k.X_KW, k.X_KW], 0.0)), math.sqrt(max(P[k.X_KT, k.X_KT], 0.0))),
             height_m=float(x[k.X_H]),
-            wind_f=(float(w[0]), float(w[1]), float(w[2])) if self.mode == TRACKING else ZERO3,
-            nis=float(self._out[0]),
-            nis_dof=int(self._out[1]) if self.mode == TRACKING else 0,
+            wind_f=wind if self.mode == TRACKING else ZERO3,
+            nis=float(self._out[kf.OUT_NIS]),
+            nis_dof=int(self._out[kf.OUT_COUNT]) if self.mode == TRACKING else 0,
             restarts=self.restarts,
         )
         return self.fix
@@ -313,7 +319,7 @@ class WakePosition:
     def white_sigma(self, T: float) -> tuple[float, float]:
         """Sigma [m] of y and z for a filter that takes `fix` every T [s] and believes its errors white: a first-order process of
         correlation time c carries T / (2 c) as much information per sample; c = 1.5 L / V_T, as measured (see above)."""
-        f = max(1.0, 3.0 * self._tau[0] / max(T, 1e-6))
+        f = max(1.0, 3.0 * self._tau[k.M_TURB] / max(T, 1e-6))
         return math.sqrt(f * self.fix.cov_yy), math.sqrt(f * self.fix.cov_zz)
 
     def get_state(self) -> dict[str, object]:

@@ -82,6 +82,9 @@ def circulation(wk: Arr, V: float, rho: float) -> tuple[float, float]:
     )
 
 
+EW_P, EW_Q, EW_R = 3, 4, 5  # effective wind [6]: three of wind [m/s, F], then rotation [rad/s]
+
+
 @jit
 def effective_wind(
     xi: np.ndarray,
@@ -106,7 +109,7 @@ def effective_wind(
     """
     C = np.empty(9)
     W = np.empty(3)
-    P = np.empty(3)
+    at = np.empty(3)
     dcm_from_euler(e[0], e[1], e[2], C)
     for i in range(6):
         out[i] = 0.0
@@ -122,8 +125,8 @@ def effective_wind(
         sy = 0.0
         sz = 0.0
         for i in range(n):
-            to_parent(C, points[i], P)
-            k.wake_wind(xi[0] + P[0], xi[1] + P[1], xi[2] + P[2], wk, kw, kt, V, rho, W)
+            to_parent(C, points[i], at)
+            k.wake_wind(xi[0] + at[0], xi[1] + at[1], xi[2] + at[2], wk, kw, kt, V, rho, W)
             d = points[i, axis] - mean
             square += d * d
             sy += d * (C[3] * W[0] + C[4] * W[1] + C[5] * W[2])
@@ -132,10 +135,10 @@ def effective_wind(
                 for j in range(3):
                     out[j] += W[j] / n
         if part == 0:
-            out[3] = sz / square
+            out[EW_P] = sz / square
         else:
-            out[4] = -sz / square
-            out[5] = sy / square
+            out[EW_Q] = -sz / square
+            out[EW_R] = sy / square
 
 
 def stations(half_span_m: float = 5.4, nose_m: float = 6.0, tail_m: float = -7.0) -> tuple[Arr, Arr]:

@@ -9,13 +9,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated
+from operator import itemgetter
+from typing import Annotated, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flightsw.kernels.linalg import solve
 from flightsw.missions.receiver.airdata import expected as k
+from flightsw.missions.receiver.airdata import least_squares as ls
 from flightsw.missions.receiver.airdata.wake_model import WakeParams, wake_vector
 from flightsw.strict import OneOf, Range
 
@@ -25,6 +27,7 @@ NonNeg = Annotated[float, Range(0.0)]
 Span = Annotated[tuple[float, float], Range(-500.0, 500.0)]
 WEIGHTINGS = ("diff", "joint", "abs")
 ALL_OK = 0b111111111
+PLACE, FACTORS = slice(ls.B_Y, ls.B_KW), slice(ls.B_KW, ls.B_N)  # of the unknowns
 
 
 @dataclass(frozen=True)
@@ -64,11 +67,12 @@ class MlFix:
     dof: int
     rivals: tuple[tuple[float, float, float], ...]
     inside: bool
+    PLACE: ClassVar[slice] = PLACE  # of y and z in cov
 
     @property
     def sigma_m(self) -> float:
         """Radial 1-sigma [m]."""
-        return math.sqrt(self.cov[0, 0] + self.cov[1, 1])
+        return math.sqrt(self.cov[ls.B_Y, ls.B_Y] + self.cov[ls.B_Z, ls.B_Z])
 
 
 def frame_vector(
@@ -108,8 +112,9 @@ class WakeMl:
             raise ValueError(f"probes of shape {self.probes.shape}; allowed (3, 3): nose, left, right")
         self.p = p = params
         self.wk = wake_vector(wake)
-        self.ys = np.linspace(*p.y_m, 1 + max(1, round((p.y_m[1] - p.y_m[0]) / p.step_m)))
-        self.zs = np.linspace(*p.z_m, 1 + max(1, round((p.z_m[1] - p.z_m[0]) / p.step_m)))
+        self.ys, self.zs = (
+            np.linspace(lo, hi, 1 + max(1, round((hi - lo) / p.step_m))) for lo, hi in (p.y_m, p.z_m)
+        )  # fmt: skip
         self.nodes = len(self.ys) * len(self.zs)
         self._cost = np.full(self.nodes, np.inf)
         self._y, self._ok, self._g = np.zeros(9), np.ones(9, dtype=np.int64), np.zeros(k.G_SIZE)
@@ -124,8 +129,9 @@ class WakeMl:
         if (max(s) > 0.0) != (min(s) > 0.0):
             raise ValueError(f"scale_wing_sigma, scale_tail_sigma = {s}; allowed: both zero or both positive")
         self.scale_prior = (1.0, 1.0, *s)
-        common = {"abs": (0.0, 0.0), "diff": (math.inf, math.inf), "joint": (p.common_V, p.common_angle)}[p.weighting]
-        self._com[:] = common[0], common[1], common[1]
+        common = {"abs": (0.0, 0.0), "diff": (math.inf, math.inf), "joint": (p.common_V, p.common_angle)}
+        common_V, common_angle = common[p.weighting]
+        self._com[:] = common_V, common_angle, common_angle
 
     def begin(
         self,
@@ -154,33 +160,23 @@ class WakeMl:
         if self.free == 4:
             if not min(sw, st) > 0.0:
                 raise ValueError(f"sigma of the circulation factors = {(sw, st)}; allowed > 0")
-            self._mean0[2:], self._inf0[2:] = (kw, kt), (1.0 / sw**2, 1.0 / st**2)
+            self._mean0[FACTORS], self._inf0[FACTORS] = (kw, kt), (1.0 / sw**2, 1.0 / st**2)
         self._base[k.P_W :] = wind
-        self._inf0[:2] = 0.0
+        self._inf0[PLACE] = 0.0
         if prior is not None:
-            if not prior[2] > 0.0:
-                raise ValueError(f"prior sigma = {prior[2]}; allowed > 0")
-            self._mean0[:2], self._inf0[:2] = prior[:2], 1.0 / prior[2] ** 2
+            y, z, sigma = prior
+            if not sigma > 0.0:
+                raise ValueError(f"prior sigma = {sigma}; allowed > 0")
+            self._mean0[PLACE], self._inf0[PLACE] = (y, z), 1.0 / sigma**2
         self._next = 0
 
     def advance(self, nodes: int) -> bool:
         """Evaluate the next `nodes` nodes of the grid; True when all are done. Spreads the search over steps."""
         last = min(self._next + nodes, self.nodes)
-        k.scan(
-            self._base,
-            self._y,
-            self._ok,
-            self._sig,
-            self._com,
-            self._g,
-            self.probes,
-            self.wk,
-            self.ys,
-            self.zs,
-            self._next,
-            last,
-            self._cost,
-        )
+        ls.scan(
+            self._base, self._y, self._ok, self._sig, self._com, self._g, self.probes, self.wk, self.ys, self.zs,
+            self._next, last, self._cost,
+        )  # fmt: skip
         self._next = last
         if last < self.nodes:
             return False
@@ -211,7 +207,7 @@ class WakeMl:
         p = self._base.copy()
         p[k.P_Y], p[k.P_Z] = y, z
         cost = self._run(p, self._mean0, self._inf0)
-        same = [e for e in self._ends if math.hypot(e[1][k.P_Y] - p[k.P_Y], e[1][k.P_Z] - p[k.P_Z]) < 0.25]
+        same = [e for _, e in self._ends if math.hypot(e[k.P_Y] - p[k.P_Y], e[k.P_Z] - p[k.P_Z]) < 0.25]
         if math.isfinite(cost) and not same:
             self._ends.append((cost, p))
         return not self._todo
@@ -219,25 +215,15 @@ class WakeMl:
     def cost_near(self, y: float, z: float, sigma: float) -> float:
         """Cost [-] of the search begun last when the position is held at (y, z) to sigma [m], circulations free as there."""
         mean, inf, p = self._mean0.copy(), self._inf0.copy(), self._base.copy()
-        mean[:2], inf[:2] = (y, z), 1.0 / sigma**2
+        mean[PLACE], inf[PLACE] = (y, z), 1.0 / sigma**2
         p[k.P_Y], p[k.P_Z] = y, z
         return self._run(p, mean, inf)
 
     def _run(self, p: Arr, mean: Arr, inf: Arr) -> float:
-        return k.descend(
-            p,
-            self._y,
-            self._ok,
-            self._sig,
-            self._com,
-            self._g,
-            self.probes,
-            self.wk,
-            mean,
-            inf,
-            self.free,
+        return ls.descend(
+            p, self._y, self._ok, self._sig, self._com, self._g, self.probes, self.wk, mean, inf, self.free,
             self.p.iterations,
-        )
+        )  # fmt: skip
 
     def get_state(self) -> dict[str, object]:
         """Copy of a search in progress."""
@@ -259,20 +245,20 @@ class WakeMl:
         lo_y, hi_y, lo_z, hi_z = *self.p.y_m, *self.p.z_m
         if not self._ends:
             return None
-        ends = sorted(self._ends, key=lambda e: e[0])
+        ends = sorted(self._ends, key=itemgetter(0))
         m = self.p.step_m
 
         def inside(p: Arr) -> bool:
             return bool(lo_y - m <= p[k.P_Y] <= hi_y + m and lo_z - m <= p[k.P_Z] <= hi_z + m)
 
         # an end outside the region is taken only if none lies inside
-        ends = [e for e in ends if inside(e[1])] or ends
-        cost, p = ends[0]
+        ends = [(c, q) for c, q in ends if inside(q)] or ends
+        (cost, p), *others = ends
         cov = self.bound(p)
         if cov is None:
             return None
         rivals = tuple(
-            (float(q[k.P_Y]), float(q[k.P_Z]), c) for c, q in ends[1:] if c - cost < self.p.rival_cost and inside(q)
+            (float(q[k.P_Y]), float(q[k.P_Z]), c) for c, q in others if c - cost < self.p.rival_cost and inside(q)
         )
         return MlFix(
             (float(p[k.P_Y]), float(p[k.P_Z])),
@@ -288,13 +274,13 @@ class WakeMl:
         """Readings and priors less unknowns, of the search begun last (2 unknowns, one per free common offset)."""
         used = [int(self._ok[3 * v : 3 * v + 3].sum()) for v in range(3)]
         lost = sum(1 for n, c in zip(used, self._com, strict=True) if n and math.isinf(c))
-        return sum(used) - lost - 2 + int(np.count_nonzero(self._inf0[:2]))
+        return sum(used) - lost - 2 + int(np.count_nonzero(self._inf0[PLACE]))
 
     def bound(self, p: Arr) -> Arr | None:
         """Inverse Fisher information [4,4] of (y, z, wing, tail factor) at the point p [10] for the search begun last (rows of
         frozen factors zero), None where it is singular."""
         A, B, h = np.zeros((4, 4)), np.zeros((9, 4)), np.zeros(9)
-        k.information(p, self._ok, self._sig, self._com, self._g, self.probes, self.wk, self._inf0, h, A, B)
+        ls.information(p, self._ok, self._sig, self._com, self._g, self.probes, self.wk, self._inf0, h, A, B)
         n, cov = self.free, np.zeros((4, 4))
         scale = np.sqrt(np.diag(A)[:n])
         if not (scale > 0.0).all():

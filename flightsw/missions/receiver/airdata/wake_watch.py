@@ -43,16 +43,18 @@ class Watch:
         priors: the filter's own are part of what would be wrong."""
         p, s = self.p, self.start
         if not s.searching:
-            self._at += pos[0], pos[1], 1.0
+            self._at += *pos, 1.0
         n = s.samples
         fix = s.collect(y, ok, frame)
         if fix is None:
             if s.samples < n:  # it gave up: nothing there that fits, or not well enough known
                 self._at[:] = 0.0
             return None
-        my, mz = self._at[0] / self._at[2], self._at[1] / self._at[2]
+        sum_y, sum_z, count = self._at
+        my, mz = sum_y / count, sum_z / count
         cost = s.ml.cost_near(my, mz, max(1.0, math.sqrt(var)))
-        away = math.hypot(fix.pos[0] - my, fix.pos[1] - mz)
+        there_y, there_z = fix.pos
+        away = math.hypot(there_y - my, there_z - mz)
         far = away > p.watch_min_m and away * away > 16.0 * (var + fix.sigma_m**2)
         self.strikes = self.strikes + 1 if far and cost - fix.cost > p.watch_cost else 0
         strikes = self.strikes
@@ -61,7 +63,8 @@ class Watch:
         if strikes < p.watch_strikes:
             return None
         self.strikes = 0
-        return replace(fix, pos=(fix.pos[0] + float(pos[0]) - my, fix.pos[1] + float(pos[1]) - mz))
+        y, z = pos.tolist()
+        return replace(fix, pos=(float(there_y + y - my), float(there_z + z - mz)))
 
     def get_state(self) -> dict[str, object]:
         """Copy of the state."""

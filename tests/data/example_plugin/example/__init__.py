@@ -10,9 +10,13 @@ SCENARIOS = HERE / "scenarios"
 
 
 def __getattr__(name: str) -> object:
-    """The filter, when somebody asks for it: the dialect must not cost a compiler."""
+    """The single parts, when somebody asks for one: the dialect must not cost a compiler."""
     if name == "MyFilter":
         from example.filters import MyFilter
 
         return MyFilter
+    if name == "MyLaw":
+        from example.law import MyLaw
+
+        return MyLaw
     raise AttributeError(name)

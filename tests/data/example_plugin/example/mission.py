@@ -17,9 +17,10 @@ from example.wind import TriangleWind, WindParams
 from flightsw.aircraft import Aircraft
 from flightsw.envelope import Envelope
 from flightsw.kernels.rotations import euler_from_dcm, vec3, wrap_pi
-from flightsw.missions.base import Mission, MissionSpec, Packets, Reports, report
+from flightsw.missions.base import Mission, MissionSpec, Order, Packets, Reports, report
 from flightsw.sixdof.actuators import ActuatorModel
 from flightsw.strict import Range
+from flightsw.terms import Laws
 from flightsw.types import (
     ACCEPTED,
     DENIED,
@@ -38,7 +39,7 @@ from flightsw.types import (
     Text,
 )  # fmt: skip
 
-MAV_CMD_USER_4, CRUISE = 31013, 200  # of dialect.xml
+MAV_CMD_USER_4, INIT, CRUISE = 31013, 0, 200  # of dialect.xml
 
 
 @dataclass(frozen=True)
@@ -139,6 +140,11 @@ class CruiseMission(Mission[ActuatorModel]):
         return self.law.saturated
 
     @property
+    def laws(self) -> Laws:
+        """See Mission."""
+        return (self.law.terms,)
+
+    @property
     def reports(self) -> Reports:
         """See Mission."""
         return {} if self._state is None else {WindState: self._state}
@@ -168,6 +174,7 @@ SPEC = MissionSpec(
     "sixdof",
     CruiseMission,
     ActuatorModel,
-    commands=frozenset({MAV_CMD_USER_4}),
+    phases=(INIT, CRUISE),
+    orders=(Order(MAV_CMD_USER_4, "course", frozenset((INIT, CRUISE))),),
     reports=(report("EXAMPLE_WIND", WindState, wind_values, rate_hz=10.0),),
 )

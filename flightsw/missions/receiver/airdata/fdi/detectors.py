@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flightsw.missions.receiver.airdata.fdi.metrics import threshold
-from flightsw.missions.receiver.airdata.fdi.monitor_kernel import window_record
+from flightsw.missions.receiver.airdata.fdi.monitor_kernel import ONE, window_record
 from flightsw.missions.receiver.airdata.fdi.parity import PARITY, Residuals, covariance, normalise, null_space
 from flightsw.missions.receiver.airdata.fdi.parity_kernels import cusum_record
 
@@ -23,7 +23,7 @@ def threshold_table(p_alarm: float, p_decide: float = 1e-4, p_calm: float = P_CA
     """
     th = np.zeros((5, 4))
     for row, p in enumerate((p_alarm, p_decide, min(P_KEEP, p_decide), P_JUMP, p_calm)):
-        th[row, 1:] = [threshold(p, dof) for dof in (1, 2, 3)]
+        th[row, ONE:] = [threshold(p, dof) for dof in (1, 2, 3)]
     return th
 
 

@@ -15,12 +15,14 @@ import numpy as np
 
 from flightsw.missions.receiver.airdata.fdi.detectors import threshold_table
 from flightsw.missions.receiver.airdata.fdi.monitor_kernel import (
+    ALARM,
     O_ALARM,
     O_BAD,
     O_BLAMED,
     O_NEGATIVE,
     O_UNRESOLVED,
     TOTAL,
+    TWO,
     monitor_variable,
 )
 from flightsw.missions.receiver.airdata.fdi.parity_kernels import cusum_step, null_basis, whiten
@@ -96,7 +98,7 @@ class Fdi:
         self.sums[:] = 0.0
         self.val[:] = 0
         self.first, self.modelled, self.unresolved = -1, True, 0
-        self.out = FdiStatus(threshold=float(self.th[0, 2]))
+        self.out = FdiStatus(threshold=float(self.th[ALARM, TWO]))
 
     def get_state(self) -> dict[str, Any]:
         """Copy of everything `step` depends on."""
@@ -141,7 +143,7 @@ class Fdi:
         y, has = self._y, e is not None
         y[:] = readings
         self.first = (self.first + 1) % p.window
-        st = FdiStatus(t_us=t_us, threshold=float(self.th[0, 2]))
+        st = FdiStatus(t_us=t_us, threshold=float(self.th[ALARM, TWO]))
         if has:
             self._e[:] = e
             has = math.isfinite(float(self._e.sum()))
@@ -160,10 +162,9 @@ class Fdi:
         for v in range(3):
             tested &= self._variable(v, ok_mask, sane, test, common, sigma_common, gamma, residual, flags)
         st.valid = tested and (has or p.form == "plain")
-        st.gamma = (gamma[0], gamma[1], gamma[2])
-        st.residual = (residual[0], residual[1], residual[2], residual[3], residual[4], residual[5])
+        st.gamma, st.residual = tuple(gamma), tuple(residual)  # type: ignore[assignment]
         st.alarm, st.isolated, st.negative, self.unresolved = flags
-        st.excluded = self.excluded[0] | self.excluded[1] << 3 | self.excluded[2] << 6
+        st.excluded = sum(mask << 3 * v for v, mask in enumerate(self.excluded))
         st.exclusions = int(self.cnt[:, :, TOTAL].sum())
         self.out = st
         return st
@@ -204,17 +205,15 @@ class Fdi:
             self.R[v], self.H[v], self.val[v], self._use, self.first, self.span[v], ok if test else 0, bad,
             self.excluded[v], hint, self.var[v], self._S[v], inv_c, self.th, self.lim, self.cnt[v], r, h, C, self._g, out,
         )  # fmt: skip
-        flags[0] |= int(out[O_ALARM]) << v
-        flags[1] |= int(out[O_BLAMED]) << k
-        flags[2] |= int(out[O_NEGATIVE]) << k
-        flags[3] |= int(out[O_UNRESOLVED]) << k
+        for i, (o, at) in enumerate(((O_ALARM, v), (O_BLAMED, k), (O_NEGATIVE, k), (O_UNRESOLVED, k))):
+            flags[i] |= int(out[o]) << at
         if not test or out[O_BAD]:
             return False
         if ok == 7:
             gamma[v] = g
             null_basis(h, self._V)
             if whiten(r, C, self._V, self._t, self._mu):
-                residual[2 * v], residual[2 * v + 1] = float(self._t[0]), float(self._t[1])
+                residual[2 * v : 2 * v + 2] = self._t.tolist()
         elif ok.bit_count() == 2:
             gamma[v] = same_tail(g)
             i = 0 if ok & 1 else 1

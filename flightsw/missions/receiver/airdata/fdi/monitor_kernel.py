@@ -17,6 +17,7 @@ from flightsw.missions.receiver.airdata.fdi.parity_kernels import (
 
 # rows of the threshold table [5,4]; columns: degrees of freedom
 ALARM, DECIDE, KEEP, JUMP, CALM = 0, 1, 2, 3, 4
+ONE, TWO = 1, 2
 # counters of a channel, columns of cnt [3,5]
 QUIET, NEED, SINCE, TOTAL, BLAMED = 0, 1, 2, 3, 4
 # entries of lim [4]
@@ -94,11 +95,11 @@ def agrees(
 
     It is asked at the threshold DECIDE: its error lasts for seconds, so many quiet samples say no more than one.
     """
-    limit = th[CALM, 1]
+    limit = th[CALM, ONE]
     if popcount(rest) > 1:
         inv_c = 0.0
     elif inv_c > 0.0:
-        limit = th[DECIDE, 1]
+        limit = th[DECIDE, ONE]
     else:
         return False
     with_c = subset_fit(r, C, h, inv_c, rest)[0]
@@ -220,7 +221,7 @@ def window_record(
         m = window_mean(R, H, use, first, span, mean[k], dirn[k])
         covariance(var, s, m, C)
         g = subset_fit(mean[k], C, dirn[k], 0.0, 7)[0]
-        if g > th[ALARM, 2] and m > 1:
+        if g > th[ALARM, TWO] and m > 1:
             covariance(var, zero, 1, C)
             keep = collapse(R, H, first, span, use, C, s, 7, th[JUMP], th[CALM])
             if keep < span:

@@ -1,0 +1,65 @@
+"""Control laws' records to CONTROL_TERMS: one packet for each law."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from flightsw.icd.dialect import ENUMS, HOUSE
+from flightsw.icd.wire import BY_NAME, Sender
+from flightsw.strict import ConfigError, near
+from flightsw.terms import Laws, LawTerms
+
+OUTPUTS, CONTROLLED, SCHEDULED, LAW = 5, 4, 3, 16  # entries of the message, bytes of a law's name
+ENUM = "WKF_QUANTITY"
+_SPEC = BY_NAME["CONTROL_TERMS"]
+_NUMBER = {word: v for v, word in HOUSE.words(ENUM).items()}
+
+
+def unit(quantity: int) -> str:
+    """Unit of a WKF_QUANTITY, as its description begins: "[rad/s] ..."; "" where there is none, or no such quantity."""
+    entry = ENUMS[ENUM].get(quantity)
+    head, closed, _ = (entry.description if entry else "").partition("]")
+    return head.removeprefix("[") if closed and head.startswith("[") and head != "[-" else ""
+
+
+def refuse_unknown(laws: Laws) -> None:
+    """Raises ConfigError naming law and quantity that the message cannot carry: a name or unit that is none of WKF_QUANTITY, more
+    of them than there are entries, a law's name that is too long or there twice."""
+    for t in laws:
+        for what, parts, most in (
+            ("outputs", t.outputs, OUTPUTS), ("controlled", t.controlled, CONTROLLED), ("schedule", t.schedule, SCHEDULED),
+        ):  # fmt: skip
+            if len(parts) > most:
+                raise ConfigError(f"law {t.law!r}: {len(parts)} {what}: allowed at most {most}")
+            for q in parts:
+                if q.name not in _NUMBER:
+                    known = f"a word of {ENUM}, which a dialect may add to{near(q.name, _NUMBER)}"
+                    raise ConfigError(f"law {t.law!r}: {what}: {q.name!r}: allowed: {known}")
+                if unit(_NUMBER[q.name]) != q.unit:
+                    raise ConfigError(f"law {t.law!r}: {q.name} in {q.unit!r}: allowed: {unit(_NUMBER[q.name])!r}")
+        if not 0 < len(t.law.encode()) <= LAW or sum(o.law == t.law for o in laws) > 1:
+            raise ConfigError(f"law {t.law!r}: allowed: a name of 1 to {LAW} bytes, each once")
+
+
+def _filled(values: Iterable[float], n: int) -> Sequence[float]:
+    out = list(values)
+    return out + [0] * (n - len(out))
+
+
+def control_terms(send: Sender, t_us: int, laws: Laws) -> bytes:
+    """CONTROL_TERMS of every law at sample time `t_us` [us]."""
+    return b"".join([_packet(send, t_us, k, t) for k, t in enumerate(laws)])
+
+
+def _packet(send: Sender, t_us: int, place: int, t: LawTerms) -> bytes:
+    o, c, s = t.outputs, t.controlled, t.schedule
+    return send.pack(
+        _SPEC, t_us, *_filled((x.proportional for x in o), OUTPUTS), *_filled((x.integral for x in o), OUTPUTS),
+        *_filled((x.feedforward for x in o), OUTPUTS), *_filled((x.cut for x in o), OUTPUTS),
+        *_filled((x.error for x in c), CONTROLLED), *_filled((x.integral for x in c), CONTROLLED),
+        *_filled((x.value for x in s), SCHEDULED),
+        *_filled((_NUMBER[x.name] for x in o), OUTPUTS), *_filled((x.limits for x in o), OUTPUTS),
+        *_filled((_NUMBER[x.name] for x in c), CONTROLLED), *_filled((x.limits for x in c), CONTROLLED),
+        *_filled((_NUMBER[x.name] for x in s), SCHEDULED), *_filled((x.limits for x in s), SCHEDULED),
+        place, 1 if t.closed else 0, t.law.encode(),
+    )  # fmt: skip

@@ -1,0 +1,1 @@
+"""What the missions of flight in a vertical plane share."""
