@@ -92,7 +92,8 @@ def metrics(
 
     try:
         one = run.is_file() and not write
-        text = json.dumps(contents(load(run)) if one else compute(run), indent=1)
+        failed: list[str] = []
+        text = json.dumps(contents(load(run)) if one else compute(run, failed), indent=1)
         if write:
             write_whole(run / "summary.json", text + "\n")
     except (LogError, ValueError) as exc:
@@ -100,6 +101,8 @@ def metrics(
     except OSError as exc:
         _fail(exc)
     print(text)
+    if failed:
+        _fail("; ".join(dict.fromkeys(failed)))
 
 
 @app.command()
@@ -112,12 +115,15 @@ def convert(
     try:
         from ground.rrd import convert as to_rrd
 
-        path = draw_log(run) if run.is_file() else to_rrd(run)
+        failed: list[str] = []
+        path = draw_log(run) if run.is_file() else to_rrd(run, failed=failed)
     except (LogError, ImportError) as exc:
         _fail(exc, 2)
     except OSError as exc:
         _fail(exc)
     print(path)
+    if failed:
+        _fail("; ".join(dict.fromkeys(failed)))
 
 
 @app.command()
