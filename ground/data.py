@@ -221,6 +221,13 @@ class Run(Folder):
 
         return dict(compute(self.folder))
 
+    def compare(self, other: Run) -> dict[str, tuple[Any, Any]]:
+        """Settings and figures of this run and of another that differ, by name; None where one has none. What only the clock on
+        the wall decides is left out."""
+        mine, its = self.keys | self.summary, other.keys | other.summary
+        differ = {k: (mine.get(k), its.get(k)) for k in sorted(mine.keys() | its.keys()) if mine.get(k) != its.get(k)}
+        return {k: v for k, v in differ.items() if not k.startswith("run.sim_s_per_wall_s")}
+
     @cached_property
     def scenario(self) -> dict[str, Any]:
         """The scenario as it was flown; {} without one."""
