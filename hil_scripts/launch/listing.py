@@ -12,12 +12,14 @@ from rich.console import Console
 from rich.table import Table
 
 from flightsw.aircraft.base import HERE as AIRCRAFT
-from flightsw.strict import ConfigError, near
+from flightsw.process.config import flight_of
+from flightsw.strict import ConfigError, near, to_dict
 from ground.happenings import by_name
 from ground.whole import flatten
 from hil_scripts.launch.runfolder import PARAMS, PLANT_KEY, SCENARIOS, resolve
 
 Rows = list[tuple[str, str]]
+GIVEN = ("app.name", "app.sysid", "origin.")  # of a flight file: the scenario's to give
 
 
 def about(path: Path) -> str:
@@ -77,16 +79,23 @@ def as_dict(kinds: Iterable[str]) -> dict[str, dict[str, str]]:
 
 
 def keys(scenario: str, pattern: str = "*") -> dict[str, Any]:
-    """Key as `--set` has it -> value, of the scenario and of every aircraft's onboard software. Raises ConfigError for a scenario
-    that does not exist or cannot be flown, and where no key fits."""
+    """Key as `--set` has it -> value, defaults included, of the scenario and of every aircraft's onboard software. Raises
+    ConfigError for a scenario that does not exist or cannot be flown, and where no key fits."""
+    from flightsw.app import check  # slow to import (numba)
+
     plan = resolve(scenario, None, [], None)
     out = flatten(by_name(plan.scenario), f"{PLANT_KEY}.")
     for f in plan.flights:
-        out |= flatten({k: v for k, v in f.config.items() if k != "origin"}, f"{f.name}.")
-    found = {k: v for k, v in out.items() if fnmatchcase(k, pattern)}
-    if not found:
+        cfg = flight_of(f.config, f.name)
+        rates = cfg.app.base_rate_hz, cfg.app.mission_rate_hz
+        found = check(cfg.app.mission, cfg.tables, *rates, f.name)
+        own = f.config | to_dict(found.params) | {k: to_dict(getattr(found, k)) for k in ("health", "condition")}
+        own = flatten(own, f"{f.name}.")
+        out |= {k: v for k, v in own.items() if not k.startswith(tuple(f"{f.name}.{given}" for given in GIVEN))}
+    fits = {k: v for k, v in out.items() if fnmatchcase(k, pattern)}
+    if not fits:
         raise ConfigError(f"{pattern!r}: fits none of the {len(out)} keys of {scenario}")
-    return found
+    return fits
 
 
 def show(console: Console, kinds: Iterable[str]) -> None:
