@@ -45,17 +45,35 @@ def _name(text: str, taken: set[str]) -> str:
     return name
 
 
+def _arrays(sheet: Sheet) -> dict[str, np.ndarray]:
+    """Columns of numbers by name; a row of `x[0]`, `x[1]`, ... of one type is the array `x` [N,k]."""
+    out: dict[str, list[np.ndarray]] = {}
+    for key, values in sheet.numbers.items():
+        name, _, at = key.partition("[")
+        before = out.get(name, [])
+        whole = at == f"{len(before)}]" and all(b.dtype == values.dtype for b in before)
+        out.setdefault(name if whole else key, []).append(values)
+    return {k: np.stack(v, axis=1) if len(v) > 1 or f"{k}[0]" in sheet.columns else v[0] for k, v in out.items()}
+
+
 def _dtype(sheet: Sheet) -> np.dtype:
     taken = {"timestamp"}
-    own = [(_name(k, taken), v.dtype.newbyteorder("<")) for k, v in sheet.numbers.items()]
+    own = [(_name(k, taken), v.dtype.newbyteorder("<"), v.shape[1:]) for k, v in _arrays(sheet).items()]
     return np.dtype([("timestamp", "<u8"), *own])
+
+
+def _field(dtype: np.dtype, name: str) -> str:
+    """A field in the words of a definition."""
+    base = dtype[name].base
+    many = f"[{dtype[name].shape[0]}]" if dtype[name].shape else ""
+    return f"{TYPES[base.str[1:]]}{many} {name};"
 
 
 def _definitions(formats: Mapping[str, np.dtype], title: str, settings: Mapping[str, object]) -> Iterator[bytes]:
     yield _message("B", bytes(40))
     yield _info(f"char[{len(title.encode())}]", "sys_name", title.encode())
     for name, dtype in formats.items():
-        fields = "".join(f"{TYPES[dtype[k].str[1:]]} {k};" for k in dtype.names or ())
+        fields = "".join(_field(dtype, k) for k in dtype.names or ())
         yield _message("F", f"{name}:{fields}".encode())
     for key, value in settings.items():
         if isinstance(value, (bool, int)) and abs(value) < 1 << 31:
@@ -70,7 +88,7 @@ def _rows(sheet: Sheet, dtype: np.dtype, number: int) -> list[bytes]:
     out = np.zeros(len(sheet), dtype=whole)
     out["size"], out["kind"], out["number"] = 2 + dtype.itemsize, b"D", number
     out["row"]["timestamp"] = np.maximum(sheet.t_us, 0)
-    for name, values in zip((dtype.names or ())[1:], sheet.numbers.values(), strict=True):
+    for name, values in zip((dtype.names or ())[1:], _arrays(sheet).values(), strict=True):
         out["row"][name] = values
     raw, size = out.tobytes(), whole.itemsize
     return [raw[i : i + size] for i in range(0, len(raw), size)]

@@ -104,7 +104,7 @@ def test_signals_are_what_the_logs_hold(run: Run) -> None:
     assert np.array_equal(run["nav/alexis/wind/e"].values, nav["wind"][good][:, 1])
     assert np.array_equal(run["message/alexis/NAV_STATE/V"].values, nav["V"])
     gyro = run["link/alexis/in/HIL_SENSOR/zgyro"]
-    assert gyro.unit == "rad/s" and gyro.rate_hz == pytest.approx(100.0) and len(gyro) == round(SECONDS * 100)
+    assert gyro.unit == "rad/s" and gyro.rate_hz == pytest.approx(50.0) and len(gyro) == round(SECONDS * 50)
     listed = {s.path: s for s in run.signals()}
     assert listed["nav/alexis/gust/alpha_w"].unit == "rad" and listed["truth/alexis/wind"].parts == ("n", "e", "d")
     assert set(run["guid/alexis/phase"].values) <= {"INIT", "GUST_HOLD", "GUST_ALLEVIATION"}
