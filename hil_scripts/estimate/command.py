@@ -74,13 +74,27 @@ def show(console: Console, log: FlightLog, v: dict[str, float]) -> None:
         f"first {v['log.settle_s']:g} s left out of the figures",
         highlight=False,
     )
+    _show_wind(console, v)
+    show_faults(console, log)
+    _show_differences(console, v)
+    _show_residuals(console, v)
+    _show_innovations(console, v)
+    _show_probe(console, v)
+    if "twin.exact.n" in v:
+        _show_twins(console, v)
+    _show_limits(console, log, v)
+
+
+def _show_wind(console: Console, v: dict[str, float]) -> None:
     t = _table("Wind [m/s]", "", "N mean", "E mean", "D mean", "N std", "E std", "D std", "speed", "from [deg]")
     for name in ("estimate", "as_read", "triangle", "logged"):
         if f"wind.{name}.speed" in v:
             cells = [f"{v[f'wind.{name}.{a}.{s}']:.2f}" for s in ("mean", "std") for a in "ned"]
             t.add_row(name, *cells, f"{v[f'wind.{name}.speed']:.2f}", f"{v[f'wind.{name}.from_rad'] * 57.29578:.1f}")
     console.print(t)
-    show_faults(console, log)
+
+
+def _show_differences(console: Console, v: dict[str, float]) -> None:
     t = _table(
         "Differences [m/s]: RMS (95th percentile), share inside 3 sigma of the estimate",
         "",
@@ -97,6 +111,9 @@ def show(console: Console, log: FlightLog, v: dict[str, float]) -> None:
                 name = f"{one} - {other.removesuffix('_undelayed')}{says}"
                 t.add_row(name, *[_cell(v, f"{k}.{a}") for a in ("n", "e", "d", "horizontal")])
     console.print(t)
+
+
+def _show_residuals(console: Console, v: dict[str, float]) -> None:
     t = _table(
         "Probe read less probe implied by the wind: mean (RMS)", "", "airspeed [m/s]", "beta [deg]", "alpha [deg]"
     )
@@ -108,6 +125,9 @@ def show(console: Console, log: FlightLog, v: dict[str, float]) -> None:
                 cells.append(f"{v[f'{k}.mean'] * s:+.2f} ({v[f'{k}.rms'] * s:.2f})" if f"{k}.rms" in v else "-")
             t.add_row(name, *cells)
     console.print(t)
+
+
+def _show_innovations(console: Console, v: dict[str, float]) -> None:
     t = _table("Innovations", "channel", "std (1 = model)", "lag-1 correlation", "lags 1-25 in white band")
     for c in offline.CHANNELS:
         k = f"innovation.{c}"
@@ -128,6 +148,9 @@ def show(console: Console, log: FlightLog, v: dict[str, float]) -> None:
         f"gate: {v['gate.softened_share']:.2%} of scalar measurements lost weight, {v['gate.refused_share']:.2%} refused",
         highlight=False,
     )
+
+
+def _show_probe(console: Console, v: dict[str, float]) -> None:
     t = _table("Probe errors: what the flight shows, and what 3 % or 1 deg more would do to the wind", "", "value", "1 sigma",
                "prior", "shown", "wind shift N E D, estimated", "taken as read")  # fmt: skip
     for name, s, u in (("scale", 100.0, "%"), ("beta", 57.29578, "deg"), ("alpha", 57.29578, "deg")):
@@ -149,9 +172,6 @@ def show(console: Console, log: FlightLog, v: dict[str, float]) -> None:
         "than the prior, and the error is held at 0 with the prior's sigma",
         highlight=False, soft_wrap=True,
     )  # fmt: skip
-    if "twin.exact.n" in v:
-        _show_twins(console, v)
-    _show_limits(console, log, v)
 
 
 def show_faults(console: Console, log: FlightLog) -> None:
