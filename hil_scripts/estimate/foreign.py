@@ -96,8 +96,11 @@ NEEDED = ("airspeed", "attitude", "rates", "velocity")
 
 
 def is_foreign(path: Path) -> bool:
-    """Whether a file is a log of another format than a table of columns."""
-    kind = kind_of(path)
+    """Whether a file is a log of another format than a table of columns. Raises LogError if it cannot be read."""
+    try:
+        kind = kind_of(path)
+    except UnreadableError as e:
+        raise LogError(str(e)) from None
     return kind in ("ulog", "dataflash") or path.suffix.lower() in SUFFIXES["tlog"]
 
 
