@@ -16,7 +16,7 @@ from flightsw import plugins
 from flightsw.aircraft import Airframe, load_as
 from flightsw.refusal import Refusals
 from flightsw.strict import ConfigError
-from flightsw.types import Command, GuidanceCmd, Health, NavState, SensorFrame, Text
+from flightsw.types import Command, GuidanceCmd, Health, NavState, SensorFrame, Text, Vec3
 
 Packets = Iterator[tuple[float | int | bytes, ...]]  # values of the fields of one packet each, in the dialect's order
 Reports = dict[type, object]  # records for telemetry, by their class
@@ -99,6 +99,15 @@ class Mission(Protocol[ActIn]):
     def obey(self, c: Command) -> tuple[int, str]:
         """MAV_RESULT for one of the spec's commands, and why it is refused."""
 
+    def route(self) -> tuple[Vec3, ...]:
+        """Places [m, NED] it flies by next, in their order, as far as is known now; none: it does not fly by any."""
+        return ()
+
+    def adopt(self, params: object) -> None:
+        """Fly by changed parameters (of the spec's class) from this step on: keys marked IN_FLIGHT differ from those in force, no
+        other. Raises ValueError for what cannot be flown, and nothing has changed."""
+        raise ConfigError("none of this mission's parameters may be changed in flight")
+
     def exercise(self) -> None:
         """Run what the warm-up's level flight does not reach, on made-up readings; this object is of no further use then."""
         return
@@ -115,7 +124,8 @@ class MissionSpec(Generic[A, P, Act]):
     `params`: dataclass of the mission's tables in a flight file; `record`, `model`: class and model name of its aircraft;
     `commands`: MAV_CMD it takes, any other is refused; `controls`: length of a command; `one_rate`: it runs at every base tick
     and at no other; `air_used`: AIR_* bits of health for the air-data readings it takes one by one, 0: whole probes;
-    `sends_relative`: RELATIVE_STATE goes down; `files`: keys of the tables that name aircraft files, kept in run folders.
+    `sends_relative`: RELATIVE_STATE goes down; `phases`: WKF_PHASE it may be in, none: it does not say;
+    `files`: keys of the tables that name aircraft files, kept in run folders.
     """
 
     name: str
@@ -131,6 +141,7 @@ class MissionSpec(Generic[A, P, Act]):
     reports: tuple[Report, ...] = ()
     sends_relative: bool = False
     files: tuple[str, ...] = ()
+    phases: tuple[int, ...] = ()
 
     def load(self, aircraft: str) -> A:
         """Record of an aircraft this mission flies. Raises ConfigError."""

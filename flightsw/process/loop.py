@@ -141,6 +141,7 @@ class Process:
         log.unread(node.t_us, node.unread_plant, node.unread_ground)
         log.inbound(node.t_us, node.take_heard())
         log.outbound(node.t_us, reply, telemetry)
+        log.settled(node.take_settled())
 
     def _take(self) -> list[tuple[bytes, Address]]:
         """Datagrams of the plant link, the plant's own first."""
@@ -182,6 +183,7 @@ class Process:
                 log.unread(node.t_us, node.unread_plant, node.unread_ground)
                 log.inbound(node.t_us, node.take_heard())
                 log.outbound(node.t_us, reply, telemetry)
+                log.settled(node.take_settled())
                 node.exec.account(monotonic_us() - begin_us, clock.late_us, k - 1)
             if node.done:
                 return EXIT_OK

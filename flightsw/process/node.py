@@ -8,7 +8,7 @@ then telemetry.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING, Protocol
@@ -21,13 +21,14 @@ from flightsw.icd.stamps import Frames
 from flightsw.icd.tlog import GROUND_IN, LINK_IN
 from flightsw.icd.wire import Counters
 from flightsw.process.clock import LockstepClock
-from flightsw.process.config import FlightConfig, flight_tree
+from flightsw.process.config import FlightConfig
 from flightsw.process.executive import Executive, no_time
+from flightsw.process.parameters import parameters
 from flightsw.process.recorder import Heard
-from flightsw.process.services import CMD_SHUTDOWN, PACKETS_MAX, Services, Setter
+from flightsw.process.services import CMD_SHUTDOWN, PACKETS_MAX, Services
 from flightsw.process.telemetry import Telemetry
 from flightsw.strict import ConfigError
-from flightsw.types import HF_PEER, Ack, ActuatorCmd, Command, SensorFrame, Snapshot, Text
+from flightsw.types import HF_PEER, Ack, ActuatorCmd, Command, SensorFrame, Settled, Snapshot, Text, Vec3
 
 if TYPE_CHECKING:
     from flightsw.missions.base import Report
@@ -55,8 +56,19 @@ class App(Protocol):
         """Whether it follows another aircraft and says where that is."""
 
     @property
-    def settable(self) -> Mapping[str, Setter]:
-        """Keys of the configuration that may be changed in flight."""
+    def records(self) -> tuple[tuple[str, object], ...]:
+        """Parameters in force: records by the name of their table, "" for the mission's own."""
+
+    @property
+    def phases(self) -> tuple[int, ...]:
+        """WKF_PHASE it may be in; none: it does not say."""
+
+    @property
+    def fuel_capacity_kg(self) -> float:
+        """What the tanks hold [kg]; 0: none that is measured."""
+
+    def route(self) -> tuple[Vec3, ...]:
+        """Places [m, NED] it flies by next; none: it does not fly by any."""
 
     def tick(self, frame: SensorFrame, dt_s: float) -> tuple[ActuatorCmd, Snapshot]:
         """One base tick."""
@@ -118,16 +130,19 @@ class Node:
         )
         self.telemetry = Telemetry(
             cfg.app.sysid, self.app.reports, self.app.sends_relative, origin, base, self.codec.count,
-            cfg.telemetry.rates_hz,
+            cfg.telemetry.rates_hz, phases=self.app.phases, capacity_kg=self.app.fuel_capacity_kg,
+            simulated=cfg.link.simulated,
         )  # fmt: skip
-        shown = {k: v for k, v in flight_tree(cfg).items() if k not in ("link", "telemetry")}
+        own = (("app", cfg.app), ("origin", cfg.origin), ("link", cfg.link))
         self.services = Services(
             cfg.app.sysid,
             cfg.app.mission,
-            shown,
+            parameters((*own, *self.app.records)),
             self.telemetry,
             self.app.commands,
-            self.app.settable,
+            self.app.route,
+            cfg.link.operators,
+            cfg.link.simulated,
         )
         self.frame = SensorFrame()
         self.frames = Frames(self.codec.count)
@@ -143,6 +158,7 @@ class Node:
         self.duplicates = 0
         self.heard: list[Heard] = []
         self.heard_lost = 0
+        self.settled: list[tuple[int, Settled]] = []
         self.unread_plant = self.unread_ground = (
             0  # [datagram] the sockets dropped unread; whoever has the sockets says
         )
@@ -181,6 +197,7 @@ class Node:
             self._ticked = False
             f.updated = 0
             f.commands.clear()
+            f.settings.clear()
         new = again = False
         self.answers = -1
         for k, d in enumerate(datagrams):
@@ -197,6 +214,8 @@ class Node:
                 new, self.answers = True, k
         if f.commands:
             self._own_commands()
+        for a in self.codec.take_answers():
+            self.services.answered(a)
         room = GROUND_MAX - len(self._ground)
         self._ground += ground[:room]
         self.unread_ground += max(len(ground) - room, 0)
@@ -206,6 +225,7 @@ class Node:
             self._from_ground(d)
         self._ground.clear()
         f.commands[:], self._waiting = self._waiting, []
+        f.settings[:] = self.services.parameters.take()
         self._run(new, dt_s)
         return self._last_reply
 
@@ -220,6 +240,9 @@ class Node:
         tel, services = self.telemetry, self.services
         due = bool(tel.names(tick))
         services.note(snap.acks)
+        services.parameters.settled(snap.settled)
+        self.settled += [(snap.t_us, s) for s in snap.settled if not s.why]
+        snap.texts += services.parameters.told()
         if not (due or snap.texts or snap.acks or services.busy or tel.once):
             return []
         if due:
@@ -238,6 +261,11 @@ class Node:
             costs = self.exec.costs()
             answers = [*answers, *(partial(rate_group, tel.ctx.send, snap.t_us, k, g) for k, g in enumerate(costs))]
         return tel.datagrams(snap, tick, snap.texts, acks, answers)
+
+    def take_settled(self) -> list[tuple[int, Settled]]:
+        """Changes of parameters that came in force since the last call, with their time [us]."""
+        out, self.settled = self.settled, []
+        return out
 
     def take_heard(self) -> list[Heard]:
         """Datagrams received since the last call, for the log: exact repeats of the last one left out."""
@@ -320,7 +348,10 @@ class Node:
         cmd, snap = self.app.tick(self.frame, self.dt_s)
         cmd.t_us = self.frames.raw
         self._snap = snap
+        self.telemetry.ctx.see(self.frame)
         self._last_reply = self.codec.actuators(cmd)
+        for c in self.services.take_orders():
+            self._last_reply += self.codec.order(c)
         if self._link_asked:
             acks = [a for a in snap.acks + self.services.acks if self._asked_here(a)]
             self._link_asked.clear()

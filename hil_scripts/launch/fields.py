@@ -18,15 +18,9 @@ from functools import cache
 from typing import Annotated, Any, get_args, get_origin
 
 from flightsw.plugins import PartOf, ours
+from flightsw.process.parameters import UNITS
 from flightsw.strict import Names, Range
 
-UNITS = {
-    "1prad": "1/rad", "1ps": "1/s", "F": "-", "N": "N", "deg": "deg", "degps": "deg/s", "degps2": "deg/s^2", "frac": "-",
-    "hz": "Hz", "kN": "kN", "kg": "kg", "kgps": "kg/s", "m": "m", "m2": "m^2", "m2ps": "m^2/s", "m2ps3": "m^2/s^3", "mps": "m/s",
-    "mps2": "m/s^2", "ms": "ms", "rad": "rad", "radpm": "rad/m", "ps": "1/s",
-    "ps2": "1/s^2", "radps": "rad/s", "s": "s", "s2pm": "s^2/m",
-    "ticks": "base ticks", "us": "us",
-}  # fmt: skip
 IN_TEXT = re.compile(r"^\[([^\]]+)\]\s*")
 
 

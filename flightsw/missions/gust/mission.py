@@ -210,6 +210,11 @@ class GustMission(Mission[GustActuators]):
         self._texts.append(Text(6, f"law {LAWS[law]}"))
         return ACCEPTED, ""
 
+    def adopt(self, params: object) -> None:
+        """Changed parameters from this step on."""
+        assert isinstance(params, GustMissionParams)
+        self.p, self.trust.p, self.ctrl.hold.p = params, params.nav.trust, params.ctrl.hold
+
     def texts(self) -> list[Text]:
         """Messages since the last call."""
         out, self._texts = self._texts, []
@@ -233,4 +238,5 @@ SPEC = MissionSpec(
     air_used=AIR_V | AIR_ALPHA,
     one_rate=True,  # servos and law are stepped together: their mean and delay are per sample
     reports=REPORTS,
+    phases=(0, 16, 17),
 )

@@ -228,6 +228,12 @@ class JoinMission(Mission[ActuatorModel]):
             self.sequence.on = False
         return result, why
 
+    def adopt(self, params: object) -> None:
+        """Changed parameters from this step on."""
+        assert isinstance(params, JoinParams)
+        self.refuel.adopt(params)
+        self.p, self.sequence.p = params.join, params.join.sequence
+
     def texts(self) -> list[Text]:
         """Messages since the last call."""
         out = self._texts + self.guid.texts + self.refuel.texts()
@@ -246,4 +252,5 @@ SPEC = MissionSpec(
     reports=REPORTS,
     sends_relative=True,
     files=("tanker",),
+    phases=(*range(10), 20, 21),
 )

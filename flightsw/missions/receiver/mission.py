@@ -141,6 +141,11 @@ class ReceiverMission(Mission[ActuatorModel]):
         ok, why = self.guid.command(action)
         return (ACCEPTED if ok else TEMPORARILY_REJECTED), why
 
+    def adopt(self, params: object) -> None:
+        """Changed parameters from this step on."""
+        assert isinstance(params, ReceiverParams)
+        self.guid.p = params.guid
+
     def texts(self) -> list[Text]:
         """Messages since the last call."""
         out, self.guid.texts = self.guid.texts, []
@@ -160,4 +165,5 @@ SPEC = MissionSpec(
     reports=REPORTS,
     sends_relative=True,
     files=("tanker",),
+    phases=tuple(range(10)),
 )

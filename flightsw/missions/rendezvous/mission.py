@@ -170,6 +170,11 @@ class RendezvousMission(Mission[ActuatorModel]):
             return TEMPORARILY_REJECTED, "speed is the rendezvous's until roll-out"
         return speed_command(c, self.guid, self.envelope)
 
+    def adopt(self, params: object) -> None:
+        """Changed parameters from this step on."""
+        assert isinstance(params, RendezvousMissionParams)
+        self.guid.p = params.guid
+
     def texts(self) -> list[Text]:
         """Messages since the last call."""
         out = self.track.texts + self.said + self.guid.texts
@@ -186,4 +191,5 @@ SPEC = MissionSpec(
     ActuatorModel,
     commands=frozenset({MAV_CMD_DO_CHANGE_SPEED}),
     reports=REPORTS,
+    phases=(0, 10, 11, 13, 14, 15),
 )

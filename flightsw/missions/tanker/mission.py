@@ -91,6 +91,11 @@ class TankerMission(Mission[ActuatorModel]):
         """MAV_RESULT and reason for one of the mission's commands."""
         return speed_command(c, self.guid, self.envelope)
 
+    def adopt(self, params: object) -> None:
+        """Changed parameters from this step on."""
+        assert isinstance(params, TankerParams)
+        self.guid.p = params.guid
+
     def texts(self) -> list[Text]:
         """Messages since the last call."""
         out, self.guid.texts = self.guid.texts, []
@@ -116,4 +121,5 @@ SPEC = MissionSpec(
     TankerMission,
     ActuatorModel,
     commands=frozenset({MAV_CMD_DO_CHANGE_SPEED}),
+    phases=(0, 10, 11),
 )

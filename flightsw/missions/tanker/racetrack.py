@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from flightsw.kernels.rotations import wrap_pi
-from flightsw.strict import Range
+from flightsw.strict import IN_FLIGHT, Range
 from flightsw.types import GuidanceCmd, NavState, SensorFrame, Text
 
 INIT, LEG, TURN = 0, 10, 11
@@ -19,12 +19,12 @@ class RacetrackParams:
 
     V_mps: Annotated[float, Range(1.0)] = 195.0  # within the limits of the aircraft
     alt_m: Annotated[float, Range(0.0, 12000.0)] = 7010.0
-    first_leg_s: Annotated[float, Range(1.0)] = 400.0
-    leg_s: Annotated[float, Range(1.0)] = 300.0
+    first_leg_s: Annotated[float, Range(1.0, 7200.0), IN_FLIGHT] = 400.0
+    leg_s: Annotated[float, Range(1.0, 7200.0), IN_FLIGHT] = 300.0
     turn_rate_degps: Annotated[float, Range(-3.0, 3.0)] = 1.7
     turn_accel_degps2: Annotated[float, Range(0.01)] = 0.15  # ramp of the commanded turn rate: about 2.6 deg/s of roll
-    heading_gain: Annotated[float, Range(0.0)] = 0.04  # [1/s] heading hold on the legs
-    V_accel_mps2: Annotated[float, Range(0.01)] = 0.15
+    heading_gain: Annotated[float, Range(0.0, 1.0), IN_FLIGHT] = 0.04  # [1/s] heading hold on the legs
+    V_accel_mps2: Annotated[float, Range(0.01, 5.0), IN_FLIGHT] = 0.15
 
 
 class RacetrackGuidance:

@@ -11,7 +11,7 @@ import numpy as np
 from flightsw.aircraft import TwinJet, twinjet
 from flightsw.missions.windshear import inversion as kn
 from flightsw.missions.windshear.model import MODES, PathDemand, parameter_vector
-from flightsw.strict import Range
+from flightsw.strict import IN_FLIGHT, Range
 
 Array = np.ndarray
 
@@ -20,11 +20,11 @@ Array = np.ndarray
 class NidParams:
     """Gains and limits; jing.md 3.4 and section 4."""
 
-    k_path_1ps: Annotated[float, Range(0.01, 10.0)] = 0.8
-    k_speed_1ps: Annotated[float, Range(0.01, 10.0)] = 0.2
-    k_alpha_1ps: Annotated[float, Range(0.1, 20.0)] = 2.5
-    k_rate_1ps: Annotated[float, Range(0.1, 40.0)] = 6.0
-    k_thrust_1ps: Annotated[float, Range(0.1, 20.0)] = 1.5
+    k_path_1ps: Annotated[float, Range(0.01, 10.0), IN_FLIGHT] = 0.8
+    k_speed_1ps: Annotated[float, Range(0.01, 10.0), IN_FLIGHT] = 0.2
+    k_alpha_1ps: Annotated[float, Range(0.1, 20.0), IN_FLIGHT] = 2.5
+    k_rate_1ps: Annotated[float, Range(0.1, 40.0), IN_FLIGHT] = 6.0
+    k_thrust_1ps: Annotated[float, Range(0.1, 20.0), IN_FLIGHT] = 1.5
     turn_max_radps: Annotated[float, Range(0.001, 1.0)] = 0.05
     q_max_radps: Annotated[float, Range(0.01, 1.0)] = 0.12
     elevator_max_rad: Annotated[float, Range(0.05, 1.0)] = 0.35
@@ -45,11 +45,16 @@ class WindshearControl:
         """ac: record of the aircraft (default: as published), whose elevator bounds elevator_max_rad. Raises nothing; parameters
         check themselves when they are read from a file."""
         p, ac = p or NidParams(), ac or twinjet()
-        travel = math.radians(min(map(abs, ac.controls.elevator_deg)))
-        self.p = p = replace(p, elevator_max_rad=min(p.elevator_max_rad, travel))
-        self._par, self._g = parameter_vector(ac), p.vector()
+        self._travel = math.radians(min(map(abs, ac.controls.elevator_deg)))
+        self._par = parameter_vector(ac)
+        self.use(p)
         self._d, self._out = np.zeros(kn.ND), np.zeros(kn.NO)
         self.u = np.zeros(2)
+
+    def use(self, p: NidParams) -> None:
+        """Fly by these gains from now on."""
+        self.p = p = replace(p, elevator_max_rad=min(p.elevator_max_rad, self._travel))
+        self._g = p.vector()
 
     def reset(self, thrust_kN: float, elevator_rad: float) -> None:
         """Begin with these controls in force (bumpless)."""

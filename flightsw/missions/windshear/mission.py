@@ -108,7 +108,7 @@ class WindshearMission(Mission[WindshearActuators]):
         self.nav, self.monitor = WindshearNav(p.nav, ac), WindshearMonitor(p.nav.monitor)
         self.guidance, self.ctrl = WindshearGuidance(p.guid), WindshearControl(p.ctrl, ac)
         a, escape = p.guid.approach, p.guid.escape
-        e = Envelope(ac)
+        e = self.envelope = Envelope(ac)
         for key in ("speed_min_mps", "speed_max_mps"):
             e.speed(f"guid.approach.{key}", getattr(a, key))
         e.incidence("guid.approach.alpha_max_rad", a.alpha_max_rad)
@@ -301,6 +301,21 @@ class WindshearMission(Mission[WindshearActuators]):
         self._texts.append(Text(6, f"escape law {LAWS[law]}"))
         return ACCEPTED, ""
 
+    def adopt(self, params: object) -> None:
+        """Changed parameters from this step on."""
+        assert isinstance(params, WindshearMissionParams)
+        a, escape = params.guid.approach, params.guid.escape
+        self.envelope.incidence("guid.escape.alpha_max_rad", escape.alpha_max_rad)
+        self.envelope.incidence("guid.escape.managed_alpha_max_rad", escape.managed_alpha_max_rad)
+        self.envelope.speed("guid.escape.protect_mps", escape.protect_mps)
+        if a.climb_min_mps > a.climb_max_mps:
+            raise ValueError(
+                f"guid.approach.climb_min_mps = {a.climb_min_mps:g}: allowed: climb_max_mps = {a.climb_max_mps:g} or less"
+            )
+        self.p = params
+        self.guidance.adopt(params.guid)
+        self.ctrl.use(params.ctrl)
+
     def texts(self) -> list[Text]:
         """Messages since the last call."""
         out, self._texts = self._texts, []
@@ -323,4 +338,5 @@ SPEC = MissionSpec(
     air_used=AIR_V | AIR_ALPHA,
     one_rate=True,  # readings and commands are per sample
     reports=REPORTS,
+    phases=(0, 22, 23, 24, 25),
 )
