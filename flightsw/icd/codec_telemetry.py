@@ -112,7 +112,7 @@ def _heartbeat(s: Snapshot, c: Context) -> bytes:
 
 # HF_* -> MAV_SYS_STATUS_SENSOR
 _FITTED = ((HF_IMU, 0x3), (HF_AIR, 0x10), (HF_GNSS, 0x20), (HF_ATT | HF_NAV, 0x200000))
-_REL_BIT, _MAG_BIT, _BARO_BIT, _READY_BIT = 0x80, 0x4, 0x8, 0x10000000
+_REL_BIT, _MAG_BIT, _BARO_BIT, _FENCE_BIT, _READY_BIT = 0x80, 0x4, 0x8, 0x100000, 0x10000000
 _OWN = HF_IMU | HF_AIR | HF_GNSS | HF_ATT | HF_NAV
 SILENT_US = 1_000_000  # [us] magnetometer or static pressure without a sample for longer is not healthy
 
@@ -121,6 +121,7 @@ def _sys_status(s: Snapshot, c: Context) -> bytes:
     fitted = (*_FITTED, (HF_REL, _REL_BIT)) if c.relative else _FITTED
     present = sum(bits for _, bits in fitted) | _READY_BIT
     healthy = sum(bits for flag, bits in fitted if not s.health.flags & flag)
+    healthy |= _FENCE_BIT  # there is none: nothing is breached
     for bit, last_us in ((_MAG_BIT, c.mag_us), (_BARO_BIT, c.baro_us)):
         present |= bit if last_us >= 0 else 0
         healthy |= bit if last_us >= 0 and s.t_us - last_us < SILENT_US else 0

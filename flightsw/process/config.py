@@ -72,7 +72,9 @@ class LinkConfig:
     broadcast_peer: bool = False  # send own state to the other aircraft
     peer_rate_hz: Annotated[int, Range(1, 100)] = 20
     peer_sysid: Annotated[int, Range(0, 250)] = 0  # whose state to accept; 0 = any other aircraft
-    operators: Annotated[tuple[int, ...], Range(1, 255)] = STATIONS  # system ids that may command; the others may look
+    operators: Annotated[tuple[int, int], Range(1, 255)] = (
+        STATIONS  # system ids from, to, that may command; the others may look
+    )
     simulated: bool = True  # false: it flies hardware, and no failure is handed on
 
     def __post_init__(self) -> None:

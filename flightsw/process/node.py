@@ -141,7 +141,7 @@ class Node:
             self.telemetry,
             self.app.commands,
             self.app.route,
-            cfg.link.operators,
+            range(cfg.link.operators[0], cfg.link.operators[1] + 1),
             cfg.link.simulated,
         )
         self.frame = SensorFrame()

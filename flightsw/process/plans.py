@@ -1,5 +1,6 @@
 """Plans, logs and files as a ground station asks for them: the route as it is flown, read-only; no fence, no rally points, no
-logs to fetch, no files. Everything has the protocol's own answer, so that nobody waits (mavlink.io: mission, log and file transfer).
+logs to fetch, no files. Everything has the own answer of its protocol, so that nobody waits (mavlink.io: mission, log, file
+transfer).
 """
 
 from __future__ import annotations

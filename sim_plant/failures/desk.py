@@ -76,7 +76,7 @@ class CommandDesk:
             # NaN is unequal to itself: compare what was sent, not what it means
             key, sender = (target, command, repr(params)), (sysid, compid)
             before = self._done.get(sender)
-            if not trusted and sysid not in STATIONS:
+            if not trusted and not STATIONS[0] <= sysid <= STATIONS[1]:
                 self.strangers += 1
                 why = f"system {sysid} is no ground station"
                 answers = [(self._sysids[i], Ack(command, DENIED, *sender, why)) for i in concerned]

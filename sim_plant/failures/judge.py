@@ -52,6 +52,8 @@ def judge(command: int, params: tuple[float, ...], aircraft: str, probes: int, a
     if command != CMD_INJECT_FAILURE:
         return Verdict(UNSUPPORTED, f"command {command}: the plant takes {CMD_INJECT_FAILURE} (inject failure) only")
     p = (*params, *([0.0] * (7 - len(params))))[:7]
+    # what the standard reserves comes as "not used" from clients that know no more than it
+    p = (*p[:3], *(0.0 if math.isnan(x) else x for x in p[3:]))
     if not all(math.isfinite(x) for x in p[:6]) or not all(x == math.floor(x) for x in p[:4]):
         return Verdict(DENIED, f"parameters {list(p[:6])}: numbers, the first four of them whole, are needed")
     unit, kind, instance, channel = (int(x) for x in p[:4])

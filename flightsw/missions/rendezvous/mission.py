@@ -40,6 +40,7 @@ from flightsw.types import (
     NavState,
     SensorFrame,
     Text,
+    Vec3,
 )
 
 INIT, RDV_APPROACH, RDV_TURN, RDV_ROLLOUT = 0, 13, 14, 15  # WKF_PHASE
@@ -169,6 +170,13 @@ class RendezvousMission(Mission[ActuatorModel]):
         if not self.joined:
             return TEMPORARILY_REJECTED, "speed is the rendezvous's until roll-out"
         return speed_command(c, self.guid, self.envelope)
+
+    def route(self) -> tuple[Vec3, ...]:
+        """The racetrack once it is joined; before, to the control point, where the receiver is met."""
+        if self.joined:
+            return self.guid.route()
+        frame = self.track.frame
+        return ((frame.north_m, frame.east_m, -self.alt_m),)
 
     def adopt(self, params: object) -> None:
         """Changed parameters from this step on."""

@@ -33,6 +33,7 @@ from flightsw.types import (
     NavState,
     SensorFrame,
     Text,
+    Vec3,
 )
 
 MAV_CMD_DO_CHANGE_SPEED = 178
@@ -90,6 +91,10 @@ class TankerMission(Mission[ActuatorModel]):
     def obey(self, c: Command) -> tuple[int, str]:
         """MAV_RESULT and reason for one of the mission's commands."""
         return speed_command(c, self.guid, self.envelope)
+
+    def route(self) -> tuple[Vec3, ...]:
+        """The racetrack."""
+        return self.guid.route()
 
     def adopt(self, params: object) -> None:
         """Changed parameters from this step on."""

@@ -194,6 +194,13 @@ class WindshearGuidance:
             return math.nan
         return self._aim[1] - (x_m - self._aim[0]) * self._tan
 
+    def slope_ends(self) -> tuple[tuple[float, float], ...]:
+        """(x, h) [m] where the slope was taken up and where it meets the ground; () before there is one."""
+        if self._aim is None:
+            return ()
+        x, h = self._aim
+        return ((x, h), (x + h / self._tan, 0.0))
+
     def step(self, x: Array, F: float, dt: float, valid: bool = True) -> PathDemand:
         """Demand for the estimate x [15] with hazard index F; the last one while the estimate is not valid."""
         if not valid:

@@ -43,6 +43,7 @@ from flightsw.types import (
     NavState,
     SensorFrame,
     Text,
+    Vec3,
 )
 
 MAV_CMD_DO_GO_AROUND, MAV_CMD_USER_3 = 191, 31012
@@ -300,6 +301,13 @@ class WindshearMission(Mission[WindshearActuators]):
         self.guidance.p = with_law(self.guidance.p, LAWS[law])
         self._texts.append(Text(6, f"escape law {LAWS[law]}"))
         return ACCEPTED, ""
+
+    def route(self) -> tuple[Vec3, ...]:
+        """The approach slope: where it was taken up, and where it meets the ground."""
+        ends = self.guidance.slope_ends()
+        c, s = math.cos(self._psi), math.sin(self._psi)
+        across = self._pos_n[1] * c - self._pos_n[0] * s  # of the track, which is straight
+        return tuple((x * c - across * s, x * s + across * c, -h) for x, h in ends)
 
     def adopt(self, params: object) -> None:
         """Changed parameters from this step on."""
