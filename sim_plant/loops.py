@@ -8,6 +8,7 @@ import struct
 import time
 from collections.abc import Callable
 
+from flightsw.icd.framing import modern
 from flightsw.icd.link import MAX_DATAGRAM, Address, UdpLink, plant_command_port, plant_port
 from flightsw.icd.overrun import overrun
 from sim_plant.server import PlantServer
@@ -92,7 +93,7 @@ class UdpPlant:
     def _take_orders(self) -> None:
         """Commands of the ground to the plant: each is answered at once and takes effect at the next tick."""
         for data, addr in self._orders.take():
-            for ack in self.server.desk.take(data):
+            for ack in self.server.desk.take(modern(data)):
                 self._orders.send(ack, addr)
         self.server.desk.unread += self._orders.unread
         self._orders.unread = 0

@@ -10,6 +10,7 @@ import signal
 from collections.abc import Callable
 from types import FrameType
 
+from flightsw.icd.framing import modern
 from flightsw.icd.link import Address, UdpLink
 from flightsw.process.clock import RealtimeClock, monotonic_us
 from flightsw.process.config import FlightConfig, parse_target
@@ -20,7 +21,7 @@ EXIT_OK, EXIT_SILENT = 0, 3
 POLL_MS = 100  # [ms] longest wait before signals and time-outs are looked at
 LISTEN_TICKS = 1000  # telemetry also goes to whoever sent something within so many ticks
 MAX_LISTENERS = 4
-MAGIC = b"\xfd"
+MAGIC = (b"\xfd", b"\xfe")
 
 
 class Stop:
@@ -48,11 +49,11 @@ class Ground:
         self._listeners: dict[Address, int] = {}
 
     def take(self) -> list[bytes]:
-        """Datagrams that arrived; their senders become listeners."""
+        """Datagrams that arrived, in MAVLink 2 framing; their senders become listeners."""
         out = []
         for data, sender in self.link.take():
-            out.append(data)
-            if sender not in self.targets and data[:1] == MAGIC:
+            out.append(modern(data))
+            if sender not in self.targets and data[:1] in MAGIC:
                 if sender not in self._listeners and len(self._listeners) >= MAX_LISTENERS:
                     del self._listeners[min(self._listeners, key=self._listeners.__getitem__)]
                 self._listeners[sender] = self.node.tick
