@@ -17,6 +17,7 @@ from flightsw.aircraft import load_airframe
 from flightsw.icd.codec import FlightCodec
 from flightsw.icd.codec_receive import COMMANDS_MAX
 from flightsw.icd.codec_telemetry import rate_group
+from flightsw.icd.signing import REASONS
 from flightsw.icd.stamps import Frames
 from flightsw.icd.tlog import GROUND_IN, LINK_IN
 from flightsw.icd.wire import Counters
@@ -162,8 +163,10 @@ class Node:
         self.unread_plant = self.unread_ground = (
             0  # [datagram] the sockets dropped unread; whoever has the sockets says
         )
+        self.refused: tuple[int, ...] = (0,) * len(REASONS)  # [packet] by signing; whoever has the sockets says
         self.last_text = ""
-        self._told = [0, 0]  # refused for their time, dropped unread: as last told
+        self._told = [0, 0, 0]  # refused for their time, dropped unread, of no operator: as last told
+        self._told_refused = self.refused
         self._waiting: list[Command] = []  # to the mission, asked without a tick: for the next one
         self._ground: list[bytes] = []  # of the ground, for the next tick
         self._last_datagram = b""
@@ -366,11 +369,16 @@ class Node:
         """Once a second: what was dropped or slipped since, so that a warning cannot flood."""
         if n := self.exec.new_slips():
             texts.append(Text(WARNING, f"loop slipped {n} periods"))
-        now = [self.count.ahead + self.count.stale, self.excess]
-        for what, n, before in zip(("refused for their time stamp", "dropped unread"), now, self._told, strict=True):
+        now = [self.count.ahead + self.count.stale, self.excess, self.services.strangers]
+        what = ("refused for their time stamp", "dropped unread", "of no operator refused")
+        for words, n, before in zip(what, now, self._told, strict=True):
             if n != before:
-                texts.append(Text(WARNING, f"{n - before} packets {what}"))
+                texts.append(Text(WARNING, f"{n - before} packets {words}"))
         self._told = now
+        if self.refused != self._told_refused:
+            more = [f"{n - b} {r}" for r, n, b in zip(REASONS, self.refused, self._told_refused, strict=True) if n != b]
+            texts.append(Text(WARNING, f"signing: refused {', '.join(more)}"))
+            self._told_refused = self.refused
 
     def _asked_here(self, a: Ack) -> bool:
         return (a.command, a.target_system, a.target_component) in self._link_asked

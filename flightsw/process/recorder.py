@@ -32,6 +32,7 @@ class LinkRecorder:
         # a writer of its own: record-only packets must not take sequence numbers of the link
         self._send = Sender(sysid, 0)
         self._unread = (0, 0)
+        self._refused: tuple[int, ...] = ()
         path = Path(path)
         self.journal = path.with_name(f"params_{path.stem.removeprefix('link_')}.toml")
         self._changed = False
@@ -45,6 +46,12 @@ class LinkRecorder:
         if (plant, ground) != self._unread:
             self._unread = plant, ground
             self.log.write(t_us, self._send.pack(BY_NAME["UNREAD"], t_us, plant & U32, ground & U32), LINK_IN)
+
+    def refused(self, t_us: int, counts: tuple[int, ...]) -> None:
+        """Note how many packets signing has refused so far, by reason, if a number has changed."""
+        if counts != self._refused and any(counts):
+            self._refused = counts
+            self.log.write(t_us, self._send.pack(BY_NAME["REFUSED"], t_us, *(n & U32 for n in counts)), LINK_IN)
 
     def inbound(self, t_us: int, heard: Iterable[Heard]) -> None:
         """Store what was received for tick `t_us` [us], in order."""
