@@ -326,7 +326,7 @@ def test_with_a_key_only_who_has_it_is_heard_and_the_others_are_counted(tmp_path
         mav.signing.timestamp = now()
         order = common.MAVLink_command_long_message(2, 1, 31010, 0, 3.0, 0, 0, 0, 0, 0, 0)
         signed, bare = bytes(order.pack(mav)), Sender(255, 190).named("COMMAND_LONG", target_system=2, command=31010)
-        for d in (bare, Signing(bytes(32), 7).sign(bare), signed, signed):
+        for d in (bare, Signing(bytes(32), 7).sign(bare), signed, bare, signed):
             gcs.send(d, flight.ground_to)
         heard = []
         for _ in range(25):
