@@ -63,9 +63,11 @@ class UdpPlant:
         self._index = {a: i for i, a in enumerate(self._peers)}
         self._answered_tick = [-1] * len(self._peers)  # last tick each peer answered
         self._next_status = 0.0
+        self.unread = 0  # datagrams to the command port dropped unread
         self._told = 0  # packets refused by signing, as last told
         self.missed = [0] * len(self._peers)  # real time: ticks without a fresh reply
         self.late_ticks = 0  # real time: ticks that began after their deadline by a period or more
+        self.stray = 0  # datagrams of somebody who is no aircraft
         self.overrun = 0  # datagrams dropped at the sockets, known after `finish`
 
     def _timeout(self, seconds: float) -> None:
@@ -82,6 +84,7 @@ class UdpPlant:
         if self._link.signing is not None:
             data = self._link.signing.check(data)
         i = self._index.get(addr)
+        self.stray += i is None
         if i is not None and self.server.accept(i, data, exact):
             self._answered_tick[i] = self.server.tick
             return ANSWER
@@ -107,6 +110,7 @@ class UdpPlant:
             for ack in self.server.desk.take(data):
                 self._orders.send(ack, addr)
         self.server.desk.unread += self._orders.unread
+        self.unread += self._orders.unread
         self._orders.unread = 0
 
     def _send(self, datagrams: list[bytes], only_open: bool = False) -> None:

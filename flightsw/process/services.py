@@ -140,7 +140,10 @@ class Services:
         elif name == "SET_MODE":
             self.acks.append(Ack(CMD_SET_MODE, UNSUPPORTED, *sender, MODES))
         elif name == "REQUEST_DATA_STREAM":
-            self._stream(f["req_stream_id"], f["req_message_rate"] if f["start_stop"] else 0)
+            if sender[0] in self.operators:
+                self._stream(f["req_stream_id"], f["req_message_rate"] if f["start_stop"] else 0)
+            else:
+                self.strangers += 1
         else:
             self.plans.handle(name, f, sender)
 
