@@ -6,7 +6,7 @@ from pathlib import Path
 
 from hil_scripts.bench.fuzz import STRANGER, fly, pool
 
-PACKETS = 1500  # to each port
+PACKETS = 500  # to each port
 
 
 def test_what_is_sent_is_of_every_kind_and_from_a_stranger() -> None:
@@ -16,9 +16,9 @@ def test_what_is_sent_is_of_every_kind_and_from_a_stranger() -> None:
 
 
 def test_a_flight_under_fire_is_the_same_flight(tmp_path: Path, port_offset: int) -> None:
-    out = fly(tmp_path, "gust", 25.0, PACKETS, port_offset)
+    out = fly(tmp_path, "gust", 8.0, PACKETS, port_offset)
     assert out.same_truth and "Traceback" not in out.text, out.text
-    assert out.code == 0, out.text
+    assert out.code == 0 and out.completed, out.text
     assert len(out.sent) == 8 and set(out.sent.values()) == {PACKETS}
     # what nobody counts was heard: sound packets from a stranger
     on_screen = out.sent["live"]
