@@ -56,6 +56,7 @@ class InProcess:
             telemetry = node.after()
             link.inbound(node.t_us, node.take_heard())
             link.outbound(node.t_us, reply, telemetry)
+            link.settled(node.take_settled())
             for d in telemetry:
                 self.ground.take(d)
 
