@@ -12,10 +12,13 @@ from typing import Annotated, NoReturn
 import typer
 
 from flightsw.cli import SigningKey, Unsigned, Version, make
+from ground.data_cli import draw_log, export, signals
 from ground.report.cli import app as report_app
 
 app = make("Ground segment: record, convert, watch, command.", no_args_is_help=True)
 app.add_typer(report_app, name="report")
+app.command()(signals)
+app.command()(export)
 Run = Annotated[Path, typer.Argument(help="run folder")]
 PortOffset = Annotated[int, typer.Option("--port-offset", help="added to every port (parallel runs)")]
 
@@ -104,7 +107,8 @@ def metrics(
 
     try:
         one = run.is_file() and not write
-        text = json.dumps(contents(load(run)) if one else compute(run), indent=1)
+        failed: list[str] = []
+        text = json.dumps(contents(load(run)) if one else compute(run, failed), indent=1)
         if write:
             write_whole(run / "summary.json", text + "\n")
     except (LogError, ValueError) as exc:
@@ -112,22 +116,29 @@ def metrics(
     except OSError as exc:
         _fail(exc)
     print(text)
+    if failed:
+        _fail("; ".join(dict.fromkeys(failed)))
 
 
 @app.command()
-def convert(run: Run) -> None:
-    """Write RUN/run.rrd for the Rerun viewer."""
+def convert(
+    run: Annotated[Path, typer.Argument(help="run folder, or a log: .tlog, ULog, DataFlash .bin, CSV")],
+) -> None:
+    """Write RUN/run.rrd, or LOG.rrd, for the Rerun viewer."""
     from ground.columns import LogError
 
     try:
         from ground.rrd import convert as to_rrd
 
-        path = to_rrd(run)
-    except LogError as exc:
+        failed: list[str] = []
+        path = draw_log(run) if run.is_file() else to_rrd(run, failed=failed)
+    except (LogError, ImportError) as exc:
         _fail(exc, 2)
     except OSError as exc:
         _fail(exc)
     print(path)
+    if failed:
+        _fail("; ".join(dict.fromkeys(failed)))
 
 
 @app.command()
@@ -238,17 +249,21 @@ def send(
 
 
 @app.command()
-def diff(run_a: Run, run_b: Annotated[Path, typer.Argument(help="the other run folder")]) -> None:
+def diff(
+    run_a: Run,
+    run_b: Annotated[Path, typer.Argument(help="the other run folder")],
+    json_: Annotated[bool, typer.Option("--json", help="JSON on stdout")] = False,
+) -> None:
     """Compare two runs: logs byte for byte (first difference decoded) and figures; exit 0 if equal, 1 if not."""
     from flightsw.icd.tlog import TlogError
     from ground.columns import LogError
-    from ground.compare import compare, report
+    from ground.compare import as_json, compare, report
 
     try:
         result = compare(run_a, run_b)
     except (LogError, TlogError, ValueError, OSError) as exc:
         _fail(exc, 2)
-    print("\n".join(report(result)))
+    print(as_json(result) if json_ else "\n".join(report(result)))
     raise typer.Exit(0 if result.same else 1)
 
 

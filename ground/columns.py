@@ -14,6 +14,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
+from flightsw.icd.scan import Records
 from flightsw.icd.tlog import EPOCH_US, TlogError, records
 from ground.link.packets import DTYPES, NAMES
 
@@ -91,6 +92,11 @@ def _gather(window: NDArray, at: NDArray[np.int64], length: NDArray, dtype: np.d
     return out.view(dtype).ravel()
 
 
+def gathered(raw: bytes, at: NDArray[np.int64], length: NDArray, dtype: np.dtype) -> NDArray:
+    """Payloads of a file at offsets `at`, `length` [byte] sent of each, as an array of `dtype`."""
+    return _gather(sliding_window_view(np.frombuffer(raw + bytes(PAD), dtype=np.uint8), 256), at, length, dtype)
+
+
 def sequence_gaps(sysid: NDArray, compid: NDArray, seq: NDArray) -> dict[int, int]:
     """Packets missing per sysid: sum of forward jumps of the 8-bit sequence of each (sysid, compid). A step back or a
     repeat (jump of 128 or more) is reordering, not loss."""
@@ -111,6 +117,11 @@ def load(path: Path | str) -> Columns:
         log = records(path)
     except TlogError as exc:
         raise LogError(str(exc)) from exc
+    return of(log)
+
+
+def of(log: Records) -> Columns:
+    """Columns of records."""
     out = Columns({}, len(log), log.junk_bytes, log.cut_bytes, log.bad_stamps, int((~log.known).sum()))
     if not len(log):
         return out

@@ -121,6 +121,13 @@ def _equal(x: Any, y: Any) -> bool:
     return bool(x == y)
 
 
+def as_json(diff: Diff) -> str:
+    """The comparison as JSON: `same`, logs, and the figures that differ."""
+    logs = [{"log": x.name, "same": x.same, "sha256": x.sha, "first": x.first} for x in diff.logs]
+    figures = {key: [a, b] for key, a, b in diff.figures}
+    return json.dumps({"same": diff.same, "logs": logs, "figures": figures}, indent=1)
+
+
 def report(diff: Diff) -> list[str]:
     """The comparison as text lines."""
     lines = []

@@ -8,6 +8,7 @@ flat and dotted, SI unless the name ends in another unit; a figure without sampl
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -15,20 +16,18 @@ from numpy.typing import NDArray
 
 from flightsw.plugins import VIEWS
 from flightsw.strict import ConfigError
-from ground import run as runs
 from ground.columns import Columns, load
 from ground.consistency import consistency_figures, fuel_metrics, refusal_figures
 from ground.run import Run
+from ground.run import load as load_run
 from ground.views import registry
 from ground.views.base import Figures, Mask
+from ground.views.registry import Failed, ViewError, asked
 from ground.whole import log_figures
 from ground.wind import Counts, wind_figures
 
+FAILED = "run.failed_views"  # of the figures: which views failed, and with what
 SETTLE_S = 60.0  # [s] errors of estimates count from here, where no mission says when they do
-
-
-class ViewError(ValueError):
-    """A view could not give its figures. The text names it and what happened."""
 
 
 def failure_metrics(run: Path) -> Figures:
@@ -65,25 +64,30 @@ def common(run: Run, crafts: Mapping[int, str], counts: Counts) -> Figures:
     )
 
 
-def compute(folder: Path) -> Figures:
+def compute(folder: Path, failed: Failed = None) -> Figures:
     """All metrics of a run folder. Raises LogError if it is none or a log is no log, ValueError if meta.json is broken,
-    ConfigError if two views give one figure, ViewError for a view that fails."""
-    run = runs.load(folder)
-    views = registry.found(run.tlm)
+    ConfigError if two views give one figure, ViewError for a view that fails; with a list for `failed` what views fail with is
+    added there and the figures are those of the others."""
+    run = load_run(folder)
+    views = registry.found(run.tlm, failed)
 
     def counts(sysid: int, t_us: NDArray[np.int64]) -> Mask:
-        said = (view.counts(run.tlm, sysid, t_us) for view in views.values())
+        said = (asked(n, "counts", partial(v.counts, run.tlm, sysid, t_us), None, failed) for n, v in views.items())
         mask = next((m for m in said if m is not None), None)
         return t_us >= SETTLE_S * 1e6 if mask is None else mask
 
-    apart = frozenset[int]().union(*(view.judges(run.tlm) for view in views.values()))
+    nobody: frozenset[int] = frozenset()
+    judged = [asked(n, "judges", partial(v.judges, run.tlm), nobody, failed) for n, v in views.items()]
+    apart = nobody.union(*judged)
     out = common(run, {s: name for s, name in run.names.items() if s not in apart}, counts)
     for name, view in views.items():
-        try:
-            own = view.figures(run)
-        except Exception as e:  # another package's fault must not look like one of the run
-            raise ViewError(f"{VIEWS} = {name!r}: figures: {type(e).__name__}: {e}") from e
+        own: Figures = asked(name, "figures", partial(view.figures, run), {}, failed)
         if twice := out.keys() & own.keys():
             raise ConfigError(f"{VIEWS} = {name!r}: figure {min(twice)!r} is another's")
         out |= own
+    if failed:
+        out[FAILED] = "; ".join(dict.fromkeys(failed))
     return out
+
+
+__all__ = ["FAILED", "ViewError", "compute"]

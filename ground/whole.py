@@ -53,12 +53,17 @@ def flown(run: Path) -> Flat:
     return {k: v for k, v in found.items() if k.startswith("run.")}
 
 
-def scenario(run: Path) -> dict[str, Any]:
-    """The run's scenario.toml, {} without a readable one."""
+def toml(path: Path) -> dict[str, Any]:
+    """A TOML file, {} without a readable one."""
     try:
-        return tomllib.loads((run / "scenario.toml").read_text())
+        return tomllib.loads(path.read_text())
     except (OSError, ValueError):
         return {}
+
+
+def scenario(run: Path) -> dict[str, Any]:
+    """The run's scenario.toml, {} without a readable one."""
+    return toml(run / "scenario.toml")
 
 
 def log_figures(run: Path, truth: Columns, tlm: Columns) -> Flat:

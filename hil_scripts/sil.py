@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from pathlib import Path
 from typing import Annotated, Any
@@ -16,6 +17,7 @@ app = make("Software in the loop: plant, onboard software and ground on this mac
 
 EXIT_CONFIG = 2
 
+Json = Annotated[bool, typer.Option("--json", help="JSON on stdout; words for people go to stderr.")]
 RunDir = Annotated[Path, typer.Argument(help="A run folder as left by `sil run`.", metavar="RUN")]
 
 
@@ -50,13 +52,17 @@ def list_(
         list[str] | None,
         typer.Argument(help="scenarios, missions, aircraft, campaigns (default: all).", metavar="KIND"),
     ] = None,
+    json_: Json = False,
 ) -> None:
     """Scenarios, missions, aircraft and campaigns, with a line about each."""
     _kernels()
     from hil_scripts.launch import listing
 
     try:
-        listing.show(screen.console(), kinds or [])
+        if json_:
+            print(json.dumps(listing.as_dict(kinds or []), indent=1))
+        else:
+            listing.show(screen.console(), kinds or [])
     except ValueError as e:
         raise _fail(str(e)) from None
 
@@ -89,6 +95,7 @@ def run(
     no_rrd: Annotated[bool, typer.Option("--no-rrd", help="Do not write run.rrd.")] = False,
     duration: Annotated[float | None, typer.Option(help="End after this many simulated seconds.", min=0.1)] = None,
     signing_key: SigningKey = None,
+    json_: Json = False,
 ) -> None:
     """Fly a scenario. Exit 0: completed within its bounds; 1: failed, or an aircraft lost; 2: bad input; 4: bound violated; 130:
     Ctrl-C."""
@@ -112,6 +119,7 @@ def run(
                 duration,
                 signing_key,
                 stop,
+                json_,
             )
         except (ValueError, OSError) as e:
             raise _fail(str(e)) from None
@@ -130,6 +138,7 @@ def _fly(
     duration: float | None,
     signing_key: Path | None,
     stop: Any,
+    json_: bool,
 ) -> int:
     from flightsw.icd.signing import security as read_security
     from flightsw.strict import ConfigError
@@ -147,7 +156,7 @@ def _fly(
         )
     if not in_process:
         ports.check_free(ports.needed(plan.names, port_offset))
-    console = screen.console()
+    console = screen.console(stderr=json_)
     for text in plan.warnings:
         console.print(f"warning: {text}", style="yellow")
     if not warmup.warm(console, stop):
@@ -161,7 +170,10 @@ def _fly(
         outcome = inproc.fly(plan, run_dir, console, stop, built)
     else:
         outcome = mission.fly(plan, run_dir, port_offset, console, stop, signing_key)
-    return finish.finish(plan, run_dir, outcome, rrd, console, stop, in_process)
+    code = finish.finish(plan, run_dir, outcome, rrd, console, stop, in_process)
+    if json_:
+        print(json.dumps({"run.folder": str(run_dir)} | finish.read_summary(run_dir, console), indent=1))
+    return code
 
 
 def scenario_mode(realtime: bool) -> str:
@@ -181,7 +193,7 @@ def warmup(force: Annotated[bool, typer.Option("--force", help="Also when nothin
 
 
 @app.command()
-def replay(run: RunDir) -> None:
+def replay(run: RunDir, json_: Json = False) -> None:
     """Re-run the onboard software from its recorded inputs; exit 1 if any output differs."""
     _kernels()
     from flightsw.icd.tlog import say_damage
@@ -189,9 +201,12 @@ def replay(run: RunDir) -> None:
 
     say_damage("sil")
     try:
-        same = replay_cmd.show(screen.console(), replay_cmd.replay_run(run))
+        reports = replay_cmd.replay_run(run)
     except (ValueError, OSError) as e:
         raise _fail(str(e)) from None
+    same = replay_cmd.show(screen.console(stderr=json_), reports)
+    if json_:
+        print(json.dumps(replay_cmd.as_dict(reports), indent=1))
     raise typer.Exit(0 if same else 1)
 
 
@@ -202,6 +217,7 @@ def hash_(
     seed: Annotated[int, typer.Option(help="Seed of every random draw.", min=0)] = 3,
     out: Annotated[Path | None, typer.Option(help="Keep the table, JSON.")] = None,
     against: Annotated[Path | None, typer.Option(help="A table kept before; exit 1 if a log differs.")] = None,
+    json_: Json = False,
 ) -> None:
     """Digest every log of every scenario, to show what a change of the sources changed in what is flown."""
     _kernels()
@@ -209,7 +225,7 @@ def hash_(
     from hil_scripts.launch import warmup as w
     from hil_scripts.launch.procs import StopFlag
 
-    console, err = screen.console(), screen.console(stderr=True)
+    console, err = screen.console(stderr=json_), screen.console(stderr=True)
     with StopFlag() as stop:
         try:
             names, before = h.chosen(scenarios or []), None if against is None else h.read(against)
@@ -230,7 +246,30 @@ def hash_(
                 f"note: the table was made on {before.get('machine')}, this is {table['machine']}", soft_wrap=True
             )
         console.print(screen.verdict(not differ, f"all {len(table['logs'])} logs equal", f"{len(differ)} logs differ"))
+    if json_:
+        print(json.dumps(table | {"differ": differ}, indent=1))
     raise typer.Exit(1 if differ else 0)
+
+
+@app.command()
+def keys(
+    scenario: Annotated[str, typer.Argument(help="Name or path of a scenario.", autocompletion=_scenarios)],
+    pattern: Annotated[str, typer.Argument(help="Of names, as a shell has it.")] = "*",
+    json_: Json = False,
+) -> None:
+    """Every key that `--set` takes in a scenario, with its value."""
+    kernel_cache.use()
+    from hil_scripts.launch import listing
+
+    try:
+        found = listing.keys(scenario, pattern)
+    except (ValueError, OSError) as e:
+        raise _fail(str(e)) from None
+    if json_:
+        print(json.dumps(found, indent=1))
+    else:
+        for name, value in found.items():
+            print(f"{name} = {json.dumps(value)}")
 
 
 @app.command()
@@ -276,7 +315,9 @@ app.command()(campaign)
 
 @app.command()
 def estimate(
-    file: Annotated[Path, typer.Argument(help="Flight log, CSV; columns as in docs/real-data.md.", metavar="FILE")],
+    file: Annotated[
+        Path, typer.Argument(help="Flight log: CSV, .tlog, ULog or DataFlash .bin; columns as in docs/real-data.md.")
+    ],
     out: Annotated[Path | None, typer.Option(help="Folder for summary.json and wind.png.")] = None,
     twins: Annotated[int, typer.Option(help="Synthetic flights of each kind on the log's path; 0: none.", min=0)] = 20,
 ) -> None:

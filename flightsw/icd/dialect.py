@@ -33,12 +33,13 @@ class IcdError(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Field:
-    """One field: its wire type, length of an array (0: none), the code of `struct` and the bytes of one element."""
+    """One field: its wire type, length of an array (0: none), unit, the code of `struct` and the bytes of one element."""
 
     name: str
     type: str
     length: int
     extension: bool
+    unit: str = ""
 
     @property
     def code(self) -> str:
@@ -111,7 +112,7 @@ def _field(e: ET.Element, extension: bool, at: str) -> Field:
         )
     if not (e.text or "").strip():
         raise IcdError(f"{at}, field {name}: no description")
-    return Field(name, base, int(rest.rstrip("]")) if rest else 0, extension)
+    return Field(name, base, int(rest.rstrip("]")) if rest else 0, extension, e.attrib.get("units", ""))
 
 
 def _message(m: ET.Element, where: str) -> Message:

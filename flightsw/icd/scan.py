@@ -250,8 +250,9 @@ def scan(raw: bytes) -> Records:
             fine = right | ~of_dialect
             good = len(heads) if fine.all() else int(np.argmin(fine))
             # an unknown packet at the end of the chain must be followed by a record
-            ends = [*(h - STAMP for h in heads_list[1:]), stop]
-            while good and not of_dialect[good - 1] and not _starts_record(raw, ends[good - 1]):
+            while good and not of_dialect[good - 1]:
+                if _starts_record(raw, stop if good == len(heads) else heads_list[good] - STAMP):
+                    break
                 good -= 1
             kept.append({k: v[:good] for k, v in (fields | {"known": of_dialect}).items()})
             last = fields["stamp"][max(good - 3, 0) : good].tolist() or last

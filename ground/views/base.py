@@ -21,6 +21,7 @@ if TYPE_CHECKING:  # rerun is slow to import: only where something is drawn
     from ground.rrd.layout import Layout, Look
     from ground.rrd.series import Sink
     from ground.run import Run
+    from ground.signals import Signal
 
 Figure = float | int | str | bool | None
 Figures = dict[str, Figure]
@@ -108,6 +109,11 @@ class View(ABC):
     def figures(self, run: Run) -> Figures:
         """Figures for summary.json: flat dotted keys, SI unless the key ends in another unit; without samples None."""
         return {}
+
+    def signals(self, run: Run) -> list[Signal]:
+        """What only this mission has, as arrays: paths `<group>/<aircraft>/...`. They stand: a common signal of that path is not
+        made again."""
+        return []
 
     def layout(self, run: Run, look: Look) -> Layout | None:
         """What the viewer shows of it; None: nothing."""

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-from functools import cache
+from collections.abc import Callable
+from functools import cache, partial
+from typing import TypeVar
 
 from flightsw.plugins import VIEWS, parts
+from flightsw.strict import ConfigError
 from ground.columns import Columns
 from ground.views.base import View
+
+T = TypeVar("T")
 
 
 @cache
@@ -15,9 +20,34 @@ def views() -> dict[str, View]:
     return parts(VIEWS, View)  # type: ignore[type-abstract]
 
 
-def found(tlm: Columns) -> dict[str, View]:
-    """The views that find their messages in this telemetry."""
-    return {name: view for name, view in views().items() if view.finds(tlm)}
+class ViewError(ValueError):
+    """A view failed. The text names it, what it was asked for, and what happened."""
+
+
+Failed = (
+    list[str] | None
+)  # what views failed with is added here, and the rest goes on; None: the first raises ViewError
+
+
+def asked(name: str, what: str, answer: Callable[[], T], otherwise: T, failed: Failed) -> T:
+    """What a view answers; where it fails `otherwise`, or ViewError: another's fault must not look like one of the run."""
+    try:
+        return answer()
+    except ConfigError:
+        raise
+    except Exception as e:
+        text = f"{VIEWS} = {name!r}: {what}: {type(e).__name__}: {e}"
+        if failed is None:
+            raise ViewError(text) from e
+        failed.append(text)
+        return otherwise
+
+
+def found(tlm: Columns, failed: Failed = None) -> dict[str, View]:
+    """The views that find their messages in this telemetry. Raises ViewError as `asked`."""
+    return {
+        name: view for name, view in views().items() if asked(name, "finds", partial(view.finds, tlm), False, failed)
+    }
 
 
 def usual_names() -> dict[int, str]:

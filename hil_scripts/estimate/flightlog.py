@@ -8,11 +8,12 @@ from __future__ import annotations
 import csv
 import io
 import math
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
 
-from hil_scripts.estimate import logcheck
+from hil_scripts.estimate import foreign, logcheck
 from hil_scripts.estimate.columns import (
     ATT,
     OPTIONAL,
@@ -35,7 +36,10 @@ BAD_SHARE, BAD_FEW = 0.01, 3  # rows that may be left out: this share, and at le
 
 
 def read(path: Path) -> FlightLog:
-    """Read and check a log. Raises LogError for anything that would silently spoil the estimate."""
+    """Read and check a log: a table in CSV, or one of the formats of `foreign`. Raises LogError for anything that would silently
+    spoil the estimate."""
+    if foreign.is_foreign(path):
+        return _foreign(path)
     names, rows, notes = _table(path)
     missing = [c.name for c in REQUIRED if c.name not in names]
     if missing:
@@ -43,12 +47,47 @@ def read(path: Path) -> FlightLog:
     doubled = sorted({n for n in names if names.count(n) > 1})
     if doubled:
         raise LogError(f"{path}: column {', '.join(doubled)} appears more than once")
-    columns = [*REQUIRED, *(c for group in OPTIONAL if all(c.name in names for c in group) for c in group)]
+    columns = _present(names)
     lines, values, skipped = _numbers(path, names, rows, columns)
+    return _log(path, columns, lines, values, skipped, len(rows), notes)
+
+
+def _present(names: Iterable[str]) -> list[Column]:
+    """The columns a log with these names has, groups of which one is missing left out."""
+    return [*REQUIRED, *(c for group in OPTIONAL if all(c.name in names for c in group) for c in group)]
+
+
+def _foreign(path: Path) -> FlightLog:
+    found, notes = foreign.columns(path)
+    columns = _present(found)
+    values = np.column_stack([found[c.name] for c in columns])
+    lines = np.arange(1, len(values) + 1)
+    bad: dict[int, str] = {}
+    for i, c in enumerate(columns):
+        x = values[:, i]
+        for k in np.flatnonzero(~(np.isfinite(x) & (np.abs(x) <= c.limit) & (x >= c.lowest))).tolist():
+            bad.setdefault(k, f"sample {k + 1}: column {c.name}{_cell(str(x[k]), c)[1]}")
+    keep = np.setdiff1d(np.arange(len(values)), list(bad))
+    if len(keep) < LEAST:
+        raise LogError(f"{path}: {len(keep)} samples can be used; at least {LEAST} are needed")
+    skipped = [(k + 1, text) for k, text in bad.items()]
+    return _log(path, columns, lines[keep], values[keep], skipped, len(values), notes)
+
+
+def _log(
+    path: Path,
+    columns: list[Column],
+    lines: Array,
+    values: Array,
+    skipped: list[tuple[int, str]],
+    rows: int,
+    notes: tuple[str, ...],
+) -> FlightLog:
+    """The log of believable rows, checked for what no single row shows."""
     keep, late = logcheck.advancing(lines, values[:, 0])
     skipped += late
     skipped.sort()
-    _judge(path, skipped, len(rows))
+    _judge(path, skipped, rows)
     data = dict(zip((c.name for c in columns), values[keep].T, strict=True))
 
     def stack(cols: tuple[Column, ...]) -> Array:

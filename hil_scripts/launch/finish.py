@@ -18,6 +18,7 @@ from hil_scripts.launch.mission import Outcome, deleted
 from hil_scripts.launch.procs import StopFlag, Supervisor, describe_exit
 from hil_scripts.launch.runfolder import RunPlan
 
+FAILED = "run.failed_views"  # of the figures (ground.metrics): views that failed
 EXIT_FAILED = 1
 EXIT_EXPECT = 4  # completed, but a bound of the scenario is violated
 
@@ -31,8 +32,8 @@ def finish(
     if outcome.outcome in ("completed", "lost"):
         if in_process:
             summary = _figures(run, console)
-        elif _step("metrics", ["ground", "metrics", "--write", str(run)], run, console, stop):
-            summary = _read_summary(run, console)
+        elif _step("metrics", ["ground", "metrics", "--write", str(run)], run, console, stop) or _has_failed_view(run):
+            summary = read_summary(run, console)
         if rrd and not stop:
             _step("convert", ["ground", "convert", str(run)], run, console, stop)
     if summary.get("run.outcome") == "truncated":
@@ -66,7 +67,7 @@ def finish(
     elif outcome.outcome != "completed" or not got_metrics:
         code = EXIT_FAILED
     else:
-        code = _judge(plan, summary, console)
+        code = _judge(plan, summary, console) or (EXIT_FAILED if FAILED in summary else 0)
     if unwritten:
         console.print(unwritten, style="red", soft_wrap=True)
         return code or EXIT_FAILED
@@ -130,17 +131,30 @@ def _figures(run: Path, console: Console) -> dict[str, Any]:
     from ground.metrics import compute
 
     try:
-        return compute(run)
+        failed: list[str] = []
+        figures = compute(run, failed)
+        if failed:
+            console.print(f"ground metrics: {figures[FAILED]}", style="red", soft_wrap=True)
+        return figures
     except (LogError, ValueError, OSError) as e:
         console.print(f"ground metrics: {e}", style="red", soft_wrap=True)
         return {}
 
 
-def _read_summary(run: Path, console: Console) -> dict[str, Any]:
+def _has_failed_view(run: Path) -> bool:
+    """Whether the figures were written, all but those of a view."""
+    try:
+        return FAILED in json.loads((run / "summary.json").read_text())
+    except (OSError, ValueError):
+        return False
+
+
+def read_summary(run: Path, console: Console) -> dict[str, Any]:
+    """summary.json of a run folder, {} and a word about it where there is none that can be read."""
     try:
         data = json.loads((run / "summary.json").read_text())
     except (OSError, ValueError) as e:
-        console.print(f"{run / 'summary.json'}: not readable after ground metrics: {e}", style="red")
+        console.print(f"{run / 'summary.json'}: not readable: {e}", style="red")
         return {}
     return data if isinstance(data, dict) else {}
 
@@ -157,7 +171,9 @@ def _step(name: str, module_args: list[str], run: Path, console: Console, stop: 
             return True
         sup.stop()
         why = f"stopped by signal {stop.signum}" if stop else describe_exit(child.popen.returncode)
-        console.print("\n".join([f"ground {name}: {why}", *child.tail]), style="red")
+        said = list(child.tail)
+        lines = said if len(said) == 1 and not stop else [f"ground {name}: {why}", *said]  # its own words say all
+        console.print("\n".join(lines), style="red", soft_wrap=True)
         return False
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import gc
 import tempfile
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +29,7 @@ from sim_plant.scenario import load_scenario
 from sim_plant.server import PlantServer
 from sim_plant.world import AircraftLostError
 
+Change = Callable[[int, bytes], bytes]
 LOOK_EVERY = 64  # ticks between looks at the stop flag and the screen
 
 
@@ -47,18 +49,24 @@ class InProcess:
         self.links = [LinkRecorder(run / f"link_{f.name}.tlog", f.sysid) for f in plan.flights]
         self.ground = Recorder(TlogWriter(run / "tlm.tlog"))
 
-    def tick(self) -> None:
-        """One tick of everything."""
+    def tick(self, ground: Sequence[Sequence[bytes]] = (), change: Change | None = None) -> list[list[bytes]]:
+        """One tick of everything; what went over each aircraft's links, in the plant's order. ground: datagrams of a ground
+        station to each; change: makes what the plant gets of an aircraft's reply, by its place (the log has what was said)."""
         nodes = self.nodes
-        replies = [node.step((d,)) for node, d in zip(nodes, self.server.begin_tick(), strict=True)]
-        self.server.end_tick(replies)
-        for node, link, reply in zip(nodes, self.links, replies, strict=True):
+        sent = self.server.begin_tick()
+        asked = ground or [()] * len(nodes)
+        replies = [node.step((d,), ground=g) for node, d, g in zip(nodes, sent, asked, strict=True)]
+        self.server.end_tick(replies if change is None else [change(i, r) for i, r in enumerate(replies)])
+        wire = []
+        for node, link, d, reply in zip(nodes, self.links, sent, replies, strict=True):
             telemetry = node.after()
             link.inbound(node.t_us, node.take_heard())
             link.outbound(node.t_us, reply, telemetry)
             link.settled(node.take_settled())
-            for d in telemetry:
-                self.ground.take(d)
+            for t in telemetry:
+                self.ground.take(t)
+            wire.append([d, reply, *telemetry])
+        return wire
 
     def finish(self) -> None:
         """The end of the run as the plant announces it; then close every log."""

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Callable, Iterable
+from fnmatch import fnmatchcase
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 from rich.table import Table
 
 from flightsw.aircraft.base import HERE as AIRCRAFT
 from flightsw.strict import ConfigError, near
-from hil_scripts.launch.runfolder import PARAMS, SCENARIOS
+from ground.happenings import by_name
+from ground.whole import flatten
+from hil_scripts.launch.runfolder import PARAMS, PLANT_KEY, SCENARIOS, resolve
 
 Rows = list[tuple[str, str]]
 
@@ -58,13 +62,36 @@ KINDS: dict[str, tuple[str, Callable[[], Rows]]] = {
 }
 
 
-def show(console: Console, kinds: Iterable[str]) -> None:
-    """Tables of the named kinds, of all if none is named. Raises ConfigError for a kind that does not exist."""
+def _wanted(kinds: Iterable[str]) -> list[str]:
+    """The named kinds, all if none is. Raises ConfigError for one that does not exist."""
     wanted = list(kinds) or list(KINDS)
     for kind in wanted:
         if kind not in KINDS:
             raise ConfigError(f"{kind!r}: allowed: {', '.join(KINDS)}{near(kind, KINDS)}")
-    for kind in wanted:
+    return wanted
+
+
+def as_dict(kinds: Iterable[str]) -> dict[str, dict[str, str]]:
+    """Kind -> name -> a line about it. Raises ConfigError."""
+    return {kind: dict(KINDS[kind][1]()) for kind in _wanted(kinds)}
+
+
+def keys(scenario: str, pattern: str = "*") -> dict[str, Any]:
+    """Key as `--set` has it -> value, of the scenario and of every aircraft's onboard software. Raises ConfigError for a scenario
+    that does not exist or cannot be flown, and where no key fits."""
+    plan = resolve(scenario, None, [], None)
+    out = flatten(by_name(plan.scenario), f"{PLANT_KEY}.")
+    for f in plan.flights:
+        out |= flatten({k: v for k, v in f.config.items() if k != "origin"}, f"{f.name}.")
+    found = {k: v for k, v in out.items() if fnmatchcase(k, pattern)}
+    if not found:
+        raise ConfigError(f"{pattern!r}: fits none of the {len(out)} keys of {scenario}")
+    return found
+
+
+def show(console: Console, kinds: Iterable[str]) -> None:
+    """Tables of the named kinds, of all if none is named. Raises ConfigError for a kind that does not exist."""
+    for kind in _wanted(kinds):
         use, rows = KINDS[kind]
         t = Table(title=f"{kind}: {use}", title_justify="left", title_style="bold", box=None, pad_edge=False)
         t.add_column(no_wrap=True)

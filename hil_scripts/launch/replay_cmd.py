@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 from rich.table import Table
@@ -56,3 +57,18 @@ def show(console: Console, reports: dict[str, Report]) -> bool:
             for line in r.lines():
                 console.print(f"{name}: {line}", style="red", soft_wrap=True)
     return all(r.ok for r in reports.values())
+
+
+def as_dict(reports: dict[str, Report]) -> dict[str, Any]:
+    """The reports by aircraft, and whether nothing differs at all."""
+    rows = {
+        name: {
+            "ticks": r.ticks,
+            "packets": r.packets,
+            "differences": r.differences,
+            "extra": len(r.extra),
+            "same": r.ok,
+        }
+        for name, r in reports.items()
+    }
+    return {"same": all(r.ok for r in reports.values()), "aircraft": rows}

@@ -32,7 +32,7 @@ def _table(tree: dict[str, Any], prefix: str, lines: list[str]) -> None:
     nested = {k: v for k, v in tree.items() if isinstance(v, dict) or _is_table_list(v)}
     for k, v in tree.items():
         if k not in nested and v is not None:
-            lines.append(f"{_key(k)} = {_value(v, prefix + k)}")
+            lines.append(f"{_key(k)} = {value(v, prefix + k)}")
     for k, v in nested.items():
         path = prefix + _key(k)
         for item in [v] if isinstance(v, dict) else v:
@@ -40,7 +40,8 @@ def _table(tree: dict[str, Any], prefix: str, lines: list[str]) -> None:
             _table(item, path + ".", lines)
 
 
-def _value(v: Any, key: str) -> str:
+def value(v: Any, key: str) -> str:
+    """A scalar or a list as TOML. Raises TypeError naming the key of anything else."""
     if isinstance(v, bool):
         return "true" if v else "false"
     if isinstance(v, (int, float)):
@@ -48,5 +49,5 @@ def _value(v: Any, key: str) -> str:
     if isinstance(v, str):
         return json.dumps(v, ensure_ascii=False).replace("\x7f", "\\u007f")
     if isinstance(v, (list, tuple)):
-        return "[" + ", ".join(_value(x, key) for x in v) + "]"
+        return "[" + ", ".join(value(x, key) for x in v) + "]"
     raise TypeError(f"{key}: {type(v).__name__} cannot be written as TOML")

@@ -18,12 +18,13 @@ from ground.rrd.series import Array, Sink
 from ground.run import Run
 from ground.views.gust.figures import pair
 from ground.views.gust.read import ESTIMATORS, LAWS, GustFlight, flights, names
+from ground.views.gust.signals import WANTED
 
 DEG = 180.0 / np.pi
 G = 9.81
 BAND: Color = (150, 100, 50)
 WEIGHTS: tuple[Color, ...] = ((90, 150, 240), (96, 190, 110), (240, 190, 70), (232, 92, 80))
-WANTED = (("alpha_w", "deg", DEG), ("v_w", "m/s", 1.0), ("bias", "deg", DEG))
+SHOWN = {"alpha_w": ("deg", DEG), "v_w": ("m/s", 1.0), "bias": ("deg", DEG)}
 SPECTRUM = "truth/spectrum"
 DECADES = (-1.0, 1.4)  # log10 of the frequencies [Hz] drawn
 PSD = (-4.0, 2.0)  # log10 of the density [(m/s^2)^2/Hz]
@@ -42,7 +43,8 @@ def draw(sink: Sink, run: Run) -> None:
 def _flight(sink: Sink, f: GustFlight, color: Color) -> None:
     """Estimates against truth, loads, commands of one aircraft."""
     name, t = f.name, f.t_us
-    for i, (key, unit, factor) in enumerate(WANTED):
+    for i, (key, _) in enumerate(WANTED):
+        unit, factor = SHOWN[key]
         sink.series(f"truth/{name}/gust/{key}", t, f.truth[:, i] * factor, f"{key} truth [{unit}]", TRUTH, 1.4)
         m = f.valid
         est, s2 = f.est[m, i] * factor, 2.0 * f.sigma[m, i] * factor
@@ -148,7 +150,7 @@ def layout(run: Run, look: Look) -> Layout:
             p.plot("normalised innovation squared / dof", [f"nav/{a}/nis" for a in order], (0.0, 4.0)),
             p.plot(f"{lead}: weights of the bank", [f"nav/{lead}/gust/weight/**"], (0.0, 1.0)),
             p.plot("turbulence intensity / expected", [f"nav/{a}/gust/scale" for a in order]),
-            *(p.plot(f"error of {k} [{u}]", [f"nav/{a}/gust/{k}_error" for a in order]) for k, u, _ in WANTED),
+            *(p.plot(f"error of {k} [{u}]", [f"nav/{a}/gust/{k}_error" for a in order]) for k, (u, _) in SHOWN.items()),
             name="Filter",
         ),
     ]  # fmt: skip

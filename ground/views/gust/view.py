@@ -10,10 +10,12 @@ from ground.run import Run
 from ground.views.base import Command, Figures, Value, View
 from ground.views.gust.figures import gust_metrics
 from ground.views.gust.read import LAWS, has_gust
+from ground.views.gust.signals import signals
 
 if TYPE_CHECKING:
     from ground.rrd.layout import Layout, Look
     from ground.rrd.series import Sink
+    from ground.signals import Signal
 
 
 class Gust(View):
@@ -33,6 +35,10 @@ class Gust(View):
     def figures(self, run: Run) -> Figures:
         """gust.*."""
         return gust_metrics(run.folder, run.truth, run.tlm)
+
+    def signals(self, run: Run) -> list[Signal]:
+        """See ground.views.gust.signals."""
+        return list(signals(run))
 
     def layout(self, run: Run, look: Look) -> Layout:
         """Spectra; tabs Gust, Loads, Filter."""

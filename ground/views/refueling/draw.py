@@ -11,8 +11,8 @@ from ground.rrd.palette import BOX, NAV, Color
 from ground.rrd.series import AXIS, Sink
 from ground.run import Run
 from ground.views.refueling.aircraft import NAMES, RECEIVER
-from ground.views.refueling.figures import contact_error
 from ground.views.refueling.scene3d import scene3d
+from ground.views.refueling.signals import signals
 
 PERIOD_US = 100_000  # [us]
 TRAIL_S = 30.0  # [s] length of trails behind the cursor
@@ -40,7 +40,7 @@ assert set(STATES) - {"MEASURING", "LATCHED", "free"} <= set(PHASES.values())
 
 def draw(sink: Sink, run: Run) -> None:
     """Send everything of this module."""
-    _relative(sink, run.truth, run.tlm)
+    _relative(sink, run)
     _boom(sink, run.tlm)
     scene3d(sink, run.truth, run.tlm)
 
@@ -77,23 +77,25 @@ def station(p: Plots) -> rrb.Vertical:
     return rrb.Vertical(*errors, where, name="Station keeping")
 
 
-def _relative(sink: Sink, truth: Columns, tlm: Columns) -> None:
+# path of a signal without the aircraft -> label, colour of each part, width
+RELATIVE: dict[str, tuple[str, tuple[Color, ...], float]] = {
+    "truth/xi": ("truth", AXIS, 1.5),
+    "nav/xi": ("estimate", (NAV,) * 3, 1.0),
+    "guid/xi": ("command", (BOX,) * 3, 1.0),
+    "guid/error": ("error", AXIS, 1.5),
+}
+
+
+def _relative(sink: Sink, run: Run) -> None:
     """Station keeping of the receiver: truth, estimate, command, error and its box."""
-    t_us, error = contact_error(truth, tlm)
-    for i, axis in enumerate("xyz"):
-        sink.series(f"guid/receiver/error/{axis}", t_us, error[:, i], f"{axis} error", AXIS[i], 1.5)
+    for s in signals(run):
+        top, _, key = s.path.split("/", 2)
+        label, colors, width = RELATIVE[f"{top}/{key}"]
+        d = s if key == "error" else s.thinned(PERIOD_US)
+        for i, axis in enumerate(s.parts):
+            sink.series(f"{s.path}/{axis}", d.t_us, d.values[:, i], f"{axis} {label}", colors[i], width)
     sink.level("guid/receiver/box", (-2.0, 2.0), "box +-2 m", BOX)
     sink.level("guid/receiver/target", (-0.4, 0.4), "+-0.4 m", (110, 110, 90))
-    true, rel = truth.get(RECEIVER, "TRUTH"), tlm.get(RECEIVER, "RELATIVE_STATE")
-    if true is not None:
-        d = true.decimated(PERIOD_US)
-        for i, axis in enumerate("xyz"):
-            sink.series(f"truth/receiver/xi/{axis}", d.t_us, d["xi"][:, i], f"{axis} truth", AXIS[i])
-    if rel is not None:
-        d = rel.pick(rel["valid"] != 0).decimated(PERIOD_US)
-        for i, axis in enumerate("xyz"):
-            sink.series(f"nav/receiver/xi/{axis}", d.t_us, d["pos"][:, i], f"{axis} estimate", NAV, 1.0)
-            sink.series(f"guid/receiver/xi/{axis}", d.t_us, d["cmd_pos"][:, i], f"{axis} command", BOX, 1.0)
 
 
 def _boom(sink: Sink, tlm: Columns) -> None:

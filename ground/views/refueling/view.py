@@ -14,10 +14,12 @@ from ground.run import Run
 from ground.views.base import NOT_VALID, Command, Figures, Heard, Mask, Value, View, Words
 from ground.views.refueling.aircraft import NAMES, RECEIVER, TANKER
 from ground.views.refueling.figures import contact_metrics, downwash, measuring, missing, relative
+from ground.views.refueling.signals import signals
 
 if TYPE_CHECKING:
     from ground.rrd.layout import Layout, Look
     from ground.rrd.series import Sink
+    from ground.signals import Signal
 
 # phases of its missions alone (WKF_PHASE); the others any mission may be in
 OWN = {
@@ -75,6 +77,10 @@ class Refueling(View):
     def figures(self, run: Run) -> Figures:
         """contact.*, the downwash, nees.relative.*."""
         return contact_metrics(run.truth, run.tlm) | downwash(run) | relative(run) | missing(run)
+
+    def signals(self, run: Run) -> list[Signal]:
+        """See ground.views.refueling.signals."""
+        return list(signals(run))
 
     def layout(self, run: Run, look: Look) -> Layout:
         """Formation, boom, overview."""
