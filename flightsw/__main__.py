@@ -18,7 +18,7 @@ from flightsw.icd.overrun import overrun
 from flightsw.icd.signing import OPEN, PLANT, TELEMETRY, Security, security
 from flightsw.icd.tlog import TlogError
 from flightsw.process.accounts import accounts
-from flightsw.process.clock import RealtimeClock, monotonic_us, realtime_priority
+from flightsw.process.clock import RealtimeClock, monotonic_us, realtime_priority, unix_s
 from flightsw.process.config import FlightConfig, load_flight
 from flightsw.process.executive import no_time
 from flightsw.process.loop import Process, Stop
@@ -115,7 +115,7 @@ def fly(
         if sysid is not None:
             overrides["app.sysid"] = sysid
         cfg = load_flight(config, overrides)
-        process = open_process(cfg, run_dir, realtime, port_offset, stop, security(signing_key, unsigned))
+        process = open_process(cfg, run_dir, realtime, port_offset, stop, security(signing_key, unsigned, unix_s))
     except (
         ConfigError,
         LinkError,

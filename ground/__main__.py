@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import json
 import sys
+import time
 from pathlib import Path
 from typing import Annotated, NoReturn
 
@@ -52,7 +53,7 @@ def record(
     from ground.link.record import RecordError, run
 
     try:
-        recorder = run(out, port + port_offset, host, forward, security=security(signing_key, unsigned))
+        recorder = run(out, port + port_offset, host, forward, security=security(signing_key, unsigned, time.time))
     except (RecordError, SigningError) as exc:
         _fail(exc)
     lost = sum(recorder.gaps.dropped.values())
@@ -189,7 +190,7 @@ def live(
     from ground.link.record import RecordError, open_socket
 
     try:
-        links = security(signing_key, unsigned)
+        links = security(signing_key, unsigned, time.time)
         sock = open_socket(host, port + port_offset, links)
     except (RecordError, SigningError) as exc:
         _fail(exc)
@@ -241,7 +242,7 @@ def send(
             raise CommandError(f"--type belongs to inject, not to {action!r}")
         else:
             what = order(action, value, to)
-        answer = transmit(what, port_offset, host, security=security(signing_key, False))
+        answer = transmit(what, port_offset, host, security=security(signing_key, False, time.time))
     except (CommandError, OSError, SigningError) as exc:
         _fail(exc, 2)
     print(answer.text, file=sys.stderr if answer.exit_code else sys.stdout)

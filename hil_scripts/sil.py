@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import time
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -148,7 +149,7 @@ def _fly(
         raise ConfigError("--realtime and --in-process exclude each other: in one process there is no wall clock")
     if in_process and signing_key is not None:
         raise ConfigError("--signing-key and --in-process exclude each other: in one process there are no links")
-    read_security(signing_key, unsigned=False)
+    read_security(signing_key, False, time.time)
     plan = runfolder.resolve(scenario, seed, sets, duration, realtime)
     if plan.realtime and in_process:
         raise ConfigError(

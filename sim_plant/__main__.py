@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import gc
 import signal
+import time
 from pathlib import Path
 from types import FrameType
 from typing import Annotated, Any
@@ -84,7 +85,7 @@ def fly(
             overrides["clock.mode"] = '"realtime"'
         sc = load_scenario(scenario, overrides)
         server = _build(sc, seed, run_dir)
-        links = security(signing_key, unsigned)
+        links = security(signing_key, unsigned, time.time)
         link = UdpPlant(server, port_offset, stop.status, _say, lambda: bool(stop.signum), links)
         gc.collect()
         gc.freeze()

@@ -12,7 +12,6 @@ from __future__ import annotations
 import ipaddress
 import os
 import stat
-import time
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from hashlib import sha256
@@ -59,9 +58,9 @@ def write_key(path: str | Path) -> None:
         f.write(os.urandom(KEY).hex() + "\n")
 
 
-def now() -> int:
-    """The clock's time in the units of a signature."""
-    return int((time.time() - SINCE_S) * PER_S)
+def units(unix_s: float) -> int:
+    """Unix time [s] in the units of a signature."""
+    return int((unix_s - SINCE_S) * PER_S)
 
 
 @dataclass(slots=True)
@@ -87,18 +86,18 @@ REASONS = tuple(f.name for f in fields(Refused))
 
 
 class Signing:
-    """Signs what goes out of one socket and judges what comes in."""
+    """Signs what goes out of one socket and judges what comes in. `clock` gives unix time [s]."""
 
-    def __init__(self, key: bytes, link: int, clock: Callable[[], int] = now) -> None:
+    def __init__(self, key: bytes, link: int, clock: Callable[[], float]) -> None:
         self._key, self._link, self._clock = key, bytes((link,)), clock
-        self.time = clock()  # the latest sent or heard
+        self.time = units(clock())  # the latest sent or heard
         self.refused = Refused()
         self._streams: dict[tuple[int, int, int], int] = {}
 
     def sign(self, datagram: bytes) -> bytes:
         """The same packets, sound and of the dialect, signed. One that is signed already stays as it is."""
         out, at = [], 0
-        self.time = max(self.time, self._clock())
+        self.time = max(self.time, units(self._clock()))
         while at < len(datagram):
             stop = at + _AT + datagram[at + 1] + CRC
             if datagram[at + 2] & SIGNED:
@@ -116,7 +115,7 @@ class Signing:
         """Those packets of a datagram that may be believed, as unsigned ones; the others are counted, bytes that are no packet
         too (as unsigned, a run of them once)."""
         out, at, end = [], 0, len(datagram)
-        self.time = max(self.time, self._clock())
+        self.time = max(self.time, units(self._clock()))
         while at < end:
             wrong, size = sound(datagram, at)
             if wrong:
@@ -162,14 +161,15 @@ def _flagged(packet: bytes, flag: int) -> bytes:
 
 @dataclass(frozen=True)
 class Security:
-    """What a program was told about its links: the key, or that they may be open to everybody without one."""
+    """What a program was told about its links: the key and whose clock [s, unix], or that they may be open to everybody."""
 
     key: bytes | None = None
+    clock: Callable[[], float] = float
     unsigned: bool = False
 
     def link(self, ident: int) -> Signing | None:
         """The signing of one socket; None without a key."""
-        return None if self.key is None else Signing(self.key, ident)
+        return None if self.key is None else Signing(self.key, ident, self.clock)
 
     def admit(self, host: str) -> None:
         """Raise SigningError for an address that others can reach, without a key and without `unsigned`."""
@@ -186,11 +186,11 @@ class Security:
 OPEN = Security()
 
 
-def security(key_file: str | Path | None, unsigned: bool) -> Security:
-    """Of the options --signing-key and --unsigned. Raises SigningError."""
+def security(key_file: str | Path | None, unsigned: bool, clock: Callable[[], float]) -> Security:
+    """Of the options --signing-key and --unsigned; clock: unix time [s]. Raises SigningError."""
     if key_file is not None and unsigned:
         raise SigningError("--signing-key and --unsigned exclude each other")
-    return Security(None if key_file is None else read_key(key_file), unsigned)
+    return Security(None if key_file is None else read_key(key_file), clock, unsigned)
 
 
 def heard(datagram: bytes, signing: Signing | None) -> bytes:

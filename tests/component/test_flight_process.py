@@ -8,6 +8,7 @@ import signal
 import socket
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -15,7 +16,7 @@ import pytest
 
 from flightsw.icd import tlog
 from flightsw.icd.link import UdpLink, plant_port, telemetry_port
-from flightsw.icd.signing import PLANT, Security, Signing, now, read_key, write_key
+from flightsw.icd.signing import PLANT, Security, Signing, read_key, units, write_key
 from flightsw.icd.wire import Sender
 from flightsw.process.config import load_flight
 from flightsw.process.node import Node
@@ -311,8 +312,8 @@ def test_with_a_key_only_who_has_it_is_heard_and_the_others_are_counted(tmp_path
         flight.link.send(flight.plant.at(0), flight.to)
         assert flight.link.recv(1.0) is None  # not signed
         flight.link.close()
-        flight.link = UdpLink(0, "plant of the test", security=Security(key), ident=PLANT)
-        judge = Signing(key, 9)
+        flight.link = UdpLink(0, "plant of the test", security=Security(key, time.time), ident=PLANT)
+        judge = Signing(key, 9, time.time)
         for _ in range(100):
             flight.link.send(flight.plant.at(0), flight.to)
             got = flight.link.recv(0.2)
@@ -323,10 +324,10 @@ def test_with_a_key_only_who_has_it_is_heard_and_the_others_are_counted(tmp_path
         mav = common.MAVLink(None, 255, 190)
         mav.robust_parsing = True
         mav.signing.secret_key, mav.signing.link_id, mav.signing.sign_outgoing = key, 7, True
-        mav.signing.timestamp = now()
+        mav.signing.timestamp = units(time.time())
         order = common.MAVLink_command_long_message(2, 1, 31010, 0, 3.0, 0, 0, 0, 0, 0, 0)
         signed, bare = bytes(order.pack(mav)), Sender(255, 190).named("COMMAND_LONG", target_system=2, command=31010)
-        for d in (bare, Signing(bytes(32), 7).sign(bare), signed, bare, signed):
+        for d in (bare, Signing(bytes(32), 7, time.time).sign(bare), signed, bare, signed):
             gcs.send(d, flight.ground_to)
         heard = []
         for _ in range(25):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import socket
+import time
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ from pymavlink.dialects.v20 import common
 
 from flightsw.icd import signing, wire
 from flightsw.icd.link import UdpLink
-from flightsw.icd.signing import WINDOW, Security, Signing, SigningError, read_key, security, write_key
+from flightsw.icd.signing import PER_S, SINCE_S, WINDOW, Security, Signing, SigningError, read_key, security, write_key
 
 KEY, OTHER = bytes(range(32)), bytes(32)
 T0 = 400_000 * 86_400 * 10  # a time
@@ -30,7 +31,7 @@ def stock(key: bytes = KEY, link: int = 5, at: int = T0) -> Any:
 
 
 def ours(key: bytes = KEY, at: int = T0, link: int = signing.TELEMETRY) -> Signing:
-    return Signing(key, link, lambda: at)
+    return Signing(key, link, lambda: at / PER_S + SINCE_S)
 
 
 def test_the_stock_library_believes_what_is_signed_here() -> None:
@@ -78,7 +79,7 @@ def test_streams_are_apart_and_their_number_is_bounded() -> None:
     mine = ours()
     for sysid in range(1, 251):
         for link in range(4):
-            assert mine.check(Signing(KEY, link, lambda: T0).sign(wire.Sender(sysid, 1).named("HEARTBEAT", type=1)))
+            assert mine.check(ours(link=link).sign(wire.Sender(sysid, 1).named("HEARTBEAT", type=1)))
     assert len(mine._streams) <= signing.STREAMS_MAX and mine.refused.total == 0
 
 
@@ -115,7 +116,7 @@ def test_a_key_file_is_made_for_its_owner_and_read_by_nobody_else(tmp_path: Path
     with pytest.raises(SigningError, match="cannot be read: No such file"):
         read_key(tmp_path / "none")
     with pytest.raises(SigningError, match="exclude each other"):
-        security(path, True)
+        security(path, True, float)
 
 
 EVERYBODY = "0.0.0.0"  # noqa: S104
@@ -136,14 +137,14 @@ def test_an_address_others_reach_needs_a_key_or_a_word() -> None:
 
 
 def test_a_socket_signs_and_lets_in_only_what_is_signed() -> None:
-    link = UdpLink(0, "a test", security=Security(KEY), ident=signing.TELEMETRY)
+    link = UdpLink(0, "a test", security=Security(KEY, time.time), ident=signing.TELEMETRY)
     plain = wire.Sender(2, 1).named("HEARTBEAT", type=1)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as s:
         s.bind(("127.0.0.1", 0))
         s.settimeout(5.0)
         link.send(plain, s.getsockname())
-        back = Signing(KEY, 9).check(s.recv(2000))
-        for d in (plain, Signing(OTHER, 9).sign(plain), Signing(KEY, 9).sign(plain)):
+        back = Signing(KEY, 9, time.time).check(s.recv(2000))
+        for d in (plain, Signing(OTHER, 9, time.time).sign(plain), Signing(KEY, 9, time.time).sign(plain)):
             s.sendto(d, ("127.0.0.1", link.port))
         got: list[bytes] = []
         while len(got) < 1 or link.signing is None or link.signing.refused.total < 2:
