@@ -12,12 +12,13 @@ from typing import Annotated
 
 import typer
 
-from flightsw.cli import Version, make, report, tell
+from flightsw.cli import SigningKey, Unsigned, Version, make, report, tell
 from flightsw.icd.link import LinkError, UdpLink, plant_port, telemetry_port
 from flightsw.icd.overrun import overrun
+from flightsw.icd.signing import OPEN, PLANT, TELEMETRY, Security, security
 from flightsw.icd.tlog import TlogError
 from flightsw.process.accounts import accounts
-from flightsw.process.clock import RealtimeClock, monotonic_us, realtime_priority
+from flightsw.process.clock import RealtimeClock, monotonic_us, realtime_priority, unix_s
 from flightsw.process.config import FlightConfig, load_flight
 from flightsw.process.executive import no_time
 from flightsw.process.loop import Process, Stop
@@ -41,7 +42,9 @@ def parse_sets(items: list[str]) -> dict[str, str]:
     return out
 
 
-def open_process(cfg: FlightConfig, run_dir: Path, realtime: bool, port_offset: int, stop: Stop) -> Process:
+def open_process(
+    cfg: FlightConfig, run_dir: Path, realtime: bool, port_offset: int, stop: Stop, security: Security = OPEN
+) -> Process:
     """Ports, log and node of a configuration, warmed up. Raises LinkError, TlogError, ConfigError, ValueError."""
     name, sysid = cfg.app.name, cfg.app.sysid
 
@@ -49,13 +52,19 @@ def open_process(cfg: FlightConfig, run_dir: Path, realtime: bool, port_offset: 
         tell(f"flightsw {name} (sysid {sysid}): {text}")
 
     plant = UdpLink(
-        cfg.link.plant_port or plant_port(sysid, port_offset), f"plant link of {name}, sysid {sysid}", cfg.link.host
+        cfg.link.plant_port or plant_port(sysid, port_offset),
+        f"plant link of {name}, sysid {sysid}",
+        cfg.link.host,
+        security=security,
+        ident=PLANT,
     )
     try:
         telemetry = UdpLink(
             cfg.link.telemetry_port or telemetry_port(sysid, port_offset),
             f"telemetry of {name}, sysid {sysid}",
             cfg.link.host,
+            security=security,
+            ident=TELEMETRY,
         )
     except LinkError:
         plant.close()
@@ -81,13 +90,24 @@ def run(
     sets: Annotated[list[str], typer.Option("--set", help="Override, key=value; repeatable.")] = [],  # noqa: B006
     realtime: Annotated[bool, typer.Option(help="Run against the wall clock instead of in lockstep.")] = False,
     port_offset: Annotated[int, typer.Option(help="Added to every port, for parallel runs.")] = 0,
+    signing_key: SigningKey = None,
+    unsigned: Unsigned = False,
     version: Version = False,
 ) -> None:
     """Fly one aircraft."""
-    raise typer.Exit(fly(config, run_dir, sysid or None, sets, realtime, port_offset))
+    raise typer.Exit(fly(config, run_dir, sysid or None, sets, realtime, port_offset, signing_key, unsigned))
 
 
-def fly(config: Path, run_dir: Path, sysid: int | None, sets: list[str], realtime: bool, port_offset: int) -> int:
+def fly(
+    config: Path,
+    run_dir: Path,
+    sysid: int | None,
+    sets: list[str],
+    realtime: bool,
+    port_offset: int,
+    signing_key: Path | None = None,
+    unsigned: bool = False,
+) -> int:
     """Run one flight process to its end. Returns the exit code; every expected failure is one line on stderr."""
     stop = Stop()
     try:
@@ -95,7 +115,7 @@ def fly(config: Path, run_dir: Path, sysid: int | None, sets: list[str], realtim
         if sysid is not None:
             overrides["app.sysid"] = sysid
         cfg = load_flight(config, overrides)
-        process = open_process(cfg, run_dir, realtime, port_offset, stop)
+        process = open_process(cfg, run_dir, realtime, port_offset, stop, security(signing_key, unsigned, unix_s))
     except (
         ConfigError,
         LinkError,

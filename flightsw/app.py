@@ -7,7 +7,6 @@ in lockstep, in real time, in process and in replay.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -17,7 +16,7 @@ from flightsw.condition import Condition, ConditionParams, refuse_without_tanks
 from flightsw.health import HealthMonitor, HealthParams, refuse_unwatched
 from flightsw.kernels.atmosphere import calibrated_airspeed
 from flightsw.missions.base import AnySpec, Report, Reports, find_mission
-from flightsw.strict import ConfigError, Tree, convert
+from flightsw.strict import ConfigError, Tree, convert, replaced
 from flightsw.types import (
     HF_ACT,
     UNSUPPORTED,
@@ -38,6 +37,8 @@ from flightsw.types import (
     NavState,
     PeerState,
     SensorFrame,
+    Setting,
+    Settled,
     Snapshot,
     Text,
     Timing,
@@ -91,6 +92,7 @@ class FlightApp:
         """
         checked = check(mission, tables, base_rate_hz, mission_rate_hz, where)
         spec = self.spec = checked.spec
+        self.params = checked.params
         self._again = partial(
             FlightApp, mission, aircraft, tables, base_rate_hz=base_rate_hz, mission_rate_hz=mission_rate_hz,
             link_delay_ticks=link_delay_ticks, where=where,
@@ -133,6 +135,7 @@ class FlightApp:
         """
         texts: list[Text] = []
         acks = [self._answer(c) for c in f.commands] if f.commands else []
+        settled = [Settled(s, self._set(s)) for s in f.settings] if f.settings else []
         f, h = self.health.step(f)
         f, refused = self.condition.intake(f)
         h.rejected += refused
@@ -151,7 +154,7 @@ class FlightApp:
         c = self.cmd
         c.t_us = f.t_us
         snap = Snapshot(
-            f.t_us, self.tick_no, f, self.nav, self.guid, c, h, self.timing, texts, acks, self.reported, self.laws
+            f.t_us, self.tick_no, f, self.nav, self.guid, c, h, self.timing, texts, acks, self.reported, self.laws, settled
         )  # fmt: skip
         self.tick_no += 1
         return c, snap
@@ -279,9 +282,43 @@ class FlightApp:
         return self.spec.sends_relative
 
     @property
-    def settable(self) -> Mapping[str, Callable[[float], bool]]:
-        """No key may be changed in flight."""
-        return {}
+    def records(self) -> tuple[tuple[str, object], ...]:
+        """Parameters in force, by the name of their table ("": the mission's own)."""
+        return (("health", self.health.p), ("condition", self.condition.p), ("", self.params))
+
+    @property
+    def phases(self) -> tuple[int, ...]:
+        """WKF_PHASE the mission may be in; none: it does not say."""
+        return self.spec.phases
+
+    def route(self) -> tuple[Vec3, ...]:
+        """Places [m, NED] the mission flies by next."""
+        return self.mission.route()
+
+    @property
+    def fuel_capacity_kg(self) -> float:
+        """What the tanks hold [kg]; 0: none that is measured."""
+        return self.ac.fuel_capacity_kg
+
+    def _set(self, s: Setting) -> str:
+        """Put a changed parameter in force from this tick on: "", or why it is not and nothing has changed."""
+        table, _, rest = s.key.partition(".")
+        try:
+            if table == "health":
+                health = replaced(self.health.p, rest.split("."), s.value)
+                refuse_unwatched(health, self.mission.may_watch)
+                self.health.use(health)
+            elif table == "condition":
+                condition = replaced(self.condition.p, rest.split("."), s.value)
+                refuse_without_tanks(condition, self.ac.fuel_capacity_kg)
+                self.condition.p = condition
+            else:
+                params = replaced(self.params, s.key.split("."), s.value)
+                self.mission.adopt(params)
+                self.params = params
+        except (ValueError, KeyError) as e:
+            return str(e)
+        return ""
 
     def _answer(self, c: Command) -> Ack:
         if c.command in self.spec.commands:

@@ -7,6 +7,7 @@ import json
 import os
 import sys
 from importlib.metadata import version
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -30,6 +31,16 @@ def _show(wanted: bool) -> None:
 
 
 Version = Annotated[bool, typer.Option("--version", callback=_show, is_eager=True, help="Show the version and exit.")]
+
+
+SigningKey = Annotated[
+    Path | None,
+    typer.Option(
+        "--signing-key",
+        help="File with the key of signed links (`ground key` makes one): unsigned packets are refused.",
+    ),
+]
+Unsigned = Annotated[bool, typer.Option("--unsigned", help="Let anybody speak, also on an address others can reach.")]
 
 
 def tell(text: str) -> None:

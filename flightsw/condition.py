@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Annotated
 
-from flightsw.strict import ConfigError, Range
+from flightsw.strict import IN_FLIGHT, ConfigError, Range
 from flightsw.types import HF_FUEL, HF_NAV, HF_SAT, UPD_FUEL, NavState, SensorFrame, Text
 
 CLEAR_S = 1.0  # [s] good again before a flag goes
 TWICE = 2  # readings in a row that say the same
 STEP_KGPS = 40.0  # [kg/s] fastest a tank fills (boom transfer of a KC-135: 900 US gal/min, ATP-56(B), is 45) or empties
-Time = Annotated[float, Range(0.0, 60.0)]
+Time = Annotated[float, Range(0.0, 60.0), IN_FLIGHT]
 
 
 @dataclass(frozen=True)
@@ -19,9 +19,9 @@ class ConditionParams:
     """[condition] of a flight file."""
 
     saturated_s: Time = 2.0  # a command at its limit for this long is reported
-    fuel_low_frac: Annotated[float, Range(0.0, 1.0)] = 0.10  # [-] of the tanks' capacity
+    fuel_low_frac: Annotated[float, Range(0.0, 1.0), IN_FLIGHT] = 0.10  # [-] of the tanks' capacity
     fuel_empty_kg: Annotated[float, Range(0.0)] = 35.0  # gauge at dry tanks: three times its error of 11 kg
-    fuel_age_s: Annotated[float, Range(0.1, 600.0)] = 5.0  # gauge silent for longer counts as lost
+    fuel_age_s: Annotated[float, Range(0.1, 600.0), IN_FLIGHT] = 5.0  # gauge silent for longer counts as lost
     fuel_jump_kg: Annotated[float, Range(0.1)] = (
         60.0  # beside what may have flowed; beyond, one reading is not believed
     )

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import Annotated
 
-from flightsw.strict import ConfigError, Range
+from flightsw.strict import IN_FLIGHT, ConfigError, Range
 from flightsw.types import (
     HF_AIR,
     HF_ATT,
@@ -29,7 +29,7 @@ SENSORS = HF_IMU | HF_AIR | HF_ATT | HF_GNSS | HF_REL | HF_PEER
 WHOLE_PROBE, AIR_V, AIR_BETA, AIR_ALPHA = 0, 1, 2, 4
 FAR_M = 1e7  # [m] no local position is farther away
 START_US = 5_000_000  # [us] grace before a group that never came counts as lost
-Age = Annotated[float, Range(0.01, 60.0)]
+Age = Annotated[float, Range(0.01, 60.0), IN_FLIGHT]
 
 
 NAMES = {
@@ -52,7 +52,7 @@ class HealthParams:
     gnss_age_s: Age = 0.5
     rel_age_s: Age = 0.5
     peer_age_s: Age = 0.5
-    stuck_samples: Annotated[int, Range(2, 1000)] = 10
+    stuck_samples: Annotated[int, Range(2, 1000), IN_FLIGHT] = 10
     rate_max_radps: float = 6.0
     acc_max_mps2: float = 150.0
     V_min_mps: float = 20.0
@@ -99,7 +99,7 @@ class HealthMonitor:
         """`watch`: HF_* flags of the groups this aircraft depends on; others are not reported. `air_used`: AIR_* bits of the
         readings the mission takes one by one, or WHOLE_PROBE: only a probe good in all three serves.
         """
-        self.p, self.watch, self.air_used = p, watch, air_used
+        self.watch, self.air_used = watch, air_used
         self.out = Health()
         self._last_us: dict[int, int] = {}
         self._value: dict[str, tuple[float, ...]] = {}
@@ -107,6 +107,11 @@ class HealthMonitor:
         self._t0_us = -1
         self._air_bad = 0  # SensorFrame.air_bad of the last air data
         self.texts: list[Text] = []
+        self.use(p)
+
+    def use(self, p: HealthParams) -> None:
+        """Judge by other limits from now on."""
+        self.p = p
         self._groups = (
             (HF_IMU, UPD_IMU, p.imu_age_s),
             (HF_AIR, UPD_AIR, p.air_age_s),

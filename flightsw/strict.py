@@ -15,6 +15,7 @@ import typing
 from collections.abc import Iterable
 from dataclasses import dataclass
 from difflib import get_close_matches
+from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, TypeVar, get_args, get_origin
 
@@ -56,6 +57,13 @@ class OneOf(Names):
     """The strings a value may take."""
 
     allowed: tuple[str, ...]
+
+
+class InFlight:
+    """Mark of a key that may be changed in flight: what reads it does so anew at every step."""
+
+
+IN_FLIGHT = InFlight()
 
 
 def read_toml(path: str | Path, _above: tuple[Path, ...] = ()) -> dict[str, Any]:
@@ -255,3 +263,34 @@ def _check(v: Any, c: Any, where: str, key: str) -> None:
                 raise ConfigError(f"{_at(where, key)} = {x!r}: allowed {c.lo:g} to {c.hi:g}")
     elif isinstance(c, Names) and not c.admits(v):
         raise ConfigError(f"{_at(where, key)} = {v!r}: allowed: {', '.join(c.allowed)}{near(v, c.allowed)}")
+
+
+@cache
+def hints(cls: type) -> dict[str, Any]:
+    """Types of the fields of a dataclass, limits and marks with them."""
+    return typing.get_type_hints(cls, include_extras=True)
+
+
+def bare(tp: Any) -> tuple[Any, list[Any]]:
+    """A type without its limits and without None, and the limits and marks."""
+    marks: list[Any] = []
+    while True:
+        if get_origin(tp) is Annotated:
+            marks += tp.__metadata__
+            tp = tp.__origin__
+        elif get_origin(tp) in (typing.Union, types.UnionType):
+            tp = next(a for a in get_args(tp) if a is not type(None))
+        else:
+            return tp, marks
+
+
+def replaced(record: Any, path: list[str], value: Any) -> Any:
+    """The record with one value changed; it checks itself anew. Raises ValueError, and KeyError for a path that leads nowhere."""
+    head, rest = path[0], path[1:]
+    if isinstance(record, (tuple, list)):
+        items = list(record)
+        items[int(head)] = replaced(items[int(head)], rest, value) if rest else value
+        return type(record)(items)
+    if not dataclasses.is_dataclass(record) or isinstance(record, type) or head not in hints(type(record)):
+        raise KeyError(head)
+    return dataclasses.replace(record, **{head: replaced(getattr(record, head), rest, value) if rest else value})

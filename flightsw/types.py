@@ -74,6 +74,24 @@ class Command:
         return -1, f"{what} {p:g}: allowed {allowed}"
 
 
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """A parameter the ground wants changed: key of the flight file, value of its type and within its limits, who asks."""
+
+    key: str
+    value: float | int | bool | str
+    src_system: int = 0
+    src_component: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Settled:
+    """What became of a Setting: "" it is in force, else why it is not."""
+
+    setting: Setting
+    why: str = ""
+
+
 @dataclass(slots=True)
 class SensorFrame:
     """One tick's sensor intake. Groups keep their last value; `updated` says which are new this tick."""
@@ -131,8 +149,9 @@ class SensorFrame:
     radar_sigma_m: float = 0.0  # [m]
     # data link
     peer: PeerState = field(default_factory=PeerState)
-    # commands that arrived with this tick
+    # commands and changes of parameters that arrived with this tick
     commands: list[Command] = field(default_factory=list)
+    settings: list[Setting] = field(default_factory=list)
 
 
 @dataclass(slots=True)
@@ -304,6 +323,7 @@ class Snapshot:
         default_factory=dict
     )  # what only this mission sends, by the class of the record
     laws: Laws = ()  # what the command is made of, law by law
+    settled: list[Settled] = field(default_factory=list)
 
     def report(self, kind: type[R]) -> R | None:
         """The mission's record of class `kind`; None: it has none now."""

@@ -6,12 +6,13 @@ from __future__ import annotations
 
 import json
 import sys
+import time
 from pathlib import Path
 from typing import Annotated, NoReturn
 
 import typer
 
-from flightsw.cli import Version, make
+from flightsw.cli import SigningKey, Unsigned, Version, make
 from ground.data_cli import draw_log, export, signals
 from ground.report.cli import app as report_app
 
@@ -44,13 +45,16 @@ def record(
     port_offset: PortOffset = 0,
     host: Annotated[str, typer.Option(help="address to listen on")] = "127.0.0.1",
     forward: Annotated[list[str] | None, typer.Option(help="also send every datagram to host:port")] = None,
+    signing_key: SigningKey = None,
+    unsigned: Unsigned = False,
 ) -> None:
     """Record telemetry of all aircraft into OUT/tlm.tlog until SIGTERM or Ctrl-C; status as JSON lines on stdout."""
+    from flightsw.icd.signing import SigningError, security
     from ground.link.record import RecordError, run
 
     try:
-        recorder = run(out, port + port_offset, host, forward)
-    except RecordError as exc:
+        recorder = run(out, port + port_offset, host, forward, security=security(signing_key, unsigned, time.time))
+    except (RecordError, SigningError) as exc:
         _fail(exc)
     lost = sum(recorder.gaps.dropped.values())
     print(f"ground: {recorder.packets} packets to {out / 'tlm.tlog'}, {lost} lost", file=sys.stderr)
@@ -77,6 +81,18 @@ def dialect(
     except OSError as exc:
         _fail(exc)
     print(path)
+
+
+@app.command()
+def key(out: Annotated[Path, typer.Option("--out", help="file to write; must not exist")]) -> None:
+    """Make a key for signed links (--signing-key of all programs), in a file only its owner may read."""
+    from flightsw.icd.signing import write_key
+
+    try:
+        write_key(out)
+    except OSError as exc:
+        _fail(f"{out}: cannot be written: {exc.strerror}")
+    print(out)
 
 
 @app.command()
@@ -165,17 +181,21 @@ def live(
     port_offset: PortOffset = 0,
     host: Annotated[str, typer.Option(help="address to listen on")] = "127.0.0.1",
     for_s: Annotated[float | None, typer.Option("--for", help="stop after this many seconds")] = None,
+    signing_key: SigningKey = None,
+    unsigned: Unsigned = False,
 ) -> None:
     """Watch all aircraft in the terminal (one line a second if the output is not a terminal)."""
+    from flightsw.icd.signing import STATION, SigningError, security
     from ground.link.live import watch
     from ground.link.record import RecordError, open_socket
 
     try:
-        sock = open_socket(host, port + port_offset)
-    except RecordError as exc:
+        links = security(signing_key, unsigned, time.time)
+        sock = open_socket(host, port + port_offset, links)
+    except (RecordError, SigningError) as exc:
         _fail(exc)
     with sock:
-        code = watch(sock, for_s)
+        code = watch(sock, for_s, links.link(STATION))
     raise typer.Exit(code)
 
 
@@ -203,9 +223,11 @@ def send(
     for_s: Annotated[float, typer.Option("--for", help="inject: seconds; 0 = until cleared")] = 0.0,
     port_offset: PortOffset = 0,
     host: Annotated[str, typer.Option(help="where the aircraft runs")] = "127.0.0.1",
+    signing_key: SigningKey = None,
 ) -> None:
     """Command an aircraft, or make one of its air-data probes fail (inject, to the plant; values in m/s, rad, s: message
     ICD, FAILURE_TYPE); exit 0 accepted, 1 refused, 2 unanswered (also for a wrong argument)."""
+    from flightsw.icd.signing import SigningError, security
     from ground.link.command import CommandError, listing, order
     from ground.link.command import send as transmit
     from ground.link.inject import inject
@@ -220,8 +242,8 @@ def send(
             raise CommandError(f"--type belongs to inject, not to {action!r}")
         else:
             what = order(action, value, to)
-        answer = transmit(what, port_offset, host)
-    except (CommandError, OSError) as exc:
+        answer = transmit(what, port_offset, host, security=security(signing_key, False, time.time))
+    except (CommandError, OSError, SigningError) as exc:
         _fail(exc, 2)
     print(answer.text, file=sys.stderr if answer.exit_code else sys.stdout)
     raise typer.Exit(answer.exit_code)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 import os
+import time
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from flightsw.cli import Version, make
+from flightsw.cli import SigningKey, Version, make
 from hil_scripts.campaign.cli import campaign
 from hil_scripts.launch import kernel_cache, screen
 
@@ -24,6 +25,14 @@ RunDir = Annotated[Path, typer.Argument(help="A run folder as left by `sil run`.
 def _fail(text: str) -> typer.Exit:
     screen.fail(text)
     return typer.Exit(EXIT_CONFIG)
+
+
+def _kernels() -> None:
+    """Use this machine's compiled kernels; a folder of them that cannot be trusted is named."""
+    try:
+        kernel_cache.use()
+    except OSError as e:
+        raise _fail(str(e)) from None
 
 
 def _scenarios(incomplete: str) -> list[str]:
@@ -47,7 +56,7 @@ def list_(
     json_: Json = False,
 ) -> None:
     """Scenarios, missions, aircraft and campaigns, with a line about each."""
-    kernel_cache.use()
+    _kernels()
     from hil_scripts.launch import listing
 
     try:
@@ -86,6 +95,7 @@ def run(
     port_offset: Annotated[int, typer.Option(help="Added to every UDP port, for runs side by side.", min=0)] = 0,
     no_rrd: Annotated[bool, typer.Option("--no-rrd", help="Do not write run.rrd.")] = False,
     duration: Annotated[float | None, typer.Option(help="End after this many simulated seconds.", min=0.1)] = None,
+    signing_key: SigningKey = None,
     json_: Json = False,
 ) -> None:
     """Fly a scenario. Exit 0: completed within its bounds; 1: failed, or an aircraft lost; 2: bad input; 4: bound violated; 130:
@@ -95,11 +105,22 @@ def run(
 
     forked.prepare()
     os.environ.update(SINGLE_THREAD)  # before numpy is imported
-    kernel_cache.use()
+    _kernels()
     with StopFlag() as stop:
         try:
             code = _fly(
-                scenario, seed, set_ or [], realtime, in_process, out, port_offset, not no_rrd, duration, stop, json_
+                scenario,
+                seed,
+                set_ or [],
+                realtime,
+                in_process,
+                out,
+                port_offset,
+                not no_rrd,
+                duration,
+                signing_key,
+                stop,
+                json_,
             )
         except (ValueError, OSError) as e:
             raise _fail(str(e)) from None
@@ -116,14 +137,19 @@ def _fly(
     port_offset: int,
     rrd: bool,
     duration: float | None,
+    signing_key: Path | None,
     stop: Any,
     json_: bool,
 ) -> int:
+    from flightsw.icd.signing import security as read_security
     from flightsw.strict import ConfigError
     from hil_scripts.launch import finish, mission, ports, preflight, runfolder, warmup
 
     if realtime and in_process:
         raise ConfigError("--realtime and --in-process exclude each other: in one process there is no wall clock")
+    if in_process and signing_key is not None:
+        raise ConfigError("--signing-key and --in-process exclude each other: in one process there are no links")
+    read_security(signing_key, False, time.time)
     plan = runfolder.resolve(scenario, seed, sets, duration, realtime)
     if plan.realtime and in_process:
         raise ConfigError(
@@ -144,7 +170,7 @@ def _fly(
 
         outcome = inproc.fly(plan, run_dir, console, stop, built)
     else:
-        outcome = mission.fly(plan, run_dir, port_offset, console, stop)
+        outcome = mission.fly(plan, run_dir, port_offset, console, stop, signing_key)
     code = finish.finish(plan, run_dir, outcome, rrd, console, stop, in_process)
     if json_:
         print(json.dumps({"run.folder": str(run_dir)} | finish.read_summary(run_dir, console), indent=1))
@@ -170,7 +196,7 @@ def warmup(force: Annotated[bool, typer.Option("--force", help="Also when nothin
 @app.command()
 def replay(run: RunDir, json_: Json = False) -> None:
     """Re-run the onboard software from its recorded inputs; exit 1 if any output differs."""
-    kernel_cache.use()
+    _kernels()
     from flightsw.icd.tlog import say_damage
     from hil_scripts.launch import replay_cmd
 
@@ -195,7 +221,7 @@ def hash_(
     json_: Json = False,
 ) -> None:
     """Digest every log of every scenario, to show what a change of the sources changed in what is flown."""
-    kernel_cache.use()
+    _kernels()
     from hil_scripts.launch import hashes as h
     from hil_scripts.launch import warmup as w
     from hil_scripts.launch.procs import StopFlag
@@ -260,7 +286,7 @@ def bench(
     from hil_scripts.launch.procs import SINGLE_THREAD
 
     os.environ.update(SINGLE_THREAD)  # before numpy is imported
-    kernel_cache.use()
+    _kernels()
     from hil_scripts.bench import table as b
     from hil_scripts.launch import warmup as w
     from hil_scripts.launch.procs import StopFlag
@@ -297,7 +323,7 @@ def estimate(
     twins: Annotated[int, typer.Option(help="Synthetic flights of each kind on the log's path; 0: none.", min=0)] = 20,
 ) -> None:
     """Estimate the wind along a recorded flight, offline, and compare it with the logged one. Exit 2: bad input."""
-    kernel_cache.use()
+    _kernels()
     from hil_scripts.estimate import command
 
     try:

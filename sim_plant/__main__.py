@@ -9,13 +9,15 @@ from __future__ import annotations
 
 import gc
 import signal
+import time
 from pathlib import Path
 from types import FrameType
 from typing import Annotated, Any
 
 import typer
 
-from flightsw.cli import Version, make, report, tell
+from flightsw.cli import SigningKey, Unsigned, Version, make, report, tell
+from flightsw.icd.signing import SigningError, security
 from flightsw.strict import ConfigError
 from sim_plant.accounts import accounts
 from sim_plant.loops import PeerLostError, StoppedError, UdpPlant
@@ -70,8 +72,9 @@ def _build(sc: Scenario, seed: int | None, run_dir: Path | None) -> PlantServer:
 
 
 def fly(
-    scenario: str, seed: int | None, run_dir: Path | None, realtime: bool, port_offset: int, sets: list[str], stop: Stop
-) -> int:
+    scenario: str, seed: int | None, run_dir: Path | None, realtime: bool, port_offset: int, sets: list[str], stop: Stop,
+    signing_key: Path | None = None, unsigned: bool = False,
+) -> int:  # fmt: skip
     """Run one scenario against flightsw processes; the exit code."""
     server: PlantServer | None = None
     link: UdpPlant | None = None
@@ -82,7 +85,8 @@ def fly(
             overrides["clock.mode"] = '"realtime"'
         sc = load_scenario(scenario, overrides)
         server = _build(sc, seed, run_dir)
-        link = UdpPlant(server, port_offset, stop.status, _say, lambda: bool(stop.signum))
+        links = security(signing_key, unsigned, time.time)
+        link = UdpPlant(server, port_offset, stop.status, _say, lambda: bool(stop.signum), links)
         gc.collect()
         gc.freeze()
         gc.disable()  # nothing here makes reference cycles; a collection would only show as a late tick
@@ -90,7 +94,7 @@ def fly(
             link.realtime()
         else:
             link.lockstep()
-    except ConfigError as e:
+    except (ConfigError, SigningError) as e:
         outcome, code = "bad configuration", 2
         _say(str(e))
     except PeerLostError as e:
@@ -130,10 +134,12 @@ def run(
     realtime: Annotated[bool, typer.Option("--realtime", help="paced by the wall clock instead of lockstep")] = False,
     port_offset: Annotated[int, typer.Option(min=0, max=50000, help="added to every UDP port")] = 0,
     sets: Annotated[list[str] | None, typer.Option("--set", help="override a scenario key: noise.scale=2")] = None,
+    signing_key: SigningKey = None,
+    unsigned: Unsigned = False,
     version: Version = False,
 ) -> None:
     """Fly a scenario: the world, its sensors and the radio, against one flightsw process per aircraft."""
-    raise typer.Exit(fly(scenario, seed, run_dir, realtime, port_offset, sets or [], Stop()))
+    raise typer.Exit(fly(scenario, seed, run_dir, realtime, port_offset, sets or [], Stop(), signing_key, unsigned))
 
 
 def main() -> None:

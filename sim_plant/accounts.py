@@ -13,6 +13,11 @@ def accounts(server: PlantServer, link: UdpPlant | None = None) -> dict[str, int
     return {
         "late_ticks": 0 if link is None else link.late_ticks,
         "overrun_datagrams": 0 if link is None else link.overrun,
+        "refused_by_signing": 0 if link is None else link.refused,
+        "refused_orders": server.desk.strangers,
+        "refused_order_packets": server.desk.count.bad,
+        "unread_orders": 0 if link is None else link.unread,
+        "stray_datagrams": 0 if link is None else link.stray,
         "unsent_datagrams": 0 if link is None else link.unsent,
         **{f"missed_ticks.{n}": k for n, k in zip(names, missed, strict=True)},
         **{f"rejected_datagrams.{n}": k for n, k in zip(names, server.rejected, strict=True)},

@@ -10,6 +10,7 @@ from collections.abc import Callable
 
 from flightsw.icd.link import MAX_DATAGRAM, Address, UdpLink, plant_command_port, plant_port
 from flightsw.icd.overrun import overrun
+from flightsw.icd.signing import OPEN, ORDERS, PLANT, Security
 from sim_plant.server import PlantServer
 
 REPEAT_S = 0.2  # [s, wall] a tick is repeated this often until answered: a datagram may get lost in a flood
@@ -43,13 +44,16 @@ class UdpPlant:
         status: Status,
         note: Callable[[str], None],
         stopped: Callable[[], bool] = _never,
+        security: Security = OPEN,
     ) -> None:
         self.server = server
         self._status, self._note, self._stopped = status, note, stopped
-        self._link = UdpLink(0, "plant")
+        self._link = UdpLink(0, "plant", security=security, ident=PLANT)
         self._sock = self._link.sock
         try:
-            self._orders = UdpLink(plant_command_port(port_offset), "commands to the plant")
+            self._orders = UdpLink(
+                plant_command_port(port_offset), "commands to the plant", security=security, ident=ORDERS
+            )
         except OSError:
             self._link.close()
             raise
@@ -59,8 +63,11 @@ class UdpPlant:
         self._index = {a: i for i, a in enumerate(self._peers)}
         self._answered_tick = [-1] * len(self._peers)  # last tick each peer answered
         self._next_status = 0.0
+        self.unread = 0  # datagrams to the command port dropped unread
+        self._told = 0  # packets refused by signing, as last told
         self.missed = [0] * len(self._peers)  # real time: ticks without a fresh reply
         self.late_ticks = 0  # real time: ticks that began after their deadline by a period or more
+        self.stray = 0  # datagrams of somebody who is no aircraft
         self.overrun = 0  # datagrams dropped at the sockets, known after `finish`
 
     def _timeout(self, seconds: float) -> None:
@@ -74,7 +81,10 @@ class UdpPlant:
             data, addr = self._sock.recvfrom(MAX_DATAGRAM, flags)
         except (BlockingIOError, ConnectionError):  # nothing there, or a peer's port is not open yet
             return NOTHING
+        if self._link.signing is not None:
+            data = self._link.signing.check(data)
         i = self._index.get(addr)
+        self.stray += i is None
         if i is not None and self.server.accept(i, data, exact):
             self._answered_tick[i] = self.server.tick
             return ANSWER
@@ -84,6 +94,11 @@ class UdpPlant:
     def unsent(self) -> int:
         """Datagrams the system would not take."""
         return self._link.dropped + self._orders.dropped
+
+    @property
+    def refused(self) -> int:
+        """Packets that signing has refused."""
+        return sum(link.signing.refused.total for link in (self._link, self._orders) if link.signing is not None)
 
     def _look(self) -> None:
         if self._stopped():
@@ -95,15 +110,13 @@ class UdpPlant:
             for ack in self.server.desk.take(data):
                 self._orders.send(ack, addr)
         self.server.desk.unread += self._orders.unread
+        self.unread += self._orders.unread
         self._orders.unread = 0
 
     def _send(self, datagrams: list[bytes], only_open: bool = False) -> None:
         for i, (d, a) in enumerate(zip(datagrams, self._peers, strict=True)):
             if not (only_open and self.server.answered(i)):
-                try:
-                    self._sock.sendto(d, a)
-                except OSError:
-                    self._link.dropped += 1
+                self._link.send(d, a)
 
     def _report(self, now: float) -> None:
         if now >= self._next_status:
@@ -115,6 +128,9 @@ class UdpPlant:
             if len(notes) > NOTES_MAX:
                 self._note(f"{len(notes) - NOTES_MAX} more lines of this kind")
             notes.clear()
+            if (n := self.refused) != self._told:
+                self._note(f"signing: {n - self._told} packets refused")
+                self._told = n
             if unread := self.server.desk.unread:
                 self._note(f"{unread} commands to the plant dropped unread")
                 self.server.desk.unread = 0

@@ -50,6 +50,7 @@ class PlantServer:
         self.rejected = [0] * len(self.names)  # datagrams that were no reply to an open tick
         self._out: list[bytes] = []
         self._replies: list[Reply | None] = [None] * len(self.names)
+        self._answers: list[list[bytes]] = [[] for _ in self.names]  # to orders that came by way of the aircraft
         self._truth_div = max(1, self.world.rate_hz // scenario.clock.truth_hz)
         self._log: TlogWriter | None = None
         self.desk = CommandDesk(self.world, self.notes, None if run_dir is None else Path(run_dir))
@@ -95,6 +96,8 @@ class PlantServer:
             extra = self.radio.receive(i, w.tick, w.link_up(i))
             for c in frame.commands:
                 extra.append(codec.command(c.command, *c.params))
+            extra += self._answers[i]
+            self._answers[i] = []
             self._out.append(codec.sensors(frame, extra))
         if self._log is not None and w.tick % self._truth_div == 0:
             self._write_truth()
@@ -147,7 +150,7 @@ class PlantServer:
             return False
         before = self._replies[i]
         if before is not None:  # real time: several replies in one tick; none of their packets may get lost
-            reply.link = before.link + reply.link
+            reply.link, reply.orders = before.link + reply.link, before.orders + reply.orders
             if before.cmd is not None and before.cmd.t_us > cmd.t_us:
                 reply.cmd = before.cmd
         for ack in reply.acks:
@@ -172,6 +175,8 @@ class PlantServer:
             cmds.append(r.cmd if r is not None else None)
             if r is not None:
                 self.radio.send(i, self.tick, r.link, self.world.link_up(i))
+                for order in r.orders:
+                    self._answers[i] += self.desk.take(order, trusted=True)
             self._replies[i] = None
         self.world.step(cmds)
         self._out = []

@@ -7,10 +7,10 @@ import math
 from flightsw.aircraft import Airframe
 from flightsw.icd.codec_receive import PEER_ALL, FlightReceiver
 from flightsw.icd.geo import DEFAULT_ORIGIN, Origin
-from flightsw.icd.scaling import COMP_AUTOPILOT, ControlScale
+from flightsw.icd.scaling import COMP_AUTOPILOT, COMP_PLANT, ControlScale
 from flightsw.icd.texts import answer
 from flightsw.icd.wire import BY_NAME, Sender
-from flightsw.types import Ack, ActuatorCmd, NavState
+from flightsw.types import Ack, ActuatorCmd, Command, NavState
 
 _ACTUATORS = BY_NAME["HIL_ACTUATOR_CONTROLS"]
 _FOLLOW = BY_NAME["FOLLOW_TARGET"]
@@ -87,6 +87,14 @@ class FlightCodec(FlightReceiver):
             s[2] * s[2],
             PEER_ALL if nav.valid else 0,
         ) + pack(_WIND, t_us, *wind_fields(nav, alt))
+
+    def order(self, c: Command) -> bytes:
+        """COMMAND_LONG that hands a command on to the plant."""
+        named = {f"param{i + 1}": p for i, p in enumerate(c.params)}
+        return self.send.named(
+            "COMMAND_LONG", target_system=self.sysid, target_component=COMP_PLANT, command=c.command,
+            confirmation=c.confirmation, **named,
+        )  # fmt: skip
 
     def answer(self, a: Ack) -> bytes:
         """COMMAND_ACK on the plant link, its reason before it."""

@@ -30,11 +30,12 @@ from flightsw.types import (
     SensorFrame,
 )
 
-ACCEPT = table(("HIL_ACTUATOR_CONTROLS", "FOLLOW_TARGET", "WIND_COV", "COMMAND_ACK", "STATUSTEXT"))
+ACCEPT = table(("HIL_ACTUATOR_CONTROLS", "FOLLOW_TARGET", "WIND_COV", "COMMAND_ACK", "STATUSTEXT", "COMMAND_LONG"))
 _ACTUATORS = BY_NAME["HIL_ACTUATOR_CONTROLS"]
 _ACK = BY_NAME["COMMAND_ACK"]
 _ACK_FIELDS = _ACK.pick("command", "result", "target_system", "target_component", "result_param2")
 _TEXT = BY_NAME["STATUSTEXT"]
+_ORDER = BY_NAME["COMMAND_LONG"]
 _SENSOR = BY_NAME["HIL_SENSOR"]
 _GPS = BY_NAME["HIL_GPS"]
 _ATT = BY_NAME["ATTITUDE_QUATERNION"]
@@ -51,11 +52,13 @@ _CMD_SHUTDOWN = 246  # MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN
 
 @dataclass(slots=True)
 class Reply:
-    """A decoded reply. `link`: raw FOLLOW_TARGET and WIND_COV packets for the radio; `cmd` None: nothing usable."""
+    """A decoded reply. `link`: raw FOLLOW_TARGET and WIND_COV packets for the radio; `orders`: raw COMMAND_LONG handed on to the
+    plant; `cmd` None: nothing usable."""
 
     cmd: ActuatorCmd | None = None
     link: list[bytes] = field(default_factory=list)
     acks: list[Ack] = field(default_factory=list)
+    orders: list[bytes] = field(default_factory=list)
 
 
 def _cm16(v: float) -> int:
@@ -203,6 +206,8 @@ class PlantCodec:
             elif spec is _TEXT:
                 f = spec.to_dict(v)
                 reasons[f["id"]] = texts.take(sysid, compid, f["text"], f["id"], f["chunk_seq"]) or ""
+            elif spec is _ORDER:
+                out.orders.append(datagram[start:stop])
             else:
                 out.link.append(datagram[start:stop])
         return out

@@ -12,6 +12,7 @@ import math
 from flightsw.icd.geo import Origin, WireMap
 from flightsw.icd.scaling import COMP_AUTOPILOT, FUEL_KG_PER_ML, PROBES
 from flightsw.icd.stamps import Samples, from_boot_ms
+from flightsw.icd.texts import Joiner
 from flightsw.icd.wire import BY_NAME, Counters, Packet, split, table
 from flightsw.types import (
     UPD_AIR,
@@ -26,6 +27,7 @@ from flightsw.types import (
     UPD_RADAR,
     UPD_REL,
     UPD_TACAN,
+    Ack,
     Command,
     SensorFrame,
 )
@@ -45,6 +47,8 @@ ACCEPT = table(
         "WIND_COV",
         "COMMAND_LONG",
         "COMMAND_INT",
+        "COMMAND_ACK",
+        "STATUSTEXT",
     )
 )
 HIL_SENSOR = BY_NAME["HIL_SENSOR"]
@@ -66,6 +70,9 @@ _PEER = _FOLLOW.pick("timestamp", "lat", "lon", "alt", "vel", "acc", "attitude_q
 _PEER_WIND = _WIND.pick("time_usec", "wind_x", "wind_y", "wind_z")
 COMMANDS_MAX = 32  # taken in one tick
 _COMMAND_INT = BY_NAME["COMMAND_INT"]
+_ACK = BY_NAME["COMMAND_ACK"]
+_ACK_FIELDS = _ACK.pick("command", "result", "target_system", "target_component", "result_param2")
+REASONS_MAX = 16  # texts of the plant that wait for the answer that names them
 _TARGET = ("target_system", "target_component", "command")
 _LONG = BY_NAME["COMMAND_LONG"].pick(*_TARGET, "confirmation", *(f"param{i}" for i in range(1, 8)))
 _INT = _COMMAND_INT.pick(*_TARGET, "param1", "param2", "param3", "param4", "x", "y", "z")
@@ -120,7 +127,12 @@ class FlightReceiver:
             _WIND.id: self._peer_wind,
             BY_NAME["COMMAND_LONG"].id: self._command,
             _COMMAND_INT.id: self._command,
+            _ACK.id: self._answer,
+            BY_NAME["STATUSTEXT"].id: self._text,
         }
+        self._texts = Joiner()
+        self._reasons: dict[int, str] = {}
+        self._answers: list[Ack] = []
 
     def parse(self, datagram: bytes) -> list[Packet]:
         """Sound packets of a datagram; the rest is counted."""
@@ -343,3 +355,21 @@ class FlightReceiver:
         elif (c := command_of(p, self.sysid)) is not None:
             self.commands_left -= 1
             f.commands.append(c)
+
+    def take_answers(self) -> list[Ack]:
+        """What the plant answered to orders handed on to it, since the last call."""
+        out, self._answers = self._answers, []
+        return out
+
+    def _answer(self, p: Packet, f: SensorFrame) -> None:
+        command, result, system, component, ident = _ACK_FIELDS(p[1])
+        if system in (0, self.sysid) and len(self._answers) < COMMANDS_MAX:
+            self._answers.append(Ack(command, result, system, component, self._reasons.pop(ident, "")))
+
+    def _text(self, p: Packet, f: SensorFrame) -> None:
+        t = p[0].to_dict(p[1])
+        line = self._texts.take(p[2], p[3], t["text"], t["id"], t["chunk_seq"])
+        if line is not None and t["id"]:
+            if len(self._reasons) >= REASONS_MAX:
+                del self._reasons[next(iter(self._reasons))]
+            self._reasons[t["id"]] = line

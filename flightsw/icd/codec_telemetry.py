@@ -3,37 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
 
+from flightsw.icd import codec_stock
 from flightsw.icd.codec_flight import wind_fields
 from flightsw.icd.codec_terms import control_terms
-from flightsw.icd.geo import WireMap
+from flightsw.icd.context import MODE_BASE, Context, Encoder
 from flightsw.icd.stamps import boot_ms
-from flightsw.icd.wire import BY_NAME, Counters, Sender
-from flightsw.types import HF_AIR, HF_ATT, HF_GNSS, HF_IMU, HF_NAV, HF_REL, GroupCost, Snapshot, Timing
+from flightsw.icd.wire import BY_NAME, Sender
+from flightsw.types import HF_AIR, HF_ATT, HF_GNSS, HF_IMU, HF_NAV, HF_REL, GroupCost, Snapshot
 
 PHASE_BREAKAWAY = 8  # WKF_PHASE
 READINGS = 12  # WKF_READING
 _TAU = 2.0 * math.pi
 
 
-@dataclass(slots=True)
-class Context:
-    """What encoders need beside the snapshot."""
-
-    send: Sender
-    geo: WireMap
-    count: Counters  # of the plant link
-    timing: Timing
-    late_p999_us: float = 0.0
-    dropped: int = 0  # telemetry datagrams not sent
-    sent: int = 0
-    excess: int = 0  # datagrams and packets of both links dropped unread
-    period_us: int = 10_000
-
-
-Encoder = Callable[[Snapshot, Context], bytes]
 _S = BY_NAME
 
 
@@ -122,17 +105,29 @@ def _heartbeat(s: Snapshot, c: Context) -> bytes:
         state = 2
     else:
         state = 5 if s.health.flags & (HF_IMU | HF_GNSS | HF_AIR | HF_ATT | HF_REL | HF_NAV) else 4
-    mode = 0x3D | (0x80 if s.cmd.armed else 0)  # custom, automatic, guided, stabilised, HIL, armed
-    return c.send.named("HEARTBEAT", type=1, autopilot=0, base_mode=mode, custom_mode=s.guid.phase, system_status=state)
+    # custom, automatic, guided, stabilised; HIL, armed
+    mode = 0x1D | (0x20 if c.simulated else 0) | (0x80 if s.cmd.armed else 0)
+    number = MODE_BASE + s.guid.phase
+    return c.send.named("HEARTBEAT", type=1, autopilot=0, base_mode=mode, custom_mode=number, system_status=state)
 
 
 # HF_* -> MAV_SYS_STATUS_SENSOR
-_FITTED = ((HF_IMU, 0x3), (HF_AIR, 0x10), (HF_GNSS, 0x20), (HF_ATT | HF_NAV, 0x200000), (HF_REL, 0x80))
+_FITTED = ((HF_IMU, 0x3), (HF_AIR, 0x10), (HF_GNSS, 0x20), (HF_ATT | HF_NAV, 0x200000))
+_REL_BIT, _MAG_BIT, _BARO_BIT, _FENCE_BIT, _READY_BIT = 0x80, 0x4, 0x8, 0x100000, 0x10000000
+_OWN = HF_IMU | HF_AIR | HF_GNSS | HF_ATT | HF_NAV
+SILENT_US = 1_000_000  # [us] magnetometer or static pressure without a sample for longer is not healthy
 
 
 def _sys_status(s: Snapshot, c: Context) -> bytes:
-    present = sum(bits for _, bits in _FITTED)
-    healthy = sum(bits for flag, bits in _FITTED if not s.health.flags & flag)
+    fitted = (*_FITTED, (HF_REL, _REL_BIT)) if c.relative else _FITTED
+    present = sum(bits for _, bits in fitted) | _READY_BIT
+    healthy = sum(bits for flag, bits in fitted if not s.health.flags & flag)
+    healthy |= _FENCE_BIT  # there is none: nothing is breached
+    for bit, last_us in ((_MAG_BIT, c.mag_us), (_BARO_BIT, c.baro_us)):
+        present |= bit if last_us >= 0 else 0
+        healthy |= bit if last_us >= 0 and s.t_us - last_us < SILENT_US else 0
+    if s.nav.valid and not s.health.flags & _OWN:
+        healthy |= _READY_BIT
     tried = c.sent + c.dropped
     return c.send.named(
         "SYS_STATUS",
@@ -217,6 +212,7 @@ ENCODERS: dict[str, Encoder] = {
     "LOOP_TIMING": _timing,
     "HEALTH_STATUS": _health,
     "CONTROL_TERMS": _terms,
+    **codec_stock.ENCODERS,
 }
 # messages that carry the tick's time and may lead a datagram; those of one mission only carry their own sample's
 TIMED = frozenset(n for n in ENCODERS if {"time_usec", "time_boot_ms"} & set(_S[n].slots))

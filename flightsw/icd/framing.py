@@ -93,3 +93,13 @@ def as_v2(packet: bytes) -> bytes:
     payload = packet[HEAD[V1] : -CRC]
     body = bytes((len(payload), 0, 0, packet[2], packet[3], packet[4], packet[5], 0, 0)) + payload
     return bytes((V2,)) + body + crc(body + EXTRA[packet[5]]).to_bytes(2, "little")
+
+
+def modern(datagram: bytes) -> bytes:
+    """A datagram of version 1 packets in version 2 framing; from the first that is not sound on as it is, like any other."""
+    at, out = 0, []
+    while at < len(datagram) and datagram[at] == V1 and not check(datagram, at)[0]:
+        stop = at + length(datagram, at)
+        out.append(as_v2(datagram[at:stop]))
+        at = stop
+    return b"".join(out) + datagram[at:] if out else datagram

@@ -5,6 +5,8 @@ from __future__ import annotations
 import errno
 import socket
 
+from flightsw.icd.signing import OPEN, TELEMETRY, Security, heard
+
 RCVBUF = 8 << 20  # [byte]
 MAX_DATAGRAM = 65535  # [byte]
 Address = tuple[str, int]
@@ -44,10 +46,21 @@ class UdpLink:
     """One UDP socket bound to `host:port` (port 0: any). `use` says what for, in error messages.
 
     `dropped` counts datagrams the system would not take, `unread` those that came in too large or too many for one `take`.
-    Raises LinkError if the port is busy or not allowed.
+    With a key in `security` everything sent is signed, and `take` gives only what is; `ident`: link id of the signatures.
+    Raises LinkError if the port is busy or not allowed, SigningError for an address that needs a key.
     """
 
-    def __init__(self, port: int, use: str, host: str = "127.0.0.1", rcvbuf: int = RCVBUF) -> None:
+    def __init__(
+        self,
+        port: int,
+        use: str,
+        host: str = "127.0.0.1",
+        rcvbuf: int = RCVBUF,
+        security: Security = OPEN,
+        ident: int = TELEMETRY,
+    ) -> None:
+        security.admit(host)
+        self.signing = security.link(ident)
         self.sock = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.dropped = self.unread = 0
         self._set_buffer(rcvbuf)
@@ -73,6 +86,8 @@ class UdpLink:
 
     def send(self, data: bytes, to: Address) -> bool:
         """Send one datagram without waiting; False (and counted) if the system would not take it."""
+        if self.signing is not None:
+            data = self.signing.sign(data)
         try:
             self.sock.sendto(data, to)
             return True
@@ -99,12 +114,12 @@ class UdpLink:
         """What waits in the socket, oldest first, as much of it as one tick can deal with: of each sender EACH datagrams, of
         all of them TOTAL, none above SIZE bytes; the rest is dropped and counted in `unread`. `friend` is the peer this socket
         is for: first, and without a limit but that of the whole call. A datagram right after its equal (a tick repeated until
-        it is answered) is left out.
+        it is answered) is left out. What is not signed by the key is no datagram; version 1 packets come in version 2 framing.
         """
         ours: list[tuple[bytes, Address]] = []
         others: list[tuple[bytes, Address]] = []
         count: dict[Address, int] = {}
-        before = None
+        before, taken = None, 0
         for _ in range(DRAIN):
             got = self.recv(0.0, SIZE + 1)
             if got is None:
@@ -115,13 +130,19 @@ class UdpLink:
             data, sender = got
             if len(data) > SIZE:
                 self.unread += 1
-            elif sender == friend:
-                ours.append(got)
-            elif len(others) < TOTAL and count.get(sender, 0) < EACH:
-                count[sender] = count.get(sender, 0) + 1
-                others.append(got)
-            else:
+                continue
+            if sender != friend and (taken >= TOTAL or count.get(sender, 0) >= EACH):
                 self.unread += 1
+                continue
+            if sender != friend:  # also what is refused takes up its share: judging costs time
+                count[sender] = count.get(sender, 0) + 1
+                taken += 1
+            if self.signing is not None or sender != friend:
+                believed = heard(data, self.signing)
+                if self.signing is not None and not believed:
+                    continue
+                got = believed, sender
+            (ours if sender == friend else others).append(got)
         return ours + others
 
     def close(self) -> None:

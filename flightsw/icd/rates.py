@@ -30,6 +30,15 @@ COMMON: dict[str, tuple[float, int]] = {
     "LOOP_TIMING": (1.0, 6),
     "HEALTH_STATUS": (1.0, 8),
     "CONTROL_TERMS": (10.0, 0),  # one packet for each law
+    # for other people's ground stations
+    "SYSTEM_TIME": (1.0, 5),
+    "GPS_RAW_INT": (1.0, 1),
+    "HIGHRES_IMU": (1.0, 3),
+    "SCALED_PRESSURE": (0.5, 5),
+    "HOME_POSITION": (0.5, 7),
+    "EXTENDED_SYS_STATE": (0.5, 9),
+    "FUEL_STATUS": (0.5, 5),
+    "CURRENT_MODE": (0.5, 7),
 }
 RELATIVE, LEADING = "RELATIVE_STATE", "MISSION_STATUS"
 

@@ -9,6 +9,7 @@ from flightsw.aircraft import Airframe
 COMP_AUTOPILOT = 1  # component id of flightsw
 COMP_PLANT = 190  # component id of the plant
 GROUND_SYSID = 255
+STATIONS = (240, 255)  # system ids of ground stations, from and to: 245 MAVSDK, 255 nearly everybody
 FUEL_KG_PER_ML = 0.8e-3  # [kg/ml] fixed conversion of the gauge: FUEL_STATUS carries volume
 PROBES = 4  # entries of AIR_DATA
 

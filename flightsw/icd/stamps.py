@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from flightsw.icd.wire import Counters
 
+EPOCH_US = 1_700_000_000_000_000  # [us] unix time of sample time 0; a multiple of 4
 AHEAD_US = 50_000  # [us] a sample may be ahead of its tick: another aircraft's clock in real time
 STALE_US = 10_000_000  # [us] older samples are refused; twice the longest latency a scenario may ask for
 JUMP_US = 100_000  # [us] a single frame may be ahead of, or behind, the last

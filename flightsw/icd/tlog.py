@@ -15,8 +15,7 @@ from typing import Any
 
 from flightsw.icd.framing import as_v2
 from flightsw.icd.scan import Records, scan
-
-EPOCH_US = 1_700_000_000_000_000  # [us] stamp of sample time 0; a multiple of 4
+from flightsw.icd.stamps import EPOCH_US
 
 # link numbers of link_<name>.tlog
 LINK_IN = 0  # plant to flightsw

@@ -17,7 +17,7 @@ from flightsw.aircraft import Airframe, load_as
 from flightsw.refusal import Refusals
 from flightsw.strict import ConfigError
 from flightsw.terms import Laws
-from flightsw.types import Command, GuidanceCmd, Health, NavState, SensorFrame, Text
+from flightsw.types import Command, GuidanceCmd, Health, NavState, SensorFrame, Text, Vec3
 
 Packets = Iterator[tuple[float | int | bytes, ...]]  # values of the fields of one packet each, in the dialect's order
 Reports = dict[type, object]  # records for telemetry, by their class
@@ -130,6 +130,15 @@ class Mission(Protocol[ActIn]):
 
     def obey(self, c: Command) -> tuple[int, str]:
         """MAV_RESULT for one of the spec's commands, and why it is refused."""
+
+    def route(self) -> tuple[Vec3, ...]:
+        """Places [m, NED] it flies by next, in their order, as far as is known now; none: it does not fly by any."""
+        return ()
+
+    def adopt(self, params: object) -> None:
+        """Fly by changed parameters (of the spec's class) from this step on: keys marked IN_FLIGHT differ from those in force, no
+        other. Raises ValueError for what cannot be flown, and nothing has changed."""
+        raise ConfigError("none of this mission's parameters may be changed in flight")
 
     def exercise(self) -> None:
         """Run what the warm-up's level flight does not reach, on made-up readings; this object is of no further use then."""

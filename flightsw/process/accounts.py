@@ -21,5 +21,7 @@ def accounts(node: Node, overrun: int = 0) -> dict[str, int | float]:
         "overrun_datagrams": overrun,
         "refused_packets": node.count.bad + node.count.out_of_order + node.count.ahead + node.count.stale,
         "refused_ground_packets": node.services.count.bad,
+        "refused_by_signing": sum(node.refused),
+        "refused_orders": node.services.strangers,
         "unread_packets": node.excess,
     }

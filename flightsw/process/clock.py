@@ -18,6 +18,11 @@ def monotonic_us() -> int:
     return time.monotonic_ns() // 1000
 
 
+def unix_s() -> float:
+    """Unix time [s], for signatures of packets only: nothing that flies knows the date."""
+    return time.time()
+
+
 class Clock(Protocol):
     """What the loop asks of a clock."""
 

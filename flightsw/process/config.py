@@ -14,6 +14,7 @@ from flightsw.files import beside
 from flightsw.icd.geo import Origin
 from flightsw.icd.link import GROUND_PORT, OPERATOR_PORT
 from flightsw.icd.rates import MAX_RATE_HZ
+from flightsw.icd.scaling import STATIONS
 from flightsw.strict import Range, Tree, apply_overrides, convert, read_toml, to_dict
 
 Hz = Annotated[float, Range(0.0, MAX_RATE_HZ)]
@@ -71,6 +72,10 @@ class LinkConfig:
     broadcast_peer: bool = False  # send own state to the other aircraft
     peer_rate_hz: Annotated[int, Range(1, 100)] = 20
     peer_sysid: Annotated[int, Range(0, 250)] = 0  # whose state to accept; 0 = any other aircraft
+    operators: Annotated[tuple[int, int], Range(1, 255)] = (
+        STATIONS  # system ids from, to, that may command; the others may look
+    )
+    simulated: bool = True  # false: it flies hardware, and no failure is handed on
 
     def __post_init__(self) -> None:
         for text in self.targets:

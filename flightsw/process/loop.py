@@ -10,6 +10,7 @@ import signal
 from collections.abc import Callable
 from types import FrameType
 
+from flightsw.icd.framing import modern
 from flightsw.icd.link import Address, UdpLink
 from flightsw.process.clock import RealtimeClock, monotonic_us
 from flightsw.process.config import FlightConfig, parse_target
@@ -18,9 +19,10 @@ from flightsw.process.recorder import LinkRecorder
 
 EXIT_OK, EXIT_SILENT = 0, 3
 POLL_MS = 100  # [ms] longest wait before signals and time-outs are looked at
+FRIEND_US = 1_000_000  # [us] wall time after which another than the plant heard last may take its place
 LISTEN_TICKS = 1000  # telemetry also goes to whoever sent something within so many ticks
 MAX_LISTENERS = 4
-MAGIC = b"\xfd"
+MAGIC = (b"\xfd", b"\xfe")
 
 
 class Stop:
@@ -48,11 +50,11 @@ class Ground:
         self._listeners: dict[Address, int] = {}
 
     def take(self) -> list[bytes]:
-        """Datagrams that arrived; their senders become listeners."""
+        """Datagrams that arrived, in MAVLink 2 framing; their senders become listeners."""
         out = []
         for data, sender in self.link.take():
-            out.append(data)
-            if sender not in self.targets and data[:1] == MAGIC:
+            out.append(modern(data))
+            if sender not in self.targets and data[:1] in MAGIC:
                 if sender not in self._listeners and len(self._listeners) >= MAX_LISTENERS:
                     del self._listeners[min(self._listeners, key=self._listeners.__getitem__)]
                 self._listeners[sender] = self.node.tick
@@ -95,6 +97,7 @@ class Process:
         self._telemetry_fd = telemetry.sock.fileno()
         self._poll.register(self._telemetry_fd, select.POLLIN)
         self._from: Address | None = None  # where the plant was heard last
+        self._alive_us = 0  # wall time of its last tick
 
     def freeze(self) -> None:
         """After warm-up: what exists now is never collected, and nothing is collected behind our back."""
@@ -118,7 +121,7 @@ class Process:
                 if node.done:
                     return EXIT_OK
             if node.tick != before:
-                heard_us = monotonic_us()
+                heard_us = self._alive_us = monotonic_us()
             elif self._is_silent(heard_us):
                 return EXIT_SILENT
         return self.stop.exit_code
@@ -138,16 +141,31 @@ class Process:
             ground.send(telemetry)
         if node.t_us == t_us:  # two ticks under one stamp: the log keeps them apart
             log.tick(node.t_us, 0, 0)
+        log.refused(node.t_us, node.refused)
         log.unread(node.t_us, node.unread_plant, node.unread_ground)
         log.inbound(node.t_us, node.take_heard())
         log.outbound(node.t_us, reply, telemetry)
+        log.settled(node.take_settled())
 
     def _take(self) -> list[tuple[bytes, Address]]:
         """Datagrams of the plant link, the plant's own first."""
         got = self.plant.take(self._from)
+        if (
+            self._from is not None and monotonic_us() - self._alive_us < FRIEND_US
+        ):  # nobody else speaks for a plant that is there
+            friend = [g for g in got if g[1] == self._from]
+            self.node.unread_plant += len(got) - len(friend)
+            got = friend
         self.node.unread_plant += self.plant.unread
         self.plant.unread = 0
+        self._judged()
         return got
+
+    def _judged(self) -> None:
+        """Tell the node what signing has refused at both sockets."""
+        ends = [s.refused.counts() for s in (self.plant.signing, self.ground.link.signing) if s is not None]
+        if ends:
+            self.node.refused = tuple(map(sum, zip(*ends, strict=True)))
 
     def realtime(self, clock: RealtimeClock) -> int:
         """Run at the base rate whatever comes, newest frame wins. Returns the exit code as `lockstep` does."""
@@ -168,7 +186,7 @@ class Process:
             before = node.tick
             reply = node.step([d for d, _ in got], k * period_us / 1e6, ground.take())
             if node.answers >= 0:
-                heard_us = begin_us
+                heard_us = self._alive_us = begin_us
                 self._from = got[node.answers][1]
             elif self._is_silent(heard_us):
                 return EXIT_SILENT
@@ -179,9 +197,11 @@ class Process:
                 ground.send(telemetry)
             if node.tick != before:
                 log.tick(node.t_us, k * period_us, node.exec.slips)
+                log.refused(node.t_us, node.refused)
                 log.unread(node.t_us, node.unread_plant, node.unread_ground)
                 log.inbound(node.t_us, node.take_heard())
                 log.outbound(node.t_us, reply, telemetry)
+                log.settled(node.take_settled())
                 node.exec.account(monotonic_us() - begin_us, clock.late_us, k - 1)
             if node.done:
                 return EXIT_OK

@@ -8,7 +8,7 @@ then telemetry.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING, Protocol
@@ -18,18 +18,20 @@ from flightsw.icd.codec import FlightCodec
 from flightsw.icd.codec_receive import COMMANDS_MAX
 from flightsw.icd.codec_telemetry import rate_group
 from flightsw.icd.codec_terms import refuse_unknown
+from flightsw.icd.signing import REASONS
 from flightsw.icd.stamps import Frames
 from flightsw.icd.tlog import GROUND_IN, LINK_IN
 from flightsw.icd.wire import Counters
 from flightsw.process.clock import LockstepClock
-from flightsw.process.config import FlightConfig, flight_tree
+from flightsw.process.config import FlightConfig
 from flightsw.process.executive import Executive, no_time
+from flightsw.process.parameters import parameters
 from flightsw.process.recorder import Heard
-from flightsw.process.services import CMD_SHUTDOWN, PACKETS_MAX, Services, Setter
+from flightsw.process.services import CMD_SHUTDOWN, PACKETS_MAX, Services
 from flightsw.process.telemetry import Telemetry
 from flightsw.strict import ConfigError
 from flightsw.terms import Laws
-from flightsw.types import HF_PEER, Ack, ActuatorCmd, Command, SensorFrame, Snapshot, Text
+from flightsw.types import HF_PEER, Ack, ActuatorCmd, Command, SensorFrame, Settled, Snapshot, Text, Vec3
 
 if TYPE_CHECKING:
     from flightsw.missions.base import Report
@@ -61,8 +63,19 @@ class App(Protocol):
         """Records of its control laws, as every snapshot has them."""
 
     @property
-    def settable(self) -> Mapping[str, Setter]:
-        """Keys of the configuration that may be changed in flight."""
+    def records(self) -> tuple[tuple[str, object], ...]:
+        """Parameters in force: records by the name of their table, "" for the mission's own."""
+
+    @property
+    def phases(self) -> tuple[int, ...]:
+        """WKF_PHASE it may be in; none: it does not say."""
+
+    @property
+    def fuel_capacity_kg(self) -> float:
+        """What the tanks hold [kg]; 0: none that is measured."""
+
+    def route(self) -> tuple[Vec3, ...]:
+        """Places [m, NED] it flies by next; none: it does not fly by any."""
 
     def tick(self, frame: SensorFrame, dt_s: float) -> tuple[ActuatorCmd, Snapshot]:
         """One base tick."""
@@ -125,16 +138,19 @@ class Node:
         refuse_unknown(self.app.laws)
         self.telemetry = Telemetry(
             cfg.app.sysid, self.app.reports, self.app.sends_relative, origin, base, self.codec.count,
-            cfg.telemetry.rates_hz,
+            cfg.telemetry.rates_hz, phases=self.app.phases, capacity_kg=self.app.fuel_capacity_kg,
+            simulated=cfg.link.simulated,
         )  # fmt: skip
-        shown = {k: v for k, v in flight_tree(cfg).items() if k not in ("link", "telemetry")}
+        own = (("app", cfg.app), ("origin", cfg.origin), ("link", cfg.link))
         self.services = Services(
             cfg.app.sysid,
             cfg.app.mission,
-            shown,
+            parameters((*own, *self.app.records)),
             self.telemetry,
             self.app.commands,
-            self.app.settable,
+            self.app.route,
+            range(cfg.link.operators[0], cfg.link.operators[1] + 1),
+            cfg.link.simulated,
         )
         self.frame = SensorFrame()
         self.frames = Frames(self.codec.count)
@@ -150,11 +166,14 @@ class Node:
         self.duplicates = 0
         self.heard: list[Heard] = []
         self.heard_lost = 0
+        self.settled: list[tuple[int, Settled]] = []
         self.unread_plant = self.unread_ground = (
             0  # [datagram] the sockets dropped unread; whoever has the sockets says
         )
+        self.refused: tuple[int, ...] = (0,) * len(REASONS)  # [packet] by signing; whoever has the sockets says
         self.last_text = ""
-        self._told = [0, 0]  # refused for their time, dropped unread: as last told
+        self._told = [0, 0, 0]  # refused for their time, dropped unread, of no operator: as last told
+        self._told_refused = self.refused
         self._waiting: list[Command] = []  # to the mission, asked without a tick: for the next one
         self._ground: list[bytes] = []  # of the ground, for the next tick
         self._last_datagram = b""
@@ -188,6 +207,7 @@ class Node:
             self._ticked = False
             f.updated = 0
             f.commands.clear()
+            f.settings.clear()
         new = again = False
         self.answers = -1
         for k, d in enumerate(datagrams):
@@ -204,6 +224,8 @@ class Node:
                 new, self.answers = True, k
         if f.commands:
             self._own_commands()
+        for a in self.codec.take_answers():
+            self.services.answered(a)
         room = GROUND_MAX - len(self._ground)
         self._ground += ground[:room]
         self.unread_ground += max(len(ground) - room, 0)
@@ -213,6 +235,7 @@ class Node:
             self._from_ground(d)
         self._ground.clear()
         f.commands[:], self._waiting = self._waiting, []
+        f.settings[:] = self.services.parameters.take()
         self._run(new, dt_s)
         return self._last_reply
 
@@ -227,6 +250,9 @@ class Node:
         tel, services = self.telemetry, self.services
         due = bool(tel.names(tick))
         services.note(snap.acks)
+        services.parameters.settled(snap.settled)
+        self.settled += [(snap.t_us, s) for s in snap.settled if not s.why]
+        snap.texts += services.parameters.told()
         if not (due or snap.texts or snap.acks or services.busy or tel.once):
             return []
         if due:
@@ -245,6 +271,11 @@ class Node:
             costs = self.exec.costs()
             answers = [*answers, *(partial(rate_group, tel.ctx.send, snap.t_us, k, g) for k, g in enumerate(costs))]
         return tel.datagrams(snap, tick, snap.texts, acks, answers)
+
+    def take_settled(self) -> list[tuple[int, Settled]]:
+        """Changes of parameters that came in force since the last call, with their time [us]."""
+        out, self.settled = self.settled, []
+        return out
 
     def take_heard(self) -> list[Heard]:
         """Datagrams received since the last call, for the log: exact repeats of the last one left out."""
@@ -327,7 +358,10 @@ class Node:
         cmd, snap = self.app.tick(self.frame, self.dt_s)
         cmd.t_us = self.frames.raw
         self._snap = snap
+        self.telemetry.ctx.see(self.frame)
         self._last_reply = self.codec.actuators(cmd)
+        for c in self.services.take_orders():
+            self._last_reply += self.codec.order(c)
         if self._link_asked:
             acks = [a for a in snap.acks + self.services.acks if self._asked_here(a)]
             self._link_asked.clear()
@@ -342,11 +376,16 @@ class Node:
         """Once a second: what was dropped or slipped since, so that a warning cannot flood."""
         if n := self.exec.new_slips():
             texts.append(Text(WARNING, f"loop slipped {n} periods"))
-        now = [self.count.ahead + self.count.stale, self.excess]
-        for what, n, before in zip(("refused for their time stamp", "dropped unread"), now, self._told, strict=True):
+        now = [self.count.ahead + self.count.stale, self.excess, self.services.strangers]
+        what = ("refused for their time stamp", "dropped unread", "of no operator refused")
+        for words, n, before in zip(what, now, self._told, strict=True):
             if n != before:
-                texts.append(Text(WARNING, f"{n - before} packets {what}"))
+                texts.append(Text(WARNING, f"{n - before} packets {words}"))
         self._told = now
+        if self.refused != self._told_refused:
+            more = [f"{n - b} {r}" for r, n, b in zip(REASONS, self.refused, self._told_refused, strict=True) if n != b]
+            texts.append(Text(WARNING, f"signing: refused {', '.join(more)}"))
+            self._told_refused = self.refused
 
     def _asked_here(self, a: Ack) -> bool:
         return (a.command, a.target_system, a.target_component) in self._link_asked

@@ -11,11 +11,12 @@ from difflib import SequenceMatcher
 from pathlib import Path
 from typing import Any
 
+from flightsw.icd.signing import REASONS
 from flightsw.icd.tlog import GROUND_IN, GROUND_OUT, LINK_IN, LINK_OUT, read
 from flightsw.icd.wire import BY_NAME, SPECS, Counters, Packet, split
 from flightsw.process.node import Node
 
-_SENSOR, _TICK, _RAW, _UNREAD = (BY_NAME[n] for n in ("HIL_SENSOR", "TICK", "RAW_BYTES", "UNREAD"))
+_SENSOR, _TICK, _RAW, _UNREAD, _REFUSED = (BY_NAME[n] for n in ("HIL_SENSOR", "TICK", "RAW_BYTES", "UNREAD", "REFUSED"))
 _RAW_FIELDS = _RAW.pick("count", "more", "data")
 # wall-clock figures of a real-time run cannot repeat
 WALL_CLOCK = {
@@ -35,6 +36,7 @@ class Tick:
     dt_s: float | None = None
     slips: int = 0
     unread: tuple[int, int] = (0, 0)
+    refused: tuple[int, ...] = (0,) * len(REASONS)
     plant: list[bytes] = field(default_factory=list)
     ground: list[bytes] = field(default_factory=list)
     reply: bytes = b""
@@ -106,7 +108,7 @@ def read_ticks(path: str | Path) -> Iterator[Tick]:
     """Ticks of a link log, in order. Raises TlogError."""
     tick: Tick | None = None
     plant, ground = _Inbox(), _Inbox()
-    unread = (0, 0)
+    unread, refused = (0, 0), (0,) * len(REASONS)
     for t_us, link, packet in read(path):
         note = link == LINK_IN and packet[6] == 0  # of the recorder's own
         is_tick = note and packet[7:10] == bytes(_TICK.id_bytes)
@@ -114,12 +116,14 @@ def read_ticks(path: str | Path) -> Iterator[Tick]:
             if tick is not None:
                 plant.flush(tick.plant)
                 yield tick
-            tick = Tick(t_us, unread=unread)
+            tick = Tick(t_us, unread=unread, refused=refused)
         if is_tick:
             _, dt_us, tick.slips = split(packet, {_TICK.id: _TICK}, Counters())[0][1]
             tick.dt_s = dt_us / 1e6
         elif note and packet[7:10] == bytes(_UNREAD.id_bytes):
             tick.unread = unread = split(packet, {_UNREAD.id: _UNREAD}, Counters())[0][1][1:]
+        elif note and packet[7:10] == bytes(_REFUSED.id_bytes):
+            tick.refused = refused = split(packet, {_REFUSED.id: _REFUSED}, Counters())[0][1][1:]
         elif link == LINK_IN:
             plant.add(packet, tick.plant, until_sensor=True)
         elif link == GROUND_IN:
@@ -156,6 +160,7 @@ def _one(tick: Tick, node: Node, report: Report, last: bool) -> None:
     if tick.dt_s is not None:
         node.exec.slips = tick.slips
     node.unread_plant, node.unread_ground = tick.unread
+    node.refused = tick.refused
     before = node.tick
     out = node.handle(tick.plant, tick.dt_s, tick.ground)
     if node.tick == before:

@@ -12,11 +12,13 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
-from flightsw.icd.codec_telemetry import ENCODERS, TIMED, Context
+from flightsw.icd.codec_telemetry import ENCODERS, TIMED
+from flightsw.icd.context import MODE_BASE, Context
+from flightsw.icd.dialect import HOUSE, VALUES
 from flightsw.icd.geo import Origin, WireMap
 from flightsw.icd.rates import names_due, table
 from flightsw.icd.scaling import COMP_AUTOPILOT
-from flightsw.icd.stamps import boot_ms
+from flightsw.icd.stamps import EPOCH_US, boot_ms
 from flightsw.icd.texts import answer, text
 from flightsw.icd.wire import BY_NAME, Counters, Sender, Spec
 from flightsw.strict import ConfigError, near
@@ -29,6 +31,8 @@ MAX_DATAGRAM = 1400  # [byte]
 TIME_SIZE = 24  # [byte] of a SYSTEM_TIME packet, at most
 Maker = Callable[[], bytes]  # packs a packet when its turn comes
 _SYSTEM_TIME = BY_NAME["SYSTEM_TIME"]
+_NOT_SELECTABLE = VALUES["MAV_MODE_PROPERTY_NOT_USER_SELECTABLE"]
+PHASES = HOUSE.words("WKF_PHASE")
 
 
 class Telemetry:
@@ -43,13 +47,20 @@ class Telemetry:
         base_hz: int,
         count: Counters,
         overrides: dict[str, float] | None = None,
+        *,
+        phases: Sequence[int] = (),
+        capacity_kg: float = 0.0,
+        simulated: bool = True,
     ) -> None:
-        """reports: messages only this mission sends; relative: whether it follows another aircraft. Raises ConfigError for an
-        override of a message it does not send."""
+        """reports: messages only this mission sends; relative: whether it follows another aircraft; phases: of the mission
+        (WKF_PHASE), none: all there are; capacity_kg: of the tanks; simulated: a plant makes the readings. Raises ConfigError for
+        an override of a message it does not send."""
         self.base_hz = base_hz
         self.ctx = Context(
-            Sender(sysid, COMP_AUTOPILOT), WireMap(origin), count, Timing(), period_us=1_000_000 // base_hz
-        )
+            Sender(sysid, COMP_AUTOPILOT), WireMap(origin), count, Timing(), period_us=1_000_000 // base_hz,
+            modes=tuple((p, PHASES[p].upper()) for p in phases or PHASES), capacity_kg=capacity_kg, relative=relative,
+            simulated=simulated,
+        )  # fmt: skip
         self.own = {r.message: r for r in reports}
         entries = table([(r.message, r.rate_hz, r.offset) for r in reports], relative)
         self.offsets = {name: offset for name, (_, offset) in entries.items()}
@@ -136,7 +147,15 @@ class Telemetry:
 
     def time(self, t_us: int) -> bytes:
         """SYSTEM_TIME packet of sample time `t_us` [us]."""
-        return self.ctx.send.pack(_SYSTEM_TIME, 0, boot_ms(t_us))
+        return self.ctx.send.pack(_SYSTEM_TIME, EPOCH_US + t_us, boot_ms(t_us))
+
+    def mode(self, k: int) -> bytes:
+        """AVAILABLE_MODES packet of the mode at place k, from 1."""
+        phase, name = self.ctx.modes[k - 1]
+        return self.ctx.send.named(
+            "AVAILABLE_MODES", number_modes=len(self.ctx.modes), mode_index=k, custom_mode=MODE_BASE + phase,
+            properties=_NOT_SELECTABLE, mode_name=name,
+        )  # fmt: skip
 
     def _reporter(self, name: str, snap: Snapshot) -> Maker | None:
         """What packs a message of the mission; None: the mission has none now."""

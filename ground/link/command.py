@@ -17,6 +17,7 @@ from typing import Any
 from flightsw.icd.dialect import HOUSE, VALUES
 from flightsw.icd.link import plant_command_port, telemetry_port
 from flightsw.icd.scaling import COMP_AUTOPILOT, COMP_PLANT
+from flightsw.icd.signing import OPEN, STATION, Security, Signing, heard
 from flightsw.icd.texts import Joiner
 from flightsw.icd.wire import Sender
 from flightsw.plugins import VIEWS
@@ -183,7 +184,8 @@ class _Ask:
 class _Line:
     """A connected socket to one component, with its texts put together."""
 
-    def __init__(self, sock: socket.socket, system: int, component: int) -> None:
+    def __init__(self, sock: socket.socket, system: int, component: int, signing: Signing | None = None) -> None:
+        self.signing = signing
         self.sock, self.system, self.component = sock, system, component
         self._sender = Sender(GROUND_SYSID, GROUND_COMPID)
         self._joiner = Joiner()
@@ -201,6 +203,7 @@ class _Line:
                 time.sleep(min(0.05, max(left, 0.0)))
                 continue
             said = ""
+            datagram = heard(datagram, self.signing)
             for packet, fault in split(datagram):
                 if fault or packet[5] != self.system or packet[6] != self.component:
                     continue
@@ -232,7 +235,7 @@ class _Line:
                 **{f"param{i + 1}": p for i, p in enumerate(params)},
             )
             try:
-                self.sock.send(packet)
+                self.sock.send(packet if self.signing is None else self.signing.sign(packet))
             except ConnectionError:
                 pass  # the refusal belongs to the packet before; the wait below paces the repeats
             self._hear(out, command, time.monotonic() + retry_s, answered)
@@ -264,6 +267,7 @@ def send(
     port: int | None = None,
     retry_s: float = RETRY_S,
     attempts: int = ATTEMPTS,
+    security: Security = OPEN,
 ) -> Answer:
     """Send and wait, at most attempts * retry_s for each of two questions (longer if the aircraft says IN_PROGRESS)."""
     name = f"{registry.usual_names().get(what.target, 'aircraft')} (sysid {what.target})"
@@ -274,7 +278,7 @@ def send(
     silent = f"{what.text}: no answer from {name} at UDP {address[0]}:{address[1]} ({attempts} attempts)"
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sock:
         sock.connect(address)
-        line = _Line(sock, what.target, what.component)
+        line = _Line(sock, what.target, what.component, security.link(STATION))
         if what.component == COMP_AUTOPILOT:
             said = line.ask(CMD_REQUEST_MESSAGE, (float(IDS["AUTOPILOT_VERSION"]),), attempts, retry_s)
             if said.result is None and said.version is None:

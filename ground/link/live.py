@@ -22,6 +22,7 @@ from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
+from flightsw.icd.signing import REASONS, Signing
 from flightsw.icd.texts import Joiner
 from ground.link.merge import SequenceGaps
 from ground.link.packets import NAMES, Fields, decode, health_words, packet_id, packet_time_us, phase_name, split
@@ -160,8 +161,8 @@ def describe(v: Vehicle, now: float) -> list[Line]:
 class Monitor:
     """All aircraft heard, and what was wrong on the way."""
 
-    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
-        self.clock = clock
+    def __init__(self, clock: Callable[[], float] = time.monotonic, signing: Signing | None = None) -> None:
+        self.clock, self.signing = clock, signing
         self.vehicles: dict[int, Vehicle] = {}
         self.gaps = SequenceGaps()
         self.junk = 0
@@ -170,6 +171,8 @@ class Monitor:
     def take(self, datagram: bytes) -> None:
         """Account for one datagram; rubbish is counted."""
         now = self.clock()
+        if self.signing is not None:
+            datagram = self.signing.check(datagram)
         for packet, fault in split(datagram):
             if fault:
                 self.junk += 1
@@ -182,13 +185,20 @@ class Monitor:
         """Plain text, one line per aircraft."""
         now = self.clock()
         if not self.vehicles:
-            return [f"no data for {now - self.started:.0f} s"]
-        out = []
+            return [f"no data for {now - self.started:.0f} s", *self.refused()]
+        out = self.refused()
         for sysid, v in sorted(self.vehicles.items()):
             v.tick(now)
             parts = [f"{line.label} {line.text}" for line in describe(v, now)]
             out.append(f"{usual_names().get(sysid, f'sysid {sysid}')}: " + "; ".join(parts))
         return out
+
+    def refused(self) -> list[str]:
+        """A line about what signing refused, if it refused anything."""
+        if self.signing is None or not self.signing.refused.total:
+            return []
+        counts = zip(REASONS, self.signing.refused.counts(), strict=True)
+        return [f"refused: {', '.join(f'{word} {n}' for word, n in counts if n)}"]
 
     def screen(self) -> Group:
         """The rich picture."""
@@ -207,6 +217,7 @@ class Monitor:
         if not panels:
             panels.append(Text(f"no data for {now - self.started:.0f} s", style="bold red"))
         lost = sum(self.gaps.dropped.values())
+        panels += [Text(line, style="bold red") for line in self.refused()]
         panels.append(Text(f"lost {lost}   junk {self.junk}   Ctrl-C ends", style="dim"))
         return Group(*panels)
 
@@ -226,9 +237,9 @@ def _pump(sock: socket.socket, monitor: Monitor, wait_s: float) -> None:
             continue
 
 
-def watch(sock: socket.socket, for_s: float | None = None) -> int:
+def watch(sock: socket.socket, for_s: float | None = None, signing: Signing | None = None) -> int:
     """Show what arrives on the (non-blocking) socket until Ctrl-C or for `for_s` [s]; returns the exit code."""
-    monitor = Monitor()
+    monitor = Monitor(signing=signing)
     end = math.inf if for_s is None else time.monotonic() + for_s
     try:
         if sys.stdout.isatty():

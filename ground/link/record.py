@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import TextIO
 
 from flightsw.icd.overrun import overrun
+from flightsw.icd.signing import OPEN, REASONS, STATION, Security, Signing
 from flightsw.icd.tlog import TlogError, TlogWriter
 from ground.link.merge import Merger, SequenceGaps
 from ground.link.packets import MISSION_STATUS, packet_id, packet_time_us, phase_name, phase_of, split
@@ -33,8 +34,10 @@ class RecordError(Exception):
     """Recording cannot start or go on; the message names the thing."""
 
 
-def open_socket(host: str, port: int) -> socket.socket:
-    """Non-blocking UDP socket bound to host:port with the largest receive buffer allowed. Raises RecordError."""
+def open_socket(host: str, port: int, security: Security = OPEN) -> socket.socket:
+    """Non-blocking UDP socket bound to host:port with the largest receive buffer allowed. Raises RecordError, and SigningError
+    for an address that needs a key."""
+    security.admit(host)
     sock = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     for option in (SO_RCVBUFFORCE, socket.SO_RCVBUF):
         try:
@@ -67,8 +70,8 @@ def _words(path: Path, exc: OSError) -> str:
 class Recorder:
     """Datagrams in, `tlm.tlog` out. Pure apart from the writer: sockets and signals are in `run`."""
 
-    def __init__(self, writer: TlogWriter) -> None:
-        self.writer = writer
+    def __init__(self, writer: TlogWriter, signing: Signing | None = None) -> None:
+        self.writer, self.signing = writer, signing
         self.merger = Merger()
         self.gaps = SequenceGaps()
         self.packets = 0
@@ -77,7 +80,10 @@ class Recorder:
         self._stamp: dict[int, int] = {}  # sysid -> last time seen, for datagrams that carry none
 
     def take(self, datagram: bytes) -> None:
-        """Account for one datagram. The stamp of all its packets is the time in the first one that has a time."""
+        """Account for one datagram. The stamp of all its packets is the time in the first one that has a time. With a key, what
+        is not signed by it is refused, and what is goes into the log without its signature."""
+        if self.signing is not None:
+            datagram = self.signing.check(datagram)
         sound: list[bytes] = []
         t_us = None
         for packet, fault in split(datagram):
@@ -119,6 +125,7 @@ class Recorder:
             "junk_packets": sum(self.junk.values()),
             "late_packets": self.merger.late,
             "overrun_datagrams": overrun,
+            "refused_by_signing": 0 if self.signing is None else self.signing.refused.total,
         }
 
     def status(self) -> dict[str, object]:
@@ -130,7 +137,9 @@ class Recorder:
             "dropped": {str(s): n for s, n in sorted(self.gaps.dropped.items())},
             "junk": sum(self.junk.values()),
             "late": self.merger.late,
-        }
+        } | (
+            {} if self.signing is None else {"refused": dict(zip(REASONS, self.signing.refused.counts(), strict=True))}
+        )
 
 
 class StopFlag:
@@ -175,6 +184,7 @@ def run(
     forward: list[str] | None = None,
     stop: Callable[[], bool] | None = None,
     status_to: TextIO = sys.stdout,
+    security: Security = OPEN,
 ) -> Recorder:
     """Record until `stop()` says so (default: SIGTERM or SIGINT), drain, flush, return the recorder.
 
@@ -182,13 +192,13 @@ def run(
     """
     targets = [parse_target(f) for f in forward or []]
     path = out_dir / "tlm.tlog"
-    sock = open_socket(host, port)
+    sock = open_socket(host, port, security)
     out = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     out.setblocking(False)
     try:
         try:
             out_dir.mkdir(parents=True, exist_ok=True)
-            recorder = Recorder(TlogWriter(path))
+            recorder = Recorder(TlogWriter(path), security.link(STATION))
         except OSError as exc:
             raise RecordError(_words(path, exc)) from exc
         flag = None if stop else StopFlag().install()

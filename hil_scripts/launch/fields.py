@@ -18,15 +18,9 @@ from functools import cache
 from typing import Annotated, Any, get_args, get_origin
 
 from flightsw.plugins import OursOr, PartOf, ours
-from flightsw.strict import Names, Range
+from flightsw.process.parameters import UNITS, wire_name
+from flightsw.strict import IN_FLIGHT, Names, Range, bare
 
-UNITS = {
-    "1prad": "1/rad", "1ps": "1/s", "F": "-", "N": "N", "deg": "deg", "degps": "deg/s", "degps2": "deg/s^2", "frac": "-",
-    "hz": "Hz", "kN": "kN", "kg": "kg", "kgps": "kg/s", "m": "m", "m2": "m^2", "m2ps": "m^2/s", "m2ps3": "m^2/s^3", "mps": "m/s",
-    "mps2": "m/s^2", "ms": "ms", "rad": "rad", "radpm": "rad/m", "ps": "1/s",
-    "ps2": "1/s^2", "radps": "rad/s", "s": "s", "s2pm": "s^2/m",
-    "ticks": "base ticks", "us": "us",
-}  # fmt: skip
 IN_TEXT = re.compile(r"^\[([^\]]+)\]\s*")
 
 
@@ -42,6 +36,8 @@ class Row:
     unit: str
     text: str
     about: str
+    wire: str = ""  # its name among MAVLink parameters; "" where it is none
+    in_flight: bool = False
 
 
 @cache
@@ -84,9 +80,28 @@ def rows(cls: type, default: Any = None, table: str = "") -> Iterator[Row]:
         if m := IN_TEXT.match(text):
             unit, _, more = m[1].partition(", ")
             text = f"({more}) {text[m.end() :]}" if more else text[m.end() :]
-        yield Row(table, f.name, _kind(hints[f.name]), shown(value), _allowed(hints[f.name]), unit, text, about)
+        key = f"{table}.{f.name}" if table else f.name
+        free = IN_FLIGHT in bare(hints[f.name])[1]
+        yield Row(
+            table, f.name, _kind(hints[f.name]), shown(value), _allowed(hints[f.name]), unit, text, about,
+            _wire(key, hints[f.name], value), free,
+        )  # fmt: skip
     for inner, record, name in tables:
         yield from rows(inner, record, name)
+
+
+def _wire(key: str, tp: Any, value: Any) -> str:
+    """Name on the wire: of a list the first and the last, of a text that is no choice none."""
+    base, marks = bare(tp)
+    if base is str:
+        return wire_name(key) if any(isinstance(m, Names) for m in marks) else ""
+    if base in (int, float, bool):
+        return wire_name(key)
+    if get_origin(base) in (tuple, list) and _kind(base).rpartition(" ")[2] in ("float", "int"):
+        args = get_args(base)
+        n = len(value) if isinstance(value, (tuple, list)) else len(args)
+        return wire_name(f"{key}.0") + (f" ... {wire_name(f'{key}.{n - 1}')}" if n > 1 else "")
+    return ""
 
 
 def _default(f: dataclasses.Field[Any], base: Any) -> Any:

@@ -62,6 +62,7 @@ class InProcess:
             telemetry = node.after()
             link.inbound(node.t_us, node.take_heard())
             link.outbound(node.t_us, reply, telemetry)
+            link.settled(node.take_settled())
             for t in telemetry:
                 self.ground.take(t)
             wire.append([d, reply, *telemetry])

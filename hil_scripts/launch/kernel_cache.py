@@ -58,15 +58,31 @@ def _base() -> Path:
     raise OSError("no writable folder for compiled kernels (tried build/numba and the temporary folder)")
 
 
+def refuse_foreign(folder: Path) -> None:
+    """Raise OSError for a folder of compiled kernels that another user owns or may write to: what lies in it gets executed."""
+    s = folder.stat()
+    if s.st_uid != os.getuid():
+        raise OSError(
+            f"{folder}: compiled kernels of another user (id {s.st_uid}) are not executed; remove it, or set NUMBA_CACHE_DIR"
+        )
+    if s.st_mode & 0o002:
+        raise OSError(
+            f"{folder}: everybody may write there (mode {s.st_mode & 0o777:o}): compiled kernels are not executed from it"
+        )
+
+
 def cache_dir() -> Path:
     """The folder for NUMBA_CACHE_DIR; an NUMBA_CACHE_DIR already in the environment wins. Created, old ones removed."""
     given = os.environ.get("NUMBA_CACHE_DIR")
     if given:
         Path(given).mkdir(parents=True, exist_ok=True)
+        refuse_foreign(Path(given))
         return Path(given)
     base = _base()
     mine = base / digest()
     mine.mkdir(exist_ok=True)
+    for folder in (base, mine):
+        refuse_foreign(folder)
     os.utime(mine)
     others = sorted((d for d in base.iterdir() if d.is_dir()), key=lambda d: d.stat().st_mtime, reverse=True)
     for old in others[KEEP:]:

@@ -37,14 +37,24 @@ class Outcome:
     accounts: dict[str, int | float] = field(default_factory=dict)  # what each process lost or was late with
 
 
-def fly(plan: RunPlan, run: Path, port_offset: int, console: Console, stop: StopFlag) -> Outcome:
-    """Run the plan to its end. Everything started here has ended when this returns, also by an exception."""
+def fly(
+    plan: RunPlan, run: Path, port_offset: int, console: Console, stop: StopFlag, signing_key: Path | None = None
+) -> Outcome:
+    """Run the plan to its end, its links signed by the key of a file if there is one. Everything started here has ended when this
+    returns, also by an exception."""
     accounts: dict[str, int | float] = {}
-    return replace(_fly(plan, run, port_offset, console, stop, accounts), accounts=accounts)
+    both = [*_offset(port_offset), *(["--signing-key", str(signing_key)] if signing_key is not None else [])]
+    return replace(_fly(plan, run, port_offset, both, console, stop, accounts), accounts=accounts)
 
 
 def _fly(
-    plan: RunPlan, run: Path, port_offset: int, console: Console, stop: StopFlag, accounts: dict[str, int | float]
+    plan: RunPlan,
+    run: Path,
+    port_offset: int,
+    both: list[str],
+    console: Console,
+    stop: StopFlag,
+    accounts: dict[str, int | float],
 ) -> Outcome:
     def account(who: str, then: OnMessage) -> OnMessage:
         def on(msg: dict[str, Any]) -> None:
@@ -56,20 +66,18 @@ def _fly(
     ports.check_free(ports.needed(plan.names, port_offset))
     wait_s = float(plan.scenario["clock"]["startup_timeout_s"])
     with Supervisor(run) as sup, Board(console, plan.duration_s, plan.names) as board:
-        ground = sup.start(
-            "ground", _argv("ground", "record", "--out", run, *_offset(port_offset)), account("ground", board.on_ground)
-        )
+        ground = sup.start("ground", _argv("ground", "record", "--out", run, *both), account("ground", board.on_ground))
         flights = []
         for f in plan.flights:
             args = ["--config", run / f"flight_{f.name}.toml", "--sysid", f.sysid, "--run-dir", run]
             args += ["--realtime"] if plan.realtime else []
-            argv = _argv("flightsw", *args, *_offset(port_offset))
+            argv = _argv("flightsw", *args, *both)
             flights.append(sup.start(f"flightsw-{f.name}", argv, account(f"flightsw.{f.name}", _nothing)))
         if not _await_ground(sup, ground, run, stop, wait_s):
             return _end(sup, run, board, ground, stop, console)
         args = ["--scenario", run / "scenario.toml", "--seed", plan.seed, "--run-dir", run]
         args += ["--realtime"] if plan.realtime else []
-        argv = _argv("sim_plant", *args, *_offset(port_offset))
+        argv = _argv("sim_plant", *args, *both)
         plant = sup.start("sim-plant", argv, account("plant", board.on_plant))
         console.print("  ".join(f"{c.name} (pid {c.pid})" for c in sup.children), style="dim")
         while not stop:

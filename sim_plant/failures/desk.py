@@ -10,11 +10,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from flightsw.icd.scaling import COMP_AUTOPILOT, COMP_PLANT
+from flightsw.icd.scaling import COMP_AUTOPILOT, COMP_PLANT, STATIONS
 from flightsw.icd.texts import CHUNK, answer, text
 from flightsw.icd.tlog import TlogWriter
 from flightsw.icd.wire import BY_NAME, Counters, Sender, split, table
-from flightsw.types import ACCEPTED, UNSUPPORTED, Ack, Command
+from flightsw.types import ACCEPTED, DENIED, UNSUPPORTED, Ack, Command
 from sim_plant.failures.orders import Injected
 from sim_plant.failures.script import CMD_INJECT_FAILURE
 from sim_plant.world import World
@@ -40,6 +40,7 @@ class CommandDesk:
         self._world, self._notes, self._folder = world, notes, folder
         self._sysids = [m.cfg.sysid for m in world.members]
         self.count = Counters()
+        self.strangers = 0  # commands of systems that are no ground station, refused
         self.unread = 0  # datagrams and commands dropped; whoever tells the operator sets it back
         self._left = COMMANDS_MAX
         self._senders = {s: Sender(s, COMP_PLANT) for s in self._sysids}
@@ -48,9 +49,10 @@ class CommandDesk:
         self._done: dict[tuple[int, int], tuple[Any, list[tuple[int, Ack]]]] = {}  # last command of each sender
         self._log: TlogWriter | None = None
 
-    def take(self, datagram: bytes) -> list[bytes]:
+    def take(self, datagram: bytes, trusted: bool = False) -> list[bytes]:
         """Carry out the commands of a datagram; the COMMAND_ACK packets to send back, each with its reason, one per aircraft
-        concerned. A tick has time for COMMANDS_MAX of them.
+        concerned. A tick has time for COMMANDS_MAX of them. trusted: an aircraft handed them on, and has seen who gave them; else
+        the sender must be a ground station (STATIONS).
 
         A command for no aircraft of the run, or for a component that is not here, is none of ours: no answer. A repeat
         (confirmation above 0, the rest as before) is answered again and not carried out again.
@@ -74,7 +76,11 @@ class CommandDesk:
             # NaN is unequal to itself: compare what was sent, not what it means
             key, sender = (target, command, repr(params)), (sysid, compid)
             before = self._done.get(sender)
-            if confirmation and before is not None and before[0] == key:
+            if not trusted and not STATIONS[0] <= sysid <= STATIONS[1]:
+                self.strangers += 1
+                why = f"system {sysid} is no ground station"
+                answers = [(self._sysids[i], Ack(command, DENIED, *sender, why)) for i in concerned]
+            elif confirmation and before is not None and before[0] == key:
                 answers = before[1]
             elif integers:
                 result = LONG_ONLY if command == CMD_INJECT_FAILURE else UNSUPPORTED

@@ -10,7 +10,7 @@ import numpy as np
 from flightsw.strict import ConfigError
 from flightsw.types import ACCEPTED, DENIED, Command
 from sim_plant.aircraft.base import Member
-from sim_plant.failures.judge import Verdict, judge
+from sim_plant.failures.judge import Fitted, Verdict, judge
 from sim_plant.failures.schedule import CLEAR, FaultPlan
 from sim_plant.failures.script import ACTIONS, CMD_REFUEL, Event, plant_targets
 from sim_plant.scenario import Scenario
@@ -36,6 +36,7 @@ class Orders:
     def __init__(self, sc: Scenario, members: Sequence[Member], faults: FaultPlan) -> None:
         self._members, self._faults = members, faults
         self._rate_hz = sc.clock.base_rate_hz
+        self._radio = len(members) > 1
         self.injected: list[Injected] = []
         self._to_plant: dict[int, list[tuple[int, Command]]] = {}
         self._commands: dict[int, list[tuple[Member, Command]]] = {}
@@ -66,7 +67,11 @@ class Orders:
     def _judge(self, m: Member, cmd: Command) -> Verdict:
         air = next((s for s in m.sensors if s.group == "air"), None)
         rate = self._rate_hz / air.div if air is not None else 0.0
-        return judge(cmd.command, cmd.params, m.cfg.name, len(m.probes) if air is not None else 0, rate)
+        rates = {s.group: self._rate_hz / s.div for s in m.sensors if s.group != "air"}
+        probes = len(m.probes) if air is not None else 0
+        return judge(
+            cmd.command, cmd.params, m.cfg.name, Fitted(probes, rate, rates, tuple(m.kind.surfaces), self._radio)
+        )
 
     def command(self, i: int, cmd: Command, tick: int, scripted: bool = False) -> Injected:
         """A command to the plant about aircraft i: judged, noted in `injected`, and done at `tick`, not yet sensed."""

@@ -108,6 +108,8 @@ class FaultPlan:
 
     def wider(self, e: Event) -> bool:
         """Whether a fault under way reaches beyond the columns `e` names, so that clearing those would not end it."""
+        if not e.sensor:
+            return False
         mine = frozenset(columns_of(e, self._sensors[e.target][e.sensor], e.target))
         here = [a for a in self._active if a.event.target == e.target and a.event.sensor == e.sensor]
         return any(a.columns & mine and not a.columns <= mine for a in here)
@@ -131,6 +133,8 @@ class FaultPlan:
     def _cleared(self, a: Active, e: Event) -> bool:
         if e.kind != CLEAR or a.event.target != e.target or a.event.sensor != e.sensor:
             return False
+        if not e.sensor:  # a surface, or the radio
+            return a.event.surface == e.surface
         return a.columns <= frozenset(columns_of(e, self._sensors[e.target][e.sensor], e.target))
 
     def _start(self, e: Event, t_us: int, at: str) -> Active:
@@ -197,4 +201,5 @@ CELL_KINDS = (*ORDER, "dropout")
 
 
 def _same(a: Event, b: Event) -> bool:
-    return (a.target, a.sensor, a.kind, a.index, a.channel) == (b.target, b.sensor, b.kind, b.index, b.channel)
+    mine, other = ((e.target, e.sensor, e.surface, e.kind, e.index, e.channel) for e in (a, b))
+    return mine == other

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import Any, ClassVar
+from typing import Annotated, Any
 
 from flightsw.aircraft import load_aircraft
 from flightsw.icd import wire
 from flightsw.icd.codec import PlantCodec
 from flightsw.missions.receiver.airdata.reports import REPORTS
 from flightsw.process.config import AppConfig, FlightConfig, LinkConfig, TelemetryConfig
-from flightsw.process.services import Setter
+from flightsw.strict import IN_FLIGHT, OneOf, Range, replaced
 from flightsw.terms import Laws, LawTerms, Output
 from flightsw.types import (
     UPD_IMU,
@@ -21,10 +21,33 @@ from flightsw.types import (
     Health,
     NavState,
     SensorFrame,
+    Setting,
+    Settled,
     Snapshot,
     Text,
     Timing,
+    Vec3,
 )
+
+
+@dataclasses.dataclass(frozen=True)
+class Ctrl:
+    """Numbers of every kind."""
+
+    gain: Annotated[float, Range(0.0, 2.0), IN_FLIGHT] = 1.0
+    w_pos_m: tuple[float, float, float] = (0.6, 0.5, 0.4)
+    law: Annotated[str, OneOf(("hold", "fly", "land")), IN_FLIGHT] = "fly"
+    steps: Annotated[int, Range(1, 5), IN_FLIGHT] = 2
+    on: Annotated[bool, IN_FLIGHT] = False
+    free: bool | None = None
+    file: str = "kc135r"
+
+
+@dataclasses.dataclass(frozen=True)
+class Params:
+    """Parameters of the application."""
+
+    ctrl: Ctrl = dataclasses.field(default_factory=Ctrl)
 
 
 class FakeApp:
@@ -33,7 +56,8 @@ class FakeApp:
     commands = frozenset({31010})
     reports = REPORTS
     sends_relative = True
-    settable: ClassVar[dict[str, Setter]] = {}
+    phases = (0, 3)
+    fuel_capacity_kg = 0.0
 
     def __init__(self) -> None:
         self.n = 0
@@ -45,8 +69,24 @@ class FakeApp:
         self.health = Health()
         self.nav = NavState(valid=True, V=195.0, reason="")
         self.gain = 1.0
+        self.params = Params()
+        self.places: tuple[Vec3, ...] = ()
         self.reported: dict[type, object] = {}
         self.laws: Laws = (LawTerms("law", (Output("elevator", "rad"),)),)
+
+    @property
+    def records(self) -> tuple[tuple[str, object], ...]:
+        return (("", self.params),)
+
+    def route(self) -> tuple[Vec3, ...]:
+        return self.places
+
+    def set(self, s: Setting) -> str:
+        if s.key == "ctrl.gain" and s.value == 0.5:
+            return "cannot be flown"
+        self.params = replaced(self.params, s.key.split("."), s.value)
+        self.gain = self.params.ctrl.gain
+        return ""
 
     def tick(self, frame: SensorFrame, dt_s: float) -> tuple[ActuatorCmd, Snapshot]:
         self.steps.append(dt_s)
@@ -57,6 +97,7 @@ class FakeApp:
         cmd = ActuatorCmd(frame.t_us, elevator=self.gain * frame.gyro_b[1], throttle=0.5)
         self.commands_seen += frame.commands
         acks = [Ack(c.command, 0, c.src_system, c.src_component) for c in frame.commands]
+        settled = [Settled(s, self.set(s)) for s in frame.settings]
         texts, self.texts = self.texts, []
         snap = Snapshot(
             frame.t_us,
@@ -71,6 +112,7 @@ class FakeApp:
             acks,
             self.reported,
             self.laws,
+            settled,
         )
         self.n += 1
         return cmd, snap

@@ -8,6 +8,7 @@ import signal
 import socket
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -15,7 +16,9 @@ import pytest
 
 from flightsw.icd import tlog
 from flightsw.icd.link import UdpLink, plant_port, telemetry_port
+from flightsw.icd.signing import PLANT, Security, Signing, read_key, units, write_key
 from flightsw.icd.wire import Sender
+from flightsw.process.config import load_flight
 from flightsw.process.node import Node
 from flightsw.process.replay import replay
 
@@ -44,6 +47,7 @@ sys.path.insert(0, {str(HERE)!r})
 import importlib.util
 spec = importlib.util.spec_from_file_location("flight_fakes", {str(HERE / "flight_fakes.py")!r})
 fakes = importlib.util.module_from_spec(spec)
+sys.modules["flight_fakes"] = fakes
 spec.loader.exec_module(fakes)
 import flightsw.process.node
 flightsw.process.node.make_app = lambda cfg: fakes.FakeApp()
@@ -294,3 +298,52 @@ def test_realtime_run_answers_late_and_missing_frames_and_replays(tmp_path: Path
     report = replay(tmp_path / "link_receiver.tlog", Node(config(), FakeApp(), realtime=True))
     assert report.ok and report.ticks > 50, report.lines()
     f.close()
+
+
+def test_with_a_key_only_who_has_it_is_heard_and_the_others_are_counted(tmp_path: Path, port_offset: int) -> None:
+    """The stock library signs the orders and verifies the telemetry; nobody else gets a word in, nor an answer out."""
+    from pymavlink.dialects.v20 import common
+
+    write_key(tmp_path / "key")
+    key = read_key(tmp_path / "key")
+    flight = Flight(tmp_path, port_offset, "--signing-key", str(tmp_path / "key"))
+    gcs = UdpLink(0, "ground station of the test")
+    try:
+        flight.link.send(flight.plant.at(0), flight.to)
+        assert flight.link.recv(1.0) is None  # not signed
+        flight.link.close()
+        flight.link = UdpLink(0, "plant of the test", security=Security(key, time.time), ident=PLANT)
+        judge = Signing(key, 9, time.time)
+        for _ in range(100):
+            flight.link.send(flight.plant.at(0), flight.to)
+            got = flight.link.recv(0.2)
+            if got is not None:
+                break
+        assert got is not None and names(judge.check(got[0])) == ["HIL_ACTUATOR_CONTROLS"]
+        flight.tick = 1
+        mav = common.MAVLink(None, 255, 190)
+        mav.robust_parsing = True
+        mav.signing.secret_key, mav.signing.link_id, mav.signing.sign_outgoing = key, 7, True
+        mav.signing.timestamp = units(time.time())
+        order = common.MAVLink_command_long_message(2, 1, 31010, 0, 3.0, 0, 0, 0, 0, 0, 0)
+        signed, bare = bytes(order.pack(mav)), Sender(255, 190).named("COMMAND_LONG", target_system=2, command=31010)
+        for d in (bare, Signing(bytes(32), 7, time.time).sign(bare), signed, bare, signed):
+            gcs.send(d, flight.ground_to)
+        heard = []
+        for _ in range(25):
+            flight.fly(10)
+            heard += [d for d, _ in gcs.take()]
+        got_back = [m for d in heard for m in mav.parse_buffer(d) or ()]
+        assert [m.result for m in got_back if m.get_type() == "COMMAND_ACK"] == [0]
+        assert got_back and all(m.get_signed() for m in got_back if not m.get_type().startswith("UNKNOWN"))
+        said = {m.text for m in got_back if m.get_type() == "STATUSTEXT"}
+        assert any(text.startswith("signing: refused ") for text in said), said
+        flight.popen.send_signal(signal.SIGTERM)
+        flight.wait()
+        assert flight.accounts()["refused_by_signing"] >= 4
+        assert not any(p[2] & 1 for _, _, p in tlog.read(tmp_path / "link_receiver.tlog"))  # logs are as without a key
+        report = replay(tmp_path / "link_receiver.tlog", Node(load_flight(tmp_path / "flight.toml"), FakeApp()))
+        assert report.ok, report.lines()
+    finally:
+        gcs.close()
+        flight.close()

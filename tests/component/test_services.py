@@ -20,7 +20,7 @@ from flightsw.missions.gust.laws import LAWS as GUST_LAWS
 from flightsw.missions.receiver import refuel
 from flightsw.missions.windshear.guidance import LAWS as ESCAPE_LAWS
 from flightsw.process.node import Node
-from flightsw.process.services import ANSWERS_MAX, PACKETS_MAX, flatten, short_names
+from flightsw.process.services import ACCEPT, ANSWERS_MAX, PACKETS_MAX
 from ground.link.merge import SequenceGaps
 
 from .flight_fakes import FakeApp, FakePlant, config, fields, names
@@ -272,48 +272,6 @@ def test_message_interval_changes_and_returns() -> None:
     assert names(b.tick(n=100)).count("ATTITUDE") == 4
 
 
-def test_parameter_list_is_complete_and_paced() -> None:
-    b = Bench()
-    n = len(b.node.services.names)
-    out = b.tick(GCS.named("PARAM_REQUEST_LIST", target_system=2), n=60)
-    got = fields(out, "PARAM_VALUE")
-    assert [g["param_index"] for g in got] == list(range(n)) and {g["param_count"] for g in got} == {n}
-    values = {g["param_id"]: g["param_value"] for g in got}
-    assert values["ctrl.w_pos_m.2"] == pytest.approx(0.4) and values["app.sysid"] == 2.0
-
-
-def test_parameter_by_name_index_and_unknown() -> None:
-    b = Bench()
-    read = lambda **k: fields(b.tick(GCS.named("PARAM_REQUEST_READ", target_system=2, **k)), "PARAM_VALUE")  # noqa: E731
-    [by_name] = read(param_id="app.sysid", param_index=-1)
-    [by_index] = read(param_index=by_name["param_index"])
-    assert by_name == by_index
-    assert read(param_id="no.such", param_index=-1) == [] and read(param_index=30_000) == []
-
-
-def test_set_is_refused_with_the_old_value_unless_settable() -> None:
-    class Settable(FakeApp):
-        def __init__(self) -> None:
-            super().__init__()
-            self.settable = {"ctrl.w_pos_m.0": self.set}
-
-        def set(self, v: float) -> bool:
-            ok = 0.0 < v < 1.0
-            self.gain = v if ok else self.gain
-            return ok
-
-    app = Settable()
-    b = Bench(app)
-
-    def put(name: str, value: float) -> float:
-        out = b.tick(GCS.named("PARAM_SET", target_system=2, param_id=name, param_value=value, param_type=9))
-        return float(fields(out, "PARAM_VALUE")[0]["param_value"])
-
-    assert put("ctrl.w_pos_m.1", 9.0) == 0.5
-    assert put("ctrl.w_pos_m.0", 0.25) == 0.25 and app.gain == 0.25
-    assert put("ctrl.w_pos_m.0", 7.0) == 0.25 and put("ctrl.w_pos_m.0", math.nan) == 0.25
-
-
 def test_timesync_is_answered_with_sample_time() -> None:
     b = Bench()
     b.tick(n=5)
@@ -324,15 +282,13 @@ def test_timesync_is_answered_with_sample_time() -> None:
 
 def test_ground_noise_is_counted_apart_from_the_plant_link() -> None:
     b = Bench()
-    stock_mission_request = bytes.fromhex("fd0200000affbe2b00000201") + b"\0\0"
-    b.tick(b"hello", stock_mission_request, GCS.named("HEARTBEAT", type=6), GCS.named("REQUEST_DATA_STREAM"))
+    radio_status = bytes.fromhex("fd0200000affbe6d00000201") + b"\0\0"
+    b.tick(b"hello", radio_status, GCS.named("HEARTBEAT", type=6), GCS.named("REQUEST_DATA_STREAM"))
     assert b.node.services.count.bad_length == 1 and b.node.services.count.unknown == 1
     assert b.node.count == wire.Counters()
 
 
-@given(
-    st.lists(st.binary(max_size=60), max_size=4), st.sampled_from(["COMMAND_LONG", "PARAM_SET", "PARAM_REQUEST_READ"])
-)
+@given(st.lists(st.binary(max_size=60), max_size=4), st.sampled_from(sorted(s.name for s in ACCEPT.values())))
 @settings(max_examples=60, deadline=None)
 def test_nothing_from_the_ground_raises(junk: list[bytes], name: str) -> None:
     spec = wire.BY_NAME[name]
@@ -347,17 +303,6 @@ def test_command_over_the_plant_link_is_answered_in_the_reply_and_to_the_ground(
     assert acks == {31010: 0, 400: 3} and names(out.reply)[0] == "HIL_ACTUATOR_CONTROLS"
     assert {a["command"]: a["result"] for a in fields(b"".join(out.telemetry), "COMMAND_ACK")} == acks
     assert names(b.node.handle([b.plant.at(1)]).reply) == ["HIL_ACTUATOR_CONTROLS"]
-
-
-def test_flat_view() -> None:
-    tree = {"a": {"b": 1, "c": [2.0, {"d": 3}], "text": "x", "on": True}}
-    assert list(flatten(tree)) == [("a.b", 1.0), ("a.c.0", 2.0), ("a.c.1.d", 3.0)]
-
-
-@given(st.lists(st.text("abc.", min_size=1, max_size=40), unique=True, max_size=60))
-def test_short_names_are_distinct_and_short(keys: list[str]) -> None:
-    got = short_names(keys)
-    assert len(set(got)) == len(keys) and all(len(n) <= 16 for n in got)
 
 
 def test_configuration_is_not_written_to() -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import struct
-from collections.abc import Mapping
 
 import pytest
 from hypothesis import assume, given, settings
@@ -17,7 +16,6 @@ from flightsw.icd.stamps import AGREE, AHEAD_US, JUMP_US, LIMIT_US, STALE_US, Fr
 from flightsw.missions.base import Report
 from flightsw.process.config import AppConfig, FlightConfig, LinkConfig
 from flightsw.process.node import Node
-from flightsw.process.services import Setter
 from flightsw.terms import Laws
 from flightsw.types import (
     UPD_AIR,
@@ -35,6 +33,7 @@ from flightsw.types import (
     SensorFrame,
     Snapshot,
     Timing,
+    Vec3,
 )
 
 PERIOD = 10_000  # [us]
@@ -60,10 +59,15 @@ class App:
     reports: tuple[Report, ...] = ()
     sends_relative = True
     laws: Laws = ()
-    settable: Mapping[str, Setter] = {}
+    phases = ()
+    fuel_capacity_kg = 0.0
+    records = ()
 
     def __init__(self) -> None:
         self.seen: list[SensorFrame] = []
+
+    def route(self) -> tuple[Vec3, ...]:
+        return ()
 
     def tick(self, frame: SensorFrame, dt_s: float) -> tuple[ActuatorCmd, Snapshot]:
         assert dt_s >= 0.0

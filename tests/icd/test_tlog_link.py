@@ -10,6 +10,7 @@ import pytest
 
 from flightsw.icd import tlog, wire
 from flightsw.icd.link import DRAIN, EACH, SIZE, TOTAL, LinkError, UdpLink, plant_port, telemetry_port
+from flightsw.icd.signing import Security
 
 SEND = wire.Sender(1, 1)
 HEARTBEAT = SEND.named("HEARTBEAT", type=1)
@@ -114,7 +115,7 @@ def test_busy_port_is_named() -> None:
         UdpLink(a.port, "plant link of tanker")
     a.close()
     with pytest.raises(LinkError, match=r"192\.0\.2\.1:\d+ \(far\) cannot be opened"):
-        UdpLink(a.port, "far", host="192.0.2.1")
+        UdpLink(a.port, "far", host="192.0.2.1", security=Security(unsigned=True))
     with pytest.raises(LinkError, match="70000"):
         UdpLink(70000, "high")
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from flightsw.icd import wire
+from flightsw.icd import framing, wire
 
 from .conftest import RANGES, extreme, generated, kinds
 from .generated import mav
@@ -179,3 +179,18 @@ def test_longer_payload_of_a_newer_dialect_is_cut() -> None:
     packet = b"\xfd" + body + crc16.mcrf4xx(body + spec.extra).to_bytes(2, "little")
     [(_, values, *_)] = wire.split(packet, wire.SPECS, wire.Counters())
     assert values[0] == 10 and values[-1] == 1 and math.isclose(values[1], -0.5)
+
+
+def test_version_1_packets_are_taken_in_version_2_framing() -> None:
+    """The stock library's version 1 packer; whatever is not sound stays as it came."""
+    from pymavlink.dialects.v10 import common as old
+
+    mav = old.MAVLink(None, 254, 7)
+    first = old.MAVLink_ping_message(5, 77, 0, 0).pack(mav)
+    second = old.MAVLink_command_long_message(2, 1, 512, 0, 148, 0, 0, 0, 0, 0, 0).pack(mav)
+    got = wire.split(framing.modern(first + second), wire.SPECS, wire.Counters())
+    assert [(p[0].name, p[2], p[3]) for p in got] == [("PING", 254, 7), ("COMMAND_LONG", 254, 7)]
+    assert got[0][0].to_dict(got[0][1]) == {"time_usec": 5, "seq": 77, "target_system": 0, "target_component": 0}
+    assert framing.modern(first + b"\xfe\x05") == framing.modern(first) + b"\xfe\x05"
+    for junk in (b"", b"\xfe", first[:-1], first[:-1] + b"\x00", wire.Sender(1, 1).named("PING")):
+        assert framing.modern(junk) == junk

@@ -1,6 +1,6 @@
 """Which fields of configuration records are read by name, and by whom: reads are recorded while flights are built and flown.
 
-Not counted: what copies, prints, compares or checks a record as a whole (dataclasses, strict, the refusal of unused tables), and
+Not counted: what copies, prints, shows, compares or checks a record as a whole (dataclasses, strict, parameters, refusals), and
 a record's own checks in __post_init__.
 """
 
@@ -13,7 +13,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-GENERIC = ("/dataclasses.py", "/flightsw/strict.py", "/sim_plant/obeyed.py", "/copy.py", "/pickle.py", "<string>")
+GENERIC = (
+    "/dataclasses.py", "/flightsw/strict.py", "/sim_plant/obeyed.py", "/flightsw/process/parameters.py", "/copy.py", "/pickle.py",
+    "<string>",
+)  # fmt: skip
 
 
 def records(cls: Any, found: set[type] | None = None) -> set[type]:

@@ -14,6 +14,7 @@ ELSEWHERE = {
     "Clock.mode": "the process' loop; refused with --in-process (tests/sil)",
     "Clock.startup_timeout_s": "wall clock of the plant's process (sim_plant.loops, tests/sil)",
     "Clock.peer_timeout_s": "wall clock of the plant's process (sim_plant.loops, tests/sil)",
+    "LinkConfig.operators": "who may command (flightsw.process.services, tests/component)",
     "LinkConfig.host": "socket of the onboard process (flightsw.process.loop, tests/component)",
     "LinkConfig.plant_port": "socket of the onboard process (flightsw.process.loop, tests/component)",
     "LinkConfig.telemetry_port": "socket of the onboard process (flightsw.process.loop, tests/component)",

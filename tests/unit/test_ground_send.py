@@ -257,7 +257,7 @@ def test_bad_failures_are_named(args: tuple[object, ...], words: str) -> None:
 def test_negative_value_on_the_command_line_is_a_value(monkeypatch: pytest.MonkeyPatch) -> None:
     sent: list[Order] = []
 
-    def transmit(what: Order, port_offset: int, host: str) -> Answer:
+    def transmit(what: Order, port_offset: int, host: str, **_: object) -> Answer:
         sent.append(what)
         return Answer(0, "done")
 

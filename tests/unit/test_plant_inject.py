@@ -21,11 +21,24 @@ from sim_plant.server import PlantServer
 
 AIR, ALL = inject.UNIT_AIRSPEED, 0
 GROUND = Sender(255, 190)
+FITTED = inject.Fitted(3, 20.0, {"baro": 10.0}, ("aileron", "elevator", "rudder"), True)
 
 
 def test_numbers_are_those_of_the_standard() -> None:
     assert inject.CMD_INJECT_FAILURE == stock.MAV_CMD_INJECT_FAILURE
     assert inject.UNIT_AIRSPEED == stock.FAILURE_UNIT_SENSOR_AIRSPEED
+    assert inject.UNIT_SERVO == stock.FAILURE_UNIT_SYSTEM_SERVO
+    assert inject.UNIT_LINK == stock.FAILURE_UNIT_SYSTEM_MAVLINK_SIGNAL
+    for unit, name in (
+        (0, "GYRO"),
+        (1, "ACCEL"),
+        (2, "MAG"),
+        (3, "BARO"),
+        (4, "GPS"),
+        (6, "VIO"),
+        (7, "DISTANCE_SENSOR"),
+    ):
+        assert unit == getattr(stock, f"FAILURE_UNIT_SENSOR_{name}") and unit in inject.GROUPS
     for name in ("OK", "OFF", "STUCK", "GARBAGE", "WRONG", "SLOW", "DELAYED", "INTERMITTENT"):
         assert getattr(inject, name) == getattr(stock, f"FAILURE_TYPE_{name}")
     for name in ("ACCEPTED", "DENIED", "UNSUPPORTED"):
@@ -41,7 +54,12 @@ def test_numbers_are_those_of_the_standard() -> None:
         (420, (AIR, inject.DELAYED, 1, 0, 0.5), ACCEPTED, "air probe 1: delayed 10 samples"),
         (420, (AIR, inject.OK), ACCEPTED, "clear"),
         (511, (AIR, inject.OFF, 2), UNSUPPORTED, "command 511: the plant takes 420"),
-        (420, (4, inject.OFF), UNSUPPORTED, "failure unit 4: receiver has 8"),
+        (
+            420,
+            (4, inject.OFF),
+            UNSUPPORTED,
+            "failure unit 4: receiver has 3 (baro), 8 (air), 102 (surface), 105 (radio)",
+        ),
         (420, (AIR, 8), UNSUPPORTED, "failure type 8: allowed 0 to 7"),
         (420, (AIR, -1), UNSUPPORTED, "failure type -1"),
         (420, (AIR, inject.OFF, 4), DENIED, "instance 4: receiver has probes 1 to 3"),
@@ -55,15 +73,24 @@ def test_numbers_are_those_of_the_standard() -> None:
         (420, (AIR, inject.GARBAGE, 1, 1, -2.0), DENIED, "garbage needs more than 0"),
         (420, (AIR, inject.DELAYED, 1, 0, -1.0), DENIED, "delay -1 s: allowed 0.05"),
         (420, (AIR, inject.INTERMITTENT, 1, 0, 1.0), DENIED, "share 1: allowed above 0 and below 1"),
+        (420, (AIR, inject.OFF, 2, math.nan, math.nan, math.nan), ACCEPTED, "air probe 2: off"),  # as MAVSDK sends it
+        (420, (3, inject.STUCK, 0, math.nan, math.nan, 7.0), ACCEPTED, "baro: stuck for 7 s"),
+        (420, (3, inject.INTERMITTENT), ACCEPTED, "baro: intermittent"),
+        (420, (3, inject.WRONG), UNSUPPORTED, "failure type 4 of baro: its readings have different units"),
+        (420, (102, inject.STUCK, 2), ACCEPTED, "elevator: jam"),
+        (420, (102, inject.STUCK, 0), DENIED, "instance 0: receiver has 1 aileron, 2 elevator, 3 rudder"),
+        (420, (102, inject.OFF, 2), UNSUPPORTED, "failure type 1 of a surface: allowed 0 ok, 2 stuck"),
+        (420, (105, inject.OFF, 0, 0, 0, 3), ACCEPTED, "radio: link_loss for 3 s"),
+        (420, (105, inject.STUCK), UNSUPPORTED, "failure type 2 of the radio: allowed 0 ok, 1 off"),
     ],
 )
 def test_answers(command: int, params: tuple[float, ...], result: int, text: str) -> None:
-    v = judge(command, params, "receiver", 3, 20.0)
+    v = judge(command, params, "receiver", FITTED)
     assert (v.result, text in v.text, v.event is not None) == (result, True, result == ACCEPTED)
 
 
 def test_an_aircraft_without_probes_has_none_to_fail() -> None:
-    assert judge(420, (AIR, inject.OFF), "glider", 0, 0.0).result == UNSUPPORTED
+    assert judge(420, (AIR, inject.OFF), "glider", inject.Fitted()).result == UNSUPPORTED
 
 
 class Fake:
@@ -127,13 +154,30 @@ def test_a_live_failure_acts_from_the_next_tick_and_ok_ends_it() -> None:
         assert np.allclose(d, expected, atol=1e-12)
 
 
+def test_other_sensors_a_surface_and_the_radio_fail_and_come_back() -> None:
+    """GNSS silent, the elevator jammed, the radio dead; each cleared by OK, and by its own time."""
+    f = Fake()
+    world, out = f.s.world, f.s.world.faults.outage["receiver"]
+    gnss = next(s for s in world.members[1].sensors if s.group == "gnss")
+    seen = []
+    for tick, orders in (
+        (20, [order(4, inject.OFF), order(102, inject.STUCK, 2), order(105, inject.OFF, 0, 0, 0, 0.1)]),
+        (25, []), (40, [order(4, inject.OK), order(102, inject.OK, 2)]), (45, []),
+    ):  # fmt: skip
+        got = f.fly(tick, {tick: orders} if orders else None)
+        assert [a[3] for a in acks(got)] == [ACCEPTED] * len(orders)
+        seen.append((gnss.dropped, list(out.jam), out.link_down))
+    free, down = (False, [0.0] * 3, False), (True, [0.0, 1.0, 0.0])
+    assert seen == [free, (*down, True), (*down, False), free]
+
+
 def test_truthful_answers_and_no_answer_for_others() -> None:
     f = Fake()
     got = f.fly(
         20,
         {
             5: [order(AIR, inject.OFF, 9)],  # no such probe
-            6: [order(4, inject.OFF)],  # a unit the plant does not fail
+            6: [order(100, inject.OFF)],  # a unit the plant does not fail
             7: [order(2.0, command=246)],  # the plant is not shut down by the ground
             8: [order(AIR, inject.OFF, 1, target=77)],  # no such aircraft
             9: [order(AIR, inject.OFF, 1, component=42)],  # for a component that is not here
@@ -230,7 +274,7 @@ def test_without_commands_there_is_no_record(tmp_path: Path) -> None:
             {"params": [8.0, 1.0, 7.0]},
             r"event\[0\]\.params: refused by the plant: instance 7: receiver has probes 1 to 3",
         ),
-        ({"params": [1.0, 1.0]}, r"event\[0\]\.params: refused by the plant: failure unit 1"),
+        ({"params": [100.0, 1.0]}, r"event\[0\]\.params: refused by the plant: failure unit 100"),
         ({"command": 511}, r"event\[0\]: command = 511: the plant takes command = 420"),
         ({"action": "hold"}, r"event\[0\]: action = 'hold': the plant takes"),
         ({"target": "plant.nobody"}, r"'plant\.nobody': allowed: tanker, receiver, plant, plant\.tanker, plant\.rec"),

@@ -17,7 +17,7 @@ from flightsw.missions.gust import dynamics as k
 from flightsw.missions.gust.model import GustAircraft, LinearModel, Turbulence, linear_model, published
 from flightsw.missions.gust.servos import GustServos
 from flightsw.sixdof.lqr import regulator
-from flightsw.strict import Range
+from flightsw.strict import IN_FLIGHT, Range
 from flightsw.terms import Controlled, LawTerms, Output
 
 Array = np.ndarray
@@ -51,12 +51,12 @@ class AlleviationParams:
 class HoldParams:
     """Pitch and height hold from measurements."""
 
-    q: Annotated[float, Range(0.0, 5.0)] = 0.03  # [s]
-    Theta: Annotated[float, Range(0.0, 20.0)] = 0.4  # [-]
-    H: Annotated[float, Range(0.0, 1.0)] = 0.008  # [rad/m]
-    limit_rad: Annotated[float, Range(0.0, 1.0)] = math.radians(10.0)  # of the pitch asked for
-    speed: Annotated[float, Range(0.0, 500.0)] = 25.0  # [s/m] throttle setting per airspeed deviation
-    throttle_limit: Annotated[float, Range(0.0, 1000.0)] = 100.0  # [-] either way from trim
+    q: Annotated[float, Range(0.0, 5.0), IN_FLIGHT] = 0.03  # [s]
+    Theta: Annotated[float, Range(0.0, 20.0), IN_FLIGHT] = 0.4  # [-]
+    H: Annotated[float, Range(0.0, 1.0), IN_FLIGHT] = 0.008  # [rad/m]
+    limit_rad: Annotated[float, Range(0.0, 1.0), IN_FLIGHT] = math.radians(10.0)  # of the pitch asked for
+    speed: Annotated[float, Range(0.0, 500.0), IN_FLIGHT] = 25.0  # [s/m] throttle setting per airspeed deviation
+    throttle_limit: Annotated[float, Range(0.0, 1000.0), IN_FLIGHT] = 100.0  # [-] either way from trim
 
 
 def plant_matrices(model: LinearModel, ac: GustAircraft, low_pass_hz: float) -> tuple[Array, Array, Array]:

@@ -208,6 +208,11 @@ class GustMission(Mission[GustActuators]):
         self._texts.append(Text(6, f"law {self.ctrl.words[law]}"))
         return ACCEPTED, ""
 
+    def adopt(self, params: object) -> None:
+        """Changed parameters from this step on."""
+        assert isinstance(params, GustMissionParams)
+        self.p, self.trust.p, self.ctrl.hold.p = params, params.nav.trust, params.ctrl.hold
+
     def texts(self) -> list[Text]:
         """Messages since the last call."""
         out, self._texts = self._texts, []

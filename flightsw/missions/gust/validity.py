@@ -11,7 +11,7 @@ from typing import Annotated
 
 from flightsw.missions.gust import dynamics as k
 from flightsw.missions.gust.estimator import GustEstimate
-from flightsw.strict import Range
+from flightsw.strict import IN_FLIGHT, Range
 
 DISAGREE = "readings disagree with the model"
 NAMES = ("q", "alpha", "V_A", "Theta", "H")  # bits 0 to 4 of GustEstimate.used
@@ -21,14 +21,20 @@ NAMES = ("q", "alpha", "V_A", "Theta", "H")  # bits 0 to 4 of GustEstimate.used
 class TrustParams:
     """Limits beyond which the hold flies instead."""
 
-    age_s: Annotated[float, Range(0.02, 60.0)] = 1.0  # of the oldest of the five basic readings that corrected
-    alpha_W_sigma_rad: Annotated[float, Range(1e-4, 1.0)] = 0.035
-    H_sigma_m: Annotated[float, Range(0.01, 1000.0)] = 5.0
-    nis: Annotated[float, Range(1.0, 100.0)] = 1.25  # NIS per reading, low-passed
-    nis_s: Annotated[float, Range(0.02, 60.0)] = 3.0
-    refused: Annotated[float, Range(0.0, 1.0)] = 0.1  # share of readings refused by the gate, low-passed likewise
-    back_s: Annotated[float, Range(0.0, 60.0)] = 1.0  # all well for this long before it is trusted (again)
-    grave_s: Annotated[float, Range(0.0, 600.0)] = 15.0  # and this much longer after a restart or a disagreement
+    age_s: Annotated[float, Range(0.02, 60.0), IN_FLIGHT] = (
+        1.0  # of the oldest of the five basic readings that corrected
+    )
+    alpha_W_sigma_rad: Annotated[float, Range(1e-4, 1.0), IN_FLIGHT] = 0.035
+    H_sigma_m: Annotated[float, Range(0.01, 1000.0), IN_FLIGHT] = 5.0
+    nis: Annotated[float, Range(1.0, 100.0), IN_FLIGHT] = 1.25  # NIS per reading, low-passed
+    nis_s: Annotated[float, Range(0.02, 60.0), IN_FLIGHT] = 3.0
+    refused: Annotated[float, Range(0.0, 1.0), IN_FLIGHT] = (
+        0.1  # share of readings refused by the gate, low-passed likewise
+    )
+    back_s: Annotated[float, Range(0.0, 60.0), IN_FLIGHT] = 1.0  # all well for this long before it is trusted (again)
+    grave_s: Annotated[float, Range(0.0, 600.0), IN_FLIGHT] = (
+        15.0  # and this much longer after a restart or a disagreement
+    )
 
 
 class Trust:

@@ -47,6 +47,7 @@ from flightsw.types import (
     NavState,
     SensorFrame,
     Text,
+    Vec3,
 )
 
 OWN = HF_IMU | HF_AIR | HF_ATT | HF_GNSS
@@ -236,6 +237,19 @@ class JoinMission(Mission[ActuatorModel]):
         if result == ACCEPTED:
             self.sequence.on = False
         return result, why
+
+    def route(self) -> tuple[Vec3, ...]:
+        """The way to contact once joined up; before, the control point on its own track."""
+        if self.joined:
+            return self.refuel.route()
+        g = self.p.guid
+        return ((*g.track_point_m, -g.alt_m),)
+
+    def adopt(self, params: object) -> None:
+        """Changed parameters from this step on."""
+        assert isinstance(params, JoinParams)
+        self.refuel.adopt(params)
+        self.p, self.sequence.p = params.join, params.join.sequence
 
     def texts(self) -> list[Text]:
         """Messages since the last call."""

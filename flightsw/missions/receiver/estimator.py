@@ -58,9 +58,7 @@ class RelativeNav:
         sigma = relative_sigma(p, probes)
         e = Extras.of(p, len(sigma), RotationalWind.STATES if p.rotational_wind else 0)
         self.core = c = TrustedCore(ac, p, rows(p, probes, aid is not None), e.total)
-        self._tks = np.zeros((3, TK))  # the tanker at start, middle and end of the step; now:
-        self._tk = self._tks[TK_END]
-        self._dcm_t, self._dcm_t0 = self._tk[TK_DCM], self._tks[TK_START, TK_DCM]
+        self._tks = np.zeros((3, TK))  # the tanker at start, middle and end of the step
         self._R, self._Rn, self._fm, self._d = np.zeros(9), np.zeros(9), np.zeros(9), np.zeros(NX)
         self._e, self._q = np.zeros(3), np.zeros(4)
         self.rot = RotationalWind(p) if p.rotational_wind else None
@@ -83,6 +81,11 @@ class RelativeNav:
         self.rate_fix: Vec3 | None = None  # [m/s] d(xi)/dt of this step from the calibrated difference of velocities
         self.hold = None if aid is None else StationHold(aid)
         self.out = NavState()
+
+    @property
+    def _tk(self) -> np.ndarray:
+        """The tanker now. No view of the stages is kept: a copy of the estimator would lose it."""
+        return self._tks[TK_END]
 
     def step(self, f: SensorFrame, u: np.ndarray, health: Health, updated: int) -> NavState:
         """One estimator step; arguments as AirframeNav.step. Never raises on bad data."""
@@ -115,7 +118,7 @@ class RelativeNav:
         x, rho = c.ukf.x, density(altitude(f))
         if dt > 0.0:
             dcm_from_euler(*x[EULER], self._R)
-            mul33(self._R, self._dcm_t0, self._Rn)
+            mul33(self._R, self._tks[TK_START, TK_DCM], self._Rn)
             c.noise_factor(self._Rn, dt)
             self.parts.predict(f, u, rho, dt)
         self._rates(u, rho)
@@ -170,7 +173,7 @@ class RelativeNav:
         c, p, tk, gate = self.core, self.core.p, self._tk, self.core.refusals
         x, d = c.ukf.x.tolist(), self._d.tolist()  # plain floats are quicker
         c.m = 0
-        mul33(self._R, self._dcm_t, self._Rn)
+        mul33(self._R, self._tks[TK_END, TK_DCM], self._Rn)
         relative_aids.inertial_rates(c.ukf.x[RATE], self._R, tk, c.w_air)
         air = bool(updated & UPD_AIR) and c.take_air(f)
         if air:
@@ -219,7 +222,7 @@ class RelativeNav:
             a.wake(c, self.fix, self.R_ft, self.x_f)
         stale = not trusted and (f.t_us - self.rel_us) * 1e-6 > a.p.rel_stale_s
         if gnss and not self.peer.coasting and (trusted or stale):
-            a.gnss(c, f, self._dcm_t, self.peer.position(f.gnss_t_us), self._d[POS], trusted)
+            a.gnss(c, f, self._tks[TK_END, TK_DCM], self.peer.position(f.gnss_t_us), self._d[POS], trusted)
         if stale and self.rate_fix is not None:
             a.closure_rate(c, self.rate_fix)
 
@@ -269,7 +272,7 @@ class RelativeNav:
         o.reason = c.earned(o, self.started_us, *NEEDED)
         o.valid = not o.reason
         o.V, o.beta, o.alpha = x[AIR].tolist()
-        mul33(self._R, self._dcm_t, self._Rn)
+        mul33(self._R, self._tks[TK_END, TK_DCM], self._Rn)
         relative_aids.inertial_rates(x[RATE], self._R, tk, c.w_air)
         o.w_b = vec3(c.w_air)
         euler_from_dcm(self._Rn, self._e)

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from flightsw.aircraft import Aircraft, load_aircraft
+from flightsw.kernels.rotations import to_parent
 from flightsw.missions.base import Mission, MissionSpec, Reports, choices
 from flightsw.missions.receiver.airdata.airdata import AirData, AirDataParams
 from flightsw.missions.receiver.airdata.reports import REPORTS
@@ -40,6 +41,7 @@ from flightsw.types import (
     NavState,
     SensorFrame,
     Text,
+    Vec3,
 )
 
 MAV_CMD_USER_1 = 31010
@@ -145,6 +147,24 @@ class ReceiverMission(Mission[ActuatorModel]):
             return DENIED, why
         ok, why = self.guid.command(action)
         return (ACCEPTED if ok else TEMPORARILY_REJECTED), why
+
+    def route(self) -> tuple[Vec3, ...]:
+        """The way to contact behind the tanker where that is now: observation, low, behind, pre-contact, contact."""
+        if self.guid.phase == 0:
+            return ()
+        p, t_us = self.guid.p, self.guid.t_us
+        at, tk, xi, d = self.nav.peer.position(t_us), np.zeros(18), np.zeros(3), np.zeros(3)
+        self.nav.peer.stage(t_us, tk)
+        out: list[Vec3] = []
+        for xi[:] in (p.observation_m, p.low_m, p.behind_m, p.precontact_m, p.contact_m):
+            to_parent(tk[:9], xi, d)
+            out.append((float(at[0] + d[0]), float(at[1] + d[1]), float(at[2] + d[2])))
+        return tuple(out)
+
+    def adopt(self, params: object) -> None:
+        """Changed parameters from this step on."""
+        assert isinstance(params, ReceiverParams)
+        self.guid.p = params.guid
 
     def texts(self) -> list[Text]:
         """Messages since the last call."""

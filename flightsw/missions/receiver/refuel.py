@@ -14,7 +14,7 @@ from typing import Annotated
 
 from flightsw.missions.receiver.boom import Surroundings
 from flightsw.missions.receiver.path import Quintic, duration
-from flightsw.strict import ConfigError, Range
+from flightsw.strict import IN_FLIGHT, ConfigError, Range
 from flightsw.types import ZERO3, GuidanceCmd, NavState, SensorFrame, Text, Vec3
 
 INIT, OBSERVATION, TO_PRECONTACT, PRECONTACT, TO_CONTACT, CONTACT, DISCONNECT, RETURN, BREAKAWAY, HOLD = range(10)
@@ -41,7 +41,9 @@ CRITICAL, WARNING, INFO = 2, 4, 6  # MAV_SEVERITY
 WAYPOINTS = ("observation_m", "low_m", "behind_m", "precontact_m", "contact_m", "breakaway_m")
 
 Leg = tuple[Vec3, float]  # way-point [m], largest speed [m/s]
-Pos = Annotated[float, Range(1e-6)]
+Speed = Annotated[float, Range(1e-6, 20.0), IN_FLIGHT]
+Time = Annotated[float, Range(1e-6, 3600.0), IN_FLIGHT]
+Error = Annotated[float, Range(1e-6, 1000.0), IN_FLIGHT]
 
 
 @dataclass(frozen=True)
@@ -54,19 +56,19 @@ class RefuelParams:
     precontact_m: Vec3 = (-47.0, 0.0, 12.5)
     contact_m: Vec3 = (-35.5, 0.0, 8.5)
     breakaway_m: Vec3 = (-100.0, 0.0, 60.0)
-    v_transfer_mps: Pos = 1.5
-    v_join_mps: Pos = 1.5  # first leg, from where navigation became valid to observation
-    v_climb_mps: Pos = 0.8
-    v_close_mps: Pos = 0.5
-    v_breakaway_mps: Pos = 4.0
-    settle_s: Pos = 10.0  # in contact before samples count for station keeping
-    ready_error_m: Pos = 1.0  # station error that lets the next segment or closure start
-    track_error_m: Pos = 4.0  # the reference waits while the error exceeds this
-    contact_error_max_m: Pos = 3.0  # breakaway beyond this while closing or in contact
-    rel_age_max_s: Pos = 2.0
-    peer_age_max_s: Pos = 1.0
-    boom_open_s: Pos = 0.5  # the boom says so long that it has let go: contact is lost
-    boom_make_s: Pos = 30.0  # in the contact position without contact
+    v_transfer_mps: Speed = 1.5
+    v_join_mps: Speed = 1.5  # first leg, from where navigation became valid to observation
+    v_climb_mps: Speed = 0.8
+    v_close_mps: Speed = 0.5
+    v_breakaway_mps: Speed = 4.0
+    settle_s: Time = 10.0  # in contact before samples count for station keeping
+    ready_error_m: Error = 1.0  # station error that lets the next segment or closure start
+    track_error_m: Error = 4.0  # the reference waits while the error exceeds this
+    contact_error_max_m: Error = 3.0  # breakaway beyond this while closing or in contact
+    rel_age_max_s: Time = 2.0
+    peer_age_max_s: Time = 1.0
+    boom_open_s: Time = 0.5  # the boom says so long that it has let go: contact is lost
+    boom_make_s: Time = 30.0  # in the contact position without contact
 
 
 class RefuelGuidance:

@@ -140,11 +140,10 @@ class RelativeSensors:
     def __init__(self, stages: np.ndarray, nx: int, local: bool) -> None:
         """stages as BehindTanker; nx: 15, or 18 with rotational wind; local: rows beyond the common codes are queued."""
         self.stages, self.nx, self.local = stages, nx, local
-        self._tk = stages[TK_END]
 
     def expect(self, X: np.ndarray, c: EstimatorCore) -> None:
         """As Sensors."""
-        tk, m = self._tk, c.m
+        tk, m = self.stages[TK_END], c.m
         if self.local:
             own = c.codes[:m] >= RELATIVE_CHANNELS
             c.pick(np.argsort(own, kind="stable"))  # two kernels share the columns: common codes first
@@ -156,7 +155,7 @@ class RelativeSensors:
         self, X: np.ndarray, c: EstimatorCore, f: SensorFrame, u: np.ndarray, dt: float, cf: float, cx: float, m: int
     ) -> None:  # fmt: skip
         """As Sensors."""
-        tk = self._tk
+        tk = self.stages[TK_END]
         a_t = (tk[TK_VEL] - self.stages[TK_START, TK_VEL]) / dt  # the data link's acceleration
         differenced_relative(X, self.nx, c.codes, m, u, density(altitude(f)), c.P, tk, a_t, cf, cx, c.ukf.Y)
 

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from flightsw.missions.receiver.refuel import ACTIONS, BREAKAWAY, CONTACT, OBSERVATION, PRECONTACT
-from flightsw.strict import Range
+from flightsw.strict import IN_FLIGHT, Range
 from flightsw.types import SensorFrame
 
-NonNeg = Annotated[float, Range(0.0)]
+Wait = Annotated[float, Range(0.0, 86400.0), IN_FLIGHT]
 NUMBER = {name: k for k, name in ACTIONS.items()}
 NOTHING = 0
 
@@ -23,11 +23,13 @@ class SequenceParams:
     """How long the receiver rests in each phase before the next one is ordered."""
 
     auto: bool = False
-    observe_s: NonNeg = 20.0
-    precontact_s: NonNeg = 20.0
-    contact_s: NonNeg = 300.0  # at most
-    fuel_kg: NonNeg = 0.0  # disconnect once the gauge shows this with the boom in; 0: time decides
-    leave_s: NonNeg = 10.0  # at pre-contact after the disconnect, before the return to observation
+    observe_s: Wait = 20.0
+    precontact_s: Wait = 20.0
+    contact_s: Wait = 300.0  # at most
+    fuel_kg: Annotated[float, Range(0.0, 1e6), IN_FLIGHT] = (
+        0.0  # disconnect once the gauge shows this with the boom in; 0: time decides
+    )
+    leave_s: Wait = 10.0  # at pre-contact after the disconnect, before the return to observation
 
 
 class Sequence:

@@ -41,6 +41,7 @@ from flightsw.types import (
     NavState,
     SensorFrame,
     Text,
+    Vec3,
 )
 
 INIT, RDV_APPROACH, RDV_TURN, RDV_ROLLOUT = 0, 13, 14, 15  # WKF_PHASE
@@ -177,6 +178,18 @@ class RendezvousMission(Mission[ActuatorModel]):
         if not self.joined:
             return TEMPORARILY_REJECTED, "speed is the rendezvous's until roll-out"
         return speed_command(c, self.guid, self.envelope, self.turn_rate_degps)
+
+    def route(self) -> tuple[Vec3, ...]:
+        """The racetrack once it is joined; before, to the control point, where the receiver is met."""
+        if self.joined:
+            return self.guid.route()
+        frame = self.track.frame
+        return ((frame.north_m, frame.east_m, -self.alt_m),)
+
+    def adopt(self, params: object) -> None:
+        """Changed parameters from this step on."""
+        assert isinstance(params, RendezvousMissionParams)
+        self.guid.use(params.guid)
 
     def texts(self) -> list[Text]:
         """Messages since the last call."""

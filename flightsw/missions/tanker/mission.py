@@ -34,6 +34,7 @@ from flightsw.types import (
     NavState,
     SensorFrame,
     Text,
+    Vec3,
 )
 
 MAV_CMD_DO_CHANGE_SPEED = 178
@@ -99,6 +100,15 @@ class TankerMission(Mission[ActuatorModel]):
     def obey(self, c: Command) -> tuple[int, str]:
         """MAV_RESULT and reason for one of the mission's commands."""
         return speed_command(c, self.guid, self.envelope, self.turn_rate_degps)
+
+    def route(self) -> tuple[Vec3, ...]:
+        """The racetrack."""
+        return self.guid.route()
+
+    def adopt(self, params: object) -> None:
+        """Changed parameters from this step on."""
+        assert isinstance(params, TankerParams)
+        self.guid.use(params.guid)
 
     def texts(self) -> list[Text]:
         """Messages since the last call."""

@@ -8,8 +8,8 @@ from typing import Annotated, Protocol, runtime_checkable
 
 from flightsw.kernels.rotations import wrap_pi
 from flightsw.plugins import OursOr, made
-from flightsw.strict import Range
-from flightsw.types import GuidanceCmd, NavState, SensorFrame, Text
+from flightsw.strict import IN_FLIGHT, Range
+from flightsw.types import ZERO3, GuidanceCmd, NavState, SensorFrame, Text, Vec3
 
 INIT, LEG, TURN = 0, 10, 11
 
@@ -20,12 +20,12 @@ class RacetrackParams:
 
     V_mps: Annotated[float, Range(1.0)] = 195.0  # within the limits of the aircraft
     alt_m: Annotated[float, Range(0.0, 12000.0)] = 7010.0
-    first_leg_s: Annotated[float, Range(1.0)] = 400.0
-    leg_s: Annotated[float, Range(1.0)] = 300.0
+    first_leg_s: Annotated[float, Range(1.0, 1e6), IN_FLIGHT] = 400.0
+    leg_s: Annotated[float, Range(1.0, 1e6), IN_FLIGHT] = 300.0
     turn_rate_degps: Annotated[float, Range(-3.0, 3.0)] = 1.7
     turn_accel_degps2: Annotated[float, Range(0.01)] = 0.15  # ramp of the commanded turn rate: about 2.6 deg/s of roll
-    heading_gain: Annotated[float, Range(0.0)] = 0.04  # [1/s] heading hold on the legs
-    V_accel_mps2: Annotated[float, Range(0.01)] = 0.15
+    heading_gain: Annotated[float, Range(0.0, 1.0), IN_FLIGHT] = 0.04  # [1/s] heading hold on the legs
+    V_accel_mps2: Annotated[float, Range(0.01, 5.0), IN_FLIGHT] = 0.15
     path: Annotated[str, OursOr(("racetrack",))] = "racetrack"  # a PathGuidance, made from (this table)
 
 
@@ -46,6 +46,12 @@ class PathGuidance(Protocol):
     def take_over(self, psi: float, V: float, psi_dot: float) -> None:
         """Go on from a heading [rad], an airspeed [m/s] and a turn rate [rad/s] that another guidance has flown."""
 
+    def use(self, p: RacetrackParams) -> None:
+        """Fly by these parameters from now on."""
+
+    def route(self) -> tuple[Vec3, ...]:
+        """Places [m, NED] it flies by next; none: it does not fly by any."""
+
 
 class RacetrackGuidance:
     """Commands airspeed, altitude and turn rate."""
@@ -64,6 +70,8 @@ class RacetrackGuidance:
         self.texts: list[Text] = []
         self.out = GuidanceCmd(V=p.V_mps, alt_m=p.alt_m)
         self.reason = "waiting for navigation"
+        self._start_n: Vec3 = ZERO3  # where the present or last leg began
+        self._wind_n: Vec3 = ZERO3
 
     def set_speed(self, V: float, lo: float, hi: float) -> tuple[bool, str]:
         """New commanded airspeed [m/s] within [lo, hi]: accepted?, reason if not."""
@@ -83,6 +91,8 @@ class RacetrackGuidance:
             self._enter(LEG, f.t_us, "navigation valid")
             self.V = nav.V
             self.psi_ref = nav.euler[0]
+            self._start_n = nav.pos_n
+        self._wind_n = nav.wind_n
         t = (f.t_us - self.t_phase_us) * 1e-6
         rate = math.radians(p.turn_rate_degps)
         target = 0.0
@@ -98,6 +108,7 @@ class RacetrackGuidance:
             target = rate if left > lead else 0.0
             if left <= lead and abs(self.psi_dot) < 1e-4:
                 self.leg += 1
+                self._start_n = nav.pos_n
                 self._enter(LEG, f.t_us, "racetrack leg")
         a = math.radians(p.turn_accel_degps2) * dt
         self.psi_dot += min(max(target - self.psi_dot, -a), a)
@@ -107,6 +118,34 @@ class RacetrackGuidance:
         o.phase, o.phase_t_s, o.reason = self.phase, t, self.reason
         o.V, o.alt_m, o.psi_dot = self.V, p.alt_m, self.psi_dot
         return o
+
+    def use(self, p: RacetrackParams) -> None:
+        """Fly by these parameters from now on."""
+        self.p = p
+
+    def route(self) -> tuple[Vec3, ...]:
+        """The pattern around the present or last leg in the present wind [m, NED]: its start and end, the start and the end of
+        the leg opposite, and where the turn after that comes out. () before it has begun."""
+        if self.phase == INIT:
+            return ()
+        p, side = self.p, math.copysign(1.0, self.p.turn_rate_degps)
+        # at psi_ref, that of the coming leg, while it turns
+        psi = self.psi_ref - (side * math.pi if self.phase == TURN else 0.0)
+        c, s = math.cos(psi), math.sin(psi)
+        rate = math.radians(abs(p.turn_rate_degps))
+        turn_s, across = (math.pi / rate, 2.0 * self.V / rate) if rate > 0.0 else (0.0, 0.0)
+        n, e = self._start_n[:2]
+        out: list[Vec3] = [(n, e, -p.alt_m)]
+        # along the leg, across in the turn, back, across again: seconds, then metres through the air
+        leg_s = p.first_leg_s if self.leg == 0 else p.leg_s
+        for seconds, along, right in (
+            (leg_s, self.V * leg_s, 0.0), (turn_s, 0.0, side * across), (p.leg_s, -self.V * p.leg_s, 0.0),
+            (turn_s, 0.0, -side * across),
+        ):  # fmt: skip
+            n += c * along - s * right + self._wind_n[0] * seconds
+            e += s * along + c * right + self._wind_n[1] * seconds
+            out.append((n, e, -p.alt_m))
+        return tuple(out)
 
     def _heading_left(self, nav: NavState) -> float:
         """Heading still to turn [rad]; within half a turn either way once under way."""

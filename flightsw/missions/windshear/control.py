@@ -13,7 +13,7 @@ from flightsw.missions.windshear import dynamics as k
 from flightsw.missions.windshear import inversion as kn
 from flightsw.missions.windshear.model import MODES, PathDemand, parameter_vector
 from flightsw.plugins import OursOr, made
-from flightsw.strict import Range
+from flightsw.strict import IN_FLIGHT, Range
 from flightsw.terms import Controlled, LawTerms, Output
 
 Array = np.ndarray
@@ -24,11 +24,11 @@ LIMIT_EDGE = 0.999  # share of the travel from which the elevator counts as limi
 class NidParams:
     """Gains and limits; jing.md 3.4 and section 4."""
 
-    k_path_1ps: Annotated[float, Range(0.01, 10.0)] = 0.8
-    k_speed_1ps: Annotated[float, Range(0.01, 10.0)] = 0.2
-    k_alpha_1ps: Annotated[float, Range(0.1, 20.0)] = 2.5
-    k_rate_1ps: Annotated[float, Range(0.1, 40.0)] = 6.0
-    k_thrust_1ps: Annotated[float, Range(0.1, 20.0)] = 1.5
+    k_path_1ps: Annotated[float, Range(0.01, 10.0), IN_FLIGHT] = 0.8
+    k_speed_1ps: Annotated[float, Range(0.01, 10.0), IN_FLIGHT] = 0.2
+    k_alpha_1ps: Annotated[float, Range(0.1, 20.0), IN_FLIGHT] = 2.5
+    k_rate_1ps: Annotated[float, Range(0.1, 40.0), IN_FLIGHT] = 6.0
+    k_thrust_1ps: Annotated[float, Range(0.1, 20.0), IN_FLIGHT] = 1.5
     turn_max_radps: Annotated[float, Range(0.001, 1.0)] = 0.05
     q_max_radps: Annotated[float, Range(0.01, 1.0)] = 0.12
     elevator_max_rad: Annotated[float, Range(0.05, 1.0)] = 0.35
@@ -58,6 +58,9 @@ class PathLaw(Protocol):
     def saturated(self) -> bool:
         """Whether a command sits at its limit."""
 
+    def use(self, p: NidParams) -> None:
+        """Fly by this table from now on."""
+
     def reset(self, thrust_kN: float, elevator_rad: float) -> None:
         """Begin with these controls in force."""
 
@@ -75,9 +78,9 @@ class WindshearControl:
         """ac: record of the aircraft (default: as published), whose elevator bounds elevator_max_rad. Raises nothing; parameters
         check themselves when they are read from a file."""
         p, ac = p or NidParams(), ac or twinjet()
-        travel = math.radians(min(map(abs, ac.controls.elevator_deg)))
-        self.p = p = replace(p, elevator_max_rad=min(p.elevator_max_rad, travel))
-        self._par, self._g = parameter_vector(ac), p.vector()
+        self._travel = math.radians(min(map(abs, ac.controls.elevator_deg)))
+        self._par = parameter_vector(ac)
+        self.use(p)
         self._d, self._out = np.zeros(kn.ND), np.zeros(kn.NO)
         self.u = np.zeros(k.NU)
         quantities = (
@@ -89,6 +92,11 @@ class WindshearControl:
         )
         errors = (("airspeed", "m/s"), ("path_angle", "rad"), ("incidence", "rad"), ("pitch_rate", "rad/s"))
         self.terms = LawTerms("inversion", tuple(Output(*q) for q in quantities), tuple(Controlled(*q) for q in errors))
+
+    def use(self, p: NidParams) -> None:
+        """Fly by these gains from now on."""
+        self.p = p = replace(p, elevator_max_rad=min(p.elevator_max_rad, self._travel))
+        self._g = p.vector()
 
     def reset(self, thrust_kN: float, elevator_rad: float) -> None:
         """Begin with these controls in force (bumpless)."""

@@ -16,7 +16,7 @@ import numpy as np
 
 from flightsw.missions.windshear import dynamics as k
 from flightsw.missions.windshear.model import PathDemand
-from flightsw.strict import OneOf, Range
+from flightsw.strict import IN_FLIGHT, OneOf, Range
 
 Array = np.ndarray
 LAWS = ("managed", "pitch", "climb", "open", "continue")
@@ -28,13 +28,13 @@ class ApproachParams:
     """Descent along the slope: climb rate from the slope and the height error, airspeed from the ground speed wanted."""
 
     slope_deg: Annotated[float, Range(1.0, 8.0)] = 3.0
-    gain_1ps: Annotated[float, Range(0.01, 2.0)] = 0.25
-    climb_min_mps: Annotated[float, Range(-20.0, 0.0)] = -9.0
-    climb_max_mps: Annotated[float, Range(0.0, 20.0)] = 4.0
-    ground_mps: Annotated[float, Range(40.0, 120.0)] = 75.0
+    gain_1ps: Annotated[float, Range(0.01, 2.0), IN_FLIGHT] = 0.25
+    climb_min_mps: Annotated[float, Range(-20.0, 0.0), IN_FLIGHT] = -9.0
+    climb_max_mps: Annotated[float, Range(0.0, 20.0), IN_FLIGHT] = 4.0
+    ground_mps: Annotated[float, Range(40.0, 120.0), IN_FLIGHT] = 75.0
     speed_min_mps: Annotated[float, Range(40.0, 120.0)] = 75.0
     speed_max_mps: Annotated[float, Range(40.0, 140.0)] = 83.0
-    caution_speed_mps: Annotated[float, Range(0.0, 20.0)] = 8.0  # added while caution is on
+    caution_speed_mps: Annotated[float, Range(0.0, 20.0), IN_FLIGHT] = 8.0  # added while caution is on
     alpha_max_rad: Annotated[float, Range(0.1, 0.25)] = 0.20
 
 
@@ -43,18 +43,20 @@ class HazardParams:
     """Caution and abort thresholds of F in its two low-passes; `rates` says where the wind's rates come from."""
 
     rates: Annotated[str, OneOf(("differences", "states"))] = "differences"
-    settle_s: Annotated[float, Range(0.0, 60.0)] = 2.0  # after the first valid estimate; nothing is judged before
+    settle_s: Annotated[float, Range(0.0, 60.0), IN_FLIGHT] = (
+        2.0  # after the first valid estimate; nothing is judged before
+    )
 
-    caution_s: Annotated[float, Range(0.05, 30.0)] = 1.5
-    caution_F: Annotated[float, Range(0.01, 1.0)] = 0.12
-    abort_s: Annotated[float, Range(0.05, 30.0)] = 4.0
-    abort_F: Annotated[float, Range(0.01, 1.0)] = 0.12
+    caution_s: Annotated[float, Range(0.05, 30.0), IN_FLIGHT] = 1.5
+    caution_F: Annotated[float, Range(0.01, 1.0), IN_FLIGHT] = 0.12
+    abort_s: Annotated[float, Range(0.05, 30.0), IN_FLIGHT] = 4.0
+    abort_F: Annotated[float, Range(0.01, 1.0), IN_FLIGHT] = 0.12
     abort_on: Annotated[str, OneOf(("abort", "caution"))] = "abort"  # "caution": the quick value aborts too
-    release_F: Annotated[float, Range(-1.0, 1.0)] = 0.08  # caution ends below this
-    gain_F: Annotated[float, Range(0.01, 1.0)] = (
+    release_F: Annotated[float, Range(-1.0, 1.0), IN_FLIGHT] = 0.08  # caution ends below this
+    gain_F: Annotated[float, Range(0.01, 1.0), IN_FLIGHT] = (
         0.1  # slow F below minus this is caution too: the far side will take it back
     )
-    gain_hold_s: Annotated[float, Range(0.0, 120.0)] = 20.0  # for this long after
+    gain_hold_s: Annotated[float, Range(0.0, 120.0), IN_FLIGHT] = 20.0  # for this long after
 
 
 @dataclass(frozen=True)
@@ -62,21 +64,25 @@ class EscapeParams:
     """Escape law and its numbers. target_m is a height above ground: terrain clearance is the operator's to set."""
 
     law: Annotated[str, OneOf(LAWS)] = "managed"
-    pitch_deg: Annotated[float, Range(5.0, 25.0)] = 15.0
-    climb_mps: Annotated[float, Range(-5.0, 20.0)] = 5.0
-    target_m: Annotated[float, Range(10.0, 500.0)] = 35.0
-    height_gain_1ps: Annotated[float, Range(0.01, 1.0)] = 0.3
-    descent_mps: Annotated[float, Range(0.0, 20.0)] = 15.0
-    rise_mps: Annotated[float, Range(0.0, 20.0)] = 5.0
-    after_mps: Annotated[float, Range(0.0, 20.0)] = 8.0  # climb once the shear is behind
-    hold_F: Annotated[float, Range(-0.5, 0.5)] = 0.05  # quick F above which the height is managed
-    clear_s: Annotated[float, Range(0.0, 60.0)] = 1.0  # below hold_F for this long: the shear is behind
-    again_F: Annotated[float, Range(-0.5, 1.0)] = 0.12  # quick F above which there is a new one; turbulence stays below
-    protect_mps: Annotated[float, Range(40.0, 100.0)] = 62.0  # airspeed below which climbing is given up for speed
-    protect_gain: Annotated[float, Range(0.0, 5.0)] = 0.6
-    protect_above_m: Annotated[float, Range(0.0, 500.0)] = 27.0
-    alpha_max_rad: Annotated[float, Range(0.1, 0.25)] = 0.20
-    managed_alpha_max_rad: Annotated[float, Range(0.1, 0.25)] = 0.22
+    pitch_deg: Annotated[float, Range(5.0, 25.0), IN_FLIGHT] = 15.0
+    climb_mps: Annotated[float, Range(-5.0, 20.0), IN_FLIGHT] = 5.0
+    target_m: Annotated[float, Range(10.0, 500.0), IN_FLIGHT] = 35.0
+    height_gain_1ps: Annotated[float, Range(0.01, 1.0), IN_FLIGHT] = 0.3
+    descent_mps: Annotated[float, Range(0.0, 20.0), IN_FLIGHT] = 15.0
+    rise_mps: Annotated[float, Range(0.0, 20.0), IN_FLIGHT] = 5.0
+    after_mps: Annotated[float, Range(0.0, 20.0), IN_FLIGHT] = 8.0  # climb once the shear is behind
+    hold_F: Annotated[float, Range(-0.5, 0.5), IN_FLIGHT] = 0.05  # quick F above which the height is managed
+    clear_s: Annotated[float, Range(0.0, 60.0), IN_FLIGHT] = 1.0  # below hold_F for this long: the shear is behind
+    again_F: Annotated[float, Range(-0.5, 1.0), IN_FLIGHT] = (
+        0.12  # quick F above which there is a new one; turbulence stays below
+    )
+    protect_mps: Annotated[float, Range(40.0, 100.0), IN_FLIGHT] = (
+        62.0  # airspeed below which climbing is given up for speed
+    )
+    protect_gain: Annotated[float, Range(0.0, 5.0), IN_FLIGHT] = 0.6
+    protect_above_m: Annotated[float, Range(0.0, 500.0), IN_FLIGHT] = 27.0
+    alpha_max_rad: Annotated[float, Range(0.1, 0.25), IN_FLIGHT] = 0.20
+    managed_alpha_max_rad: Annotated[float, Range(0.1, 0.25), IN_FLIGHT] = 0.22
 
     def __post_init__(self) -> None:
         if self.again_F < self.hold_F:
@@ -90,7 +96,7 @@ class WindshearGuidanceParams:
     approach: ApproachParams = field(default_factory=ApproachParams)
     hazard: HazardParams = field(default_factory=HazardParams)
     escape: EscapeParams = field(default_factory=EscapeParams)
-    blind_s: Annotated[float, Range(0.0, 60.0)] = (
+    blind_s: Annotated[float, Range(0.0, 60.0), IN_FLIGHT] = (
         1.0  # without an estimate for this long: go around on what readings there are
     )
     gravity_mps2: Annotated[float, Range(9.7, 9.9)] = 9.81
@@ -171,6 +177,11 @@ class WindshearGuidance:
         self.demand = PathDemand()
         self._tan = math.tan(math.radians(p.approach.slope_deg))
 
+    def adopt(self, p: WindshearGuidanceParams) -> None:
+        """Changed numbers from this step on; the escape law stays the one chosen."""
+        self.p = with_law(p, self.p.escape.law)
+        self.hazard.p = p.hazard
+
     def aim(self, x_m: float, h_m: float) -> None:
         """The slope goes through this point (default: where the first valid estimate is)."""
         self._aim = (x_m, h_m)
@@ -185,6 +196,13 @@ class WindshearGuidance:
             return math.nan
         x0, h0 = self._aim
         return h0 - (x_m - x0) * self._tan
+
+    def slope_ends(self) -> tuple[tuple[float, float], ...]:
+        """(x, h) [m] where the slope was taken up and where it meets the ground; () before there is one."""
+        if self._aim is None:
+            return ()
+        x, h = self._aim
+        return ((x, h), (x + h / self._tan, 0.0))
 
     def step(self, x: Array, F: float, dt: float, valid: bool = True) -> PathDemand:
         """Demand for the estimate x [15] with hazard index F; the last one while the estimate is not valid."""

@@ -43,6 +43,7 @@ from flightsw.types import (
     NavState,
     SensorFrame,
     Text,
+    Vec3,
 )
 
 MAV_CMD_DO_GO_AROUND, MAV_CMD_USER_3 = 191, 31012
@@ -108,7 +109,7 @@ class WindshearMission(Mission[WindshearActuators]):
         self.nav, self.monitor = WindshearNav(p.nav, ac), WindshearMonitor(p.nav.monitor)
         self.guidance, self.ctrl = WindshearGuidance(p.guid), make_law(p.ctrl, ac)
         a, escape = p.guid.approach, p.guid.escape
-        e = Envelope(ac)
+        e = self.envelope = Envelope(ac)
         for key in ("speed_min_mps", "speed_max_mps"):
             e.speed(f"guid.approach.{key}", getattr(a, key))
         e.incidence("guid.approach.alpha_max_rad", a.alpha_max_rad)
@@ -296,6 +297,28 @@ class WindshearMission(Mission[WindshearActuators]):
         self.guidance.p = with_law(self.guidance.p, LAWS[law])
         self._texts.append(Text(6, f"escape law {LAWS[law]}"))
         return ACCEPTED, ""
+
+    def route(self) -> tuple[Vec3, ...]:
+        """The approach slope: where it was taken up, and where it meets the ground."""
+        ends = self.guidance.slope_ends()
+        c, s = math.cos(self._psi), math.sin(self._psi)
+        across = self._pos_n[1] * c - self._pos_n[0] * s  # of the track, which is straight
+        return tuple((x * c - across * s, x * s + across * c, -h) for x, h in ends)
+
+    def adopt(self, params: object) -> None:
+        """Changed parameters from this step on."""
+        assert isinstance(params, WindshearMissionParams)
+        a, escape = params.guid.approach, params.guid.escape
+        self.envelope.incidence("guid.escape.alpha_max_rad", escape.alpha_max_rad)
+        self.envelope.incidence("guid.escape.managed_alpha_max_rad", escape.managed_alpha_max_rad)
+        self.envelope.speed("guid.escape.protect_mps", escape.protect_mps)
+        if a.climb_min_mps > a.climb_max_mps:
+            raise ValueError(
+                f"guid.approach.climb_min_mps = {a.climb_min_mps:g}: allowed: climb_max_mps = {a.climb_max_mps:g} or less"
+            )
+        self.p = params
+        self.guidance.adopt(params.guid)
+        self.ctrl.use(params.ctrl)
 
     def texts(self) -> list[Text]:
         """Messages since the last call."""
