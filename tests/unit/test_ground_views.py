@@ -88,7 +88,8 @@ def install(site: Path, module: str, entry: str) -> None:
 
 def forget() -> None:
     """What is remembered of the packages installed."""
-    for remembered in (plugins.declared, registry.views, live.own_time, live.alarms):
+    plugins.look_again()
+    for remembered in (registry.views, live.own_time, live.alarms):
         remembered.cache_clear()
     sys.modules.pop("glider_view", None)
 
