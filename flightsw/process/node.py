@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import TYPE_CHECKING, Protocol
 
 from flightsw.aircraft import load_airframe
 from flightsw.icd.codec import FlightCodec
@@ -22,6 +21,7 @@ from flightsw.icd.signing import REASONS
 from flightsw.icd.stamps import Frames
 from flightsw.icd.tlog import GROUND_IN, LINK_IN
 from flightsw.icd.wire import Counters
+from flightsw.process.application import App, make_app
 from flightsw.process.clock import LockstepClock
 from flightsw.process.config import FlightConfig
 from flightsw.process.executive import Executive, no_time
@@ -29,56 +29,13 @@ from flightsw.process.parameters import parameters
 from flightsw.process.recorder import Heard
 from flightsw.process.services import CMD_SHUTDOWN, PACKETS_MAX, Services
 from flightsw.process.telemetry import Telemetry
-from flightsw.strict import ConfigError
-from flightsw.terms import Laws
-from flightsw.types import HF_PEER, Ack, ActuatorCmd, Command, SensorFrame, Settled, Snapshot, Text, Vec3
-
-if TYPE_CHECKING:
-    from flightsw.missions.base import Report
+from flightsw.types import Ack, Command, SensorFrame, Settled, Snapshot, Text
 
 GROUND_MAX = 32  # [datagram] of the ground that wait for a tick
 MAX_HEARD = 1000  # [datagram] kept for the log between two ticks
 MAX_ALONE_US = 600_000  # [us] onboard time goes on without frames: long enough for every input to be called lost
 WARNING = 4  # MAV_SEVERITY
 NO_TICK, AGAIN, TICK = range(3)  # what a datagram of the plant is
-
-
-class App(Protocol):
-    """What the node asks of the application."""
-
-    @property
-    def commands(self) -> frozenset[int]:
-        """MAV_CMD the mission takes; any other is answered by the services."""
-
-    @property
-    def reports(self) -> tuple[Report, ...]:
-        """Messages only this mission sends."""
-
-    @property
-    def sends_relative(self) -> bool:
-        """Whether it follows another aircraft and says where that is."""
-
-    @property
-    def laws(self) -> Laws:
-        """Records of its control laws, as every snapshot has them."""
-
-    @property
-    def records(self) -> tuple[tuple[str, object], ...]:
-        """Parameters in force: records by the name of their table, "" for the mission's own."""
-
-    @property
-    def phases(self) -> tuple[int, ...]:
-        """WKF_PHASE it may be in; none: it does not say."""
-
-    @property
-    def fuel_capacity_kg(self) -> float:
-        """What the tanks hold [kg]; 0: none that is measured."""
-
-    def route(self) -> tuple[Vec3, ...]:
-        """Places [m, NED] it flies by next; none: it does not fly by any."""
-
-    def tick(self, frame: SensorFrame, dt_s: float) -> tuple[ActuatorCmd, Snapshot]:
-        """One base tick."""
 
 
 @dataclass(slots=True)
@@ -88,26 +45,6 @@ class NodeOutput:
     reply: bytes = b""
     telemetry: list[bytes] = field(default_factory=list)
     done: bool = False
-
-
-def make_app(cfg: FlightConfig) -> App:
-    """The real application of a configuration. Raises ConfigError and the design errors of the control law."""
-    from flightsw.app import FlightApp  # slow to import (numba, scipy): not before it is needed
-
-    app = FlightApp(
-        cfg.app.mission,
-        cfg.app.aircraft,
-        cfg.tables,
-        base_rate_hz=cfg.app.base_rate_hz,
-        mission_rate_hz=cfg.app.mission_rate_hz,
-        link_delay_ticks=cfg.link.delay_ticks,
-        where=f"flight configuration {cfg.app.name!r}",
-    )
-    if cfg.link.peer_sysid and not app.mission.may_watch & HF_PEER:
-        raise ConfigError(
-            f"link.peer_sysid = {cfg.link.peer_sysid}: mission {cfg.app.mission!r} listens to no other aircraft"
-        )
-    return app
 
 
 class Node:

@@ -14,8 +14,9 @@ from rich.console import Console
 from flightsw.app import FlightApp
 from flightsw.icd.tlog import TlogWriter
 from flightsw.process.accounts import accounts as flight_accounts
+from flightsw.process.application import make_app
 from flightsw.process.config import load_flight
-from flightsw.process.node import Node, make_app
+from flightsw.process.node import Node
 from flightsw.process.recorder import LinkRecorder
 from ground.link.record import Recorder
 from hil_scripts.launch import screen

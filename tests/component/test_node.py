@@ -9,7 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from flightsw.icd import wire
-from flightsw.process.node import Node, make_app
+from flightsw.process.application import make_app
+from flightsw.process.node import Node
 from flightsw.strict import ConfigError
 from flightsw.types import UPD_IMU
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from flightsw.app import FlightApp
+from flightsw.process.application import make_app
 from flightsw.process.config import load_flight
-from flightsw.process.node import make_app
 from flightsw.process.parameters import Parameter, parameters
 from flightsw.types import SensorFrame, Setting
 from hil_scripts.launch.runfolder import PARAMS

@@ -13,8 +13,8 @@ from flightsw.missions.rendezvous.mission import RDV_APPROACH, SPEC, RendezvousM
 from flightsw.missions.rendezvous.params import NM, RendezvousNavParams
 from flightsw.missions.rendezvous.pilot import PilotParams, RendezvousPilot
 from flightsw.missions.rendezvous.track import ReceiverTrack, RendezvousFrameParams, TrackParams
+from flightsw.process.application import make_app
 from flightsw.process.config import load_flight
-from flightsw.process.node import make_app
 from flightsw.types import UPD_RADAR, UPD_TACAN, Command, NavState, SensorFrame
 from hil_scripts.launch.runfolder import PARAMS
 

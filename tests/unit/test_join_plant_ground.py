@@ -10,8 +10,8 @@ import pytest
 
 from flightsw.aircraft import load_aircraft
 from flightsw.missions.receiver.en_route import JoinMission, JoinParams
+from flightsw.process.application import make_app
 from flightsw.process.config import load_flight
-from flightsw.process.node import make_app
 from flightsw.strict import convert
 from flightsw.types import HF_IMU, HF_PEER, HF_REL, UPD_REL, Command, SensorFrame
 from ground.views.joinup.figures import wake_clearance

@@ -16,8 +16,8 @@ import numpy as np
 import flightsw
 from flightsw.app import FlightApp
 from flightsw.missions.receiver.mission import ReceiverMission
+from flightsw.process.application import make_app
 from flightsw.process.config import load_flight
-from flightsw.process.node import make_app
 from flightsw.strict import ConfigError
 from flightsw.types import UPD_PEER, ActuatorCmd, GuidanceCmd, Health, NavState, PeerState, SensorFrame, Text
 from hil_scripts.studies.lee.filters import wind_figures
