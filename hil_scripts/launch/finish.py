@@ -12,6 +12,7 @@ from typing import Any
 from rich.console import Console
 
 from flightsw.files import write_whole
+from flightsw.plugins import VIEWS
 from flightsw.strict import ConfigError
 from hil_scripts.launch import verdict
 from hil_scripts.launch.mission import Outcome, deleted
@@ -171,8 +172,8 @@ def _step(name: str, module_args: list[str], run: Path, console: Console, stop: 
             return True
         sup.stop()
         why = f"stopped by signal {stop.signum}" if stop else describe_exit(child.popen.returncode)
-        said = list(child.tail)
-        lines = said if len(said) == 1 and not stop else [f"ground {name}: {why}", *said]  # its own words say all
+        views = [line for line in child.tail if line.startswith(f"ground: {VIEWS}")]  # failed, and the rest was done
+        lines = views if views and not stop else [f"ground {name}: {why}", *child.tail]
         console.print("\n".join(lines), style="red", soft_wrap=True)
         return False
 
