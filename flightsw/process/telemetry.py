@@ -29,10 +29,19 @@ if TYPE_CHECKING:
 
 MAX_DATAGRAM = 1400  # [byte]
 TIME_SIZE = 24  # [byte] of a SYSTEM_TIME packet, at most
+OVERHEAD = 12  # [byte] of a packet around its payload
+# figures of the wall clock, whose trailing zeros are not sent: what fits into a datagram must not depend on them, or a replay,
+# which has other ones, would part the same packets otherwise
+_CLOCKED = {bytes(BY_NAME[n].id_bytes): OVERHEAD + BY_NAME[n].size for n in ("LOOP_TIMING", "RATE_GROUP", "SYS_STATUS")}
 Maker = Callable[[], bytes]  # packs a packet when its turn comes
 _SYSTEM_TIME = BY_NAME["SYSTEM_TIME"]
 _NOT_SELECTABLE = VALUES["MAV_MODE_PROPERTY_NOT_USER_SELECTABLE"]
 PHASES = HOUSE.words("WKF_PHASE")
+
+
+def _size(packet: bytes) -> int:
+    """Bytes of a packet, zeros not sent of the wall clock's counted."""
+    return _CLOCKED.get(packet[7:10], len(packet))
 
 
 class Telemetry:
@@ -119,11 +128,11 @@ class Telemetry:
         makers += answers
         timed = lead not in TIMED
         before = (send.seq, send.ident, self.failed)
-        whole = self._pack(makers, snap.t_us, timed)
-        if len(whole) <= MAX_DATAGRAM:
+        whole, size = self._pack(makers, snap.t_us, timed)
+        if size <= MAX_DATAGRAM:
             return [whole]
         send.seq, send.ident, self.failed = before
-        sizes = [len(make()) for make in makers]
+        sizes = [_size(make()) for make in makers]
         send.seq, send.ident, self.failed = before
         out, at = [], 0
         while at < len(makers):  # the same again in parts, each with a time in front
@@ -131,19 +140,20 @@ class Telemetry:
             while end < len(makers) and size + sizes[end] <= MAX_DATAGRAM:
                 size += sizes[end]
                 end += 1
-            out.append(self._pack(makers[at:end], snap.t_us, timed or at > 0))
+            out.append(self._pack(makers[at:end], snap.t_us, timed or at > 0)[0])
             at = end
         return out
 
-    def _pack(self, makers: Sequence[Maker], t_us: int, timed: bool) -> bytes:
-        """One datagram; `timed`: a time goes first, as also where what should lead could not be encoded."""
+    def _pack(self, makers: Sequence[Maker], t_us: int, timed: bool) -> tuple[bytes, int]:
+        """One datagram and the room it takes (`_size`); `timed`: a time goes first, as also where what should lead could not be
+        encoded."""
         packets = [self.time(t_us)] if timed else []
         for make in makers:
             packet = make()
             if not packet and not packets:
                 packet = self.time(t_us)
             packets.append(packet)
-        return b"".join(packets)
+        return b"".join(packets), sum(map(_size, packets))
 
     def time(self, t_us: int) -> bytes:
         """SYSTEM_TIME packet of sample time `t_us` [us]."""

@@ -89,9 +89,10 @@ def _programs(run: Path) -> dict[str, int]:
     out = {}
     for p in Path("/proc").iterdir():
         try:
-            args = (p / "cmdline").read_bytes().decode(errors="replace").split("\0") if p.name.isdigit() else []
+            line = (p / "cmdline").read_bytes().decode(errors="replace") if p.name.isdigit() else ""
         except OSError:
             continue
+        args = line.replace("\0", " ").split()  # a forked program has its title in one piece
         if (str(run) in args and "hil_scripts.sil" not in args) or any(
             str(run) in a and a.endswith(".toml") for a in args
         ):

@@ -46,7 +46,10 @@ class Flight:
 
     def __init__(self, run: Path, offset: int) -> None:
         self.run, self.offset, self.words = run, offset, run.with_suffix(".txt")
-        args = ("--realtime", "--duration", 300, "--no-rrd", "--out", run, "--port-offset", offset)
+        patient = [
+            f"--set={who}.peer_timeout_s=60" for who in ("plant.clock", "tanker.link", "receiver.link")
+        ]  # a machine at its limit
+        args = ("--realtime", "--duration", 300, "--no-rrd", "--out", run, "--port-offset", offset, *patient)
         self.process = start("run", "airdata", *args, out=self.words)
 
     def port(self, sysid: int) -> int:

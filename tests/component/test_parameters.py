@@ -127,7 +127,7 @@ def test_who_is_no_operator_may_read_and_not_set() -> None:
     b = Bench()
     values, errors, said = put(b, "CTRL_GAIN", 0.25, sysid=77)
     assert values == [1.0] and errors == [VALUES["MAV_PARAM_ERROR_PERMISSION_DENIED"]]
-    assert said == ["CTRL_GAIN: system 77 is no operator"] and b.node.services.strangers == 1
+    assert said[0] == "CTRL_GAIN: system 77 is no operator" and b.node.services.strangers == 1
 
 
 def test_a_change_acts_from_its_tick_on_is_journalled_and_replays(tmp_path: Path) -> None:

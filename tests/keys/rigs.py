@@ -14,7 +14,7 @@ from flightsw.condition import Condition, ConditionParams
 from flightsw.missions.receiver.joinup import JoinUpParams
 from flightsw.missions.receiver.refuel import CONTACT, OBSERVATION, RefuelParams
 from flightsw.missions.receiver.sequence import Sequence, SequenceParams
-from flightsw.missions.tanker.racetrack import RacetrackGuidance, RacetrackParams
+from flightsw.missions.tanker.racetrack import RacetrackParams, make_path
 from flightsw.types import UPD_FUEL, NavState, SensorFrame
 from hil_scripts.launch.runfolder import resolve
 from hil_scripts.studies.rivard.six_dof_flight import fly_twin
@@ -106,7 +106,7 @@ def sequence(p: SequenceParams) -> list[Any]:
 def racetrack(p: RacetrackParams) -> list[Any]:
     """Two legs and a turn of a tanker that turns as commanded, a little off its heading."""
     g, f, nav = (
-        RacetrackGuidance(replace(p, first_leg_s=p.first_leg_s * 0.05, leg_s=p.leg_s * 0.05)),
+        make_path(replace(p, first_leg_s=p.first_leg_s * 0.05, leg_s=p.leg_s * 0.05)),
         SensorFrame(),
         NavState(valid=True, V=190.0),
     )
