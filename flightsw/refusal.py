@@ -16,7 +16,7 @@ from typing import Annotated
 
 import numpy as np
 
-from flightsw.filters.gating import LAST, OFFERED, RATIO, REFUSALS, REFUSED, STRAINED, TAKEN, GroupGate
+from flightsw.filters.group_gate import LAST, OFFERED, RATIO, REFUSALS, REFUSED, STRAINED, TAKEN, GroupGate
 from flightsw.strict import Range, changed
 from flightsw.types import HF_AIR, HF_ATT, HF_GNSS, HF_IMU, HF_REL, Text
 

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from flightsw.filters.gating import BENCH, GroupGate, sift
+from flightsw.filters.gating import BENCH
+from flightsw.filters.group_gate import GroupGate, sift
 
 GROUP = np.array([0, 1, 1, 1, 2])  # a scalar sensor, a vector of three, an aid nobody misses
 M = len(GROUP)

@@ -14,7 +14,8 @@ from flightsw.kernels.discrete import discretise
 from flightsw.missions.gust import dynamics as k
 from flightsw.missions.gust import model, printed
 from flightsw.missions.gust.design import discrete_gain, kalman_bucy, pbh_rank
-from flightsw.missions.gust.estimator import GustNav, GustParams
+from flightsw.missions.gust.estimate import GustParams
+from flightsw.missions.gust.estimator import GustNav
 from tests.sampled import transition_and_noise
 
 M = model.linear_model()

@@ -12,7 +12,8 @@ from scipy.linalg import expm
 from flightsw.missions.gust import dynamics as k
 from flightsw.missions.gust import model
 from flightsw.missions.gust.design import discrete_gain
-from flightsw.missions.gust.estimator import BASIC, GROUND, VERTICAL, GustNav, GustParams
+from flightsw.missions.gust.estimate import BASIC, GROUND, VERTICAL, GustParams
+from flightsw.missions.gust.estimator import GustNav
 from flightsw.missions.gust.estimator_printed import ConstantGainGust
 from flightsw.missions.gust.printed import H_PRINTED, THETA
 from tests.sampled import transition_and_noise

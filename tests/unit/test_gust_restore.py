@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from flightsw.missions.gust.estimator import BASIC, GustNav, GustParams
+from flightsw.missions.gust.estimate import BASIC, GustParams
+from flightsw.missions.gust.estimator import GustNav
 from flightsw.missions.gust.estimator_printed import ConstantGainGust
 from flightsw.missions.gust.law import GustAlleviation
 from flightsw.missions.gust.servos import GustServos

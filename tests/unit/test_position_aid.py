@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from flightsw.aircraft import load_aircraft
-from flightsw.filters.gating import BENCH, HELD, SCORE
+from flightsw.filters.gating import BENCH
+from flightsw.filters.group_gate import HELD, SCORE
 from flightsw.missions.receiver.aids import AidParams, PositionAid, StationHold, VelocityAid
 from flightsw.missions.receiver.airdata.airdata import AirData, AirDataParams, rate_slopes
 from flightsw.missions.receiver.airdata.reports import FdiStatus, WakeFix

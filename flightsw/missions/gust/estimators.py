@@ -9,7 +9,8 @@ from typing import Annotated, Any, Protocol
 import numpy as np
 
 from flightsw.missions.gust import dynamics as k
-from flightsw.missions.gust.estimator import BASIC, GROUND, VERTICAL, GustEstimate, GustNav, GustParams
+from flightsw.missions.gust.estimate import BASIC, GROUND, VERTICAL, GustEstimate, GustParams
+from flightsw.missions.gust.estimator import GustNav
 from flightsw.missions.gust.estimator_printed import ConstantGainGust
 from flightsw.missions.gust.model import GustAircraft, ProcessNoise, SensorNoise, Turbulence, linear_model, published
 from flightsw.missions.gust.validity import TrustParams

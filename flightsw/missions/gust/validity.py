@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from flightsw.missions.gust import dynamics as k
-from flightsw.missions.gust.estimator import GustEstimate
+from flightsw.missions.gust.estimate import GustEstimate
 from flightsw.strict import IN_FLIGHT, Range
 
 DISAGREE = "readings disagree with the model"

@@ -8,7 +8,6 @@ pitch rate, accelerations -> wind, its rates, scales of lift and drag -> hazard 
 from __future__ import annotations
 
 import math
-from collections import deque
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -18,6 +17,7 @@ from flightsw.envelope import Envelope
 from flightsw.missions.base import Mission, MissionSpec, Order, Reports, choices
 from flightsw.missions.windshear import dynamics as k
 from flightsw.missions.windshear import monitor_kernel as kk
+from flightsw.missions.windshear.actuators import ELEVATOR, THRUST, WindshearActuators
 from flightsw.missions.windshear.control import NidParams, PathLaw, make_law
 from flightsw.missions.windshear.estimator import WindshearEstimate, WindshearNav, WindshearParams
 from flightsw.missions.windshear.guidance import LAWS, PHASES, WindshearGuidance, WindshearGuidanceParams, with_law
@@ -51,7 +51,6 @@ FIRST_PHASE = 22  # WKF_PHASE of PHASES[0]
 ON_THE_WIRE = (0, *range(FIRST_PHASE, FIRST_PHASE + len(PHASES)))
 GIVEN_UP = ("escape", "clear")  # phases of an approach that has been: no way back
 ESTIMATORS = ("ekf", "ukf", "srckf", "srukf")  # index goes down in WINDSHEAR_STATE
-ELEVATOR, THRUST = 1, 3  # in a command: [rad], [N]
 WORDS = {
     "approach": "on the slope",
     "caution": "wind shear caution",
@@ -75,25 +74,6 @@ class WindshearMissionParams:
     nav: WindshearNavTable = field(default_factory=WindshearNavTable)
     guid: WindshearGuidanceParams = field(default_factory=WindshearGuidanceParams)
     ctrl: NidParams = field(default_factory=NidParams)
-
-
-class WindshearActuators:
-    """Commands on their way: `now` [2] is thrust [kN] and elevator [rad] in force up to this tick."""
-
-    def __init__(self, delay_ticks: int) -> None:
-        self.now = np.zeros(2)
-        self._way: deque[tuple[float, float]] = deque([(0.0, 0.0)] * delay_ticks)
-
-    def reset(self, surfaces: np.ndarray, thrust: float) -> None:
-        """The aircraft comes with elevator surfaces[1] [rad] and thrust [N]."""
-        came = (thrust * 1e-3, float(surfaces[ELEVATOR]))
-        self.now[:] = came
-        self._way = deque([came] * len(self._way))
-
-    def step(self, u: np.ndarray, dt: float) -> None:
-        """From the tick at which u [4] was sent to this one, dt [s] later."""
-        self._way.append((float(u[THRUST]) * 1e-3, float(u[ELEVATOR])))
-        self.now[:] = self._way.popleft()
 
 
 class WindshearMission(Mission[WindshearActuators]):

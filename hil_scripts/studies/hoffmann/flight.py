@@ -13,7 +13,8 @@ from scipy import signal
 
 from flightsw.missions.gust import dynamics as k
 from flightsw.missions.gust.design import kalman_bucy
-from flightsw.missions.gust.estimator import BASIC, GROUND, VERTICAL, GustNav, GustParams
+from flightsw.missions.gust.estimate import BASIC, GROUND, VERTICAL, GustParams
+from flightsw.missions.gust.estimator import GustNav
 from flightsw.missions.gust.estimator_printed import ConstantGainGust
 from flightsw.missions.gust.model import ProcessNoise, linear_model, published
 from flightsw.missions.gust.printed import E_VK_ALPHAW_PRINTED, THETA, XI_PRINTED

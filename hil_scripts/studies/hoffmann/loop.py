@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from scipy import signal
 
 from flightsw.missions.gust import dynamics as k
-from flightsw.missions.gust.estimator import GustNav, GustParams
+from flightsw.missions.gust.estimate import GustParams
+from flightsw.missions.gust.estimator import GustNav
 from flightsw.missions.gust.estimator_printed import ConstantGainGust
 from flightsw.missions.gust.law import AlleviationParams, GustAlleviation, GustHold
 from flightsw.missions.gust.model import GustAircraft, published
