@@ -17,15 +17,19 @@ from flightsw.aircraft import Aircraft
 from flightsw.plugins import OursOr, made
 from flightsw.sixdof.actuators import ActuatorModel
 from flightsw.sixdof.command import ControlCore, Node3, Pos, ScheduleParams, lqr_terms
-from flightsw.sixdof.lqr import Design, augment, design
+from flightsw.sixdof.layout import RATE, X_ALPHA, X_BETA, X_P, X_PHI, X_PSI, X_Q, X_R, X_THETA, X_V, X_Z
+from flightsw.sixdof.lqr import ENGINE, OLD, SERVO, SERVO_RATE, Design, augment, design
+from flightsw.sixdof.lqr import INTEGRALS as BEHIND
 from flightsw.sixdof.schedule import GainSchedule
 from flightsw.sixdof.trim import linearise_free, trim_free
 from flightsw.terms import LawTerms
 from flightsw.types import GuidanceCmd, NavState
 
-KEEP = [0, 1, 2, 3, 4, 5, 7, 8, 11]  # states of the free model that are controlled
+# states of the free model that are controlled: what a design vector begins with
+KEEP = [X_V, X_BETA, X_ALPHA, X_P, X_Q, X_R, X_THETA, X_PHI, X_Z]
+Z_V, Z_BETA, Z_ALPHA, Z_THETA, Z_PHI, Z_ALT = 0, 1, 2, 6, 7, 8  # [m/s] error, [rad], [m] error
 N = len(KEEP)
-INTEGRALS = slice(N + 7, N + 10)  # of the design state
+INTEGRALS = slice(N + BEHIND, N + OLD)  # of the design state
 CONTROLLED = (("airspeed", "m/s"), ("altitude", "m"), ("turn_rate", "rad/s"))
 
 
@@ -77,7 +81,7 @@ class TankerControl:
         designs = [self._design(ac, yd, V, dt_s) for yd in self.nodes for V in s.V_mps]
         self.sched = GainSchedule(designs, self.nodes, s.V_mps)
         self.z, self.off = np.zeros(self.sched.nz), np.zeros(self.sched.nz)
-        self.core.u_old = np.zeros(((self.sched.nz - N - 10) // 4, 4))
+        self.core.u_old = np.zeros(((self.sched.nz - N - OLD) // 4, 4))
         self._err = np.zeros(3)
 
     def _design(self, ac: Aircraft, yd: float, V: float, dt_s: float) -> Design:
@@ -86,15 +90,15 @@ class TankerControl:
         A, B = linearise_free(ac, s.mass_kg, t)
         Ak, Bk = A[np.ix_(KEEP, KEEP)], B[KEEP]
         C = np.zeros((3, N))
-        C[0, 0] = 1.0
-        C[1, 8] = 1.0
-        C[2] = A[6, KEEP]  # psi_dot
+        C[0, Z_V] = 1.0
+        C[1, Z_ALT] = 1.0
+        C[2] = A[X_PSI, KEEP]  # psi_dot
         Aa, Ba = augment(Ak, Bk, C, np.zeros((3, 4)), ac)
         scale = [*p.w_air, *p.w_rate_radps, *p.w_att_rad, p.w_alt_m, *[1e3] * 6, 1e6, *p.w_int]
         z0 = np.zeros(len(scale))
         z0[:N] = t.x[KEEP]
-        z0[0] = z0[8] = 0.0  # airspeed and altitude enter as errors to the command
-        z0[N : N + 3], z0[N + 6] = t.u[:3], t.u[3]
+        z0[Z_V] = z0[Z_ALT] = 0.0  # airspeed and altitude enter as errors to the command
+        z0[N + SERVO : N + SERVO_RATE], z0[N + ENGINE] = t.u[:3], t.u[3]
         r = 1.0 / np.square(p.w_input)
         return design(
             Aa, Ba, dt_s, s.delay_s, 1.0 / np.square(scale), r, z0, t.u, f"tanker at {V:g} m/s, {yd:.4f} rad/s"
@@ -111,13 +115,13 @@ class TankerControl:
         h = -nav.pos_n[2]
         psi_dot = (nav.w_b[1] * math.sin(phi) + nav.w_b[2] * math.cos(phi)) / math.cos(theta)
         self._err[:] = nav.V - cmd.V, cmd.alt_m - h, psi_dot - cmd.psi_dot
-        z[0], z[1], z[2] = self._err[0], nav.beta, nav.alpha
-        z[3:6] = nav.w_b
-        z[6], z[7], z[8] = theta, phi, self._err[1]
+        z[Z_V], z[Z_BETA], z[Z_ALPHA] = self._err[0], nav.beta, nav.alpha
+        z[RATE] = nav.w_b
+        z[Z_THETA], z[Z_PHI], z[Z_ALT] = theta, phi, self._err[1]
         c.actuator_states(z, N, act)
         c.integrate(self._err, dt)
         z[INTEGRALS] = c.e
-        z[N + 10 :] = c.u_old.ravel()
+        z[N + OLD :] = c.u_old.ravel()
         u = self.sched.evaluate(z, self.off)
         return c.limit(u, h, nav.V, self.sched.split(z, self.off, INTEGRALS))
 

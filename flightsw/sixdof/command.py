@@ -10,6 +10,7 @@ import numpy as np
 
 from flightsw.aircraft import Aircraft
 from flightsw.sixdof.actuators import ActuatorModel, surface_limits, thrust_available
+from flightsw.sixdof.lqr import ENGINE, SERVO, SERVO_RATE
 from flightsw.strict import Range
 from flightsw.terms import HELD, INTEGRAL, Controlled, LawTerms, Output, Scheduled, beyond
 
@@ -106,6 +107,6 @@ class ControlCore:
 
     def actuator_states(self, z: np.ndarray, n: int, act: ActuatorModel) -> None:
         """Fill servo position, rate and thrust of the design state z from index n on."""
-        z[n : n + 3] = act.pos
-        z[n + 3 : n + 6] = act.rate
-        z[n + 6] = act.thrust
+        z[n + SERVO : n + SERVO_RATE] = act.pos
+        z[n + SERVO_RATE : n + ENGINE] = act.rate
+        z[n + ENGINE] = act.thrust

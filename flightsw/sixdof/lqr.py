@@ -12,6 +12,9 @@ from flightsw.kernels.discrete import riccati, spectral_radius
 from flightsw.kernels.linalg import solve
 from flightsw.kernels.sampled import multiply, sampled
 
+# what a design vector [nz] holds after the n rigid states; OLD: commands under way, 4 each
+SERVO, SERVO_RATE, ENGINE, INTEGRALS, OLD = 0, 3, 6, 7, 10  # [rad], [rad/s], [N], [unit of the error times s]
+
 
 class DesignError(RuntimeError):
     """The Riccati equation has no stabilising solution; the text names the condition."""
@@ -38,17 +41,17 @@ def augment(A: np.ndarray, B: np.ndarray, C: np.ndarray, D: np.ndarray, ac: Airc
     nz = n + 7 + ny
     Aa, Ba = np.zeros((nz, nz)), np.zeros((nz, 4))
     Aa[:n, :n] = A
-    Aa[:n, n : n + 3] = B[:, :3]
-    Aa[:n, n + 6] = B[:, 3]
-    Aa[n : n + 3, n + 3 : n + 6] = np.eye(3)
-    Aa[n + 3 : n + 6, n : n + 3] = -wn * wn * np.eye(3)
-    Aa[n + 3 : n + 6, n + 3 : n + 6] = -2.0 * zeta * wn * np.eye(3)
-    Ba[n + 3 : n + 6, :3] = wn * wn * np.eye(3)
-    Aa[n + 6, n + 6] = -1.0 / tau
-    Ba[n + 6, 3] = 1.0 / tau
-    Aa[n + 7 :, :n] = C
-    Aa[n + 7 :, n : n + 3] = D[:, :3]
-    Aa[n + 7 :, n + 6] = D[:, 3]
+    Aa[:n, n + SERVO : n + SERVO_RATE] = B[:, :3]
+    Aa[:n, n + ENGINE] = B[:, 3]
+    Aa[n + SERVO : n + SERVO_RATE, n + SERVO_RATE : n + ENGINE] = np.eye(3)
+    Aa[n + SERVO_RATE : n + ENGINE, n + SERVO : n + SERVO_RATE] = -wn * wn * np.eye(3)
+    Aa[n + SERVO_RATE : n + ENGINE, n + SERVO_RATE : n + ENGINE] = -2.0 * zeta * wn * np.eye(3)
+    Ba[n + SERVO_RATE : n + ENGINE, :3] = wn * wn * np.eye(3)
+    Aa[n + ENGINE, n + ENGINE] = -1.0 / tau
+    Ba[n + ENGINE, 3] = 1.0 / tau
+    Aa[n + INTEGRALS :, :n] = C
+    Aa[n + INTEGRALS :, n + SERVO : n + SERVO_RATE] = D[:, :3]
+    Aa[n + INTEGRALS :, n + ENGINE] = D[:, 3]
     return Aa, Ba
 
 

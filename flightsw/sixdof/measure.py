@@ -14,6 +14,27 @@ import numpy as np
 
 from flightsw.kernels.jit import jit
 from flightsw.kernels.rotations import dcm_from_euler
+from flightsw.sixdof.layout import (
+    M_EULER,
+    M_OWN_VEL,
+    M_RATE,
+    M_VEL,
+    M_WIND,
+    TK_P,
+    TK_Q,
+    TK_R,
+    TK_VN,
+    X_ALPHA,
+    X_BETA,
+    X_PHI,
+    X_PSI,
+    X_THETA,
+    X_V,
+    X_WN,
+    X_X,
+    X_Y,
+    X_Z,
+)
 from flightsw.sixdof.motion import air_velocity, relative_velocity
 
 
@@ -24,43 +45,43 @@ def measure_free(X: np.ndarray, codes: np.ndarray, m: int, Y: np.ndarray) -> Non
     v = np.empty(3)
     for s in range(X.shape[0]):
         x = X[s]
-        dcm_from_euler(x[6], x[7], x[8], R)
-        a, b, c = air_velocity(x[0], x[1], x[2])
+        dcm_from_euler(x[X_PSI], x[X_THETA], x[X_PHI], R)
+        a, b, c = air_velocity(x[X_V], x[X_BETA], x[X_ALPHA])
         for i in range(3):
-            v[i] = R[i] * a + R[3 + i] * b + R[6 + i] * c + x[12 + i]
+            v[i] = R[i] * a + R[3 + i] * b + R[6 + i] * c + x[X_WN + i]
         for j in range(m):
             k = codes[j]
-            Y[s, j] = x[k] if k < 12 else (v[k - 12] if k < 15 else x[k - 3])
+            Y[s, j] = x[k] if k < M_VEL else (v[k - M_VEL] if k < M_WIND else x[X_WN + k - M_WIND])
 
 
 @jit
 def measure_relative(X: np.ndarray, codes: np.ndarray, m: int, tk: np.ndarray, Y: np.ndarray) -> None:
-    """Y [k,>=m] <- expected measurements of the relative points X [k,15]; tk [18] tanker now (see models.airframe)."""
+    """Y [k,>=m] <- expected measurements of the relative points X [k,15]; tk [18] tanker now (see layout.py)."""
     R = np.empty(9)
     v = np.empty(3)
     vi = np.empty(3)
-    w0, w1, w2 = tk[9], tk[10], tk[11]
+    w0, w1, w2 = tk[TK_P], tk[TK_Q], tk[TK_R]
     for s in range(X.shape[0]):
         x = X[s]
-        dcm_from_euler(x[6], x[7], x[8], R)
+        dcm_from_euler(x[X_PSI], x[X_THETA], x[X_PHI], R)
         relative_velocity(x, tk, R, v)
         # tanker-axes inertial velocity of the receiver, then to NED
-        a0 = v[0] + w1 * x[11] - w2 * x[10]
-        a1 = v[1] + w2 * x[9] - w0 * x[11]
-        a2 = v[2] + w0 * x[10] - w1 * x[9]
+        a0 = v[0] + w1 * x[X_Z] - w2 * x[X_Y]
+        a1 = v[1] + w2 * x[X_X] - w0 * x[X_Z]
+        a2 = v[2] + w0 * x[X_Y] - w1 * x[X_X]
         for i in range(3):
-            vi[i] = tk[i] * a0 + tk[3 + i] * a1 + tk[6 + i] * a2 + tk[15 + i]
+            vi[i] = tk[i] * a0 + tk[3 + i] * a1 + tk[6 + i] * a2 + tk[TK_VN + i]
         for j in range(m):
             k = codes[j]
-            if k < 3 or 6 <= k < 12:
+            if k < M_RATE or M_EULER <= k < M_VEL:
                 Y[s, j] = x[k]
-            elif k < 6:
-                i = 3 * (k - 3)
+            elif k < M_EULER:
+                i = 3 * (k - M_RATE)
                 Y[s, j] = x[k] + R[i] * w0 + R[i + 1] * w1 + R[i + 2] * w2
-            elif k < 15:
-                Y[s, j] = v[k - 12]
+            elif k < M_OWN_VEL:
+                Y[s, j] = v[k - M_VEL]
             else:
-                Y[s, j] = vi[k - 15]
+                Y[s, j] = vi[k - M_OWN_VEL]
 
 
 @jit

@@ -17,9 +17,40 @@ import numpy as np
 from flightsw.kernels.atmosphere import G0
 from flightsw.kernels.jit import jit
 from flightsw.kernels.rotations import dcm_from_euler
-
-NX = 15
-TK = 18  # one tanker stage: R_BI [9], w [3], w_dot [3], v_n [3]
+from flightsw.sixdof import params as pv
+from flightsw.sixdof.layout import (
+    NX,
+    TK_END,
+    TK_MIDDLE,
+    TK_P,
+    TK_PD,
+    TK_Q,
+    TK_QD,
+    TK_R,
+    TK_RD,
+    TK_START,
+    TK_VD,
+    TK_VE,
+    TK_VN,
+    X_ALPHA,
+    X_BETA,
+    X_P,
+    X_PE,
+    X_PHI,
+    X_PSI,
+    X_Q,
+    X_QE,
+    X_R,
+    X_RE,
+    X_THETA,
+    X_V,
+    X_WD,
+    X_WE,
+    X_WN,
+    X_X,
+    X_Y,
+    X_Z,
+)
 
 
 @jit
@@ -34,33 +65,33 @@ def force_moment(
     Moments: stability-axis derivatives rotated by alpha (Stevens and Lewis, section 2.3).
     """
     ca, sa = math.cos(alpha), math.sin(alpha)
-    qS = 0.5 * rho * V * V * P[1]
-    hb = 0.5 * P[2] / V
-    hc = 0.5 * P[3] / V
+    qS = 0.5 * rho * V * V * P[pv.S]
+    hb = 0.5 * P[pv.B] / V
+    hc = 0.5 * P[pv.C] / V
     da, de, dr, T = u[0], u[1], u[2], u[3]
     ps = p * ca + r * sa
     rs = r * ca - p * sa
-    CLs = P[8] + P[9] * alpha + P[12] * de
-    CL = CLs + P[11] * hc * q
-    CD = P[13] + P[14] * CLs * CLs
-    CY = P[20] * beta + hb * (P[21] * ps + P[22] * rs) + P[23] * dr
-    Cl = P[24] * beta + hb * (P[25] * ps + P[26] * rs) + P[27] * da + P[28] * dr
-    Cm = P[15] + P[16] * alpha + P[18] * hc * q + P[19] * de
-    Cn = P[29] * beta + hb * (P[30] * ps + P[31] * rs) + P[32] * da + P[33] * dr
+    CLs = P[pv.CL0] + P[pv.CLA] * alpha + P[pv.CLDE] * de
+    CL = CLs + P[pv.CLQ] * hc * q
+    CD = P[pv.CD0] + P[pv.KI] * CLs * CLs
+    CY = P[pv.CYB] * beta + hb * (P[pv.CYP] * ps + P[pv.CYR] * rs) + P[pv.CYDR] * dr
+    Cl = P[pv.CLB] * beta + hb * (P[pv.CLP] * ps + P[pv.CLR] * rs) + P[pv.CLDA] * da + P[pv.CLDR] * dr
+    Cm = P[pv.CM0] + P[pv.CMA] * alpha + P[pv.CMQ] * hc * q + P[pv.CMDE] * de
+    Cn = P[pv.CNB] * beta + hb * (P[pv.CNP] * ps + P[pv.CNR] * rs) + P[pv.CNDA] * da + P[pv.CNDR] * dr
     # wind axes to body axes: [-D, Y, -L] through R_BW (Lee 2.11; his S is -Y)
     cb, sb = math.cos(beta), math.sin(beta)
-    k = qS / P[0]
+    k = qS / P[pv.M]
     axial = CD * cb + CY * sb
-    out[0] = k * (CL * sa - axial * ca) + T / P[0]
+    out[0] = k * (CL * sa - axial * ca) + T / P[pv.M]
     out[1] = k * (CY * cb - CD * sb)
     out[2] = -k * (CL * ca + axial * sa)
-    out[3] = qS * P[2] * (Cl * ca - Cn * sa)
-    out[4] = qS * P[3] * Cm
-    out[5] = qS * P[2] * (Cl * sa + Cn * ca)
-    kad = k * P[10] * hc
+    out[3] = qS * P[pv.B] * (Cl * ca - Cn * sa)
+    out[4] = qS * P[pv.C] * Cm
+    out[5] = qS * P[pv.B] * (Cl * sa + Cn * ca)
+    kad = k * P[pv.CLAD] * hc
     out[6] = kad * sa
     out[7] = -kad * ca
-    out[8] = qS * P[3] * P[17] * hc
+    out[8] = qS * P[pv.C] * P[pv.CMAD] * hc
 
 
 @jit
@@ -89,29 +120,29 @@ def _rigid(
     fm[2] += fm[7] * ad
     fm[4] += fm[8] * ad
     Vd = ax * ca * cb + ay * sb + az * sa * cb
-    d[0] = Vd
-    d[1] = (ay - Vd * sb) / den
-    d[2] = ad
-    Ix, Iy, Iz, Ixz = P[4], P[5], P[6], P[7]
+    d[X_V] = Vd
+    d[X_BETA] = (ay - Vd * sb) / den
+    d[X_ALPHA] = ad
+    Ix, Iy, Iz, Ixz = P[pv.IX], P[pv.IY], P[pv.IZ], P[pv.IXZ]
     hx = Ix * p - Ixz * r
     hz = Iz * r - Ixz * p
     mx = fm[3] - (q * hz - r * Iy * q)
     my = fm[4] - (r * hx - p * hz)
     mz = fm[5] - (p * Iy * q - q * hx)
     D = Ix * Iz - Ixz * Ixz
-    d[3] = (Iz * mx + Ixz * mz) / D
-    d[4] = my / Iy
-    d[5] = (Ixz * mx + Ix * mz) / D
+    d[X_P] = (Iz * mx + Ixz * mz) / D
+    d[X_Q] = my / Iy
+    d[X_R] = (Ixz * mx + Ix * mz) / D
 
 
 @jit
-def _euler_rates(p: float, q: float, r: float, theta: float, phi: float, d: np.ndarray) -> None:
-    """d [3] <- psi_dot, theta_dot, phi_dot of 3-2-1 angles."""
+def _euler_rates(p: float, q: float, r: float, theta: float, phi: float, out: np.ndarray) -> None:
+    """out [3] <- psi_dot, theta_dot, phi_dot of 3-2-1 angles."""
     sf, cf = math.sin(phi), math.cos(phi)
     a = q * sf + r * cf
-    d[0] = a / math.cos(theta)
-    d[1] = q * cf - r * sf
-    d[2] = p + a * math.tan(theta)
+    out[0] = a / math.cos(theta)
+    out[1] = q * cf - r * sf
+    out[2] = p + a * math.tan(theta)
 
 
 @jit
@@ -126,14 +157,14 @@ def free_rates(
     x: np.ndarray, u: np.ndarray, rho: float, P: np.ndarray, R: np.ndarray, fm: np.ndarray, d: np.ndarray
 ) -> None:
     """d [15] <- time derivative of the free aircraft state x [15]; R [9] <- R_BI, fm [9] <- specific force etc. (outputs)."""
-    dcm_from_euler(x[6], x[7], x[8], R)
-    force_moment(x[0], x[1], x[2], x[3], x[4], x[5], u, rho, P, fm)
-    _rigid(x[0], x[1], x[2], x[3], x[4], x[5], fm, G0 * R[2], G0 * R[5], G0 * R[8], P, d)
-    _euler_rates(x[3], x[4], x[5], x[7], x[8], d[6:9])
-    a, b, c = air_velocity(x[0], x[1], x[2])
+    dcm_from_euler(x[X_PSI], x[X_THETA], x[X_PHI], R)
+    force_moment(x[X_V], x[X_BETA], x[X_ALPHA], x[X_P], x[X_Q], x[X_R], u, rho, P, fm)
+    _rigid(x[X_V], x[X_BETA], x[X_ALPHA], x[X_P], x[X_Q], x[X_R], fm, G0 * R[2], G0 * R[5], G0 * R[8], P, d)
+    _euler_rates(x[X_P], x[X_Q], x[X_R], x[X_THETA], x[X_PHI], d[X_PSI : X_PHI + 1])
+    a, b, c = air_velocity(x[X_V], x[X_BETA], x[X_ALPHA])
     for i in range(3):
-        d[9 + i] = R[i] * a + R[3 + i] * b + R[6 + i] * c + x[12 + i]
-        d[12 + i] = 0.0
+        d[X_X + i] = R[i] * a + R[3 + i] * b + R[6 + i] * c + x[X_WN + i]
+        d[X_WN + i] = 0.0
 
 
 @jit
@@ -152,46 +183,46 @@ def relative_rates(
     tk [18]: tanker R_BI [9], w_T [3], w_T_dot [3] (tanker axes), v_T (NED) [3]. R [9] <- R_BRBT. Lee (2.16)-(2.29), W_I form.
     x[15:18]: effective rotational wind [rad/s], receiver axes; it changes the rates the aerodynamics see and nothing else.
     """
-    dcm_from_euler(x[6], x[7], x[8], R)
-    w0, w1, w2 = tk[9], tk[10], tk[11]
+    dcm_from_euler(x[X_PSI], x[X_THETA], x[X_PHI], R)
+    w0, w1, w2 = tk[TK_P], tk[TK_Q], tk[TK_R]
     # R w_T, and total inertial rates in receiver axes
     t0 = R[0] * w0 + R[1] * w1 + R[2] * w2
     t1 = R[3] * w0 + R[4] * w1 + R[5] * w2
     t2 = R[6] * w0 + R[7] * w1 + R[8] * w2
-    p, q, r = x[3] + t0, x[4] + t1, x[5] + t2
+    p, q, r = x[X_P] + t0, x[X_Q] + t1, x[X_R] + t2
     if x.shape[0] > NX:
-        force_moment(x[0], x[1], x[2], p - x[15], q - x[16], r - x[17], u, rho, P, fm)
+        force_moment(x[X_V], x[X_BETA], x[X_ALPHA], p - x[X_PE], q - x[X_QE], r - x[X_RE], u, rho, P, fm)
     else:
-        force_moment(x[0], x[1], x[2], p, q, r, u, rho, P, fm)
+        force_moment(x[X_V], x[X_BETA], x[X_ALPHA], p, q, r, u, rho, P, fm)
     g0, g1, g2 = G0 * tk[2], G0 * tk[5], G0 * tk[8]  # gravity in tanker axes
     _rigid(
-        x[0], x[1], x[2], p, q, r, fm,
+        x[X_V], x[X_BETA], x[X_ALPHA], p, q, r, fm,
         R[0] * g0 + R[1] * g1 + R[2] * g2,
         R[3] * g0 + R[4] * g1 + R[5] * g2,
         R[6] * g0 + R[7] * g1 + R[8] * g2,
         P, d,
     )  # fmt: skip
     # d/dt(R w_T) = -w_rel x (R w_T) + R w_T_dot
-    e0, e1, e2 = tk[12], tk[13], tk[14]
-    d[3] -= -(x[4] * t2 - x[5] * t1) + R[0] * e0 + R[1] * e1 + R[2] * e2
-    d[4] -= -(x[5] * t0 - x[3] * t2) + R[3] * e0 + R[4] * e1 + R[5] * e2
-    d[5] -= -(x[3] * t1 - x[4] * t0) + R[6] * e0 + R[7] * e1 + R[8] * e2
-    _euler_rates(x[3], x[4], x[5], x[7], x[8], d[6:9])
-    relative_velocity(x, tk, R, d[9:12])
-    d[12] = d[13] = d[14] = 0.0
+    e0, e1, e2 = tk[TK_PD], tk[TK_QD], tk[TK_RD]
+    d[X_P] -= -(x[X_Q] * t2 - x[X_R] * t1) + R[0] * e0 + R[1] * e1 + R[2] * e2
+    d[X_Q] -= -(x[X_R] * t0 - x[X_P] * t2) + R[3] * e0 + R[4] * e1 + R[5] * e2
+    d[X_R] -= -(x[X_P] * t1 - x[X_Q] * t0) + R[6] * e0 + R[7] * e1 + R[8] * e2
+    _euler_rates(x[X_P], x[X_Q], x[X_R], x[X_THETA], x[X_PHI], d[X_PSI : X_PHI + 1])
+    relative_velocity(x, tk, R, d[X_X : X_Z + 1])
+    d[X_WN] = d[X_WE] = d[X_WD] = 0.0
 
 
 @jit
 def relative_velocity(x: np.ndarray, tk: np.ndarray, R: np.ndarray, v: np.ndarray) -> None:
     """v [3] <- d(xi)/dt in tanker axes: R^T u_a + R_BTI (W - v_T) - w_T x xi (Lee 2.23); R [9] = R_BRBT of x."""
-    a, b, c = air_velocity(x[0], x[1], x[2])
-    n0, n1, n2 = x[12] - tk[15], x[13] - tk[16], x[14] - tk[17]
-    w0, w1, w2 = tk[9], tk[10], tk[11]
+    a, b, c = air_velocity(x[X_V], x[X_BETA], x[X_ALPHA])
+    n0, n1, n2 = x[X_WN] - tk[TK_VN], x[X_WE] - tk[TK_VE], x[X_WD] - tk[TK_VD]
+    w0, w1, w2 = tk[TK_P], tk[TK_Q], tk[TK_R]
     for i in range(3):
         v[i] = R[i] * a + R[3 + i] * b + R[6 + i] * c + tk[3 * i] * n0 + tk[3 * i + 1] * n1 + tk[3 * i + 2] * n2
-    v[0] -= w1 * x[11] - w2 * x[10]
-    v[1] -= w2 * x[9] - w0 * x[11]
-    v[2] -= w0 * x[10] - w1 * x[9]
+    v[0] -= w1 * x[X_Z] - w2 * x[X_Y]
+    v[1] -= w2 * x[X_X] - w0 * x[X_Z]
+    v[2] -= w0 * x[X_Y] - w1 * x[X_X]
 
 
 @jit
@@ -202,18 +233,18 @@ def propagate_free(X: np.ndarray, u: np.ndarray, rho: float, P: np.ndarray, dt: 
     for s in range(X.shape[0]):
         x = X[s]
         free_rates(x, u, rho, P, R, fm, W[0])
-        for i in range(12):
+        for i in range(X_WN):
             W[4, i] = x[i] + 0.5 * dt * W[0, i]
-        for i in range(12, 15):
+        for i in range(X_WN, NX):
             W[4, i] = x[i]
         free_rates(W[4], u, rho, P, R, fm, W[1])
-        for i in range(12):
+        for i in range(X_WN):
             W[4, i] = x[i] + 0.5 * dt * W[1, i]
         free_rates(W[4], u, rho, P, R, fm, W[2])
-        for i in range(12):
+        for i in range(X_WN):
             W[4, i] = x[i] + dt * W[2, i]
         free_rates(W[4], u, rho, P, R, fm, W[3])
-        for i in range(12):
+        for i in range(X_WN):
             x[i] += dt / 6.0 * (W[0, i] + 2.0 * (W[1, i] + W[2, i]) + W[3, i])
 
 
@@ -230,19 +261,19 @@ def propagate_relative(
     fm = np.empty(9)
     for s in range(X.shape[0]):
         x = X[s, :nx]
-        relative_rates(x, u, rho, P, TKS[0], R, fm, W[0])
-        for i in range(12):
+        relative_rates(x, u, rho, P, TKS[TK_START], R, fm, W[0])
+        for i in range(X_WN):
             W[4, i] = x[i] + 0.5 * dt * W[0, i]
-        for i in range(12, nx):
+        for i in range(X_WN, nx):
             W[4, i] = x[i]
-        relative_rates(W[4], u, rho, P, TKS[1], R, fm, W[1])
-        for i in range(12):
+        relative_rates(W[4], u, rho, P, TKS[TK_MIDDLE], R, fm, W[1])
+        for i in range(X_WN):
             W[4, i] = x[i] + 0.5 * dt * W[1, i]
-        relative_rates(W[4], u, rho, P, TKS[1], R, fm, W[2])
-        for i in range(12):
+        relative_rates(W[4], u, rho, P, TKS[TK_MIDDLE], R, fm, W[2])
+        for i in range(X_WN):
             W[4, i] = x[i] + dt * W[2, i]
-        relative_rates(W[4], u, rho, P, TKS[2], R, fm, W[3])
-        for i in range(12):
+        relative_rates(W[4], u, rho, P, TKS[TK_END], R, fm, W[3])
+        for i in range(X_WN):
             x[i] += dt / 6.0 * (W[0, i] + 2.0 * (W[1, i] + W[2, i]) + W[3, i])
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from flightsw.kernels.atmosphere import G0
 from flightsw.kernels.jit import jit
 from flightsw.kernels.rotations import dcm_from_euler
+from flightsw.sixdof.layout import M_VEL, NX, X_ALPHA, X_BETA, X_P, X_PHI, X_PSI, X_Q, X_R, X_THETA, X_V, X_WN, X_X
 from flightsw.sixdof.motion import _euler_rates, _rigid, air_velocity, force_moment
 
 
@@ -23,18 +24,18 @@ def sensed_rates(
 
     `inertial`: use the angular acceleration of s, else that of the aerodynamic moments. R [9], fm [9] as in free_rates.
     """
-    dcm_from_euler(x[6], x[7], x[8], R)
-    force_moment(x[0], x[1], x[2], x[3], x[4], x[5], u, rho, P, fm)
+    dcm_from_euler(x[X_PSI], x[X_THETA], x[X_PHI], R)
+    force_moment(x[X_V], x[X_BETA], x[X_ALPHA], x[X_P], x[X_Q], x[X_R], u, rho, P, fm)
     fm[0], fm[1], fm[2] = s[0], s[1], s[2]
     fm[6] = fm[7] = 0.0  # already in what the accelerometer felt
-    _rigid(x[0], x[1], x[2], x[3], x[4], x[5], fm, G0 * R[2], G0 * R[5], G0 * R[8], P, d)
+    _rigid(x[X_V], x[X_BETA], x[X_ALPHA], x[X_P], x[X_Q], x[X_R], fm, G0 * R[2], G0 * R[5], G0 * R[8], P, d)
     if inertial:
-        d[3], d[4], d[5] = s[3], s[4], s[5]
-    _euler_rates(x[3], x[4], x[5], x[7], x[8], d[6:9])
-    a, b, c = air_velocity(x[0], x[1], x[2])
+        d[X_P], d[X_Q], d[X_R] = s[3], s[4], s[5]
+    _euler_rates(x[X_P], x[X_Q], x[X_R], x[X_THETA], x[X_PHI], d[X_PSI : X_PHI + 1])
+    a, b, c = air_velocity(x[X_V], x[X_BETA], x[X_ALPHA])
     for i in range(3):
-        d[9 + i] = R[i] * a + R[3 + i] * b + R[6 + i] * c + x[12 + i]
-        d[12 + i] = 0.0
+        d[X_X + i] = R[i] * a + R[3 + i] * b + R[6 + i] * c + x[X_WN + i]
+        d[X_WN + i] = 0.0
 
 
 @jit
@@ -47,16 +48,16 @@ def propagate_sensed(
     for k in range(X.shape[0]):
         x = X[k]
         sensed_rates(x, u, rho, P, s, inertial, R, fm, W[0])
-        for i in range(15):
+        for i in range(NX):
             W[4, i] = x[i] + 0.5 * dt * W[0, i]
         sensed_rates(W[4], u, rho, P, s, inertial, R, fm, W[1])
-        for i in range(15):
+        for i in range(NX):
             W[4, i] = x[i] + 0.5 * dt * W[1, i]
         sensed_rates(W[4], u, rho, P, s, inertial, R, fm, W[2])
-        for i in range(15):
+        for i in range(NX):
             W[4, i] = x[i] + dt * W[2, i]
         sensed_rates(W[4], u, rho, P, s, inertial, R, fm, W[3])
-        for i in range(15):
+        for i in range(NX):
             x[i] += dt / 6.0 * (W[0, i] + 2.0 * (W[1, i] + W[2, i]) + W[3, i])
 
 
@@ -72,29 +73,29 @@ def measure_differenced(
     cx: float,
     Y: np.ndarray,
 ) -> None:
-    """Y [k,>=m] <- cf d(h)/dt + cx h for the measurement codes of models.measure (0..14): what differencing turns y into.
+    """Y [k,>=m] <- cf d(h)/dt + cx h for the measurement codes of sixdof/measure.py (0..14): what differencing turns y into.
 
     The rate of a state entry is the model's; that of the inertial velocity is the inertial acceleration.
     """
     R = np.empty(9)
     fm = np.empty(9)
-    d = np.empty(15)
+    d = np.empty(NX)
     for k in range(X.shape[0]):
         x = X[k]
-        dcm_from_euler(x[6], x[7], x[8], R)
-        force_moment(x[0], x[1], x[2], x[3], x[4], x[5], u, rho, P, fm)
-        _rigid(x[0], x[1], x[2], x[3], x[4], x[5], fm, G0 * R[2], G0 * R[5], G0 * R[8], P, d)
-        _euler_rates(x[3], x[4], x[5], x[7], x[8], d[6:9])
-        a, b, c = air_velocity(x[0], x[1], x[2])
+        dcm_from_euler(x[X_PSI], x[X_THETA], x[X_PHI], R)
+        force_moment(x[X_V], x[X_BETA], x[X_ALPHA], x[X_P], x[X_Q], x[X_R], u, rho, P, fm)
+        _rigid(x[X_V], x[X_BETA], x[X_ALPHA], x[X_P], x[X_Q], x[X_R], fm, G0 * R[2], G0 * R[5], G0 * R[8], P, d)
+        _euler_rates(x[X_P], x[X_Q], x[X_R], x[X_THETA], x[X_PHI], d[X_PSI : X_PHI + 1])
+        a, b, c = air_velocity(x[X_V], x[X_BETA], x[X_ALPHA])
         for i in range(3):
-            d[9 + i] = R[i] * a + R[3 + i] * b + R[6 + i] * c + x[12 + i]
+            d[X_X + i] = R[i] * a + R[3 + i] * b + R[6 + i] * c + x[X_WN + i]
         for j in range(m):
             q = codes[j]
-            if q < 12:
+            if q < M_VEL:
                 Y[k, j] = cf * d[q] + cx * x[q]
             else:
-                i = q - 12
+                i = q - M_VEL
                 acc = R[i] * fm[0] + R[3 + i] * fm[1] + R[6 + i] * fm[2]
                 if i == 2:
                     acc += G0
-                Y[k, j] = cf * acc + cx * d[9 + i]
+                Y[k, j] = cf * acc + cx * d[X_X + i]

@@ -10,6 +10,25 @@ import numpy as np
 from flightsw.aircraft import Aircraft
 from flightsw.kernels.atmosphere import G0, density
 from flightsw.kernels.rotations import dcm_from_euler, to_parent
+from flightsw.sixdof.layout import (
+    EULER,
+    POS,
+    RATE,
+    TK_DCM,
+    TK_RATE,
+    TK_VEL,
+    WIND,
+    X_ALPHA,
+    X_BETA,
+    X_P,
+    X_PHI,
+    X_PSI,
+    X_Q,
+    X_R,
+    X_THETA,
+    X_V,
+    X_Z,
+)
 from flightsw.sixdof.motion import free_rates, relative_rates, relative_velocity
 from flightsw.sixdof.params import parameter_vector
 
@@ -61,18 +80,18 @@ def trim_free(ac: Aircraft, mass_kg: float, h_m: float, V: float, psi_dot: float
     x = np.zeros(15)
 
     def fill(z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        a, th, ph = z[0], z[1], z[2]
+        a, th, ph, aileron, elevator, rudder, thrust = z
         x[:] = 0.0
-        x[0], x[2], x[7], x[8] = V, a, th, ph
-        x[3] = -psi_dot * math.sin(th)
-        x[4] = psi_dot * math.cos(th) * math.sin(ph)
-        x[5] = psi_dot * math.cos(th) * math.cos(ph)
-        x[11] = -h_m
-        return x, np.array([z[3], z[4], z[5], z[6] * W])
+        x[X_V], x[X_ALPHA], x[X_THETA], x[X_PHI] = V, a, th, ph
+        x[X_P] = -psi_dot * math.sin(th)
+        x[X_Q] = psi_dot * math.cos(th) * math.sin(ph)
+        x[X_R] = psi_dot * math.cos(th) * math.cos(ph)
+        x[X_Z] = -h_m
+        return x, np.array([aileron, elevator, rudder, thrust * W])
 
     def fun(z: np.ndarray) -> np.ndarray:
         d = free_derivative(*fill(z), rho, P)
-        return np.array([d[0] / 10, d[1], d[2], d[3], d[4], d[5], d[11] / V])
+        return np.array([d[X_V] / 10, d[X_BETA], d[X_ALPHA], d[X_P], d[X_Q], d[X_R], d[X_Z] / V])
 
     z = _solve(
         fun,
@@ -81,10 +100,10 @@ def trim_free(ac: Aircraft, mass_kg: float, h_m: float, V: float, psi_dot: float
     )
     xx, u = fill(z)
     top = math.radians(ac.limits.alpha_max_deg)  # beyond, the linear build-up has roots no wing flies at
-    if not (abs(xx[2]) <= top and u[3] > 0.0):
+    if not (abs(xx[X_ALPHA]) <= top and u[3] > 0.0):
         raise TrimError(
             f"{ac.meta.name} at {V:g} m/s, {psi_dot:.4g} rad/s: no trim the linear aerodynamics hold for "
-            f"(alpha {xx[2]:.3g} rad, allowed +-{top:.3g}; thrust {u[3]:.4g} N)"
+            f"(alpha {xx[X_ALPHA]:.3g} rad, allowed +-{top:.3g}; thrust {u[3]:.4g} N)"
         )
     return Trim(xx.copy(), u)
 
@@ -92,34 +111,36 @@ def trim_free(ac: Aircraft, mass_kg: float, h_m: float, V: float, psi_dot: float
 def tanker_stage(x: np.ndarray) -> np.ndarray:
     """Tanker record tk [18] (R_BI, w, w_dot = 0, v NED) of a free-aircraft state x [15] in steady flight."""
     tk = np.zeros(18)
-    dcm_from_euler(x[6], x[7], x[8], tk[:9])
-    tk[9:12] = x[3:6]
-    cb = math.cos(x[1])
-    ua = np.array([x[0] * math.cos(x[2]) * cb, x[0] * math.sin(x[1]), x[0] * math.sin(x[2]) * cb])
-    to_parent(tk[:9], ua, tk[15:18])
-    tk[15:18] += x[12:15]
+    dcm_from_euler(x[X_PSI], x[X_THETA], x[X_PHI], tk[TK_DCM])
+    tk[TK_RATE] = x[RATE]
+    cb = math.cos(x[X_BETA])
+    V, a = x[X_V], x[X_ALPHA]
+    ua = np.array([V * math.cos(a) * cb, V * math.sin(x[X_BETA]), V * math.sin(a) * cb])
+    to_parent(tk[TK_DCM], ua, tk[TK_VEL])
+    tk[TK_VEL] += x[WIND]
     return tk
 
 
 def trim_relative(ac: Aircraft, mass_kg: float, tanker: Trim, xi: np.ndarray) -> Trim:
     """Receiver at rest at xi [3] (tanker body axes) behind a tanker in steady flight, no wake, no sideslip. Raises TrimError."""
     P = parameter_vector(ac, mass_kg)
-    rho = density(-tanker.x[11])
+    rho = density(-tanker.x[X_Z])
     tk = tanker_stage(tanker.x)
     W = mass_kg * G0
     x = np.zeros(15)
 
     def fill(z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         x[:] = 0.0
-        x[0], x[2], x[6:9], x[9:12] = z[0] * 200.0, z[1], z[2:5], xi
-        return x, np.array([z[5], z[6], z[7], z[8] * W])
+        V, a, psi, th, ph, aileron, elevator, rudder, thrust = z
+        x[X_V], x[X_ALPHA], x[EULER], x[POS] = V * 200.0, a, (psi, th, ph), xi
+        return x, np.array([aileron, elevator, rudder, thrust * W])
 
     def fun(z: np.ndarray) -> np.ndarray:
         d = relative_derivative(*fill(z), rho, P, tk)
-        return np.concatenate((d[:6] * [0.1, 1, 1, 1, 1, 1], d[9:12] / 200.0))
+        return np.concatenate((d[:X_PSI] * [0.1, 1, 1, 1, 1, 1], d[POS] / 200.0))
 
-    z0 = [tanker.x[0] / 200.0, 0.02, 0, -0.03, 0, 0, 0.03, 0, 0.12]
-    xx, u = fill(_solve(fun, z0, f"{ac.meta.name} relative to tanker at {tanker.x[0]:g} m/s"))
+    z0 = [tanker.x[X_V] / 200.0, 0.02, 0, -0.03, 0, 0, 0.03, 0, 0.12]
+    xx, u = fill(_solve(fun, z0, f"{ac.meta.name} relative to tanker at {tanker.x[X_V]:g} m/s"))
     return Trim(xx.copy(), u)
 
 
@@ -139,7 +160,7 @@ U_STEP = np.array([1e-4, 1e-4, 1e-4, 10.0])
 
 def linearise_free(ac: Aircraft, mass_kg: float, t: Trim) -> tuple[np.ndarray, np.ndarray]:
     """A [15,15], B [15,4] of the free aircraft at a trim."""
-    P, rho = parameter_vector(ac, mass_kg), density(-t.x[11])
+    P, rho = parameter_vector(ac, mass_kg), density(-t.x[X_Z])
     A = jacobian(lambda x: free_derivative(x, t.u, rho, P), t.x, X_STEP)
     B = jacobian(lambda u: free_derivative(t.x, u, rho, P), t.u, U_STEP)
     return A, B
@@ -149,13 +170,13 @@ def linearise_relative(
     ac: Aircraft, mass_kg: float, tanker: Trim, t: Trim
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """A [15,15], B [15,4], and C_v [3,15] = d(xi_dot)/dx of the receiver relative to the tanker at a trim."""
-    P, rho, tk = parameter_vector(ac, mass_kg), density(-tanker.x[11]), tanker_stage(tanker.x)
+    P, rho, tk = parameter_vector(ac, mass_kg), density(-tanker.x[X_Z]), tanker_stage(tanker.x)
     A = jacobian(lambda x: relative_derivative(x, t.u, rho, P, tk), t.x, X_STEP)
     B = jacobian(lambda u: relative_derivative(t.x, u, rho, P, tk), t.u, U_STEP)
 
     def vel(x: np.ndarray) -> np.ndarray:
         R, v = np.zeros(9), np.zeros(3)
-        dcm_from_euler(x[6], x[7], x[8], R)
+        dcm_from_euler(x[X_PSI], x[X_THETA], x[X_PHI], R)
         relative_velocity(x, tk, R, v)
         return v
 

@@ -15,9 +15,10 @@ import numpy as np
 
 from flightsw.kernels.jit import jit
 from flightsw.kernels.rotations import dcm_from_euler
+from flightsw.sixdof.layout import X_ALPHA, X_BETA, X_PHI, X_PSI, X_THETA, X_V, X_WN
 from flightsw.sixdof.motion import air_velocity
 
-COLUMNS = (0, 1, 2, 6, 7, 8)  # states the air velocity NED depends on: V, beta, alpha, psi, theta, phi
+COLUMNS = (X_V, X_BETA, X_ALPHA, X_PSI, X_THETA, X_PHI)  # states the air velocity NED depends on; columns of A below
 
 
 @jit
@@ -26,20 +27,20 @@ def exchange(X: np.ndarray, sign: float) -> None:
     R = np.empty(9)
     for s in range(X.shape[0]):
         x = X[s]
-        dcm_from_euler(x[6], x[7], x[8], R)
-        a, b, c = air_velocity(x[0], x[1], x[2])
+        dcm_from_euler(x[X_PSI], x[X_THETA], x[X_PHI], R)
+        a, b, c = air_velocity(x[X_V], x[X_BETA], x[X_ALPHA])
         for i in range(3):
-            x[12 + i] += sign * (R[i] * a + R[3 + i] * b + R[6 + i] * c)
+            x[X_WN + i] += sign * (R[i] * a + R[3 + i] * b + R[6 + i] * c)
 
 
 @jit
 def air_slope(x: np.ndarray, A: np.ndarray) -> None:
     """A [3,6] <- d(R_BI^T u_a)/d(V, beta, alpha, psi, theta, phi) at the state x [>=9], NED."""
     R = np.empty(9)
-    dcm_from_euler(x[6], x[7], x[8], R)
-    cb, sb = math.cos(x[1]), math.sin(x[1])
-    ca, sa = math.cos(x[2]), math.sin(x[2])
-    V = x[0]
+    dcm_from_euler(x[X_PSI], x[X_THETA], x[X_PHI], R)
+    cb, sb = math.cos(x[X_BETA]), math.sin(x[X_BETA])
+    ca, sa = math.cos(x[X_ALPHA]), math.sin(x[X_ALPHA])
+    V = x[X_V]
     # body-axis derivatives of u_a = V [ca cb, sb, sa cb]
     for i in range(3):
         n0, n1, n2 = R[i], R[3 + i], R[6 + i]
@@ -49,7 +50,7 @@ def air_slope(x: np.ndarray, A: np.ndarray) -> None:
     v0, v1, v2 = V * A[0, 0], V * A[1, 0], V * A[2, 0]
     # rotation about the vertical, about the horizontal axis turned by psi, about the body's own x axis
     A[0, 3], A[1, 3], A[2, 3] = -v1, v0, 0.0
-    c, s = math.cos(x[6]), math.sin(x[6])
+    c, s = math.cos(x[X_PSI]), math.sin(x[X_PSI])
     A[0, 4], A[1, 4], A[2, 4] = c * v2, s * v2, -s * v1 - c * v0
     A[0, 5] = R[1] * v2 - R[2] * v1
     A[1, 5] = R[2] * v0 - R[0] * v2
@@ -64,5 +65,5 @@ def shear(S: np.ndarray, A: np.ndarray, sign: float) -> None:
     """
     for j in range(S.shape[1]):
         for i in range(3):
-            d = A[i, 0] * S[0, j] + A[i, 1] * S[1, j] + A[i, 2] * S[2, j]
-            S[12 + i, j] += sign * (d + A[i, 3] * S[6, j] + A[i, 4] * S[7, j] + A[i, 5] * S[8, j])
+            d = A[i, 0] * S[X_V, j] + A[i, 1] * S[X_BETA, j] + A[i, 2] * S[X_ALPHA, j]
+            S[X_WN + i, j] += sign * (d + A[i, 3] * S[X_PSI, j] + A[i, 4] * S[X_THETA, j] + A[i, 5] * S[X_PHI, j])

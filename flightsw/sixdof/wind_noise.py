@@ -15,6 +15,7 @@ from flightsw.filters.bank import FilterBank, markov
 from flightsw.filters.base import PointFilter
 from flightsw.filters.factory import make_filter
 from flightsw.sixdof.estimator_core import EstimatorCore
+from flightsw.sixdof.layout import N_WD, N_WE, N_WN, X_WN
 
 BANK = (0.6, 1.8, 6.0)  # intensities of the bank, multiples of q_wind: calm to storm, a factor of three apart
 DWELL_S = 20.0  # [s] mean stay in one of them
@@ -135,13 +136,13 @@ class WindNoise:
         """
         self.core = core
         p = core.p
-        self.columns = np.array([15, 16, 17, *range(gust_column, gust_column + gusts)])
+        self.columns = np.array([N_WN, N_WE, N_WD, *range(gust_column, gust_column + gusts)])
         self.adapter: NoiseAdapter | None = None
         self.bank: BankFilter | None = None
         if p.adapt_wind == "single":
             a = AdaptParams()
             limits = AdaptParams(q_min=min(a.q_min, 0.3 * p.q_wind), q_max=max(a.q_max, 3.0 * p.q_wind))
-            self.adapter = NoiseAdapter(p.q_wind, 12, 3, limits)
+            self.adapter = NoiseAdapter(p.q_wind, X_WN, 3, limits)
         elif p.adapt_wind == "bank":
             one = core.ukf
             more = [make_filter(p.filter, one.n, one.m, one.nq) for _ in BANK[1:]]

@@ -214,7 +214,8 @@ class GustAlleviation:
             wind = -float(np.sum(self.K[j, WIND] * z[WIND]))
             o.give(-float(np.sum(self.K[j, WIND.stop :] * z[WIND.stop :])), 0.0, wind, float(self.command[c]))
         slow = float(x[k.VK] - x[k.VW])
-        t.outputs[2].give(-self.p.speed * slow, 0.0, 0.0, float(self.command[k.THROTTLE]))
+        *_, throttle = t.outputs
+        throttle.give(-self.p.speed * slow, 0.0, 0.0, float(self.command[k.THROTTLE]))
         for q, error in zip(t.controlled, (self.a_z, float(x[k.TH]), float(x[k.H]), slow), strict=True):
             q.error = error
         t.closed = True

@@ -14,7 +14,7 @@ import numpy as np
 
 from flightsw.aircraft import Aircraft
 from flightsw.envelope import Envelope
-from flightsw.kernels.rotations import euler_from_dcm, to_parent
+from flightsw.kernels.rotations import euler_from_dcm, to_parent, vec3
 from flightsw.missions.base import Mission, MissionSpec, Reports
 from flightsw.missions.receiver.airdata.reports import REPORTS
 from flightsw.missions.receiver.joinup import ENROUTE, INIT, JOIN_UP, JoinUpGuidance, JoinUpParams, Sight
@@ -22,13 +22,14 @@ from flightsw.missions.receiver.mission import ORDERS, ReceiverMission, Receiver
 from flightsw.missions.receiver.refuel import NAMES, OBSERVATION
 from flightsw.missions.receiver.sequence import Sequence, SequenceParams
 from flightsw.missions.receiver.station_keeping import StationKeepingLaw
-from flightsw.missions.receiver.tanker_link import PeerTracker
+from flightsw.missions.receiver.tanker_link import PeerTracker, turn_rate
 from flightsw.refusal import Refusals
 from flightsw.sixdof.actuators import ActuatorModel
 from flightsw.sixdof.autopilot import AutopilotLaw, TankerCtrlParams, make_autopilot
 from flightsw.sixdof.command import ScheduleParams
 from flightsw.sixdof.estimator import AirframeNav
 from flightsw.sixdof.estimator_core import NavParams, failed_bits
+from flightsw.sixdof.layout import TK, TK_DCM, TK_VEL
 from flightsw.strict import Range
 from flightsw.terms import Laws
 from flightsw.types import (
@@ -104,7 +105,7 @@ class JoinMission(Mission[ActuatorModel]):
         self.peer = PeerTracker()
         self.sight = Sight()
         self._settled_s = 0.0
-        self._tk, self._e, self._v = np.zeros(18), np.zeros(3), np.zeros(3)
+        self._tk, self._e, self._v = np.zeros(TK), np.zeros(3), np.zeros(3)
         self._texts: list[Text] = []
 
     @property
@@ -203,17 +204,15 @@ class JoinMission(Mission[ActuatorModel]):
         if not s.seen:
             return
         self.peer.stage(f.t_us, tk)
-        euler_from_dcm(tk[:9], self._e)
+        euler_from_dcm(tk[TK_DCM], self._e)
         s.psi = float(self._e[0])
-        sin_t = -tk[2]
-        # psi_dot = (q sin phi + r cos phi) / cos theta
-        s.turn_rate = float((tk[10] * tk[5] + tk[11] * tk[8]) / max(1.0 - sin_t * sin_t, 0.1))
+        s.turn_rate = turn_rate(tk)
         c, sn = math.cos(s.psi), math.sin(s.psi)
         self._v[:] = f.rel_pos_t
-        to_parent(tk[:9], self._v, self._e)
-        d = self._e
-        s.pos = (float(c * d[0] + sn * d[1]), float(c * d[1] - sn * d[0]), float(d[2]))
-        s.vel_n = (float(tk[15]), float(tk[16]), float(tk[17]))
+        to_parent(tk[TK_DCM], self._v, self._e)
+        x, y, z = self._e.tolist()
+        s.pos = (c * x + sn * y, c * y - sn * x, z)
+        s.vel_n = vec3(tk[TK_VEL])
         v = [nav.vel_n[i] - s.vel_n[i] for i in range(3)]
         s.vel = (c * v[0] + sn * v[1], c * v[1] - sn * v[0], v[2])
         nav.rel_pos_t, nav.rel_vel_t = f.rel_pos_t, f.rel_vel_t

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from flightsw.aircraft import Aircraft, load_aircraft
-from flightsw.kernels.rotations import to_parent
+from flightsw.kernels.rotations import to_parent, vec3
 from flightsw.missions.base import Mission, MissionSpec, Reports, choices
 from flightsw.missions.receiver.airdata.airdata import AirData, AirDataParams
 from flightsw.missions.receiver.airdata.reports import REPORTS
@@ -19,10 +19,12 @@ from flightsw.missions.receiver.boom import Surroundings
 from flightsw.missions.receiver.estimator import RelativeNav
 from flightsw.missions.receiver.refuel import ACTIONS, FROM, NAMES, TAKES, RefuelGuidance, RefuelParams
 from flightsw.missions.receiver.station_keeping import ReceiverCtrlParams, make_station_keeping
+from flightsw.missions.receiver.tanker_link import turn_rate
 from flightsw.refusal import Refusals
 from flightsw.sixdof.actuators import ActuatorModel
 from flightsw.sixdof.command import ScheduleParams
 from flightsw.sixdof.estimator_core import NavParams
+from flightsw.sixdof.layout import TK, TK_DCM, TK_VN
 from flightsw.strict import ConfigError, changed
 from flightsw.terms import Laws
 from flightsw.types import (
@@ -76,7 +78,7 @@ class ReceiverMission(Mission[ActuatorModel]):
         self.ctrl = make_station_keeping(ac, tanker, p.ctrl, period_s)
         self.V0 = float(np.mean(p.ctrl.schedule.V_mps))
         self.h0 = p.ctrl.schedule.h_m
-        self._tk = np.zeros(18)
+        self._tk = np.zeros(TK)
         self._lost = False
 
     def step(
@@ -134,11 +136,8 @@ class ReceiverMission(Mission[ActuatorModel]):
         """Turn rate [rad/s] and airspeed [m/s] of the tanker from its transmitted state and the wind estimated here."""
         tk = self._tk
         self.nav.peer.stage(t_us, tk)
-        w, st = tk[9:12], -tk[2]
-        # psi_dot = (q sin phi + r cos phi) / cos theta, with sin phi cos theta = R[5], cos phi cos theta = R[8]
-        psi_dot = float((w[1] * tk[5] + w[2] * tk[8]) / max(1.0 - st * st, 0.1))
-        v = [tk[15 + i] - nav.wind_n[i] for i in range(3)]
-        return psi_dot, math.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
+        v = [tk[TK_VN + i] - nav.wind_n[i] for i in range(3)]
+        return turn_rate(tk), math.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
 
     def obey(self, c: Command) -> tuple[int, str]:
         """MAV_RESULT and reason for one of the mission's commands."""
@@ -153,12 +152,12 @@ class ReceiverMission(Mission[ActuatorModel]):
         if self.guid.phase == 0:
             return ()
         p, t_us = self.guid.p, self.guid.t_us
-        at, tk, xi, d = self.nav.peer.position(t_us), np.zeros(18), np.zeros(3), np.zeros(3)
+        at, tk, xi, d = self.nav.peer.position(t_us), np.zeros(TK), np.zeros(3), np.zeros(3)
         self.nav.peer.stage(t_us, tk)
         out: list[Vec3] = []
         for xi[:] in (p.observation_m, p.low_m, p.behind_m, p.precontact_m, p.contact_m):
-            to_parent(tk[:9], xi, d)
-            out.append((float(at[0] + d[0]), float(at[1] + d[1]), float(at[2] + d[2])))
+            to_parent(tk[TK_DCM], xi, d)
+            out.append(vec3(at + d))
         return tuple(out)
 
     def adopt(self, params: object) -> None:

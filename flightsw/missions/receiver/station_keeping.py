@@ -19,7 +19,9 @@ from flightsw.kernels.sampled import multiply
 from flightsw.plugins import OursOr, made
 from flightsw.sixdof.actuators import ActuatorModel
 from flightsw.sixdof.command import ControlCore, Node3, Pos, ScheduleParams, lqr_terms
-from flightsw.sixdof.lqr import Design, DesignError, augment, design
+from flightsw.sixdof.layout import EULER, POS, RATE
+from flightsw.sixdof.lqr import ENGINE, OLD, SERVO, SERVO_RATE, Design, DesignError, augment, design
+from flightsw.sixdof.lqr import INTEGRALS as BEHIND
 from flightsw.sixdof.schedule import GainSchedule
 from flightsw.sixdof.trim import linearise_relative, trim_free, trim_relative
 from flightsw.strict import ConfigError, Range
@@ -28,8 +30,9 @@ from flightsw.types import GuidanceCmd, NavState
 
 Four = tuple[float, float, float, float]
 N = 12  # rigid design states
-INTEGRALS = slice(N + 7, N + 10)  # of the design state
+INTEGRALS = slice(N + BEHIND, N + OLD)  # of the design state
 CONTROLLED = (("ahead", "m"), ("right", "m"), ("below", "m"))  # xi, tanker body axes
+VEL = slice(0, 3)  # [m/s] d(xi)/dt, in the place of V, beta, alpha; the rest as in the state
 
 
 @dataclass(frozen=True)
@@ -102,7 +105,7 @@ class ReceiverControl:
         )
         self.softness = 0.0  # share of the soft law
         self.z, self.off = np.zeros(self.sched.nz), np.zeros(self.sched.nz)
-        self.core.u_old = np.zeros(((self.sched.nz - N - 10) // 4, 4))
+        self.core.u_old = np.zeros(((self.sched.nz - N - OLD) // 4, 4))
         self._err = np.zeros(3)
         self._cond = np.array([0.0, float(np.mean(s.V_mps))])
 
@@ -116,19 +119,19 @@ class ReceiverControl:
         A, B, Cv = linearise_relative(ac, s.mass_kg, tt, t)
         # coordinates [xi_dot, w_rel, euler, xi] from [V, beta, alpha, w_rel, euler, xi]: constant at a trim
         M = np.eye(N)
-        M[:3] = Cv[:, :N]
+        M[VEL] = Cv[:, :N]
         Mi = np.eye(N)
         if not solve(M.copy(), Mi):
             raise DesignError(f"receiver at {V:g} m/s: motion relative to the tanker does not show in the air data")
         A12, B12 = multiply(multiply(M, A[:N, :N]), Mi), multiply(M, B[:N])
         C = np.zeros((3, N))
-        C[:, 9:12] = np.eye(3)
+        C[:, POS] = np.eye(3)
         Aa, Ba = augment(A12, B12, C, np.zeros((3, 4)), ac)
         scale = [*p.w_vel_mps, *p.w_rate_radps, *p.w_euler_rad, *w_pos, *[1e3] * 6, 1e6, *w_int]
         q = 1.0 / np.square(scale)
         z0 = np.zeros(len(scale))
-        z0[6:9] = t.x[6:9]
-        z0[N : N + 3], z0[N + 6] = t.u[:3], t.u[3]
+        z0[EULER] = t.x[EULER]
+        z0[N + SERVO : N + SERVO_RATE], z0[N + ENGINE] = t.u[:3], t.u[3]
         r = 1.0 / np.square(w_input)
         return design(Aa, Ba, dt_s, s.delay_s, q, r, z0, t.u, f"receiver at {V:g} m/s, {yd:.4f} rad/s")
 
@@ -150,15 +153,15 @@ class ReceiverControl:
             self.softness = want  # poor sensing must not meet the tight law first
             c.u_old[:] = act.pos[0], act.pos[1], act.pos[2], act.thrust
             c.started = True
-        z[0:3], z[3:6], z[6:9], z[9:12] = nav.rel_vel_t, nav.rel_w_b, nav.rel_euler, nav.rel_pos_t
+        z[VEL], z[RATE], z[EULER], z[POS] = nav.rel_vel_t, nav.rel_w_b, nav.rel_euler, nav.rel_pos_t
+        z[VEL] -= cmd.rel_vel_t
         for i in range(3):
-            z[i] -= cmd.rel_vel_t[i]
             self._err[i] = nav.rel_pos_t[i] - cmd.rel_pos_t[i]
-            z[9 + i] = self._err[i]
+        z[POS] = self._err
         c.actuator_states(z, N, act)
         c.integrate(self._err, dt)
         z[INTEGRALS] = c.e
-        z[N + 10 :] = c.u_old.ravel()
+        z[N + OLD :] = c.u_old.ravel()
         u, parts = self.sched.evaluate(z, self.off), self.sched.split(z, self.off, INTEGRALS)
         self.softness += a * (want - self.softness)
         if self.softness > 1e-3:

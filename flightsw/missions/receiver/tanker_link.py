@@ -9,7 +9,7 @@ import numpy as np
 from flightsw.kernels.atmosphere import G0
 from flightsw.kernels.jit import jit
 from flightsw.kernels.rotations import dcm_from_euler, dcm_from_quat, euler_from_dcm, rotate_dcm
-from flightsw.sixdof.layout import TK_P, TK_PD, TK_VN
+from flightsw.sixdof.layout import TK_P, TK_PD, TK_Q, TK_R, TK_VN
 from flightsw.types import ZERO3, PeerState
 
 ROLL_OUT = 0.087  # [rad/s] roll rate of the virtual tanker
@@ -27,6 +27,13 @@ def carried(R: np.ndarray, w: np.ndarray, v: np.ndarray, a: np.ndarray, dt: floa
         tk[TK_P + i] = w[i]
         tk[TK_PD + i] = 0.0
         tk[TK_VN + i] = v[i] + a[i] * dt
+
+
+def turn_rate(tk: np.ndarray) -> float:
+    """psi_dot [rad/s] of a stage tk [18]: (q sin phi + r cos phi) / cos theta."""
+    sin_theta = -tk[2]
+    # sin phi cos theta = R[5], cos phi cos theta = R[8]
+    return float((tk[TK_Q] * tk[5] + tk[TK_R] * tk[8]) / max(1.0 - sin_theta * sin_theta, 0.1))
 
 
 class PeerTracker:

@@ -282,7 +282,8 @@ class WindshearMission(Mission[WindshearActuators]):
         """The approach slope: where it was taken up, and where it meets the ground."""
         ends = self.guidance.slope_ends()
         c, s = math.cos(self._psi), math.sin(self._psi)
-        across = self._pos_n[1] * c - self._pos_n[0] * s  # of the track, which is straight
+        north, east, *_ = self._pos_n
+        across = east * c - north * s  # of the track, which is straight
         return tuple((x * c - across * s, x * s + across * c, -h) for x, h in ends)
 
     def adopt(self, params: object) -> None:
