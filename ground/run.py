@@ -14,6 +14,7 @@ from ground.views.registry import usual_names
 from ground.whole import scenario
 
 GROUND = 255  # system id of ground stations
+PLANT_LOG = "plant.tlog"
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +40,24 @@ class Run:
         """Every aircraft of the logs by system id, ascending."""
         flown = {s for s, message in self.truth.tables if message == "TRUTH"}
         return names_of(self.folder, sorted(flown | set(self.tlm.sysids()) - {GROUND}))
+
+    @cached_property
+    def plant(self) -> Columns:
+        """What the plant was told to make fail and said to it; empty without a log of it."""
+        return self._log(PLANT_LOG)
+
+    def link(self, name: str) -> Columns:
+        """All that an aircraft's onboard software heard and said; empty without a log of it."""
+        return self._log(link_log(name))
+
+    def _log(self, name: str) -> Columns:
+        path = self.folder / name
+        return load_log(path) if path.exists() else Columns()
+
+
+def link_log(name: str) -> str:
+    """File of an aircraft's link log in a run folder."""
+    return f"link_{name}.tlog"
 
 
 def names_of(folder: Path, sysids: Iterable[int]) -> dict[int, str]:

@@ -6,18 +6,23 @@ view. This package and the views' drawings are the only importers of rerun.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+
+import rerun.blueprint as rrb
 
 from ground import run as runs
 from ground.columns import Columns
 from ground.rrd.blueprint import blueprint
 from ground.rrd.common import common
 from ground.rrd.layout import Look
-from ground.rrd.palette import STATES
+from ground.rrd.palette import STATES, Color
 from ground.rrd.sensors import sensors
 from ground.rrd.series import TICK_US, Sink
 from ground.run import Run
 from ground.views import registry
+from ground.views.base import View
 from ground.whole import scenario
 
 NOTHING_US = 100_000  # [us] an empty run is drawn as long
@@ -33,21 +38,39 @@ def convert(folder: Path, out: Path | None = None, near: bool = False, tab: str 
     path = folder / "run.rrd" if out is None else out
     views = list(registry.found(run.tlm).values())
     end = max(run.end_us, NOTHING_US)
-    look = Look(interest(run.tlm, end), end * 1e-6, near)
-    layouts = [shown for view in views if (shown := view.layout(run, look)) is not None]
-    estimating = [name for s, name in run.names.items() if run.tlm.get(s, "NAV_STATE") is not None]
-    screen = blueprint(run.title, list(run.names.values()), estimating, look, layouts, tab)
+    shown = screen(run, views, Look(interest(run.tlm, end), end * 1e-6, near), tab)
     with path.open("wb"):  # a plain message for a read-only folder, before rerun starts
         pass
-    sink = Sink(path, run.title, 0, end, screen, tick_us(run))
-    for view in views:
-        view.draw(sink, run)
-    sink.stand()
-    states = STATES | {k: v for part in layouts for k, v in part.states.items()}
-    common(sink, run, states)
-    sensors(sink, run)
+    sink = Sink.file(path, run.title, 0, end, shown.blueprint, tick_us(run))
+    draw(sink, lambda _: run, views, shown.states)
     sink.close()
     return path
+
+
+@dataclass(frozen=True)
+class Screen:
+    """What the viewer begins with, and the colours of states."""
+
+    blueprint: rrb.Blueprint
+    states: Mapping[str, Color]
+
+
+def screen(run: Run, views: Sequence[View], look: Look, tab: str = "", title: str = "") -> Screen:
+    """Layout of a run that these views find their messages in, `title` in place of its own. Raises NoTabError for an unknown tab."""
+    layouts = [shown for view in views if (shown := view.layout(run, look)) is not None]
+    estimating = [name for s, name in run.names.items() if run.tlm.get(s, "NAV_STATE") is not None]
+    states = STATES | {k: v for part in layouts for k, v in part.states.items()}
+    return Screen(blueprint(title or run.title, list(run.names.values()), estimating, look, layouts, tab), states)
+
+
+def draw(sink: Sink, part: Callable[[float], Run], views: Sequence[View], states: Mapping[str, Color]) -> None:
+    """What the views draw and what every run has. `part`: of a run, with as much of its past [s] as is asked for."""
+    for view in views:
+        view.draw(sink, part(view.memory_s))
+    sink.stand()
+    run = part(View.memory_s)
+    common(sink, run, states)
+    sensors(sink, run)
 
 
 def tick_us(run: Run) -> int:

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import rerun as rr
 import rerun.blueprint as rrb
 
-from ground.rrd.layout import Layout, Look, Plots, Tab
+from ground.rrd.layout import Layout, Look, Plots, Tab, past
 
 LANE = 0.3  # share of a lane in the height, where the scenes have 4
 LONG_S = 120.0  # [s] runs up to here are played slower
@@ -112,14 +112,19 @@ def blueprint(
     ranked = sorted(layouts, key=lambda v: -v.rank)
     lead, others = (ranked[0], ranked[1:]) if ranked else (Layout(), [])
     start_s, end_s = lead.span or look.span
-    p = Plots(start_s, end_s)
+    p = look.plots((start_s, end_s))
     extra = [t for v in others for t in v.tabs]
     own = {str(t.name) for t in (*lead.tabs, *extra)}
     common = [t for t in common_tabs(p, names, estimating) if str(t.name) not in own]
     tabs = [*lead.tabs, *common, *extra]
-    plan = rrb.Spatial2DView(origin="/", contents=[f"truth/{a}/plan/**" for a in names], name="Plan, north up [m]")
+    plan = rrb.Spatial2DView(
+        origin="/",
+        contents=[f"truth/{a}/plan/**" for a in names],
+        name="Plan, north up [m]",
+        overrides=past(*(f"truth/{a}/plan/track" for a in names)),
+    )
     tracks = [f"truth/{a}/{k}" for a in names for k in ("track", "position")]
-    world = rrb.MapView(origin="/", contents=tracks, name="Map", zoom=9.0)
+    world = rrb.MapView(origin="/", contents=tracks, name="Map", zoom=9.0, overrides=past(*tracks[::2]))
     scenes = rrb.Tabs(*(s for v in ranked for s in v.scenes), plan, world, active_tab=0, name="Scene")
     plots = rrb.Tabs(*tabs, active_tab=_number(tabs, tab), name=f"Plots of {title}")
     modes, lanes = _modes(p, names, ranked), 2 * len(names) + sum(len(v.lanes) for v in ranked)
@@ -137,8 +142,8 @@ def blueprint(
             state="collapsed",
             timeline="sim_time",
             playback_speed=5.0 if look.end_s > LONG_S else 2.0,
-            play_state="paused",
-            time_selection=rr.encodings.AbsoluteTimeRange(int(start_s * 1e9), int(end_s * 1e9)),
+            play_state="following" if look.live else "paused",
+            time_selection=None if look.live else rr.encodings.AbsoluteTimeRange(int(start_s * 1e9), int(end_s * 1e9)),
         ),
         auto_views=False,
         auto_layout=False,

@@ -11,7 +11,7 @@ import numpy as np
 import rerun as rr
 
 from flightsw.icd.geo import DEFAULT_ORIGIN, scales
-from ground.columns import Columns, Table, load
+from ground.columns import Columns, Table
 from ground.geometry import quat_euler
 from ground.link.packets import health_words, phase_name
 from ground.rrd.palette import BOX, CRAFTS, NAV, TRUTH, Color
@@ -60,17 +60,14 @@ def _truth(sink: Sink, truth: Columns, sysid: int, name: str, look: Color) -> No
     slow = d.decimated(1_000_000)
     lat, lon = DEFAULT_ORIGIN.lat_deg + slow["pos_n"][:, 0] / kn, DEFAULT_ORIGIN.lon_deg + slow["pos_n"][:, 1] / ke
     geo = np.stack([lat, lon], axis=1)
-    line = rr.GeoLineStrings(lat_lon=[geo], radii=rr.Radius.ui_points(1.5), colors=[look])
-    sink.rec.log(f"truth/{name}/track", line, static=True)
-    dot = rr.GeoPoints.from_fields(radii=rr.Radius.ui_points(6.0), colors=[look])
-    sink.rec.log(f"truth/{name}/position", dot, static=True)
-    sink.columns(f"truth/{name}/position", slow.t_us, rr.GeoPoints.columns(positions=geo))
+    sink.trail(f"truth/{name}/track", slow.t_us, geo, look, kind=rr.GeoLineStrings)
+    sink.look(f"truth/{name}/position", rr.GeoPoints.from_fields(radii=rr.Radius.ui_points(6.0), colors=[look]))
+    sink.rows(f"truth/{name}/position", slow.t_us, rr.GeoPoints, positions=geo)
     plan = np.stack([slow["pos_n"][:, 1], -slow["pos_n"][:, 0]], axis=1)  # north up: the 2-D view's y points down
-    strip = rr.LineStrips2D([plan], radii=rr.Radius.ui_points(1.2), colors=[look])
-    sink.rec.log(f"truth/{name}/plan/track", strip, static=True)
+    sink.trail(f"truth/{name}/plan/track", slow.t_us, plan, look, 1.2)
     spot = rr.Points2D.from_fields(radii=rr.Radius.ui_points(6.0), colors=[look], labels=[name])
-    sink.rec.log(f"truth/{name}/plan/position", spot, static=True)
-    sink.columns(f"truth/{name}/plan/position", slow.t_us, rr.Points2D.columns(positions=plan))
+    sink.look(f"truth/{name}/plan/position", spot)
+    sink.rows(f"truth/{name}/plan/position", slow.t_us, rr.Points2D, positions=plan)
 
 
 def _nav(sink: Sink, tlm: Columns, sysid: int, name: str, look: Color) -> None:
@@ -117,7 +114,7 @@ def _mission(sink: Sink, tlm: Columns, sysid: int, name: str, look: Color, state
     if text is not None:
         lines = [f"{name}: {b.decode('utf-8', 'replace')}" for b in text["text"]]
         level = ["ERROR" if s <= 3 else "WARN" if s == 4 else "INFO" for s in text["severity"]]
-        sink.columns(f"guid/{name}/text", text.t_us, rr.TextLog.columns(text=lines, level=level))
+        sink.rows(f"guid/{name}/text", text.t_us, rr.TextLog, text=lines, level=level)
     health = tlm.get(sysid, "HEALTH_STATUS")
     if health is not None:
         words = [health_words(int(f)) for f in health["failed"]]
@@ -131,19 +128,16 @@ def _phase_log(sink: Sink, table: Table, names: list[str], name: str) -> None:
     phase = table["phase"].astype(int)
     change = np.flatnonzero(np.diff(phase, prepend=-1) != 0)
     lines = [f"{name}: {names[k]} ({table['reason'][k].decode('utf-8', 'replace')})" for k in change]
-    sink.columns(f"guid/{name}/phases", table.t_us[change], rr.TextLog.columns(text=lines, level=["INFO"] * len(lines)))
+    sink.events(f"guid/{name}/phases", table.t_us, change, rr.TextLog, text=lines, level=["INFO"] * len(lines))
 
 
 def _failures(sink: Sink, run: Run) -> None:
-    """sensors/<name>/failures: what the plant was told to make fail, from RUN/plant.tlog, as text rows."""
-    path = run.folder / "plant.tlog"
-    log = load(path) if path.exists() else Columns()
+    """sensors/<name>/failures: what the plant was told to make fail, from its log, as text rows."""
     for sysid, name in run.names.items():
-        text = log.get(sysid, "STATUSTEXT")
+        text = run.plant.get(sysid, "STATUSTEXT")
         if text is not None:
             lines = [f"{name} failure: {b.decode('utf-8', 'replace')}" for b in text["text"]]
-            row = rr.TextLog.columns(text=lines, level=["WARN"] * len(lines))
-            sink.columns(f"sensors/{name}/failures", text.t_us, row)
+            sink.rows(f"sensors/{name}/failures", text.t_us, rr.TextLog, text=lines, level=["WARN"] * len(lines))
 
 
 def _timing(sink: Sink, tlm: Columns, sysid: int, name: str, look: Color) -> None:
@@ -155,6 +149,6 @@ def _timing(sink: Sink, tlm: Columns, sysid: int, name: str, look: Color) -> Non
         label = f"{name} {key}" + ("" if key == "slips" else " us")
         bright = tuple(int(v * (0.6 if key.endswith(("max", "p50")) else 1.0)) for v in look)
         sink.series(f"timing/{name}/{key}", table.t_us, table[key], label, bright, step=key == "slips")
-    at = np.array([sink.start_us, sink.end_us])
-    lost = float(tlm.dropped.get(sysid, 0))
-    sink.series(f"timing/{name}/telemetry_lost", at, np.array([lost, lost]), f"{name} telemetry lost", look)
+    path, lost = f"timing/{name}/telemetry_lost", float(tlm.dropped.get(sysid, 0))
+    at = sink.ends(path)
+    sink.series(path, at, np.full(len(at), lost), f"{name} telemetry lost", look)

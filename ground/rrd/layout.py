@@ -10,17 +10,32 @@ import rerun.blueprint as rrb
 
 from ground.rrd.palette import Color
 
+LIVE_S = 120.0  # [s] shown of a run that goes on
 Span = tuple[float, float]
 Tab: TypeAlias = rrb.Vertical | rrb.Horizontal
 Scene: TypeAlias = rrb.Spatial2DView | rrb.Spatial3DView
 
 
-class Plots:
-    """Makes the plots of one layout: all begin with the same time range [s] and share its zoom."""
+def past(*paths: str, seconds: float | None = None) -> dict[str, rrb.VisibleTimeRanges]:
+    """Overrides of a view that show entities not only as they are at the cursor but the last `seconds` of them; None: all there
+    is of them, also what is still to come."""
+    at = rrb.TimeRangeBoundary
+    begin = at.infinite() if seconds is None else at.cursor_relative(seconds=-seconds)
+    window = rrb.VisibleTimeRange(
+        "sim_time", start=begin, end=at.infinite() if seconds is None else at.cursor_relative()
+    )
+    return {path: rrb.VisibleTimeRanges([window]) for path in paths}
 
-    def __init__(self, start_s: float, end_s: float) -> None:
+
+class Plots:
+    """Makes the plots of one layout: all begin with the same time range [s], `live` with the last `LIVE_S`, and share its zoom."""
+
+    def __init__(self, start_s: float, end_s: float, live: bool = False) -> None:
         at = rrb.TimeRangeBoundary.absolute
         window = rrb.TimeRange(start=at(seconds=start_s), end=at(seconds=end_s))
+        if live:
+            now = rrb.TimeRangeBoundary.cursor_relative
+            window = rrb.TimeRange(start=now(seconds=-LIVE_S), end=now())
         self.time = rrb.TimeAxis(link=rrb.components.LinkAxis.Independent, view_range=window)
 
     def plot(self, name: str, contents: list[str], span: Span | None = None) -> rrb.TimeSeriesView:
@@ -45,11 +60,17 @@ class Plots:
 
 @dataclass(frozen=True)
 class Look:
-    """What is asked of a picture. span: time range [s] worth a first look; end_s: end of the run; near: the eye close up."""
+    """What is asked of a picture. span: time range [s] worth a first look; end_s: end of the run; near: the eye close up; live:
+    the run goes on."""
 
     span: Span
     end_s: float
     near: bool = False
+    live: bool = False
+
+    def plots(self, span: Span | None = None) -> Plots:
+        """Maker of plots that begin with a time range [s], `self.span` without one; of a run that goes on, with its last part."""
+        return Plots(*(span or self.span), self.live)
 
 
 @dataclass(frozen=True)

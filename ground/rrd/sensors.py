@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from flightsw.icd.tlog import LINK_IN
-from ground.columns import Columns, Table, load
+from ground.columns import Columns, Table
 from ground.rrd.palette import CRAFTS, Color
 from ground.rrd.series import AXIS, Sink
 from ground.run import Run
@@ -14,11 +14,9 @@ PERIOD_US = 100_000  # [us]
 
 
 def sensors(sink: Sink, run: Run) -> None:
-    """Send the sensor series of every link log in the run folder; none there, nothing sent."""
+    """Send the sensor series of every link log of the run; none there, nothing sent."""
     for i, name in enumerate(run.names.values()):
-        path = run.folder / f"link_{name}.tlog"
-        if path.exists():
-            _one(sink, load(path), name, CRAFTS[i % len(CRAFTS)])
+        _one(sink, run.link(name), name, CRAFTS[i % len(CRAFTS)])
 
 
 def _inbound(log: Columns, message: str) -> Table | None:

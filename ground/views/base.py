@@ -92,6 +92,8 @@ class View(ABC):
     # message -> words of an alarm in it ("" none), kept by the monitor after it is over
     alarms: Mapping[str, Callable[[Fields], str]] = {}
     commands: tuple[Command, ...] = ()
+    # of a run that goes on: how much of its past what is drawn now depends on [s]
+    memory_s: float = 5.0
 
     @abstractmethod
     def finds(self, tlm: Columns) -> bool:

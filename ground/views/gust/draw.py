@@ -28,6 +28,8 @@ SPECTRUM = "truth/spectrum"
 DECADES = (-1.0, 1.4)  # log10 of the frequencies [Hz] drawn
 PSD = (-4.0, 2.0)  # log10 of the density [(m/s^2)^2/Hz]
 STRETCH = 0.4  # a decade of density is drawn this high
+STEP_US = 100_000  # [us] a difference needs the row behind
+PASS_US = 2_000_000  # [us] the low-pass goes both ways
 STATES: dict[str, Color] = {"GUST_HOLD": (120, 124, 132), "GUST_ALLEVIATION": (60, 150, 170)}
 
 
@@ -53,8 +55,8 @@ def _flight(sink: Sink, f: GustFlight, color: Color) -> None:
         sink.series(
             f"nav/{name}/gust/{key}_error", t[m], est - f.truth[m, i] * factor, f"{name} {key} error", color, 1.0
         )
-    sink.series(f"truth/{name}/n_z", t, 1.0 + f.a_z / G, f"{name} n_z", color, 1.0)
-    sink.series(f"truth/{name}/n_z_low", t, 1.0 + f.low() / G, f"{name} n_z below 2 Hz", color, 2.0)
+    sink.series(f"truth/{name}/n_z", t, 1.0 + f.a_z / G, f"{name} n_z", color, 1.0, settle_us=STEP_US)
+    sink.series(f"truth/{name}/n_z_low", t, 1.0 + f.low() / G, f"{name} n_z below 2 Hz", color, 2.0, settle_us=PASS_US)
     sink.series(f"truth/{name}/height", t, -f.true["pos_n"][:, 2], f"{name} height", color)
     sink.series(f"truth/{name}/V", t, f.true["V"], f"{name} airspeed", color)
     sink.series(f"truth/{name}/alpha", t, f.true["alpha"] * DEG, f"{name} alpha", color)
@@ -82,6 +84,8 @@ def _point(hz: NDArray[np.float64], density: Array) -> Array:
 
 def _spectra(sink: Sink, found: list[GustFlight]) -> None:
     """Power density of a_z of every aircraft over frequency, both logarithmic, with a grid of decades."""
+    if not sink.due(SPECTRUM):
+        return
     lines, labels, at = [], [], []
     for d in (-1, 0, 1):
         lines.append(np.array([[d, -STRETCH * PSD[0]], [d, -STRETCH * PSD[1]]]))
@@ -92,7 +96,7 @@ def _spectra(sink: Sink, found: list[GustFlight]) -> None:
         labels.append(f"1e{d}")
         at.append((DECADES[0] - 0.12, -STRETCH * float(d)))
     thin = rr.Radius.ui_points(0.8)
-    sink.rec.log(f"{SPECTRUM}/grid", rr.LineStrips2D(lines, colors=[(80, 86, 98)], radii=thin), static=True)
+    sink.look(f"{SPECTRUM}/grid", rr.LineStrips2D(lines, colors=[(80, 86, 98)], radii=thin))
     for i, f in enumerate(found):
         if len(f.t_us) < 256:
             continue
@@ -102,20 +106,20 @@ def _spectra(sink: Sink, found: list[GustFlight]) -> None:
         strip = _point(hz[keep], density[keep])
         color = CRAFTS[i % len(CRAFTS)]
         curve = rr.LineStrips2D([strip], colors=[color], radii=rr.Radius.ui_points(1.8))
-        sink.rec.log(f"{SPECTRUM}/{f.name}", curve, static=True)
+        sink.whole(f"{SPECTRUM}/{f.name}", curve)
         labels.append(f.name)
         at.append((float(strip[1, 0]) + 0.35, float(strip[1, 1]) - 0.12 + 0.24 * i))
     spots = rr.Points2D(at, colors=[(200, 204, 212)], radii=rr.Radius.ui_points(0.0), labels=labels, show_labels=True)
-    sink.rec.log(f"{SPECTRUM}/labels", spots, static=True)
+    sink.whole(f"{SPECTRUM}/labels", spots)
 
 
 def layout(run: Run, look: Look) -> Layout:
     """Spectra, and the tabs Gust, Loads, Filter."""
     found = flights(run.folder, run.truth, run.tlm)
     aircraft, end_s = list(names(run.folder, run.tlm).values()), look.end_s
-    p = Plots(0.0, end_s)
-    near = Plots(
-        *((end_s * 0.62, end_s * 0.95) if end_s > 20.0 else (0.0, end_s))
+    p = look.plots((0.0, end_s))
+    near = look.plots(
+        (end_s * 0.62, end_s * 0.95) if end_s > 20.0 else (0.0, end_s)
     )  # where single gusts can be told apart
     both = pair(found)
     lead = both[0].name if both else aircraft[0] if aircraft else ""

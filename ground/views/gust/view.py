@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 class Gust(View):
     """Wind, vane bias, loads of a small UAV."""
 
+    memory_s = 60.0  # spectra are made of a minute
     own_time = frozenset({"GUST_STATE"})
     commands = (Command("law", VALUES["MAV_CMD_USER_2"], ("gust",), value=Value(0, 0.0, choices=LAWS)),)
 

@@ -12,7 +12,7 @@ import rerun.blueprint as rrb
 
 from flightsw.aircraft import load_aircraft
 from ground.columns import Columns, hold, match
-from ground.rrd.layout import Layout, Look, Plots
+from ground.rrd.layout import Layout, Look, Plots, past
 from ground.rrd.palette import BOX, NAV, Color
 from ground.rrd.series import Sink
 from ground.run import Run
@@ -57,7 +57,7 @@ def joinup(sink: Sink, truth: Columns, tlm: Columns) -> None:
     phase = hold(d.t_us, status.t_us, status["phase"])
     joined = (phase == JOIN_UP) | (phase == OBSERVATION)
     rate = -np.gradient(distance, d.t_us * 1e-6)
-    sink.series(f"{ROOT}/closure", d.t_us[joined], rate[joined], "closure", COLOR["receiver"])
+    sink.series(f"{ROOT}/closure", d.t_us[joined], rate[joined], "closure", COLOR["receiver"], settle_us=2 * PERIOD_US)
     rel = tlm.get(RECEIVER, "RELATIVE_STATE")
     if rel is not None:
         w = rel.pick(hold(rel.t_us, status.t_us, status["phase"]) == JOIN_UP).decimated(PERIOD_US)
@@ -76,33 +76,36 @@ def _views(sink: Sink, xi: np.ndarray, t_us: np.ndarray, joined: np.ndarray) -> 
     for name, a, b, signs in (("above", 1, 0, (1.0, -1.0)), ("side", 0, 2, (1.0, 1.0))):
         path = np.stack([signs[0] * xi[:, a], signs[1] * xi[:, b]], axis=1)
         at = f"{ROOT}/{name}"
-        strip = rr.LineStrips2D([path[near]], colors=[COLOR["receiver"]], radii=rr.Radius.ui_points(1.5))
-        sink.rec.log(f"{at}/path", strip, static=True)
+        sink.trail(f"{at}/path", t_us[near], path[near], COLOR["receiver"])
         spot = rr.Points2D.from_fields(colors=[COLOR["receiver"]], radii=rr.Radius.ui_points(6.0), labels=["receiver"])
-        sink.rec.log(f"{at}/spot", spot, static=True)
-        sink.columns(f"{at}/spot", t_us[near], rr.Points2D.columns(positions=path[near]))
+        sink.look(f"{at}/spot", spot)
+        sink.rows(f"{at}/spot", t_us[near], rr.Points2D, positions=path[near])
         own = rr.Points2D([[0.0, 0.0]], colors=[COLOR["tanker"]], radii=rr.Radius.ui_points(7.0), labels=["tanker"])
-        sink.rec.log(f"{at}/tanker", own, static=True)
+        sink.look(f"{at}/tanker", own)
         if name == "above":
             lines = [[[s * y, 0.0], [s * y, STRETCH_M]] for s in (-1.0, 1.0)]
         else:
             back = STRETCH_M * np.array([-np.cos(0.06), -np.sin(0.06)])
             lines = [[[0.0, 0.0], back.tolist()]]
         cores = rr.LineStrips2D(lines, colors=[CORE], radii=rr.Radius.ui_points(1.0))
-        sink.rec.log(f"{at}/cores", cores, static=True)
+        sink.look(f"{at}/cores", cores)
 
 
 def layout(run: Run, look: Look) -> Layout:
     """The tab of this module, and the plan of the rendezvous it came from, if any, up to the join-up."""
     first = span(run.tlm, look.end_s)
-    plan = [] if look.near or not has_rendezvous(run.tlm) else [rendezvous_map(until_joinup(run.truth, run.tlm))]
-    return Layout(rank=3, tabs=[joinup_tab(Plots(*first))], scenes=plan, states=PHASES, span=first)
+    plan = (
+        []
+        if look.near or not has_rendezvous(run.tlm)
+        else [rendezvous_map(Columns() if look.live else until_joinup(run.truth, run.tlm))]
+    )
+    return Layout(rank=3, tabs=[joinup_tab(look.plots(first))], scenes=plan, states=PHASES, span=first)
 
 
 def joinup_tab(p: Plots) -> rrb.Vertical:
     """Plots and views of this module."""
     above, side = (
-        rrb.Spatial2DView(origin="/", contents=[f"{ROOT}/{k}/**"], name=title)
+        rrb.Spatial2DView(origin="/", contents=[f"{ROOT}/{k}/**"], name=title, overrides=past(f"{ROOT}/{k}/path"))
         for k, title in (("above", "last stretch from above, tanker's axes [m]"), ("side", "from the side [m]"))
     )
     return rrb.Vertical(

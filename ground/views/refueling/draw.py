@@ -6,7 +6,7 @@ import rerun.blueprint as rrb
 
 from ground.columns import Columns
 from ground.link.packets import PHASES
-from ground.rrd.layout import Layout, Look, Plots, Scene
+from ground.rrd.layout import Layout, Look, Plots, Scene, past
 from ground.rrd.palette import BOX, NAV, Color
 from ground.rrd.series import AXIS, Sink
 from ground.run import Run
@@ -47,7 +47,7 @@ def draw(sink: Sink, run: Run) -> None:
 
 def layout(run: Run, look: Look) -> Layout:
     """Formation and boom, overview and station keeping."""
-    p = Plots(*look.span)
+    p = look.plots()
     scenes = [_scene("Formation (truth white, estimate orange)", WIDE), _scene("Boom", NEAR)]
     return Layout(
         rank=1,
@@ -109,12 +109,6 @@ def _boom(sink: Sink, tlm: Columns) -> None:
 
 
 def _scene(name: str, eye: tuple[Point, Point]) -> Scene:
-    window = rrb.VisibleTimeRange(
-        "sim_time",
-        start=rrb.TimeRangeBoundary.cursor_relative(seconds=-TRAIL_S),
-        end=rrb.TimeRangeBoundary.cursor_relative(),
-    )
-    trail = rrb.VisibleTimeRanges([window])
     return rrb.Spatial3DView(
         origin="/",
         name=name,
@@ -123,7 +117,7 @@ def _scene(name: str, eye: tuple[Point, Point]) -> Scene:
             "truth/tanker/wind_arrow", "truth/receiver/wind_arrow", "nav/tanker/wind_arrow",
             "nav/receiver/wind_arrow", "guid/receiver/scene/**",
         ],
-        overrides={"truth/receiver/trail": trail},
+        overrides=past("truth/receiver/trail", seconds=TRAIL_S),
         eye_controls=rrb.EyeControls3D(
             kind=rrb.Eye3DKind.Orbital,
             position=eye[0],

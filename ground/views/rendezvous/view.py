@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 class Rendezvous(View):
     """The tanker meets its receiver by range alone."""
 
+    memory_s = 20.0  # the parts of a cloud come one by one
     own_time = frozenset({"RENDEZVOUS_STATE", "RENDEZVOUS_CLOUD"})
 
     def finds(self, tlm: Columns) -> bool:

@@ -21,6 +21,7 @@ JET = 5  # usual system id
 class Windshear(View):
     """Wind and hazard index of a jet on approach, and how it escapes."""
 
+    memory_s = 30.0  # the slow low-pass of the hazard index
     own_time = frozenset({"WINDSHEAR_STATE"})
     commands = (
         Command("law", VALUES["MAV_CMD_USER_3"], ("windshear",), value=Value(0, 0.0, choices=LAWS)),

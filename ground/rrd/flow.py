@@ -1,0 +1,259 @@
+"""A run that goes on, drawn as it flies: the calls that draw a whole run, over and over, each with the last stretch of it.
+
+Telemetry comes as datagrams or from its log, truth, what the sensors gave and what was made to fail from the logs of the run folder
+as they grow. Every row is sent once. What the drawing of a row needs of the past a view says (`View.memory_s`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import rerun as rr
+
+from ground import run as runs
+from ground.columns import Columns, LogError
+from ground.folder import LOGS
+from ground.rrd import Screen, draw, screen, tick_us
+from ground.rrd.layout import Look
+from ground.rrd.series import APPLICATION, Rows, Sink, Times
+from ground.run import GROUND, PLANT_LOG, Run, link_log, names_of
+from ground.views import registry
+from ground.views.base import View
+from ground.whole import scenario
+from ground.window import Tail, Telemetry
+
+EVERY = 20  # batches between what is made of the whole run so far
+LAG_US = 10_000_000  # [us] a log is waited for that long, then the others go on without it
+TRUTH, TLM = LOGS
+
+
+class Live(Sink):
+    """A picture of a run that goes on. Call `begin` before every batch."""
+
+    def __init__(self, rec: rr.RecordingStream, tick: int) -> None:
+        super().__init__(rec, 0, 0, tick)
+        self.sent = 0  # rows
+        self._batch = 0
+        self._seen: dict[str, int] = {}
+        self._looks: set[str] = set()
+        self._legends: dict[str, dict[str, Sequence[int]]] = {}
+        self._due: dict[str, int] = {}
+        self._last = False
+
+    def begin(self, end_us: int, last: bool = False) -> None:
+        """The next batch, of a run that has come to end_us [us]; `last`: nothing more is waited for."""
+        self.end_us, self._last = end_us, last
+        self._batch += 1
+        self._drawn.clear()
+        self._standing = frozenset()
+
+    def fresh(self, path: str, t_us: Times, settle_us: int = 0) -> Rows:
+        """Rows behind those looked at before."""
+        if not len(t_us):
+            return np.arange(0)
+        until = t_us[-1] - (0 if self._last else settle_us)
+        new = np.flatnonzero((t_us > self._seen.get(path, -1)) & (t_us <= until))
+        if len(new):
+            self._seen[path] = int(t_us[new[-1]])
+        return new
+
+    def due(self, path: str) -> bool:
+        """Every `EVERY` batches."""
+        due = self._last or self._batch - self._due.get(path, -EVERY) >= EVERY
+        if due:
+            self._due[path] = self._batch
+        return due
+
+    def ends(self, path: str) -> Times:
+        """The beginning once, then now and again the time that is reached."""
+        if path not in self._seen:
+            return np.array([0, max(self.end_us, 1)], dtype=np.int64)
+        return np.array([self.end_us] if self.due(path) else [], dtype=np.int64)
+
+    def new(self, path: str) -> bool:
+        """Whether its look has not been sent."""
+        return path not in self._looks
+
+    def look(self, path: str, shape: rr.AsComponents) -> None:
+        """Sent once."""
+        if path not in self._looks:
+            self._looks.add(path)
+            super().look(path, shape)
+
+    def whole(self, path: str, shape: rr.AsComponents) -> None:
+        """A row at the time that is reached: only the last of it is shown."""
+        self.rec.set_time("sim_time", duration=self.end_us * 1e-6)
+        self.rec.set_time("tick", sequence=self.end_us // self.tick_us)
+        self.rec.log(path, shape)
+        self.rec.reset_time()
+
+    def legend(self, path: str, colors: Mapping[str, Sequence[int]]) -> None:
+        """Sent again with every state not met before."""
+        known = self._legends.setdefault(path, {})
+        if colors.keys() - known.keys():
+            known.update(colors)
+            self._looks.discard(path)
+            super().legend(path, known)
+
+    def columns(self, path: str, t_us: Times, columns: object) -> None:
+        """Sent and counted."""
+        self.sent += len(t_us)
+        super().columns(path, t_us, columns)
+
+
+@dataclass(frozen=True, eq=False)
+class Part(Run):
+    """A stretch of a run, with the names of all its aircraft."""
+
+    known: Mapping[int, str] = field(default_factory=dict)
+    said: Columns = field(default_factory=Columns)
+    links: Mapping[str, Columns] = field(default_factory=dict)
+
+    @property
+    def names(self) -> dict[int, str]:  # type: ignore[override]
+        """Every aircraft by system id, also one that is silent in this stretch."""
+        return dict(self.known)
+
+    @property
+    def plant(self) -> Columns:  # type: ignore[override]
+        """What the plant said in this stretch."""
+        return self.said
+
+    def link(self, name: str) -> Columns:
+        """What came over an aircraft's link in this stretch."""
+        return self.links.get(name, Columns())
+
+
+class Flow:
+    """Sources of a run that goes on, and what is known of it. `folder`: its run folder, None: there is only telemetry."""
+
+    def __init__(self, folder: Path | None, by_log: bool = False) -> None:
+        self.folder = folder or Path("live")
+        self.tlm: Telemetry | Tail = Tail(self.folder / TLM) if by_log else Telemetry()
+        self.tails = {name: Tail(self.folder / name) for name in (TRUTH, PLANT_LOG)} if folder else {}
+        self.names: dict[int, str] = {}
+        self.views: dict[str, View] = {}
+        self.estimating: set[int] = set()
+        self.marks: dict[str, int] = {}  # log -> time [us] it had reached at the last batch
+        self._seen_us = -1
+
+    @property
+    def every(self) -> dict[str, Telemetry | Tail]:
+        """All sources by the names of their logs."""
+        return {TLM: self.tlm, **self.tails}
+
+    def take(self) -> bool:
+        """Decode what has come in; whether what is shown has to be laid out anew."""
+        self.tlm.settle() if isinstance(self.tlm, Telemetry) else self.tlm.take()
+        for tail in list(self.tails.values()):
+            tail.take()
+        new = self.tlm.stretch.since(self._seen_us + 1)
+        self._seen_us = max(self.tlm.stretch.newest().values(), default=self._seen_us)
+        before = (len(self.names), len(self.views), len(self.estimating))
+        crafts = scenario(self.folder).get("aircraft", [])
+        sysids = {int(a["sysid"]) for a in crafts if "sysid" in a} | set(self.names) | set(new.sysids()) - {GROUND}
+        if sysids != set(self.names):
+            self.names = names_of(self.folder, sorted(sysids))
+            if self.tails:
+                self.tails |= {
+                    link_log(n): Tail(self.folder / link_log(n))
+                    for n in self.names.values()
+                    if link_log(n) not in self.tails
+                }
+        self.views = {n: v for n, v in registry.views().items() if n in self.views or v.finds(new)}
+        self.estimating |= {s for s, message in new.tables if message == "NAV_STATE"}
+        return before != (len(self.names), len(self.views), len(self.estimating))
+
+    @property
+    def end_us(self) -> int:
+        """Newest time [us] of telemetry and truth."""
+        return max([0, *(t for s in (TLM, TRUTH) if s in self.every for t in self.every[s].stretch.newest().values())])
+
+    def part(self, memory_s: float) -> Part:
+        """What is new since the last batch, and as much of the past before it. The truth goes as far as what is heard."""
+        memory = int(memory_s * 1e6)
+        heard = self.tlm.stretch.newest("MISSION_STATUS").values()
+        first = min([self.marks.get(TLM, 0), self.marks.get(TRUTH, self.marks.get(TLM, 0))])
+        first = max(first, self.marks.get(TLM, 0) - LAG_US) - memory
+        cut = {
+            n: t.stretch.since(
+                first if n == TRUTH else self.marks.get(n, 0) - memory, min(heard, default=None) if n == TRUTH else None
+            )
+            for n, t in self.tails.items()
+        }
+        links = {n: cut[link_log(n)] for n in self.names.values() if link_log(n) in cut}
+        tlm = self.tlm.stretch.since(first)
+        return Part(self.folder, cut.get(TRUTH, Columns()), tlm, self.names, cut.get(PLANT_LOG, Columns()), links)
+
+    def done(self) -> None:
+        """After a batch: note how far each log has come and forget what no drawing will need."""
+        keep = 1e6 * max([View.memory_s, *(v.memory_s for v in self.views.values())])
+        for name, source in self.every.items():
+            newest = source.stretch.newest()
+            self.marks[name] = min(newest.values(), default=0)
+        oldest = min(self.marks.get(TLM, 0), self.marks.get(TRUTH, self.marks.get(TLM, 0)))
+        for name, source in self.every.items():
+            base = oldest if name in LOGS else self.marks[name]
+            source.stretch.forget(int(max(base, self.marks[name] - LAG_US) - keep))
+
+    def begun(self) -> Run | None:
+        """All that the run folder has by now; None without one or while there is nothing in it."""
+        try:
+            run = runs.load(self.folder) if self.tails else None
+        except (LogError, OSError):
+            return None
+        return run if run is not None and run.end_us else None
+
+
+class Picture:
+    """One viewer's picture of a flow: blueprint, then batch after batch."""
+
+    def __init__(self, flow: Flow, title: str, connect: str) -> None:
+        self.flow, self.title = flow, title
+        self.rec = rr.RecordingStream(APPLICATION, recording_id=title)
+        self.rec.connect_grpc(connect)
+        self.sink = Live(self.rec, tick_us(flow.part(0.0)))
+        self.shown: Screen | None = None
+
+    def lay_out(self) -> None:
+        """Send the blueprint of what is known now."""
+        part = self.flow.part(View.memory_s)
+        end_s = float(scenario(self.flow.folder).get("meta", {}).get("duration_s", 0.0)) or self.flow.end_us * 1e-6
+        self.shown = screen(
+            part, list(self.flow.views.values()), Look((0.0, end_s), end_s, live=True), title=self.title
+        )
+        self.rec.send_blueprint(self.shown.blueprint)
+
+    def catch_up(self) -> None:
+        """Send what the run folder has already."""
+        run = self.flow.begun()
+        if run is None:
+            return
+        self.flow.views |= registry.found(run.tlm)
+        self.lay_out()
+        assert self.shown is not None
+        self.sink.begin(run.end_us)
+        draw(self.sink, lambda _: run, list(self.flow.views.values()), self.shown.states)
+
+    def batch(self, last: bool = False) -> None:
+        """Send what is new."""
+        if self.shown is None:
+            self.lay_out()
+        assert self.shown is not None
+        self.sink.begin(self.flow.end_us, last)
+        draw(self.sink, self.flow.part, list(self.flow.views.values()), self.shown.states)
+
+    def flush(self, within_s: float) -> bool:
+        """Whether the viewer has taken everything within a time [s]."""
+        try:
+            self.rec.flush(timeout_sec=within_s)
+        except Exception:  # the binding raises plain exceptions of several kinds
+            return False
+        return True
+
+    def close(self) -> None:
+        """Let go of the viewer without waiting for it."""
+        self.rec.disconnect()
