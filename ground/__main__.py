@@ -150,21 +150,62 @@ def screenshot(
 
 @app.command()
 def live(
-    port: Annotated[int, typer.Option(help="UDP port")] = 14551,
+    port: Annotated[
+        int | None, typer.Option(help="UDP port (default: 14551; with --run only if it is given)", show_default=False)
+    ] = None,
     port_offset: PortOffset = 0,
     host: Annotated[str, typer.Option(help="address to listen on")] = "127.0.0.1",
     for_s: Annotated[float | None, typer.Option("--for", help="stop after this many seconds")] = None,
+    rerun: Annotated[
+        bool, typer.Option("--rerun", help="in Rerun's native viewer, one that is open or a new one")
+    ] = False,
+    web: Annotated[
+        bool, typer.Option("--web", help="in a browser, at an address on this machine that is printed")
+    ] = False,
+    run: Annotated[
+        Path | None,
+        typer.Option("--run", help="run folder in the making: truth, sensors, failures; without --port telemetry too"),
+    ] = None,
+    web_port: Annotated[int, typer.Option(help="of the page; if taken, a free one")] = 9090,
+    viewer_port: Annotated[int, typer.Option(help="of the native viewer, or of the page's data")] = 9876,
+    memory: Annotated[str, typer.Option(help="what the viewer, or the page's server, keeps at most")] = "512MB",
 ) -> None:
-    """Watch all aircraft in the terminal (one line a second if the output is not a terminal)."""
+    """Watch all aircraft in the terminal (one line a second if the output is not a terminal), or drawn as they fly."""
+    from flightsw.icd.link import OPERATOR_PORT
     from ground.link.live import watch
     from ground.link.record import RecordError, open_socket
 
+    drawn = rerun or web
+    if rerun and web:
+        _fail("live: one of --rerun and --web", 2)
+    if run is not None and not drawn:
+        _fail("live: --run belongs to --rerun and --web", 2)
+    if run is not None and not run.is_dir():
+        _fail(f"{str(run)!r} is not a run folder: it is no folder", 2)
+    listens = port is not None or run is None
     try:
-        sock = open_socket(host, port + port_offset)
+        sock = open_socket(host, (port or OPERATOR_PORT) + port_offset) if listens else None
     except RecordError as exc:
         _fail(exc)
-    with sock:
-        code = watch(sock, for_s)
+    if not drawn:
+        assert sock is not None
+        with sock:
+            raise typer.Exit(watch(sock, for_s))
+    from ground.rrd import viewer as v
+    from ground.rrd import watch as drawing
+    from ground.rrd.shot import ScreenshotError
+
+    try:
+        shown = v.in_browser(web_port, viewer_port, memory) if web else v.native(viewer_port, memory)
+        if shown.page:
+            words = f"watch at {shown.page}" if sys.stdout.isatty() else json.dumps({"page": shown.page})
+            print(words, flush=True)
+        code = drawing.watch(shown, run, sock, for_s)
+    except (v.ViewerError, ScreenshotError) as exc:
+        _fail(exc)
+    finally:
+        if sock is not None:
+            sock.close()
     raise typer.Exit(code)
 
 

@@ -12,11 +12,10 @@ from pathlib import Path
 import numpy as np
 
 from flightsw.icd.scan import scan
-from flightsw.icd.tlog import EPOCH_US
 from ground.columns import Columns, Table
 from ground.columns import of as columns_of
 from ground.link.merge import SequenceGaps
-from ground.link.packets import DTYPES, HEADER, IDS, NAMES, packet_id, packet_time_us, split
+from ground.link.packets import DTYPES, HEADER, NAMES, packet_id, packet_time_us, split
 
 KEEP_US = 90_000_000  # [us] of a run's time
 ROWS = 20_000  # of one message: a sender gone mad is forgotten sooner

@@ -78,6 +78,12 @@ def run(
     out: Annotated[Path | None, typer.Option(help="Run folder (default: runs/<scenario>-<seed>-<timestamp>).")] = None,
     port_offset: Annotated[int, typer.Option(help="Added to every UDP port, for runs side by side.", min=0)] = 0,
     no_rrd: Annotated[bool, typer.Option("--no-rrd", help="Do not write run.rrd.")] = False,
+    watch: Annotated[
+        bool, typer.Option("--watch", help="Draw it as it flies, in Rerun's viewer; without a display as --watch-web.")
+    ] = False,
+    watch_web: Annotated[
+        bool, typer.Option("--watch-web", help="Draw it as it flies, in a browser at an address that is printed.")
+    ] = False,
     duration: Annotated[float | None, typer.Option(help="End after this many simulated seconds.", min=0.1)] = None,
 ) -> None:
     """Fly a scenario. Exit 0: completed within its bounds; 1: failed, or an aircraft lost; 2: bad input; 4: bound violated; 130:
@@ -87,7 +93,10 @@ def run(
     kernel_cache.use()
     with StopFlag() as stop:
         try:
-            code = _fly(scenario, seed, set_ or [], realtime, in_process, out, port_offset, not no_rrd, duration, stop)
+            where = _where(watch, watch_web)
+            code = _fly(
+                scenario, seed, set_ or [], realtime, in_process, out, port_offset, not no_rrd, duration, where, stop
+            )
         except (ValueError, OSError) as e:
             raise _fail(str(e)) from None
     raise typer.Exit(code)
@@ -103,6 +112,7 @@ def _fly(
     port_offset: int,
     rrd: bool,
     duration: float | None,
+    watched: Any,
     stop: Any,
 ) -> int:
     from flightsw.strict import ConfigError
@@ -116,7 +126,7 @@ def _fly(
             "plant.clock.mode = 'realtime' and --in-process exclude each other: in one process there is no wall clock"
         )
     if not in_process:
-        ports.check_free(ports.needed(plan.names, port_offset))
+        ports.check_free(ports.needed(plan.names, port_offset, watched is not None))
     console = screen.console()
     for text in plan.warnings:
         console.print(f"warning: {text}", style="yellow")
@@ -128,10 +138,23 @@ def _fly(
     if in_process:
         from hil_scripts.launch import inproc
 
-        outcome = inproc.fly(plan, run_dir, console, stop, built)
+        outcome = inproc.fly(plan, run_dir, console, stop, built, watched)
     else:
-        outcome = mission.fly(plan, run_dir, port_offset, console, stop)
+        outcome = mission.fly(plan, run_dir, port_offset, console, stop, watched)
     return finish.finish(plan, run_dir, outcome, rrd, console, stop, in_process)
+
+
+def _where(viewer: bool, browser: bool) -> Any:
+    """Where a run is drawn as it flies, None: nowhere."""
+    import os
+    import sys
+
+    from hil_scripts.launch.watching import Where
+
+    if not (viewer or browser):
+        return None
+    display = sys.platform != "linux" or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
+    return Where.VIEWER if viewer and not browser and display else Where.BROWSER
 
 
 def scenario_mode(realtime: bool) -> str:

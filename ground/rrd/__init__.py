@@ -56,7 +56,7 @@ class Screen:
 
 
 def screen(run: Run, views: Sequence[View], look: Look, tab: str = "", title: str = "") -> Screen:
-    """Layout of a run that these views find their messages in, `title` in place of its own. Raises NoTabError for an unknown tab."""
+    """Layout of a run that these views find their messages in, `title` for its own. Raises NoTabError for an unknown tab."""
     layouts = [shown for view in views if (shown := view.layout(run, look)) is not None]
     estimating = [name for s, name in run.names.items() if run.tlm.get(s, "NAV_STATE") is not None]
     states = STATES | {k: v for part in layouts for k, v in part.states.items()}

@@ -1,11 +1,12 @@
 """A run that goes on, drawn as it flies: the calls that draw a whole run, over and over, each with the last stretch of it.
 
-Telemetry comes as datagrams or from its log, truth, what the sensors gave and what was made to fail from the logs of the run folder
-as they grow. Every row is sent once. What the drawing of a row needs of the past a view says (`View.memory_s`).
+Telemetry comes as datagrams or from its log; truth, what the sensors gave and what was made to fail from the logs of the run
+folder as they grow. Every row is sent once. What the drawing of a row needs of the past a view says (`View.memory_s`).
 """
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -13,12 +14,15 @@ from pathlib import Path
 import numpy as np
 import rerun as rr
 
+from flightsw.icd.tlog import LogDamageWarning
 from ground import run as runs
 from ground.columns import Columns, LogError
 from ground.folder import LOGS
 from ground.rrd import Screen, draw, screen, tick_us
+from ground.rrd.common import common
 from ground.rrd.layout import Look
-from ground.rrd.series import APPLICATION, Rows, Sink, Times
+from ground.rrd.sensors import sensors
+from ground.rrd.series import APPLICATION, Array, Rows, Sink, Times
 from ground.run import GROUND, PLANT_LOG, Run, link_log, names_of
 from ground.views import registry
 from ground.views.base import View
@@ -26,6 +30,7 @@ from ground.whole import scenario
 from ground.window import Tail, Telemetry
 
 EVERY = 20  # batches between what is made of the whole run so far
+TURNS = 5  # batches in which plots have their turn: of the views, of what every run has, of the sensors; scenes move in each
 LAG_US = 10_000_000  # [us] a log is waited for that long, then the others go on without it
 TRUTH, TLM = LOGS
 
@@ -42,13 +47,36 @@ class Live(Sink):
         self._legends: dict[str, dict[str, Sequence[int]]] = {}
         self._due: dict[str, int] = {}
         self._last = False
+        self._plots = True
 
-    def begin(self, end_us: int, last: bool = False) -> None:
-        """The next batch, of a run that has come to end_us [us]; `last`: nothing more is waited for."""
-        self.end_us, self._last = end_us, last
+    def begin(self, end_us: int, last: bool = False, plots: bool = True) -> None:
+        """The next batch, of a run that has come to end_us [us]; `last`: nothing is waited for; `plots`: else scenes alone."""
+        self.end_us, self._last, self._plots = end_us, last, plots
         self._batch += 1
         self._drawn.clear()
         self._standing = frozenset()
+
+    def series(
+        self,
+        path: str,
+        t_us: Times,
+        values: Array,
+        name: str,
+        color: Sequence[int],
+        width: float = 1.5,
+        step: bool = False,
+        settle_us: int = 0,
+    ) -> None:
+        """Sent when plots are."""
+        if self._plots:
+            super().series(path, t_us, values, name, color, width, step, settle_us)
+        elif path not in self._standing:
+            self._drawn.add(path)
+
+    def stand(self) -> None:
+        """From here on plots are sent: what follows is drawn only in its turn."""
+        super().stand()
+        self._plots = True
 
     def fresh(self, path: str, t_us: Times, settle_us: int = 0) -> Rows:
         """Rows behind those looked at before."""
@@ -173,7 +201,7 @@ class Flow:
         return max([0, *(t for s in (TLM, TRUTH) if s in self.every for t in self.every[s].stretch.newest().values())])
 
     def part(self, memory_s: float) -> Part:
-        """What is new since the last batch, and as much of the past before it. The truth goes as far as what is heard."""
+        """What is new since `done`, and as much of the past before it. The truth goes as far as what is heard."""
         memory = int(memory_s * 1e6)
         heard = self.tlm.stretch.newest("MISSION_STATUS").values()
         first = min([self.marks.get(TLM, 0), self.marks.get(TRUTH, self.marks.get(TLM, 0))])
@@ -189,7 +217,7 @@ class Flow:
         return Part(self.folder, cut.get(TRUTH, Columns()), tlm, self.names, cut.get(PLANT_LOG, Columns()), links)
 
     def done(self) -> None:
-        """After a batch: note how far each log has come and forget what no drawing will need."""
+        """After all have been drawn: note how far each log has come and forget what no drawing will need."""
         keep = 1e6 * max([View.memory_s, *(v.memory_s for v in self.views.values())])
         for name, source in self.every.items():
             newest = source.stretch.newest()
@@ -202,7 +230,9 @@ class Flow:
     def begun(self) -> Run | None:
         """All that the run folder has by now; None without one or while there is nothing in it."""
         try:
-            run = runs.load(self.folder) if self.tails else None
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", LogDamageWarning)  # the last record is being written
+                run = runs.load(self.folder) if self.tails else None
         except (LogError, OSError):
             return None
         return run if run is not None and run.end_us else None
@@ -217,6 +247,7 @@ class Picture:
         self.rec.connect_grpc(connect)
         self.sink = Live(self.rec, tick_us(flow.part(0.0)))
         self.shown: Screen | None = None
+        self._turn = 0
 
     def lay_out(self) -> None:
         """Send the blueprint of what is known now."""
@@ -236,15 +267,28 @@ class Picture:
         self.lay_out()
         assert self.shown is not None
         self.sink.begin(run.end_us)
-        draw(self.sink, lambda _: run, list(self.flow.views.values()), self.shown.states)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", LogDamageWarning)
+            draw(self.sink, lambda _: run, list(self.flow.views.values()), self.shown.states)
+        self.flow.done()
 
     def batch(self, last: bool = False) -> None:
         """Send what is new."""
         if self.shown is None:
             self.lay_out()
         assert self.shown is not None
-        self.sink.begin(self.flow.end_us, last)
-        draw(self.sink, self.flow.part, list(self.flow.views.values()), self.shown.states)
+        turn, self._turn = self._turn, (self._turn + 1) % TURNS
+        self.sink.begin(self.flow.end_us, last, last or turn == 0)
+        for view in self.flow.views.values():
+            view.draw(self.sink, self.flow.part(view.memory_s))
+        self.sink.stand()
+        part = self.flow.part(View.memory_s)
+        if last or turn == 1:
+            common(self.sink, part, self.shown.states)
+        if last or turn == 2:
+            sensors(self.sink, part)
+        if turn == TURNS - 1:
+            self.flow.done()
 
     def flush(self, within_s: float) -> bool:
         """Whether the viewer has taken everything within a time [s]."""

@@ -28,7 +28,7 @@ def past(*paths: str, seconds: float | None = None) -> dict[str, rrb.VisibleTime
 
 
 class Plots:
-    """Makes the plots of one layout: all begin with the same time range [s], `live` with the last `LIVE_S`, and share its zoom."""
+    """Makes the plots of one layout: all begin with the same time range [s] (`live`: the last `LIVE_S`) and share its zoom."""
 
     def __init__(self, start_s: float, end_s: float, live: bool = False) -> None:
         at = rrb.TimeRangeBoundary.absolute

@@ -12,7 +12,7 @@ from typing import Any
 
 from rich.console import Console
 
-from hil_scripts.launch import ports
+from hil_scripts.launch import ports, watching
 from hil_scripts.launch.procs import Child, StopFlag, Supervisor, describe_exit
 from hil_scripts.launch.progress import Board
 from hil_scripts.launch.runfolder import RunPlan
@@ -37,14 +37,23 @@ class Outcome:
     accounts: dict[str, int | float] = field(default_factory=dict)  # what each process lost or was late with
 
 
-def fly(plan: RunPlan, run: Path, port_offset: int, console: Console, stop: StopFlag) -> Outcome:
-    """Run the plan to its end. Everything started here has ended when this returns, also by an exception."""
+def fly(
+    plan: RunPlan, run: Path, port_offset: int, console: Console, stop: StopFlag, watched: watching.Where | None = None
+) -> Outcome:
+    """Run the plan to its end, `watched` somewhere or not. Everything started here has ended when this returns, also by an
+    exception."""
     accounts: dict[str, int | float] = {}
-    return replace(_fly(plan, run, port_offset, console, stop, accounts), accounts=accounts)
+    return replace(_fly(plan, run, port_offset, console, stop, accounts, watched), accounts=accounts)
 
 
 def _fly(
-    plan: RunPlan, run: Path, port_offset: int, console: Console, stop: StopFlag, accounts: dict[str, int | float]
+    plan: RunPlan,
+    run: Path,
+    port_offset: int,
+    console: Console,
+    stop: StopFlag,
+    accounts: dict[str, int | float],
+    watched: watching.Where | None,
 ) -> Outcome:
     def account(who: str, then: OnMessage) -> OnMessage:
         def on(msg: dict[str, Any]) -> None:
@@ -53,12 +62,11 @@ def _fly(
 
         return on
 
-    ports.check_free(ports.needed(plan.names, port_offset))
+    ports.check_free(ports.needed(plan.names, port_offset, watched is not None))
     wait_s = float(plan.scenario["clock"]["startup_timeout_s"])
     with Supervisor(run) as sup, Board(console, plan.duration_s, plan.names) as board:
-        ground = sup.start(
-            "ground", _argv("ground", "record", "--out", run, *_offset(port_offset)), account("ground", board.on_ground)
-        )
+        heard = ["--out", run, *_offset(port_offset), *watching.forwarding(watched, port_offset)]
+        ground = sup.start("ground", _argv("ground", "record", *heard), account("ground", board.on_ground))
         flights = []
         for f in plan.flights:
             args = ["--config", run / f"flight_{f.name}.toml", "--sysid", f.sysid, "--run-dir", run]
@@ -67,6 +75,7 @@ def _fly(
             flights.append(sup.start(f"flightsw-{f.name}", argv, account(f"flightsw.{f.name}", _nothing)))
         if not _await_ground(sup, ground, run, stop, wait_s):
             return _end(sup, run, board, ground, stop, console)
+        watcher = watching.start(sup, watched, run, port_offset, console)
         args = ["--scenario", run / "scenario.toml", "--seed", plan.seed, "--run-dir", run]
         args += ["--realtime"] if plan.realtime else []
         argv = _argv("sim_plant", *args, *_offset(port_offset))
@@ -77,8 +86,13 @@ def _fly(
             board.draw()
             ended = sup.newly_ended()
             if plant in ended and plant.popen.returncode in (0, AIRCRAFT_LOST):
-                return _finish(sup, run, board, ground, flights, [c for c in ended if c is not plant], stop, console)
-            bad = [c for c in ended if c.popen.returncode != 0 or c is ground]
+                return _finish(
+                    sup, run, board, ground, flights, [c for c in ended if c not in (plant, watcher)], stop, console
+                )
+            if watcher is not None and watcher in ended:
+                why = f"{describe_exit(watcher.popen.returncode)}{_last_words(watcher)}"
+                console.print(f"not watched any more: {why}", style="yellow")
+            bad = [c for c in ended if c is not watcher and (c.popen.returncode != 0 or c is ground)]
             early = [c for c in ended if c in flights and c.popen.returncode == 0]
             if early and not sup.wait([plant], 3.0, stop):  # normal at the end, when the plant is still closing its log
                 bad += early

@@ -6,6 +6,8 @@ as flown and as wanted; heights.
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
@@ -68,10 +70,14 @@ def joinup(sink: Sink, truth: Columns, tlm: Columns) -> None:
     _views(sink, d["xi"].astype(np.float64), d.t_us, joined)
 
 
+@cache
+def _span() -> float:
+    return load_aircraft(WAKE_OF).geometry.b_m
+
+
 def _views(sink: Sink, xi: np.ndarray, t_us: np.ndarray, joined: np.ndarray) -> None:
     """Path in the tanker's axes from above (forward up) and from behind (right, down)."""
-    ac = load_aircraft(WAKE_OF)
-    y = np.pi / 8.0 * ac.geometry.b_m
+    y = np.pi / 8.0 * _span()
     near = joined & (xi[:, 0] > -STRETCH_M)
     for name, a, b, signs in (("above", 1, 0, (1.0, -1.0)), ("side", 0, 2, (1.0, 1.0))):
         path = np.stack([signs[0] * xi[:, a], signs[1] * xi[:, b]], axis=1)

@@ -4,11 +4,13 @@ position, wind arrows.
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import rerun as rr
 from numpy.typing import NDArray
 
-from flightsw.aircraft import load_aircraft
+from flightsw.aircraft import Boom, load_aircraft
 from ground.columns import Columns, Table, hold, thinned
 from ground.geometry import quat_conj, quat_mul, quat_rotate
 from ground.rrd.palette import NAV, TRUTH
@@ -52,9 +54,14 @@ def scene3d(sink: Sink, truth: Columns, tlm: Columns) -> None:
         sink.rows("guid/receiver/scene/commanded", d.t_us, rr.Points3D, positions=d["cmd_pos"])
 
 
+@cache
+def _shape() -> Boom | None:
+    return load_aircraft("kc135r").boom
+
+
 def _boom(sink: Sink, t: NDArray[np.int64], rv: Table) -> None:
     """Envelope, fixed and telescoping tube; the tube points at the receptacle when it is near, else it trails."""
-    boom = load_aircraft("kc135r").boom
+    boom = _shape()
     if boom is None:
         return
     lines = scene.envelope_lines(boom)
