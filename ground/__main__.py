@@ -129,7 +129,8 @@ def screenshot(
     """Picture of a run without a display, as `ground convert` lays it out, the eye close up."""
     from tempfile import TemporaryDirectory
 
-    from ground.columns import LogError, load
+    from ground.columns import LogError
+    from ground.run import load
 
     try:
         from ground.folder import require
@@ -139,7 +140,7 @@ def screenshot(
         from ground.rrd.shot import screenshot as shoot
 
         require(run)
-        time_s = picture_time(load(run / "tlm.tlog")) if at is None else at
+        time_s = picture_time(load(run)) if at is None else at
         with TemporaryDirectory() as folder:
             print(shoot(convert(run, Path(folder) / "run.rrd", near=not wide, tab=tab), out, size, time_s))
     except LogError as exc:

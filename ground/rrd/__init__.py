@@ -91,7 +91,9 @@ def interest(tlm: Columns, end_us: int) -> tuple[float, float]:
     return (max(0.0, t[0] - 60.0), min(end_us * 1e-6, t[-1] + 30.0)) if t else (0.0, end_us * 1e-6)
 
 
-def picture_time(tlm: Columns) -> float | None:
-    """A time [s] worth a picture: the middle of what is measured; None where nothing is."""
-    t = measured_s(tlm)
-    return t[len(t) // 2] if t else None
+def picture_time(run: Run) -> float | None:
+    """A time [s] worth a picture: the middle of what is measured, else what a view says; None: no time is better than another."""
+    if t := measured_s(run.tlm):
+        return t[len(t) // 2]
+    moments = (view.moment(run) for view in registry.found(run.tlm).values())
+    return next((m for m in moments if m is not None), None)

@@ -14,7 +14,7 @@ from flightsw.icd.geo import DEFAULT_ORIGIN, scales
 from ground.columns import Columns, Table
 from ground.geometry import quat_euler
 from ground.link.packets import health_words, phase_name
-from ground.rrd.palette import BOX, CRAFTS, NAV, TRUTH, Color
+from ground.rrd.palette import BAND, BOX, CRAFTS, NAV, TRUTH, Color
 from ground.rrd.series import AXIS, Sink
 from ground.run import Run
 
@@ -40,7 +40,7 @@ def _truth(sink: Sink, truth: Columns, sysid: int, name: str, look: Color) -> No
     d = table.decimated(PERIOD_US)
     t, c = d.t_us, TRUTH
     for i, axis in enumerate("ned"):
-        sink.series(f"truth/{name}/wind/{axis}", t, d["wind_n"][:, i], "truth", c, 1.2)
+        sink.series(f"truth/{name}/wind/{axis}", t, d["wind_n"][:, i], "truth", c, 1.0)
     euler = np.degrees(quat_euler(d["q_nb"]))
     for key, value in (
         ("V", d["V"]),
@@ -77,11 +77,10 @@ def _nav(sink: Sink, tlm: Columns, sysid: int, name: str, look: Color) -> None:
         return
     d = table.pick(table["valid"] != 0).decimated(PERIOD_US)
     t, c = d.t_us, NAV
-    band = (c[0] // 2 + 40, c[1] // 2 + 40, c[2] // 2 + 40)
     for i, axis in enumerate("ned"):
         w, s3 = d["wind"][:, i].astype(np.float64), 3.0 * d["wind_sigma"][:, i]
-        sink.series(f"nav/{name}/wind/{axis}", t, w, "estimate", c, 1.8)
-        sink.series(f"nav/{name}/wind_3sigma/{axis}", t, np.stack([w - s3, w + s3], axis=1), "3 sigma", band, 1.0)
+        sink.series(f"nav/{name}/wind/{axis}", t, w, "estimate", c, 2.4)
+        sink.series(f"nav/{name}/wind_3sigma/{axis}", t, np.stack([w - s3, w + s3], axis=1), "3 sigma", BAND, 1.0)
     for key, value in (
         ("V", d["V"]),
         ("alpha", np.degrees(d["alpha"])),
@@ -147,7 +146,7 @@ def _timing(sink: Sink, tlm: Columns, sysid: int, name: str, look: Color) -> Non
         return
     for key in ("exec_mean", "exec_max", "late_p50", "late_p99", "late_max", "slips"):
         label = f"{name} {key}" + ("" if key == "slips" else " us")
-        bright = tuple(int(v * (0.6 if key.endswith(("max", "p50")) else 1.0)) for v in look)
+        bright = tuple(int(v * (0.75 if key.endswith(("max", "p50")) else 1.0)) for v in look)
         sink.series(f"timing/{name}/{key}", table.t_us, table[key], label, bright, step=key == "slips")
     path, lost = f"timing/{name}/telemetry_lost", float(tlm.dropped.get(sysid, 0))
     at = sink.ends(path)

@@ -111,6 +111,10 @@ class View(ABC):
         """Figures for summary.json: flat dotted keys, SI unless the key ends in another unit; without samples None."""
         return {}
 
+    def moment(self, run: Run) -> float | None:
+        """A time [s] worth a picture; None: any."""
+        return None
+
     def layout(self, run: Run, look: Look) -> Layout | None:
         """What the viewer shows of it; None: nothing."""
         return None

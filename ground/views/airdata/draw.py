@@ -15,7 +15,7 @@ import rerun as rr
 from numpy.typing import NDArray
 
 from ground.columns import Columns, Table, thinned
-from ground.rrd.palette import BOX, NAV, TRUTH, Color
+from ground.rrd.palette import BOX, NAV, WHITE, Color
 from ground.rrd.series import AXIS, Array, Sink, packed
 from ground.views.airdata.read import (
     DIRECTIONS,
@@ -149,7 +149,7 @@ def _series(sink: Sink, wake: Table, true: TruePosition, end_us: int) -> None:
         sink.series(f"{WAKE}/error_2sigma/{axis}", t, np.stack([-s2, s2], axis=1), f"{axis} 2 sigma", band, 1.0)
         sink.series(f"{WAKE}/error/{axis}", t, error[:, i + 1], f"{axis} error", AXIS[i + 1], 1.6)
     d = wake.pick(wake["valid"] != 0)
-    for i, (name, color) in enumerate((("wing", NAV), ("tail", COLOR["envelope"]))):
+    for i, (name, color) in enumerate((("wing", NAV), ("tail", (40, 140, 145)))):
         k, s = d["scale"][:, i].astype(np.float64), d["scale_sigma"][:, i].astype(np.float64)
         faint = tuple(c // 2 for c in color)
         sink.series(
@@ -175,8 +175,8 @@ def _maps(sink: Sink, run: Path, wake: Table, true: TruePosition, rel: Table | N
         _tanker(sink, run, float(true.alpha.mean()) if len(true.alpha) else 0.0)
     slot = thinned(true.t_us, PERIOD_US)
     place = true.pos[slot][:, 1:]
-    _dot(sink, f"{TRUE_MAP}/position", true.t_us[slot], place, TRUTH, 5.0)
-    sink.trail(f"{TRUE_MAP}/trail", true.t_us[slot], place, tuple(c * 2 // 3 for c in TRUTH), 1.0, gap_us=5 * PERIOD_US)
+    _dot(sink, f"{TRUE_MAP}/position", true.t_us[slot], place, WHITE, 5.0)
+    sink.trail(f"{TRUE_MAP}/trail", true.t_us[slot], place, tuple(c * 2 // 3 for c in WHITE), 1.0, gap_us=5 * PERIOD_US)
     if rel is not None:
         d = rel.decimated(PERIOD_US)
         goal = true.turn(d.t_us, d["cmd_pos"].astype(np.float64))[:, 1:]

@@ -6,6 +6,7 @@ import rerun.blueprint as rrb
 
 from ground.columns import Columns
 from ground.rrd.layout import Layout, Look, Plots, past
+from ground.rrd.palette import BACKGROUND
 from ground.run import Run
 from ground.views.airdata.draw import FDI, MAP, TANKER_MAP, TRUE_MAP, WAKE
 from ground.views.airdata.read import VARIABLES, true_position
@@ -24,7 +25,7 @@ def _map(name: str, centre: tuple[float, float], half: tuple[float, float], trai
         contents=[f"{TANKER_MAP}/**", f"{TRUE_MAP}/**", f"{MAP}/**", "guid/receiver/wake_map/**"],
         overrides=past(f"{TRUE_MAP}/trail", f"{MAP}/trail", seconds=trail_s),
         visual_bounds=rrb.VisualBounds2D(x_range=[y - dy, y + dy], y_range=[z - dz, z + dz]),
-        background=rrb.Background(color=(24, 30, 40)),
+        background=rrb.Background(color=BACKGROUND),
     )
 
 
@@ -53,7 +54,7 @@ def airdata_tab(p: Plots, centre: tuple[float, float]) -> rrb.Vertical:
             name=f"{v} residual / threshold",
             overrides=past(f"{FDI}/portrait/{v}/vector", seconds=PORTRAIT_S),
             visual_bounds=rrb.VisualBounds2D(x_range=[-4.4, 4.4], y_range=[-4.4, 4.4]),
-            background=rrb.Background(color=(24, 30, 40)),
+            background=rrb.Background(color=BACKGROUND),
         )
         for v in VARIABLES
     ]

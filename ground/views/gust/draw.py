@@ -12,8 +12,11 @@ import rerun.blueprint as rrb
 from numpy.typing import NDArray
 from scipy import signal
 
+from ground.columns import thinned
+from ground.geometry import quat_euler
 from ground.rrd.layout import Layout, Look, Plots
-from ground.rrd.palette import CRAFTS, NAV, TRUTH, Color
+from ground.rrd.outline import SIDE, placed
+from ground.rrd.palette import ALARM, BACKGROUND, BAND, BOX, CRAFTS, NAV, TRUTH, WHITE, Color
 from ground.rrd.series import Array, Sink
 from ground.run import Run
 from ground.views.gust.figures import pair
@@ -21,10 +24,18 @@ from ground.views.gust.read import ESTIMATORS, LAWS, GustFlight, flights, names
 
 DEG = 180.0 / np.pi
 G = 9.81
-BAND: Color = (150, 100, 50)
-WEIGHTS: tuple[Color, ...] = ((90, 150, 240), (96, 190, 110), (240, 190, 70), (232, 92, 80))
+WEIGHTS: tuple[Color, ...] = (*CRAFTS[:2], BOX, ALARM)
 WANTED = (("alpha_w", "deg", DEG), ("v_w", "m/s", 1.0), ("bias", "deg", DEG))
 SPECTRUM = "truth/spectrum"
+SIDE_VIEW = "truth/side"
+SIDE_US = 100_000  # [us] at 10 Hz
+SHAPE_M, APART_M, HEIGHT_M = (
+    3.0,
+    14.0,
+    50.0,
+)  # [m] drawn as long; one aircraft ahead of the other; heights are from a multiple of
+WAY, WAY_SCALE = 400, 0.06  # rows of the way behind an aircraft, and how much shorter than flown it is drawn
+ARROW_M = 25.0  # [m per rad] of wind incidence
 DECADES = (-1.0, 1.4)  # log10 of the frequencies [Hz] drawn
 PSD = (-4.0, 2.0)  # log10 of the density [(m/s^2)^2/Hz]
 STRETCH = 0.4  # a decade of density is drawn this high
@@ -38,17 +49,47 @@ def draw(sink: Sink, run: Run) -> None:
     found = flights(run.folder, run.truth, run.tlm)
     for i, f in enumerate(found):
         _flight(sink, f, CRAFTS[i % len(CRAFTS)])
+    _side(sink, found)
     _spectra(sink, found)
+
+
+def _side(sink: Sink, found: list[GustFlight]) -> None:
+    """Each aircraft from the side, one ahead of the other, its pitch and height as they are; its way behind it and, at the nose,
+    the vertical wind: true and estimated."""
+    for i, f in enumerate(found):
+        at, few = f"{SIDE_VIEW}/{f.name}", thinned(f.t_us, SIDE_US)
+        if not len(few):
+            continue
+        x0 = -i * APART_M
+        up = -f.true["pos_n"][:, 2] - float(round(-f.true["pos_n"][0, 2] / HEIGHT_M) * HEIGHT_M)
+        here = np.stack([np.full(len(few), x0), -up[few]], axis=1)
+        pitch = quat_euler(f.true["q_nb"][few])[:, 1]
+        line = rr.Radius.ui_points(2.0)
+        sink.look(
+            f"{at}/shape", rr.LineStrips2D.from_fields(colors=[CRAFTS[i % len(CRAFTS)]], radii=line, labels=[f.name])
+        )
+        sink.rows(f"{at}/shape", f.t_us[few], rr.LineStrips2D, strips=placed(SIDE, here, pitch, SHAPE_M))
+        behind = np.maximum(few[:, None] - np.arange(0, WAY, 5)[None, :], 0)
+        back = (f.t[few][:, None] - f.t[behind]) * float(np.median(f.true["V"]))
+        way = np.stack([x0 - 0.5 * SHAPE_M - WAY_SCALE * back, -up[behind]], axis=-1).astype(np.float32)
+        thin = rr.Radius.ui_points(1.0)
+        sink.look(f"{at}/way", rr.LineStrips2D.from_fields(colors=[CRAFTS[i % len(CRAFTS)]], radii=thin))
+        sink.rows(f"{at}/way", f.t_us[few], rr.LineStrips2D, strips=way)
+        for key, angle, color, dx in (("wind", f.truth[:, 0], WHITE, 0.0), ("wind_estimate", f.est[:, 0], NAV, 0.25)):
+            arrow = np.stack([np.zeros(len(few)), ARROW_M * angle[few]], axis=1).astype(np.float32)
+            nose = (here + np.array([0.5 * SHAPE_M + 0.3 + dx, 0.0])).astype(np.float32)
+            sink.look(f"{at}/{key}", rr.Arrows2D.from_fields(colors=[color], radii=rr.Radius.ui_points(2.0)))
+            sink.rows(f"{at}/{key}", f.t_us[few], rr.Arrows2D, vectors=arrow, origins=nose)
 
 
 def _flight(sink: Sink, f: GustFlight, color: Color) -> None:
     """Estimates against truth, loads, commands of one aircraft."""
     name, t = f.name, f.t_us
     for i, (key, unit, factor) in enumerate(WANTED):
-        sink.series(f"truth/{name}/gust/{key}", t, f.truth[:, i] * factor, f"{key} truth [{unit}]", TRUTH, 1.4)
+        sink.series(f"truth/{name}/gust/{key}", t, f.truth[:, i] * factor, f"{key} truth [{unit}]", TRUTH, 1.0)
         m = f.valid
         est, s2 = f.est[m, i] * factor, 2.0 * f.sigma[m, i] * factor
-        sink.series(f"nav/{name}/gust/{key}", t[m], est, f"{key} estimate", NAV, 1.4)
+        sink.series(f"nav/{name}/gust/{key}", t[m], est, f"{key} estimate", NAV, 2.4)
         some = np.isfinite(s2)
         band = np.stack([est - s2, est + s2], axis=1)[some]
         sink.series(f"nav/{name}/gust/{key}_2sigma", t[m][some], band, "2 sigma", BAND, 1.0)
@@ -162,7 +203,13 @@ def layout(run: Run, look: Look) -> Layout:
         contents=[f"{SPECTRUM}/**"],
         name="a_z: density [(m/s2)2/Hz] over frequency [Hz]",
         visual_bounds=rrb.VisualBounds2D(x_range=[DECADES[0] - 0.25, DECADES[1]], y_range=[top, bottom]),
-        background=rrb.Background(color=(24, 30, 40)),
+        background=rrb.Background(color=BACKGROUND),
     )
     lanes = [f"guid/{a}/law" for a in order]
-    return Layout(rank=1, tabs=tabs, scenes=[spectra], lanes=lanes, states=STATES, span=(0.0, end_s))
+    side = rrb.Spatial2DView(
+        origin="/",
+        contents=[f"{SIDE_VIEW}/**"],
+        name="From the side: pitch, height, vertical wind (truth white, estimate orange)",
+        background=rrb.Background(color=BACKGROUND),
+    )
+    return Layout(rank=1, tabs=tabs, scenes=[side, spectra], lanes=lanes, states=STATES, span=(0.0, end_s))

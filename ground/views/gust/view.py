@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from flightsw.icd.dialect import VALUES
 from ground.columns import Columns
 from ground.run import Run
 from ground.views.base import Command, Figures, Value, View
 from ground.views.gust.figures import gust_metrics
-from ground.views.gust.read import LAWS, has_gust
+from ground.views.gust.read import LAWS, flights, has_gust
 
 if TYPE_CHECKING:
     from ground.rrd.layout import Layout, Look
@@ -34,6 +36,11 @@ class Gust(View):
     def figures(self, run: Run) -> Figures:
         """gust.*."""
         return gust_metrics(run.folder, run.truth, run.tlm)
+
+    def moment(self, run: Run) -> float | None:
+        """When the strongest gust blows."""
+        found = flights(run.folder, run.truth, run.tlm)
+        return float(found[0].t[int(np.argmax(np.abs(found[0].truth[:, 0])))]) if found else None
 
     def layout(self, run: Run, look: Look) -> Layout:
         """Spectra; tabs Gust, Loads, Filter."""

@@ -15,6 +15,7 @@ import rerun.blueprint as rrb
 from flightsw.aircraft import load_aircraft
 from ground.columns import Columns, hold, match
 from ground.rrd.layout import Layout, Look, Plots, past
+from ground.rrd.outline import ABOVE, SIDE, placed
 from ground.rrd.palette import BOX, NAV, Color
 from ground.rrd.series import Sink
 from ground.run import Run
@@ -26,6 +27,7 @@ from ground.views.rendezvous.read import has_rendezvous
 
 ROOT = "truth/receiver/join"
 PERIOD_US = 500_000  # [us]
+TANKER_M, RECEIVER_M = 41.5, 13.2  # lengths
 STRETCH_M = 450.0  # what the two views show
 CORE = (230, 90, 90)
 PHASES: dict[str, Color] = {"ENROUTE": (80, 120, 110), "JOIN_UP": (190, 140, 70)}
@@ -83,11 +85,16 @@ def _views(sink: Sink, xi: np.ndarray, t_us: np.ndarray, joined: np.ndarray) -> 
         path = np.stack([signs[0] * xi[:, a], signs[1] * xi[:, b]], axis=1)
         at = f"{ROOT}/{name}"
         sink.trail(f"{at}/path", t_us[near], path[near], COLOR["receiver"])
-        spot = rr.Points2D.from_fields(colors=[COLOR["receiver"]], radii=rr.Radius.ui_points(6.0), labels=["receiver"])
+        outline, nose = (ABOVE, 0.5 * np.pi) if name == "above" else (SIDE, 0.0)
+        spot = rr.LineStrips2D.from_fields(
+            colors=[COLOR["receiver"]], radii=rr.Radius.ui_points(1.5), labels=["receiver"]
+        )
         sink.look(f"{at}/spot", spot)
-        sink.rows(f"{at}/spot", t_us[near], rr.Points2D, positions=path[near])
-        own = rr.Points2D([[0.0, 0.0]], colors=[COLOR["tanker"]], radii=rr.Radius.ui_points(7.0), labels=["tanker"])
-        sink.look(f"{at}/tanker", own)
+        shapes = placed(outline, path[near], np.full(int(near.sum()), nose), RECEIVER_M)
+        sink.rows(f"{at}/spot", t_us[near], rr.LineStrips2D, strips=shapes)
+        own = placed(outline, np.zeros((1, 2)), np.array([nose]), TANKER_M)
+        thick = rr.Radius.ui_points(1.8)
+        sink.look(f"{at}/tanker", rr.LineStrips2D(own, colors=[COLOR["tanker"]], radii=thick, labels=["tanker"]))
         if name == "above":
             lines = [[[s * y, 0.0], [s * y, STRETCH_M]] for s in (-1.0, 1.0)]
         else:

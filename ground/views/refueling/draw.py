@@ -7,7 +7,7 @@ import rerun.blueprint as rrb
 from ground.columns import Columns
 from ground.link.packets import PHASES
 from ground.rrd.layout import Layout, Look, Plots, Scene, past
-from ground.rrd.palette import BOX, NAV, Color
+from ground.rrd.palette import BACKGROUND, BOX, NAV, Color
 from ground.rrd.series import AXIS, Sink
 from ground.run import Run
 from ground.views.refueling.aircraft import NAMES, RECEIVER
@@ -125,5 +125,5 @@ def _scene(name: str, eye: tuple[Point, Point]) -> Scene:
             eye_up=(0.0, 0.0, -1.0),
         ),
         line_grid=rrb.LineGrid3D(visible=False),
-        background=rrb.Background(color=(24, 30, 40)),
+        background=rrb.Background(color=BACKGROUND),
     )  # fmt: skip

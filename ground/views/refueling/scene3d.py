@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from flightsw.aircraft import Boom, load_aircraft
 from ground.columns import Columns, Table, hold, thinned
 from ground.geometry import quat_conj, quat_mul, quat_rotate
-from ground.rrd.palette import NAV, TRUTH
+from ground.rrd.palette import NAV, WHITE
 from ground.rrd.series import Array, Sink, packed
 from ground.views.refueling import scene
 from ground.views.refueling.aircraft import RECEIVER, TANKER
@@ -94,7 +94,7 @@ def _wind_arrows(sink: Sink, tlm: Columns, t: NDArray[np.int64], to_body: Array,
     for sysid, name, true, at in ((TANKER, "tanker", tk, 0.0 * rv["xi"]), (RECEIVER, "receiver", rv, rv["xi"])):
         origin = at + np.array([0.0, 0.0, -4.0 if sysid == TANKER else -3.0])
         nav = tlm.get(sysid, "NAV_STATE")
-        vectors = [("truth", TRUTH, true["wind_n"].astype(np.float64))]
+        vectors = [("truth", WHITE, true["wind_n"].astype(np.float64))]
         if nav is not None:
             held = np.stack([hold(t, nav.t_us, nav["wind"][:, i].astype(np.float64)) for i in range(3)], axis=1)
             vectors.append(("nav", NAV, held))

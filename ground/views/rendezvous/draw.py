@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from ground.columns import Columns, Table
 from ground.rrd.layout import Layout, Look, Plots, past
-from ground.rrd.palette import BOX, NAV, Color
+from ground.rrd.outline import ABOVE, placed
+from ground.rrd.palette import BACKGROUND, BOX, NAV, Color
 from ground.rrd.series import AXIS, Array, Sink
 from ground.run import Run
 from ground.views.refueling.aircraft import RECEIVER, TANKER
@@ -32,6 +33,7 @@ PHASES: dict[str, Color] = {
     "RDV_ROLLOUT": (150, 160, 70),
 }
 MARGIN_M = 4000.0
+SHAPE_M, SHAPE_US = 3000.0, 500_000  # [m] drawn as long, [us] as often
 NEVER_S = 1e6
 TURN, DONE = 1, 3  # WKF_RDV_PHASE
 STATES = ("approach", "turn", "roll-out", "ahead")
@@ -45,6 +47,7 @@ def rendezvous(sink: Sink, truth: Columns, tlm: Columns) -> None:
     if state is None:
         return
     _plots(sink, truth, state)
+    _shapes(sink, truth)
     good = state.pick(state["valid"] != 0)
     if not len(good):
         return
@@ -64,6 +67,20 @@ def rendezvous(sink: Sink, truth: Columns, tlm: Columns) -> None:
         _cloud(sink, cloud, frame)
     _ring(sink, good, frame)
     _plan(sink, good, frame)
+
+
+def _shapes(sink: Sink, truth: Columns) -> None:
+    """Both aircraft seen from above, larger than they are."""
+    for sysid, name in ((TANKER, "tanker"), (RECEIVER, "receiver")):
+        table = truth.get(sysid, "TRUTH")
+        if table is None:
+            continue
+        d = table.decimated(SHAPE_US)
+        at = np.stack([d["pos_n"][:, 1], -d["pos_n"][:, 0]], axis=1)
+        nose = np.arctan2(d["vel_n"][:, 0], d["vel_n"][:, 1])
+        look = rr.LineStrips2D.from_fields(colors=[COLOR[name]], radii=rr.Radius.ui_points(1.5))
+        sink.look(f"truth/{name}/rendezvous/shape", look)
+        sink.rows(f"truth/{name}/rendezvous/shape", d.t_us, rr.LineStrips2D, strips=placed(ABOVE, at, nose, SHAPE_M))
 
 
 def _cloud(sink: Sink, cloud: Table, frame: Array) -> None:
@@ -196,10 +213,13 @@ def rendezvous_map(truth: Columns) -> rrb.Spatial2DView:
     return rrb.Spatial2DView(
         origin="/",
         name="Rendezvous, plan, north up [m]: truth blue and green, estimate orange, plan magenta",
-        contents=["truth/tanker/plan/**", "truth/receiver/plan/**", f"{MAP}/**"],
+        contents=[
+            *(f"truth/{a}/{k}" for a in ("tanker", "receiver") for k in ("plan/track", "rendezvous/shape")),
+            f"{MAP}/**",
+        ],
         overrides=past("truth/tanker/plan/track", "truth/receiver/plan/track"),
         visual_bounds=bounds,
-        background=rrb.Background(color=(24, 30, 40)),
+        background=rrb.Background(color=BACKGROUND),
     )
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import rerun.blueprint as rrb
 
 from ground.rrd.layout import Layout, Look, Plots, past
-from ground.rrd.palette import Color
+from ground.rrd.palette import BACKGROUND, Color
 from ground.run import Run
 from ground.views.windshear.read import H, WindshearFlight, X, flights, names
 
@@ -99,5 +99,5 @@ def _plane(found: list[WindshearFlight]) -> rrb.Spatial2DView:
         name=f"vertical plane, heights {STRETCH:g} times; blue: head wind, red: tail wind; path by phase, orange: estimate",
         overrides=past(*(f"{SCENE}/{f.name}/{k}" for f in found for k in ("path", "estimate"))),
         visual_bounds=bounds,
-        background=rrb.Background(color=(24, 30, 40)),
+        background=rrb.Background(color=BACKGROUND),
     )
