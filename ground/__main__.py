@@ -273,6 +273,29 @@ def diff(run_a: Run, run_b: Annotated[Path, typer.Argument(help="the other run f
     raise typer.Exit(0 if result.same else 1)
 
 
+@app.command()
+def compare(
+    run_a: Run,
+    run_b: Annotated[Path, typer.Argument(help="the other run folder")],
+    out: Annotated[
+        Path | None, typer.Option("--out", help="recording to write (default: RUN_A/compare-<name of RUN_B>.rrd)")
+    ] = None,
+) -> None:
+    """Two runs over each other in one recording for the Rerun viewer, with what they were flown with that differs."""
+    from ground.columns import LogError
+
+    try:
+        from ground.rrd.pair import overlay
+
+        path = run_a / f"compare-{run_b.resolve().name}.rrd" if out is None else out
+        print("\n".join(overlay(run_a, run_b, path)))
+    except (LogError, ValueError) as exc:
+        _fail(exc, 2)
+    except OSError as exc:
+        _fail(exc)
+    print(path)
+
+
 def main() -> None:
     """Entry point of the `ground` command."""
     from flightsw.strict import ConfigError

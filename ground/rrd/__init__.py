@@ -16,7 +16,7 @@ from ground import run as runs
 from ground.columns import Columns
 from ground.rrd.blueprint import blueprint
 from ground.rrd.common import common
-from ground.rrd.layout import Look
+from ground.rrd.layout import Look, Tab
 from ground.rrd.palette import STATES, Color
 from ground.rrd.sensors import sensors
 from ground.rrd.series import TICK_US, Sink
@@ -55,12 +55,17 @@ class Screen:
     states: Mapping[str, Color]
 
 
-def screen(run: Run, views: Sequence[View], look: Look, tab: str = "", title: str = "") -> Screen:
-    """Layout of a run that these views find their messages in, `title` for its own. Raises NoTabError for an unknown tab."""
+def screen(
+    run: Run, views: Sequence[View], look: Look, tab: str = "", title: str = "", extra: Sequence[Tab] = ()
+) -> Screen:
+    """Layout of a run that these views find their messages in, `title` for its own, `extra` tabs first. Raises NoTabError for an
+    unknown tab."""
     layouts = [shown for view in views if (shown := view.layout(run, look)) is not None]
     estimating = [name for s, name in run.names.items() if run.tlm.get(s, "NAV_STATE") is not None]
     states = STATES | {k: v for part in layouts for k, v in part.states.items()}
-    return Screen(blueprint(title or run.title, list(run.names.values()), estimating, look, layouts, tab), states)
+    return Screen(
+        blueprint(title or run.title, list(run.names.values()), estimating, look, layouts, tab, extra), states
+    )
 
 
 def draw(sink: Sink, part: Callable[[float], Run], views: Sequence[View], states: Mapping[str, Color]) -> None:

@@ -94,21 +94,33 @@ def _number(tabs: Sequence[Tab], wanted: str) -> int:
     return found[0]
 
 
-def _modes(p: Plots, names: Sequence[str], layouts: Sequence[Layout]) -> rrb.Tabs:
+def _modes(p: Plots, names: Sequence[str], layouts: Sequence[Layout], roots: Sequence[str]) -> rrb.Tabs:
     """Lanes of phases, of what the views add, and of health; messages."""
     lanes = [f"guid/{a}/phase" for a in names] + [lane for v in layouts for lane in v.lanes]
     lanes += [f"sensors/{a}/health" for a in names]
+    lanes = [f"{k}{lane}" for lane in lanes for k in roots]
     states = rrb.StateTimelineView(origin="/", contents=lanes, name="Phases and health", time_view=p.time)
-    texts = [k.format(a) for a in names for k in ("guid/{}/text", "guid/{}/phases", "sensors/{}/failures")]
+    texts = [
+        root + k.format(a)
+        for root in roots
+        for a in names
+        for k in ("guid/{}/text", "guid/{}/phases", "sensors/{}/failures")
+    ]
     log = rrb.TextLogView(origin="/", contents=texts, name="Messages")
     return rrb.Tabs(states, log, active_tab=0, name="Modes")
 
 
 def blueprint(
-    title: str, names: Sequence[str], estimating: Sequence[str], look: Look, layouts: Sequence[Layout], tab: str = ""
+    title: str,
+    names: Sequence[str],
+    estimating: Sequence[str],
+    look: Look,
+    layouts: Sequence[Layout],
+    tab: str = "",
+    first: Sequence[Tab] = (),
 ) -> rrb.Blueprint:
     """Layout of a run of these aircraft, `estimating` those that publish a wind, with what the views show; `tab`: the tab
-    shown first. Raises NoTabError for a tab that is not there."""
+    shown first; `first`: tabs before all others. Raises NoTabError for a tab that is not there."""
     ranked = sorted(layouts, key=lambda v: -v.rank)
     lead, others = (ranked[0], ranked[1:]) if ranked else (Layout(), [])
     start_s, end_s = lead.span or look.span
@@ -116,18 +128,19 @@ def blueprint(
     extra = [t for v in others for t in v.tabs]
     own = {str(t.name) for t in (*lead.tabs, *extra)}
     common = [t for t in common_tabs(p, names, estimating) if str(t.name) not in own]
-    tabs = [*lead.tabs, *common, *extra]
+    tabs = [*first, *lead.tabs, *common, *extra]
+    roots = ["", *([f"{look.other}/"] if look.other else [])]
     plan = rrb.Spatial2DView(
         origin="/",
-        contents=[f"truth/{a}/plan/**" for a in names],
+        contents=[f"{k}truth/{a}/plan/**" for k in roots for a in names],
         name="Plan, north up [m]",
-        overrides=past(*(f"truth/{a}/plan/track" for a in names)),
+        overrides=past(*(f"{k}truth/{a}/plan/track" for k in roots for a in names)),
     )
     tracks = [f"truth/{a}/{k}" for a in names for k in ("track", "position")]
     world = rrb.MapView(origin="/", contents=tracks, name="Map", zoom=9.0, overrides=past(*tracks[::2]))
     scenes = rrb.Tabs(*(s for v in ranked for s in v.scenes), plan, world, active_tab=0, name="Scene")
     plots = rrb.Tabs(*tabs, active_tab=_number(tabs, tab), name=f"Plots of {title}")
-    modes, lanes = _modes(p, names, ranked), 2 * len(names) + sum(len(v.lanes) for v in ranked)
+    modes, lanes = _modes(p, names, ranked, roots), 2 * len(names) + sum(len(v.lanes) for v in ranked)
     if lead.wide:
         whole: Tab = rrb.Vertical(scenes, plots, modes, row_shares=[5, 6, 2.6])
     else:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
@@ -30,7 +31,8 @@ def past(*paths: str, seconds: float | None = None) -> dict[str, rrb.VisibleTime
 class Plots:
     """Makes the plots of one layout: all begin with the same time range [s] (`live`: the last `LIVE_S`) and share its zoom."""
 
-    def __init__(self, start_s: float, end_s: float, live: bool = False) -> None:
+    def __init__(self, start_s: float, end_s: float, live: bool = False, other: str = "") -> None:
+        self.other = other
         at = rrb.TimeRangeBoundary.absolute
         window = rrb.TimeRange(start=at(seconds=start_s), end=at(seconds=end_s))
         if live:
@@ -38,11 +40,17 @@ class Plots:
             window = rrb.TimeRange(start=now(seconds=-LIVE_S), end=now())
         self.time = rrb.TimeAxis(link=rrb.components.LinkAxis.Independent, view_range=window)
 
+    def alone(self) -> Plots:
+        """The same, for entities that only one run has."""
+        out = copy(self)
+        out.other = ""
+        return out
+
     def plot(self, name: str, contents: list[str], span: Span | None = None) -> rrb.TimeSeriesView:
         """A plot of the named entities; `span` fixes the first vertical range."""
         return rrb.TimeSeriesView(
             origin="/",
-            contents=contents,
+            contents=[*contents, *(f"{self.other}/{c}" for c in contents)] if self.other else contents,
             name=name,
             axis_x=self.time,
             axis_y=rrb.ScalarAxis(range=span, zoom_lock=False) if span else None,
@@ -61,16 +69,17 @@ class Plots:
 @dataclass(frozen=True)
 class Look:
     """What is asked of a picture. span: time range [s] worth a first look; end_s: end of the run; near: the eye close up; live:
-    the run goes on."""
+    the run goes on; other: root of a second run's entities, drawn beside the first's."""
 
     span: Span
     end_s: float
     near: bool = False
     live: bool = False
+    other: str = ""
 
     def plots(self, span: Span | None = None) -> Plots:
         """Maker of plots that begin with a time range [s], `self.span` without one; of a run that goes on, with its last part."""
-        return Plots(*(span or self.span), self.live)
+        return Plots(*(span or self.span), self.live, self.other)
 
 
 @dataclass(frozen=True)

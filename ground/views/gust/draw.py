@@ -53,6 +53,12 @@ def draw(sink: Sink, run: Run) -> None:
     _spectra(sink, found)
 
 
+def _above(f: GustFlight) -> Array:
+    """Height [N] m over the multiple of `HEIGHT_M` it is nearest to."""
+    height = -f.true["pos_n"][:, 2]
+    return height - HEIGHT_M * float(np.round(np.median(height) / HEIGHT_M))
+
+
 def _side(sink: Sink, found: list[GustFlight]) -> None:
     """Each aircraft from the side, one ahead of the other, its pitch and height as they are; its way behind it and, at the nose,
     the vertical wind: true and estimated."""
@@ -61,10 +67,10 @@ def _side(sink: Sink, found: list[GustFlight]) -> None:
         if not len(few):
             continue
         x0 = -i * APART_M
-        up = -f.true["pos_n"][:, 2] - float(round(-f.true["pos_n"][0, 2] / HEIGHT_M) * HEIGHT_M)
+        up = _above(f)
         here = np.stack([np.full(len(few), x0), -up[few]], axis=1)
         pitch = quat_euler(f.true["q_nb"][few])[:, 1]
-        line = rr.Radius.ui_points(2.0)
+        line = rr.Radius.ui_points(1.4)
         sink.look(
             f"{at}/shape", rr.LineStrips2D.from_fields(colors=[CRAFTS[i % len(CRAFTS)]], radii=line, labels=[f.name])
         )
@@ -197,19 +203,22 @@ def layout(run: Run, look: Look) -> Layout:
             name="Filter",
         ),
     ]  # fmt: skip
-    top, bottom = -STRETCH * PSD[1] - 0.1, -STRETCH * PSD[0] + 0.3
+    y_range = [-STRETCH * PSD[1] - 0.1, -STRETCH * PSD[0] + 0.3]
     spectra = rrb.Spatial2DView(
         origin="/",
         contents=[f"{SPECTRUM}/**"],
         name="a_z: density [(m/s2)2/Hz] over frequency [Hz]",
-        visual_bounds=rrb.VisualBounds2D(x_range=[DECADES[0] - 0.25, DECADES[1]], y_range=[top, bottom]),
+        visual_bounds=rrb.VisualBounds2D(x_range=[DECADES[0] - 0.25, DECADES[1]], y_range=y_range),
         background=rrb.Background(color=BACKGROUND),
     )
     lanes = [f"guid/{a}/law" for a in order]
+    heights = np.concatenate([_above(f) for f in found]) if found else np.zeros(1)
+    down, up = 4.0 - min(float(heights.min()), -6.0), -4.0 - max(float(heights.max()), 6.0)
     side = rrb.Spatial2DView(
         origin="/",
         contents=[f"{SIDE_VIEW}/**"],
         name="From the side: pitch, height, vertical wind (truth white, estimate orange)",
+        visual_bounds=rrb.VisualBounds2D(x_range=[-APART_M * len(aircraft), 6.0], y_range=[up, down]),
         background=rrb.Background(color=BACKGROUND),
     )
     return Layout(rank=1, tabs=tabs, scenes=[side, spectra], lanes=lanes, states=STATES, span=(0.0, end_s))

@@ -43,7 +43,7 @@ HEAD: tuple[int, int, int] = (70, 150, 235)
 TAIL: tuple[int, int, int] = (235, 95, 75)
 GRID: Color = (80, 86, 98)
 PER_MPS = 11.0  # [m] of the scene along x, one m/s of an arrow
-SHAPE_M, UPRIGHT = 420.0, 2.0  # [m] drawn as long; height of the shape, less than `STRETCH` would make it
+SHAPE_M, UPRIGHT = 620.0, 2.0  # [m] drawn as long; height of the shape, less than `STRETCH` would make it
 PERIOD_US = 100_000  # [us] the scene at 10 Hz
 STEP_US = 100_000  # [us] a difference needs the row behind
 STEP_X, LEVELS = 250.0, (15.0, 50.0, 100.0, 170.0, 250.0, 340.0)
@@ -94,7 +94,7 @@ def _scene(sink: Sink, f: WindshearFlight) -> None:
     sink.trail(f"{at}/path", t_us, here, [STATES.get(phase_name(int(p)), WHITE) for p in f.phase[few]], 2.2)
     good = few[f.valid[few]]
     sink.trail(f"{at}/estimate", f.t_us[good], _at(f.x[good, X], f.x[good, H]), NAV, 0.8)
-    sink.look(f"{at}/aircraft", rr.LineStrips2D.from_fields(colors=[WHITE], radii=rr.Radius.ui_points(1.8)))
+    sink.look(f"{at}/aircraft", rr.LineStrips2D.from_fields(colors=[WHITE], radii=rr.Radius.ui_points(1.2)))
     pitch = f.true[few, GA] + f.true[few, AL]
     sink.rows(f"{at}/aircraft", t_us, rr.LineStrips2D, strips=placed(SIDE, here, pitch, SHAPE_M, UPRIGHT))
     for key, who, color in (("wind", f.true, WHITE), ("wind_estimate", f.x, NAV)):
