@@ -125,6 +125,7 @@ def screenshot(
     tab: Annotated[
         str, typer.Option(help="tab of plots: wind, flight, controls, ... (an unknown one lists them)")
     ] = "",
+    light: Annotated[bool, typer.Option("--light", help="the light theme (needs Chromium)")] = False,
 ) -> None:
     """Picture of a run without a display, as `ground convert` lays it out, the eye close up."""
     from tempfile import TemporaryDirectory
@@ -136,13 +137,15 @@ def screenshot(
         from ground.folder import require
         from ground.rrd import convert, picture_time
         from ground.rrd.blueprint import NoTabError
-        from ground.rrd.shot import ScreenshotError
+        from ground.rrd.shot import ScreenshotError, in_page
         from ground.rrd.shot import screenshot as shoot
 
         require(run)
         time_s = picture_time(load(run)) if at is None else at
         with TemporaryDirectory() as folder:
-            print(shoot(convert(run, Path(folder) / "run.rrd", near=not wide, tab=tab), out, size, time_s))
+            held = (time_s or 0.0) if light else None
+            rrd = convert(run, Path(folder) / "run.rrd", near=not wide, tab=tab, held_s=held)
+            print(in_page(rrd, out, size) if light else shoot(rrd, out, size, time_s))
     except LogError as exc:
         _fail(exc, 2)
     except (NoTabError, OSError, ScreenshotError) as exc:
@@ -169,6 +172,9 @@ def live(
     ] = None,
     web_port: Annotated[int, typer.Option(help="of the page; if taken, a free one")] = 9090,
     viewer_port: Annotated[int, typer.Option(help="of the native viewer, or of the page's data")] = 9876,
+    rate: Annotated[
+        float, typer.Option(help="pictures a second; less for a browser that draws in software", min=0.2, max=20.0)
+    ] = 10.0,
     memory: Annotated[str, typer.Option(help="what the viewer, or the page's server, keeps at most")] = "512MB",
 ) -> None:
     """Watch all aircraft in the terminal (one line a second if the output is not a terminal), or drawn as they fly."""
@@ -201,7 +207,7 @@ def live(
         if shown.page:
             words = f"watch at {shown.page}" if sys.stdout.isatty() else json.dumps({"page": shown.page})
             print(words, flush=True)
-        code = drawing.watch(shown, run, sock, for_s)
+        code = drawing.watch(shown, run, sock, rate, for_s)
     except (v.ViewerError, ScreenshotError) as exc:
         _fail(exc)
     finally:
@@ -294,6 +300,29 @@ def compare(
     except OSError as exc:
         _fail(exc)
     print(path)
+
+
+@app.command()
+def index(
+    folder: Annotated[Path, typer.Argument(help="folder of runs and campaigns")] = Path("runs"),
+    out: Annotated[
+        Path | None, typer.Option("--out", help="page to write, beside the runs (default: FOLDER/index.html)")
+    ] = None,
+) -> None:
+    """One page of all runs and campaigns in a folder: figures to sort by, pictures, links. It needs no other file."""
+    from flightsw.files import write_whole
+    from ground.columns import LogError
+    from ground.gallery import page
+
+    try:
+        text, runs, campaigns = page(folder)
+        path = folder / "index.html" if out is None else out
+        write_whole(path, text)
+    except LogError as exc:
+        _fail(exc, 2)
+    except OSError as exc:
+        _fail(exc)
+    print(f"{path}: {runs} runs, {campaigns} campaigns")
 
 
 def main() -> None:

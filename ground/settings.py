@@ -11,7 +11,7 @@ from ground.whole import flatten
 
 Difference = tuple[str, Any, Any]  # key, of the one and of the other; None: it is not there
 BOUNDS = "plant.expect."  # what a run is judged by flies nothing
-FROM_META = ("version", "commit", "mode", "scenario", "cpu")
+FROM_META = ("git_commit", "mode", "scenario", "cpu", "wakefield")
 
 
 def _flat(value: Any, prefix: str) -> dict[str, Any]:

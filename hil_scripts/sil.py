@@ -188,6 +188,34 @@ def replay(run: RunDir) -> None:
     raise typer.Exit(0 if same else 1)
 
 
+@app.command()
+def pictures(
+    scenarios: Annotated[list[str] | None, typer.Argument(help="Default: all.", autocompletion=_scenarios)] = None,
+    out: Annotated[Path, typer.Option(help="Folder for <scenario>.png and <scenario>-light.png.")] = Path("docs/img"),
+    dark: Annotated[bool, typer.Option("--dark", help="The dark theme alone: needs no browser.")] = False,
+    duration: Annotated[float | None, typer.Option(help="End each after this many simulated seconds.", min=1.0)] = None,
+) -> None:
+    """Fly scenarios and picture each at the moment that matters, in the viewer's dark and light theme (light: needs Chromium)."""
+    kernel_cache.use()
+    from hil_scripts.launch import pictures as p
+    from hil_scripts.launch import warmup as w
+    from hil_scripts.launch.procs import StopFlag
+    from hil_scripts.launch.runfolder import scenario_names
+
+    console = screen.console()
+    with StopFlag() as stop:
+        try:
+            if w.warm(console, stop):
+                for path in p.make(
+                    scenarios or scenario_names(), out, [""] if dark else list(p.THEMES), duration, stop
+                ):
+                    console.print(str(path), soft_wrap=True)
+        except (ValueError, OSError, RuntimeError) as e:
+            raise _fail(str(e)) from None
+        if stop:
+            raise typer.Exit(128 + stop.signum)
+
+
 @app.command("hash")
 def hash_(
     scenarios: Annotated[list[str] | None, typer.Argument(help="Default: all.", autocompletion=_scenarios)] = None,

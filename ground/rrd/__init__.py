@@ -28,9 +28,11 @@ from ground.whole import scenario
 NOTHING_US = 100_000  # [us] an empty run is drawn as long
 
 
-def convert(folder: Path, out: Path | None = None, near: bool = False, tab: str = "") -> Path:
+def convert(
+    folder: Path, out: Path | None = None, near: bool = False, tab: str = "", held_s: float | None = None
+) -> Path:
     """Write `run.rrd` of a run folder (or `out`) and return its path; `near`: first look close to what matters; `tab`: the plots
-    shown first.
+    shown first; `held_s`: the cursor stays at that time.
 
     Raises LogError for what is no run folder or no log, NoTabError for an unknown tab, OSError if unwritable.
     """
@@ -38,7 +40,7 @@ def convert(folder: Path, out: Path | None = None, near: bool = False, tab: str 
     path = folder / "run.rrd" if out is None else out
     views = list(registry.found(run.tlm).values())
     end = max(run.end_us, NOTHING_US)
-    shown = screen(run, views, Look(interest(run.tlm, end), end * 1e-6, near), tab)
+    shown = screen(run, views, Look(interest(run.tlm, end), end * 1e-6, near, held_s=held_s), tab)
     with path.open("wb"):  # a plain message for a read-only folder, before rerun starts
         pass
     sink = Sink.file(path, run.title, 0, end, shown.blueprint, tick_us(run))

@@ -30,7 +30,7 @@ from ground.whole import scenario
 from ground.window import Tail, Telemetry
 
 EVERY = 20  # batches between what is made of the whole run so far
-TURNS = 5  # batches in which plots have their turn: of the views, of what every run has, of the sensors; scenes move in each
+TURNS = 10  # batches in which plots have their turn: of the views, of what every run has, of the sensors; scenes move in each
 LAG_US = 10_000_000  # [us] a log is waited for that long, then the others go on without it
 TRUTH, TLM = LOGS
 
@@ -239,15 +239,20 @@ class Flow:
 
 
 class Picture:
-    """One viewer's picture of a flow: blueprint, then batch after batch."""
+    """A picture of a flow in one recording: blueprint, then batch after batch."""
 
-    def __init__(self, flow: Flow, title: str, connect: str) -> None:
-        self.flow, self.title = flow, title
-        self.rec = rr.RecordingStream(APPLICATION, recording_id=title)
-        self.rec.connect_grpc(connect)
-        self.sink = Live(self.rec, tick_us(flow.part(0.0)))
+    def __init__(self, flow: Flow, title: str, rec: rr.RecordingStream) -> None:
+        self.flow, self.title, self.rec = flow, title, rec
+        self.sink = Live(rec, tick_us(flow.part(0.0)))
         self.shown: Screen | None = None
         self._turn = 0
+
+    @classmethod
+    def sent_to(cls, flow: Flow, title: str, url: str) -> Picture:
+        """One that a viewer shows; `url`: where it listens."""
+        rec = rr.RecordingStream(APPLICATION, recording_id=title)
+        rec.connect_grpc(url)
+        return cls(flow, title, rec)
 
     def lay_out(self) -> None:
         """Send the blueprint of what is known now."""

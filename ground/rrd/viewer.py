@@ -99,8 +99,10 @@ class Viewer:
                 self.own.wait()
 
 
-def in_browser(web_port: int = WEB_PORT, grpc_port: int = GRPC_PORT, memory: str = SERVER_MEMORY) -> Viewer:
-    """A server of page and data; ports that are taken are replaced by free ones."""
+def in_browser(
+    web_port: int = WEB_PORT, grpc_port: int = GRPC_PORT, memory: str = SERVER_MEMORY, recording: str = ""
+) -> Viewer:
+    """A server of page and data, of a recording's if one is named; ports that are taken are replaced by free ones."""
     web, data = free_port(web_port), free_port(grpc_port)
     command: tuple[str, ...] = (
         str(viewer()),
@@ -113,6 +115,7 @@ def in_browser(web_port: int = WEB_PORT, grpc_port: int = GRPC_PORT, memory: str
         str(web),
     )
     command += ("--server-memory-limit", memory, "--hide-welcome-screen")
+    command += (recording,) if recording else ()
     out = Viewer(data, command=command)
     out.page = f"http://{HOST}:{web}/?url={quote(out.url, safe='')}&hide_welcome_screen=1"
     return out

@@ -1,6 +1,6 @@
 """`ground live --rerun`, `--web`: a picture of a flight while it flies, in a process of its own the flight does not wait for.
 
-Datagrams are taken as they come; every `PERIOD_S` what has come is drawn and sent, less often where that would take more than
+Datagrams are taken as they come; at `rate_hz` what has come is drawn and sent, less often where that would take more than
 `SHARE` of a core. A viewer that does not keep up gets no more until it has taken what it has; what then is too old is left out. A
 viewer that goes away is waited for, one of ours started again, and gets all that the run folder has.
 """
@@ -23,7 +23,8 @@ from ground.rrd.flow import Flow, Picture
 from ground.rrd.viewer import NICE, Viewer
 from ground.window import Tail, Telemetry
 
-PERIOD_S = 0.1  # [s] wall time between batches
+RATE_HZ = 10.0  # batches, of wall time; a scene moves with each, plots grow with every tenth
+WAIT_S = 0.025  # [s] for datagrams, between looks at the time
 SHARE = 0.4  # of a core, at most
 STATUS_S = 1.0  # [s] wall time between status lines
 FLUSH_S = 2.0  # [s] a viewer has to take a batch
@@ -35,7 +36,10 @@ STARTS = 5  # of a viewer that ends again and again
 class Watch:
     """One flight, or one after the other, in one viewer."""
 
-    def __init__(self, viewer: Viewer, folder: Path | None, sock: socket.socket | None, status: TextIO | None) -> None:
+    def __init__(
+        self, viewer: Viewer, folder: Path | None, sock: socket.socket | None, rate_hz: float, status: TextIO | None
+    ) -> None:
+        self.period_s = 1.0 / rate_hz
         self.viewer, self.folder, self.sock, self.status = viewer, folder, sock, status
         self.flow = Flow(folder, by_log=sock is None)
         self.picture: Picture | None = None
@@ -54,7 +58,7 @@ class Watch:
         if self.viewer.there:
             if self.picture is None and self.flow.names and self.flow.end_us:
                 self.runs += self.runs == 0
-                self.picture = Picture(self.flow, self._title(), self.viewer.url)
+                self.picture = Picture.sent_to(self.flow, self._title(), self.viewer.url)
                 self.picture.catch_up()
             return self.picture is not None
         if self.picture is not None:
@@ -124,7 +128,7 @@ class Watch:
             else:
                 self.held_up += 1
         cost = time.process_time() - began
-        self._next = now + max(PERIOD_S, cost / SHARE)
+        self._next = now + max(self.period_s, cost / SHARE)
         if now - self._said > STATUS_S:
             self._said = now
             self._say()
@@ -171,16 +175,22 @@ def _ended(_signum: int, _frame: object) -> None:
     raise KeyboardInterrupt
 
 
-def watch(viewer: Viewer, folder: Path | None, sock: socket.socket | None, for_s: float | None = None) -> int:
+def watch(
+    viewer: Viewer,
+    folder: Path | None,
+    sock: socket.socket | None,
+    rate_hz: float = RATE_HZ,
+    for_s: float | None = None,
+) -> int:
     """Draw until Ctrl-C, a termination signal or for `for_s` [s], with status lines on stdout; returns the exit code: 1 if
     nothing was ever heard."""
     os.nice(NICE)
     signal.signal(signal.SIGTERM, _ended)
-    it = Watch(viewer, folder, sock, sys.stdout)
+    it = Watch(viewer, folder, sock, rate_hz, sys.stdout)
     end = math.inf if for_s is None else time.monotonic() + for_s
     try:
         while time.monotonic() < end:
-            it.pump(PERIOD_S / 4)
+            it.pump(WAIT_S)
             it.step()
     except KeyboardInterrupt:
         return 130

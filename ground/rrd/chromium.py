@@ -14,7 +14,11 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
+import numpy as np
+from PIL import Image
+
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+COLORS, SAME, PAUSE_S = 120, 0.01, 3.0  # of a page that is drawn; share of pixels two pictures may differ in; [s]
 FLAGS = (
     "--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--disable-gpu", "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist", "--hide-scrollbars", "--no-first-run",
@@ -59,7 +63,7 @@ class Chromium:
     def _ask(self, method: str, path: str, body: dict[str, Any] | None = None) -> Any:
         data = None if body is None else json.dumps(body).encode()
         call = urllib.request.Request(self.at + path, data, {"Content-Type": "application/json"}, method=method)
-        with urllib.request.urlopen(call, timeout=120.0) as answer:
+        with urllib.request.urlopen(call, timeout=300.0) as answer:
             return json.load(answer)["value"]
 
     def cdp(self, command: str, params: dict[str, Any]) -> Any:
@@ -85,6 +89,22 @@ class Chromium:
         if out is not None:
             out.write_bytes(png)
         return png
+
+    def settled(self, within_s: float, out: Path) -> None:
+        """Picture of a page that draws by itself, once two in a row are nearly equal and neither is nearly empty. Raises
+        TimeoutError (the last picture is left in `out`)."""
+        end, before = time.monotonic() + within_s, None
+        while True:
+            self.picture(out)
+            with Image.open(out) as image:
+                now = np.asarray(image.convert("RGB"), dtype=np.int16)
+            full = len(np.unique(now.reshape(-1, 3)[::37], axis=0)) > COLORS
+            if full and before is not None and (np.abs(now - before).max(axis=2) > 24).mean() < SAME:
+                return
+            if time.monotonic() > end:
+                raise TimeoutError(f"the page was not drawn within {within_s:.0f} s")
+            before = now
+            time.sleep(PAUSE_S)
 
     def __enter__(self) -> Chromium:
         return self
