@@ -216,16 +216,19 @@ class Flow:
         tlm = self.tlm.stretch.since(first)
         return Part(self.folder, cut.get(TRUTH, Columns()), tlm, self.names, cut.get(PLANT_LOG, Columns()), links)
 
-    def done(self) -> None:
-        """After all have been drawn: note how far each log has come and forget what no drawing will need."""
+    def reached(self) -> dict[str, int]:
+        """How far [us] each log has come."""
+        return {name: min(source.stretch.newest().values(), default=0) for name, source in self.every.items()}
+
+    def done(self, drawn: dict[str, int]) -> None:
+        """Everything has been drawn up to there: forget what no drawing will need."""
         keep = 1e6 * max([View.memory_s, *(v.memory_s for v in self.views.values())])
-        for name, source in self.every.items():
-            newest = source.stretch.newest()
-            self.marks[name] = min(newest.values(), default=0)
+        self.marks |= drawn
         oldest = min(self.marks.get(TLM, 0), self.marks.get(TRUTH, self.marks.get(TLM, 0)))
         for name, source in self.every.items():
-            base = oldest if name in LOGS else self.marks[name]
-            source.stretch.forget(int(max(base, self.marks[name] - LAG_US) - keep))
+            mark = self.marks.get(name, 0)
+            base = oldest if name in LOGS else mark
+            source.stretch.forget(int(max(base, mark - LAG_US) - keep))
 
     def begun(self) -> Run | None:
         """All that the run folder has by now; None without one or while there is nothing in it."""
@@ -246,6 +249,7 @@ class Picture:
         self.sink = Live(rec, tick_us(flow.part(0.0)))
         self.shown: Screen | None = None
         self._turn = 0
+        self._drawn: dict[str, int] = {}  # what the first turn of the round could see
 
     @classmethod
     def sent_to(cls, flow: Flow, title: str, url: str) -> Picture:
@@ -275,7 +279,7 @@ class Picture:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", LogDamageWarning)
             draw(self.sink, lambda _: run, list(self.flow.views.values()), self.shown.states)
-        self.flow.done()
+        self.flow.done(self.flow.reached())
 
     def batch(self, last: bool = False) -> None:
         """Send what is new."""
@@ -283,6 +287,8 @@ class Picture:
             self.lay_out()
         assert self.shown is not None
         turn, self._turn = self._turn, (self._turn + 1) % TURNS
+        if turn == 0:
+            self._drawn = self.flow.reached()
         self.sink.begin(self.flow.end_us, last, last or turn == 0)
         for view in self.flow.views.values():
             view.draw(self.sink, self.flow.part(view.memory_s))
@@ -293,7 +299,7 @@ class Picture:
         if last or turn == 2:
             sensors(self.sink, part)
         if turn == TURNS - 1:
-            self.flow.done()
+            self.flow.done(self._drawn)
 
     def flush(self, within_s: float) -> bool:
         """Whether the viewer has taken everything within a time [s]."""
