@@ -182,7 +182,13 @@ class Flow:
         self._seen_us = max(self.tlm.stretch.newest().values(), default=self._seen_us)
         before = (len(self.names), len(self.views), len(self.estimating))
         crafts = scenario(self.folder).get("aircraft", [])
-        sysids = {int(a["sysid"]) for a in crafts if "sysid" in a} | set(self.names) | set(new.sysids()) - {GROUND}
+        true = self.tails[TRUTH].stretch.newest("TRUTH") if self.tails else {}
+        sysids = (
+            {int(a["sysid"]) for a in crafts if "sysid" in a}
+            | set(self.names)
+            | set(true)
+            | set(new.sysids()) - {GROUND}
+        )
         if sysids != set(self.names):
             self.names = names_of(self.folder, sorted(sysids))
             if self.tails:
@@ -200,10 +206,10 @@ class Flow:
         """Newest time [us] of telemetry and truth."""
         return max([0, *(t for s in (TLM, TRUTH) if s in self.every for t in self.every[s].stretch.newest().values())])
 
-    def part(self, memory_s: float) -> Part:
-        """What is new since `done`, and as much of the past before it. The truth goes as far as what is heard."""
+    def part(self, memory_s: float, whole: bool = False) -> Part:
+        """What is new since `done`, and as much of the past before it. The truth goes as far as what is heard, unless `whole`."""
         memory = int(memory_s * 1e6)
-        heard = self.tlm.stretch.newest("MISSION_STATUS").values()
+        heard = [] if whole else self.tlm.stretch.newest("MISSION_STATUS").values()
         first = min([self.marks.get(TLM, 0), self.marks.get(TRUTH, self.marks.get(TLM, 0))])
         first = max(first, self.marks.get(TLM, 0) - LAG_US) - memory
         cut = {
@@ -291,9 +297,9 @@ class Picture:
             self._drawn = self.flow.reached()
         self.sink.begin(self.flow.end_us, last, last or turn == 0)
         for view in self.flow.views.values():
-            view.draw(self.sink, self.flow.part(view.memory_s))
+            view.draw(self.sink, self.flow.part(view.memory_s, last))
         self.sink.stand()
-        part = self.flow.part(View.memory_s)
+        part = self.flow.part(View.memory_s, last)
         if last or turn == 1:
             common(self.sink, part, self.shown.states)
         if last or turn == 2:

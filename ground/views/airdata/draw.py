@@ -179,6 +179,7 @@ def _maps(sink: Sink, run: Path, wake: Table, true: TruePosition, rel: Table | N
     sink.trail(f"{TRUE_MAP}/trail", true.t_us[slot], place, tuple(c * 2 // 3 for c in WHITE), 1.0, gap_us=5 * PERIOD_US)
     if rel is not None:
         d = rel.decimated(PERIOD_US)
+        d = d.pick(d.t_us <= (true.t_us[-1] if len(true.t_us) else d.t_us[-1:]))
         goal = true.turn(d.t_us, d["cmd_pos"].astype(np.float64))[:, 1:]
         _dot(sink, "guid/receiver/wake_map/commanded", d.t_us, goal, COLOR["command"], 4.0)
         box = rr.Boxes2D.from_fields(

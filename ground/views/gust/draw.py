@@ -21,6 +21,7 @@ from ground.rrd.series import Array, Sink
 from ground.run import Run
 from ground.views.gust.figures import pair
 from ground.views.gust.read import ESTIMATORS, LAWS, GustFlight, flights, names
+from ground.whole import scenario
 
 DEG = 180.0 / np.pi
 G = 9.81
@@ -29,7 +30,7 @@ WANTED = (("alpha_w", "deg", DEG), ("v_w", "m/s", 1.0), ("bias", "deg", DEG))
 SPECTRUM = "truth/spectrum"
 SIDE_VIEW = "truth/side"
 SIDE_US = 100_000  # [us] at 10 Hz
-SHAPE_M, APART_M, HEIGHT_M = (
+SHAPE_M, APART_M, ROOM_M = 3.0, 14.0, 8.0  # [m] drawn as long; one aircraft ahead of the other; above and below them
     3.0,
     14.0,
     50.0,
@@ -53,12 +54,6 @@ def draw(sink: Sink, run: Run) -> None:
     _spectra(sink, found)
 
 
-def _above(f: GustFlight) -> Array:
-    """Height [N] m over the multiple of `HEIGHT_M` it is nearest to."""
-    height = -f.true["pos_n"][:, 2]
-    return height - HEIGHT_M * float(np.round(np.median(height) / HEIGHT_M))
-
-
 def _side(sink: Sink, found: list[GustFlight]) -> None:
     """Each aircraft from the side, one ahead of the other, its pitch and height as they are; its way behind it and, at the nose,
     the vertical wind: true and estimated."""
@@ -67,7 +62,7 @@ def _side(sink: Sink, found: list[GustFlight]) -> None:
         if not len(few):
             continue
         x0 = -i * APART_M
-        up = _above(f)
+        up = -f.true["pos_n"][:, 2]
         here = np.stack([np.full(len(few), x0), -up[few]], axis=1)
         pitch = quat_euler(f.true["q_nb"][few])[:, 1]
         line = rr.Radius.ui_points(1.4)
@@ -76,7 +71,7 @@ def _side(sink: Sink, found: list[GustFlight]) -> None:
         )
         sink.rows(f"{at}/shape", f.t_us[few], rr.LineStrips2D, strips=placed(SIDE, here, pitch, SHAPE_M))
         behind = np.maximum(few[:, None] - np.arange(0, WAY, 5)[None, :], 0)
-        back = (f.t[few][:, None] - f.t[behind]) * float(np.median(f.true["V"]))
+        back = (f.t[few][:, None] - f.t[behind]) * f.true["V"][few][:, None]
         way = np.stack([x0 - 0.5 * SHAPE_M - WAY_SCALE * back, -up[behind]], axis=-1).astype(np.float32)
         thin = rr.Radius.ui_points(1.0)
         sink.look(f"{at}/way", rr.LineStrips2D.from_fields(colors=[CRAFTS[i % len(CRAFTS)]], radii=thin))
@@ -212,8 +207,13 @@ def layout(run: Run, look: Look) -> Layout:
         background=rrb.Background(color=BACKGROUND),
     )
     lanes = [f"guid/{a}/law" for a in order]
-    heights = np.concatenate([_above(f) for f in found]) if found else np.zeros(1)
-    down, up = 4.0 - min(float(heights.min()), -6.0), -4.0 - max(float(heights.max()), 6.0)
+    start = [
+        -float(a["start"]["pos_n_m"][2])
+        for a in scenario(run.folder).get("aircraft", [])
+        if "pos_n_m" in a.get("start", {})
+    ]
+    heights = np.concatenate([np.array(start or [0.0]), *(-f.true["pos_n"][:, 2] for f in found)])
+    down, up = ROOM_M - float(heights.min()), -ROOM_M - float(heights.max())
     side = rrb.Spatial2DView(
         origin="/",
         contents=[f"{SIDE_VIEW}/**"],
