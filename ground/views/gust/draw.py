@@ -31,10 +31,6 @@ SPECTRUM = "truth/spectrum"
 SIDE_VIEW = "truth/side"
 SIDE_US = 100_000  # [us] at 10 Hz
 SHAPE_M, APART_M, ROOM_M = 3.0, 14.0, 8.0  # [m] drawn as long; one aircraft ahead of the other; above and below them
-    3.0,
-    14.0,
-    50.0,
-)  # [m] drawn as long; one aircraft ahead of the other; heights are from a multiple of
 WAY, WAY_SCALE = 400, 0.06  # rows of the way behind an aircraft, and how much shorter than flown it is drawn
 ARROW_M = 25.0  # [m per rad] of wind incidence
 DECADES = (-1.0, 1.4)  # log10 of the frequencies [Hz] drawn
