@@ -37,8 +37,8 @@ class LogDamageWarning(UserWarning):
 
 
 class TlogWriter:
-    """Buffered writer of one `.tlog`, handed to the operating system every 32 kB and every `flush_us` of log time. Raises TlogError
-    naming the file when folder or disk refuse, or when the file has been deleted.
+    """Buffered writer of one `.tlog`, handed to the operating system every 32 kB and every `flush_us` of log time. Raises
+    TlogError naming the file when folder or disk refuse, or when the file has been deleted.
     """
 
     def __init__(self, path: str | Path, epoch_us: int = EPOCH_US, flush_us: int = FLUSH_US) -> None:

@@ -33,6 +33,7 @@ class Plots:
 
     def __init__(self, start_s: float, end_s: float, live: bool = False, other: str = "") -> None:
         self.other = other
+        self.legend = rrb.Corner2D.LeftTop if live else rrb.Corner2D.RightTop  # where nothing is going on
         at = rrb.TimeRangeBoundary.absolute
         window = rrb.TimeRange(start=at(seconds=start_s), end=at(seconds=end_s))
         if live:
@@ -54,7 +55,7 @@ class Plots:
             name=name,
             axis_x=self.time,
             axis_y=rrb.ScalarAxis(range=span, zoom_lock=False) if span else None,
-            plot_legend=rrb.PlotLegend(corner=rrb.Corner2D.RightTop),
+            plot_legend=rrb.PlotLegend(corner=self.legend),
         )
 
     def wind(self, aircraft: str) -> list[rrb.TimeSeriesView]:

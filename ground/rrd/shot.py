@@ -6,13 +6,14 @@ arrived, the time cursor is set, and only then the picture is taken.
 
 from __future__ import annotations
 
-import importlib.util
 import socket
 import subprocess
 import time
 from pathlib import Path
 
 from rerun.experimental import ViewerClient
+
+from ground.rrd.viewer import in_browser, viewer
 
 MESA = "a software Vulkan driver is needed: apt-get update && apt-get install -y mesa-vulkan-drivers"
 START_S, LOAD_S = 30.0, 60.0  # [s] longest waits for the viewer and for the run
@@ -22,17 +23,6 @@ NOTICES_S = 6.0  # [s] the viewer's pop-up notices fade after this
 
 class ScreenshotError(Exception):
     """No picture; the message says what is missing."""
-
-
-def viewer() -> Path:
-    """The native viewer binary of the installed rerun-sdk (its Python wrapper would outlive a kill).
-    Raises ScreenshotError if there is none."""
-    spec = importlib.util.find_spec("rerun_cli")
-    for folder in (spec.submodule_search_locations or []) if spec else []:
-        path = Path(folder) / "rerun"
-        if path.exists():
-            return path
-    raise ScreenshotError("no rerun viewer: install rerun-sdk (make env)")
 
 
 def _free_port() -> int:
@@ -61,7 +51,6 @@ def in_page(rrd: Path, out: Path, size: str = "1600x900", dark: bool = False) ->
     """Picture of `rrd` in a browser, whose theme can be chosen, the cursor where its blueprint holds it. Raises
     ScreenshotError."""
     from ground.rrd.chromium import Chromium, missing
-    from ground.rrd.viewer import in_browser
 
     if why := missing():
         raise ScreenshotError(why)

@@ -5,15 +5,15 @@ loopback and keep no more than a limit of memory. The server is a child that end
 from __future__ import annotations
 
 import ctypes
+import importlib.util
 import os
 import signal
 import socket
 import subprocess
 import sys
 from dataclasses import dataclass
+from pathlib import Path
 from urllib.parse import quote
-
-from ground.rrd.shot import viewer
 
 HOST = "127.0.0.1"
 GRPC_PORT, WEB_PORT = 9876, 9090  # Rerun's usual ones
@@ -25,6 +25,17 @@ PR_SET_PDEATHSIG = 1  # linux/prctl.h
 
 class ViewerError(OSError):
     """No viewer; the text says what is missing."""
+
+
+def viewer() -> Path:
+    """The native viewer binary of the installed rerun-sdk (its Python wrapper would outlive a kill). Raises ViewerError if there
+    is none."""
+    spec = importlib.util.find_spec("rerun_cli")
+    for folder in (spec.submodule_search_locations or []) if spec else []:
+        path = Path(folder) / "rerun"
+        if path.exists():
+            return path
+    raise ViewerError("no rerun viewer: install rerun-sdk (make env)")
 
 
 def listening(port: int) -> bool:
