@@ -118,7 +118,12 @@ AIR = stock.FAILURE_UNIT_SENSOR_AIRSPEED
 
 def test_lockstep(port_offset: int, tmp_path: Path) -> None:
     """Sent while tick 62 is open: done at tick 63, so the sample of tick 65 is the first without the probe."""
-    orders = {62: (AIR, OFF, 2), 100: (stock.FAILURE_UNIT_SENSOR_OPTICAL_FLOW, OFF, 0), 130: (AIR, OK, 2), 150: (AIR, OFF, 5)}
+    orders = {
+        62: (AIR, OFF, 2),
+        100: (stock.FAILURE_UNIT_SENSOR_OPTICAL_FLOW, OFF, 0),
+        130: (AIR, OK, 2),
+        150: (AIR, OFF, 5),
+    }
     flight, ground = run(port_offset, tmp_path, "lockstep", orders)
     assert [ground.ack() for _ in orders] == [
         (420, stock.MAV_RESULT_ACCEPTED),
