@@ -9,7 +9,7 @@ TESTS ?= tests
 # byte code of the programs is kept: each of a run's processes starts half a second sooner
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: env fly test check docs bench clean
+.PHONY: env fly test check docs pictures bench clean
 .DEFAULT_GOAL := help
 
 help:
@@ -18,6 +18,7 @@ help:
 	@echo "make env    build .venv from requirements.lock"
 	@echo "make check  style, types, import directions, generated pages"
 	@echo "make docs   all pages as a site with search, in build/site"
+	@echo "make pictures  fly every scenario and picture it for the pages, in both themes (light: needs Chromium)"
 	@echo "make bench  speed of everything, printed as a table"
 	@echo "make clean  remove .venv, caches and compiled kernels (runs/ stays)"
 
@@ -52,6 +53,9 @@ $(DOCS)/.installed: pyproject.toml | $(STAMP)
 docs: $(DOCS)/.installed
 	NO_MKDOCS_2_WARNING=1 $(DOCS)/bin/mkdocs build --strict
 	@echo "build/site/index.html"
+
+pictures: env
+	$(BIN)/sil pictures
 
 bench: env
 	$(BIN)/sil bench

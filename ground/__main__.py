@@ -152,50 +152,103 @@ def screenshot(
     tab: Annotated[
         str, typer.Option(help="tab of plots: wind, flight, controls, ... (an unknown one lists them)")
     ] = "",
+    light: Annotated[bool, typer.Option("--light", help="the light theme (needs Chromium)")] = False,
 ) -> None:
     """Picture of a run without a display, as `ground convert` lays it out, the eye close up."""
     from tempfile import TemporaryDirectory
 
-    from ground.columns import LogError, load
+    from ground.columns import LogError
+    from ground.run import load
 
     try:
         from ground.folder import require
         from ground.rrd import convert, picture_time
         from ground.rrd.blueprint import NoTabError
-        from ground.rrd.shot import ScreenshotError
+        from ground.rrd.shot import ScreenshotError, in_page
         from ground.rrd.shot import screenshot as shoot
 
         require(run)
-        time_s = picture_time(load(run / "tlm.tlog")) if at is None else at
+        failed: list[str] = []
+        time_s = picture_time(load(run), failed) if at is None else at
         with TemporaryDirectory() as folder:
-            print(shoot(convert(run, Path(folder) / "run.rrd", near=not wide, tab=tab), out, size, time_s))
+            held = (time_s or 0.0) if light else None
+            rrd = convert(run, Path(folder) / "run.rrd", near=not wide, tab=tab, failed=failed, held_s=held)
+            print(in_page(rrd, out, size) if light else shoot(rrd, out, size, time_s))
     except LogError as exc:
         _fail(exc, 2)
     except (NoTabError, OSError, ScreenshotError) as exc:
         _fail(exc)
+    if failed:
+        _fail("; ".join(dict.fromkeys(failed)))
 
 
 @app.command()
 def live(
-    port: Annotated[int, typer.Option(help="UDP port")] = 14551,
+    port: Annotated[
+        int | None, typer.Option(help="UDP port (default: 14551; with --run only if it is given)", show_default=False)
+    ] = None,
     port_offset: PortOffset = 0,
     host: Annotated[str, typer.Option(help="address to listen on")] = "127.0.0.1",
     for_s: Annotated[float | None, typer.Option("--for", help="stop after this many seconds")] = None,
+    rerun: Annotated[
+        bool, typer.Option("--rerun", help="in Rerun's native viewer, one that is open or a new one")
+    ] = False,
+    web: Annotated[
+        bool, typer.Option("--web", help="in a browser, at an address on this machine that is printed")
+    ] = False,
+    run: Annotated[
+        Path | None,
+        typer.Option("--run", help="run folder in the making: truth, sensors, failures; without --port telemetry too"),
+    ] = None,
+    web_port: Annotated[int, typer.Option(help="of the page; if taken, a free one")] = 9090,
+    viewer_port: Annotated[int, typer.Option(help="of the native viewer, or of the page's data")] = 9876,
+    rate: Annotated[
+        float, typer.Option(help="pictures a second; less for a browser that draws in software", min=0.2, max=20.0)
+    ] = 10.0,
+    memory: Annotated[str, typer.Option(help="what the viewer, or the page's server, keeps at most")] = "512MB",
     signing_key: SigningKey = None,
     unsigned: Unsigned = False,
 ) -> None:
-    """Watch all aircraft in the terminal (one line a second if the output is not a terminal)."""
+    """Watch all aircraft in the terminal (one line a second if the output is not a terminal), or drawn as they fly."""
+    from flightsw.icd.link import OPERATOR_PORT
     from flightsw.icd.signing import STATION, SigningError, security
     from ground.link.live import watch
     from ground.link.record import RecordError, open_socket
 
+    drawn = rerun or web
+    if rerun and web:
+        _fail("live: one of --rerun and --web", 2)
+    if run is not None and not drawn:
+        _fail("live: --run belongs to --rerun and --web", 2)
+    if run is not None and not run.is_dir():
+        _fail(f"{str(run)!r} is not a run folder: it is no folder", 2)
+    listens = port is not None or run is None
+    if not listens and (signing_key is not None or unsigned):
+        _fail("live: --signing-key and --unsigned belong to a --port: a log has no signatures", 2)
     try:
         links = security(signing_key, unsigned, time.time)
-        sock = open_socket(host, port + port_offset, links)
+        sock = open_socket(host, (port or OPERATOR_PORT) + port_offset, links) if listens else None
     except (RecordError, SigningError) as exc:
         _fail(exc)
-    with sock:
-        code = watch(sock, for_s, links.link(STATION))
+    if not drawn:
+        assert sock is not None
+        with sock:
+            raise typer.Exit(watch(sock, for_s, links.link(STATION)))
+    from ground.rrd import viewer as v
+    from ground.rrd import watch as drawing
+    from ground.rrd.shot import ScreenshotError
+
+    try:
+        shown = v.in_browser(web_port, viewer_port, memory) if web else v.native(viewer_port, memory)
+        if shown.page:
+            words = f"watch at {shown.page}" if sys.stdout.isatty() else json.dumps({"page": shown.page})
+            print(words, flush=True)
+        code = drawing.watch(shown, run, sock, rate, for_s, links.link(STATION))
+    except (v.ViewerError, ScreenshotError) as exc:
+        _fail(exc)
+    finally:
+        if sock is not None:
+            sock.close()
     raise typer.Exit(code)
 
 
@@ -266,6 +319,55 @@ def diff(
         _fail(exc, 2)
     print(as_json(result) if json_ else "\n".join(report(result)))
     raise typer.Exit(0 if result.same else 1)
+
+
+@app.command()
+def compare(
+    run_a: Run,
+    run_b: Annotated[Path, typer.Argument(help="the other run folder")],
+    out: Annotated[
+        Path | None, typer.Option("--out", help="recording to write (default: RUN_A/compare-<name of RUN_B>.rrd)")
+    ] = None,
+) -> None:
+    """Two runs over each other in one recording for the Rerun viewer, with what they were flown with that differs."""
+    from ground.columns import LogError
+
+    try:
+        from ground.rrd.pair import overlay
+
+        path = run_a / f"compare-{run_b.resolve().name}.rrd" if out is None else out
+        failed: list[str] = []
+        print("\n".join(overlay(run_a, run_b, path, failed)))
+    except (LogError, ValueError) as exc:
+        _fail(exc, 2)
+    except OSError as exc:
+        _fail(exc)
+    print(path)
+    if failed:
+        _fail("; ".join(dict.fromkeys(failed)))
+
+
+@app.command()
+def index(
+    folder: Annotated[Path, typer.Argument(help="folder of runs and campaigns")] = Path("runs"),
+    out: Annotated[
+        Path | None, typer.Option("--out", help="page to write, beside the runs (default: FOLDER/index.html)")
+    ] = None,
+) -> None:
+    """One page of all runs and campaigns in a folder: figures to sort by, pictures, links. It needs no other file."""
+    from flightsw.files import write_whole
+    from ground.columns import LogError
+    from ground.gallery import page
+
+    try:
+        text, runs, campaigns = page(folder)
+        path = folder / "index.html" if out is None else out
+        write_whole(path, text)
+    except LogError as exc:
+        _fail(exc, 2)
+    except OSError as exc:
+        _fail(exc)
+    print(f"{path}: {runs} runs, {campaigns} campaigns")
 
 
 def main() -> None:

@@ -50,10 +50,7 @@ class Table:
 
     def decimated(self, period_us: int) -> Table:
         """At most one row per period: the first in each. Cheap when the log is slower than that anyway."""
-        if len(self) < 2:
-            return self
-        slot = self.t_us // period_us
-        return self.pick(np.flatnonzero(np.diff(slot, prepend=slot[0] - 1) != 0))
+        return self if len(self) < 2 else self.pick(thinned(self.t_us, period_us))
 
 
 @dataclass
@@ -80,6 +77,12 @@ class Columns:
     def end_us(self) -> int:
         """Latest sample time [us] in the log, 0 if empty."""
         return max((int(t.t_us.max()) for t in self.tables.values() if len(t)), default=0)
+
+
+def thinned(t_us: NDArray[np.int64], period_us: int) -> NDArray[np.intp]:
+    """Rows to keep of times t_us [us] for at most one a period: the first in each. Which they are does not depend on where the
+    times begin."""
+    return np.flatnonzero(np.diff(t_us // period_us, prepend=-1) != 0)
 
 
 def _gather(window: NDArray, at: NDArray[np.int64], length: NDArray, dtype: np.dtype) -> NDArray:

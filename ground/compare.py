@@ -12,6 +12,7 @@ from typing import Any
 from flightsw.icd.tlog import read
 from ground.folder import require
 from ground.link.packets import NAMES, decode, packet_id
+from ground.settings import Difference, differences
 
 
 @dataclass
@@ -30,6 +31,7 @@ class Diff:
 
     logs: list[LogDiff] = field(default_factory=list)
     figures: list[tuple[str, Any, Any]] = field(default_factory=list)  # (key, a, b) that differ
+    settings: list[Difference] = field(default_factory=list)  # flown with; says why, decides nothing
 
     @property
     def same(self) -> bool:
@@ -105,6 +107,7 @@ def compare(a: Path, b: Path) -> Diff:
                 name, same, sha, "" if same else first_difference(x, y) or "only bytes that belong to no sound packet"
             )
         )
+    out.settings = differences(a, b)
     left, right = _figures(a), _figures(b)
     for key in sorted(left.keys() | right.keys()):
         if key.startswith("run.sim_s_per_wall_s"):
@@ -137,6 +140,7 @@ def report(diff: Diff) -> list[str]:
         )
         if not log.same:
             lines.append(f"  first: {log.first}")
+    lines += [f"flown with {key}: {x} | {y}" for key, x, y in diff.settings]
     if not diff.figures:
         lines.append("figures: equal")
     for key, x, y in diff.figures:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from copy import deepcopy
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from functools import cached_property
@@ -231,7 +232,7 @@ class Run(Folder):
     @cached_property
     def scenario(self) -> dict[str, Any]:
         """The scenario as it was flown; {} without one."""
-        return scenario(self.folder)
+        return deepcopy(scenario(self.folder))
 
     @cached_property
     def keys(self) -> dict[str, Any]:

@@ -11,6 +11,7 @@ import json
 import os
 import tomllib
 from collections.abc import Iterable
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -54,16 +55,21 @@ def flown(run: Path) -> Flat:
 
 
 def toml(path: Path) -> dict[str, Any]:
-    """A TOML file, {} without a readable one."""
+    """A TOML file, {} without a readable one. Not to be changed: it is read once."""
     try:
-        return tomllib.loads(path.read_text())
+        return _toml(path, path.stat().st_mtime_ns)
     except (OSError, ValueError):
         return {}
 
 
 def scenario(run: Path) -> dict[str, Any]:
-    """The run's scenario.toml, {} without a readable one."""
+    """The run's scenario.toml as `toml`."""
     return toml(run / "scenario.toml")
+
+
+@lru_cache(maxsize=8)
+def _toml(path: Path, _mtime_ns: int) -> dict[str, Any]:
+    return tomllib.loads(path.read_text())
 
 
 def log_figures(run: Path, truth: Columns, tlm: Columns) -> Flat:

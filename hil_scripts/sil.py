@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import sys
 import time
 from pathlib import Path
 from typing import Annotated, Any
@@ -94,6 +95,12 @@ def run(
     out: Annotated[Path | None, typer.Option(help="Run folder (default: runs/<scenario>-<seed>-<timestamp>).")] = None,
     port_offset: Annotated[int, typer.Option(help="Added to every UDP port, for runs side by side.", min=0)] = 0,
     no_rrd: Annotated[bool, typer.Option("--no-rrd", help="Do not write run.rrd.")] = False,
+    watch: Annotated[
+        bool, typer.Option("--watch", help="Draw it as it flies, in Rerun's viewer; without a display as --watch-web.")
+    ] = False,
+    watch_web: Annotated[
+        bool, typer.Option("--watch-web", help="Draw it as it flies, in a browser at an address that is printed.")
+    ] = False,
     duration: Annotated[float | None, typer.Option(help="End after this many simulated seconds.", min=0.1)] = None,
     signing_key: SigningKey = None,
     json_: Json = False,
@@ -119,6 +126,7 @@ def run(
                 not no_rrd,
                 duration,
                 signing_key,
+                _where(watch, watch_web),
                 stop,
                 json_,
             )
@@ -138,6 +146,7 @@ def _fly(
     rrd: bool,
     duration: float | None,
     signing_key: Path | None,
+    watched: Any,
     stop: Any,
     json_: bool,
 ) -> int:
@@ -156,7 +165,7 @@ def _fly(
             "plant.clock.mode = 'realtime' and --in-process exclude each other: in one process there is no wall clock"
         )
     if not in_process:
-        ports.check_free(ports.needed(plan.names, port_offset))
+        ports.check_free(ports.needed(plan.names, port_offset, watched is not None))
     console = screen.console(stderr=json_)
     for text in plan.warnings:
         console.print(f"warning: {text}", style="yellow")
@@ -168,13 +177,23 @@ def _fly(
     if in_process:
         from hil_scripts.launch import inproc
 
-        outcome = inproc.fly(plan, run_dir, console, stop, built)
+        outcome = inproc.fly(plan, run_dir, console, stop, built, watched)
     else:
-        outcome = mission.fly(plan, run_dir, port_offset, console, stop, signing_key)
+        outcome = mission.fly(plan, run_dir, port_offset, console, stop, signing_key, watched)
     code = finish.finish(plan, run_dir, outcome, rrd, console, stop, in_process)
     if json_:
         print(json.dumps({"run.folder": str(run_dir)} | finish.read_summary(run_dir, console), indent=1))
     return code
+
+
+def _where(viewer: bool, browser: bool) -> Any:
+    """Where a run is drawn as it flies, None: nowhere."""
+    from hil_scripts.launch.watching import Where
+
+    if not (viewer or browser):
+        return None
+    display = sys.platform != "linux" or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
+    return Where.VIEWER if viewer and not browser and display else Where.BROWSER
 
 
 def scenario_mode(realtime: bool) -> str:
@@ -209,6 +228,34 @@ def replay(run: RunDir, json_: Json = False) -> None:
     if json_:
         print(json.dumps(replay_cmd.as_dict(reports), indent=1))
     raise typer.Exit(0 if same else 1)
+
+
+@app.command()
+def pictures(
+    scenarios: Annotated[list[str] | None, typer.Argument(help="Default: all.", autocompletion=_scenarios)] = None,
+    out: Annotated[Path, typer.Option(help="Folder for <scenario>.png and <scenario>-light.png.")] = Path("docs/img"),
+    dark: Annotated[bool, typer.Option("--dark", help="The dark theme alone: needs no browser.")] = False,
+    duration: Annotated[float | None, typer.Option(help="End each after this many simulated seconds.", min=1.0)] = None,
+) -> None:
+    """Fly scenarios and picture each at the moment that matters, in the viewer's dark and light theme (light: needs Chromium)."""
+    kernel_cache.use()
+    from hil_scripts.launch import pictures as p
+    from hil_scripts.launch import warmup as w
+    from hil_scripts.launch.procs import StopFlag
+    from hil_scripts.launch.runfolder import scenario_names
+
+    console = screen.console()
+    with StopFlag() as stop:
+        try:
+            if w.warm(console, stop):
+                for path in p.make(
+                    scenarios or scenario_names(), out, [""] if dark else list(p.THEMES), duration, stop
+                ):
+                    console.print(str(path), soft_wrap=True)
+        except (ValueError, OSError, RuntimeError) as e:
+            raise _fail(str(e)) from None
+        if stop:
+            raise typer.Exit(128 + stop.signum)
 
 
 @app.command("hash")

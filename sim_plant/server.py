@@ -8,7 +8,7 @@ from pathlib import Path
 
 from flightsw.icd.codec import PlantCodec, Reply
 from flightsw.icd.geo import Origin
-from flightsw.icd.tlog import TlogWriter
+from flightsw.icd.tlog import FLUSH_US, TlogWriter
 from flightsw.strict import ConfigError
 from flightsw.types import ACCEPTED, ActuatorCmd
 from sim_plant.couplings.radio import Radio
@@ -20,6 +20,9 @@ from sim_plant.world import World
 REPLY_AGE_US = (
     1_000_000  # [us] a reply may be behind in real time: a flightsw that answers the same old tick is not heard
 )
+
+
+WATCHED_US = 100_000  # [us] of truth that a reader of the growing log may be behind in real time
 
 
 class PlantServer:
@@ -58,7 +61,8 @@ class PlantServer:
             folder = Path(run_dir)
             folder.mkdir(parents=True, exist_ok=True)
             self._write_scenario(folder / "scenario.toml")
-            self._log = TlogWriter(folder / "truth.tlog")
+            watched = scenario.clock.mode == "realtime"  # by a live picture, which reads the log as it grows
+            self._log = TlogWriter(folder / "truth.tlog", flush_us=WATCHED_US if watched else FLUSH_US)
 
     def _write_scenario(self, path: Path) -> None:
         """Store the resolved scenario, unless the launcher already left an equal one."""

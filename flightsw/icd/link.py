@@ -20,6 +20,7 @@ PLANT_PORT = 4560  # flightsw of sysid s listens for the plant on PLANT_PORT + s
 TELEMETRY_PORT = 14600  # flightsw of sysid s sends telemetry from, and hears commands on, TELEMETRY_PORT + s
 GROUND_PORT = 14550  # ground recorder
 OPERATOR_PORT = 14551  # the user's own ground station
+WATCH_PORT = 14552  # the live picture; the recorder forwards what it hears
 PLANT_COMMAND_PORT = 14590  # the plant hears commands of the ground (failures to inject)
 
 

@@ -24,7 +24,7 @@ GROUND_IN = 2  # ground to flightsw
 GROUND_OUT = 3  # telemetry and answers
 
 _FLUSH_BYTES = 1 << 15
-_FLUSH_US = 1_000_000  # [us] of log time: a process killed outright loses no more
+FLUSH_US = 1_000_000  # [us] of log time: a process killed outright loses no more
 
 
 class TlogError(OSError):
@@ -36,13 +36,14 @@ class LogDamageWarning(UserWarning):
 
 
 class TlogWriter:
-    """Buffered writer of one `.tlog`, handed to the operating system every 32 kB and every second of log time. Raises TlogError
-    naming the file when folder or disk refuse, or when the file has been deleted.
+    """Buffered writer of one `.tlog`, handed to the operating system every 32 kB and every `flush_us` of log time. Raises
+    TlogError naming the file when folder or disk refuse, or when the file has been deleted.
     """
 
-    def __init__(self, path: str | Path, epoch_us: int = EPOCH_US) -> None:
+    def __init__(self, path: str | Path, epoch_us: int = EPOCH_US, flush_us: int = FLUSH_US) -> None:
         self.path = Path(path)
         self._epoch = epoch_us
+        self._within_us = flush_us
         self._buffer = bytearray()
         self._flushed_us = 0
         try:
@@ -55,7 +56,7 @@ class TlogWriter:
         buf = self._buffer
         buf += (((self._epoch + t_us) & ~3) | link).to_bytes(8, "big")
         buf += packet
-        if len(buf) >= _FLUSH_BYTES or not 0 <= t_us - self._flushed_us < _FLUSH_US:
+        if len(buf) >= _FLUSH_BYTES or not 0 <= t_us - self._flushed_us < self._within_us:
             self._flushed_us = t_us
             self.flush()
 
@@ -69,7 +70,7 @@ class TlogWriter:
             buf += stamp
             buf += datagram[at:stop]
             at = stop
-        if len(buf) >= _FLUSH_BYTES or not 0 <= t_us - self._flushed_us < _FLUSH_US:
+        if len(buf) >= _FLUSH_BYTES or not 0 <= t_us - self._flushed_us < self._within_us:
             self._flushed_us = t_us
             self.flush()
 

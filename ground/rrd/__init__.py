@@ -6,28 +6,40 @@ view. This package and the views' drawings are the only importers of rerun.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+
+import rerun.blueprint as rrb
 
 from ground import run as runs
 from ground.columns import Columns
 from ground.rrd.blueprint import blueprint
-from ground.rrd.common import common
-from ground.rrd.layout import Look
-from ground.rrd.palette import STATES
+from ground.rrd.common import COMMON
+from ground.rrd.layout import Look, Tab
+from ground.rrd.palette import STATES, Color
 from ground.rrd.series import TICK_US, Sink
-from ground.rrd.terms import draw, laws_of
+from ground.rrd.terms import Law, laws_of
 from ground.run import Run
 from ground.views import registry
+from ground.views.base import View
 from ground.views.registry import Failed, asked
 from ground.whole import scenario
 
 NOTHING_US = 100_000  # [us] an empty run is drawn as long
 
 
-def convert(folder: Path, out: Path | None = None, near: bool = False, tab: str = "", failed: Failed = None) -> Path:
+def convert(
+    folder: Path,
+    out: Path | None = None,
+    near: bool = False,
+    tab: str = "",
+    failed: Failed = None,
+    held_s: float | None = None,
+) -> Path:
     """Write `run.rrd` of a run folder (or `out`) and return its path; `near`: first look close to what matters; `tab`: the plots
-    shown first.
+    shown first; `held_s`: the cursor stays at that time.
 
     Raises LogError for what is no run folder or no log, NoTabError for an unknown tab, OSError if unwritable, ViewError for a
     view that fails; with a list for `failed` what views fail with is added there and the rest is drawn.
@@ -36,23 +48,51 @@ def convert(folder: Path, out: Path | None = None, near: bool = False, tab: str 
     path = folder / "run.rrd" if out is None else out
     views = registry.found(run.tlm, failed)
     end = max(run.end_us, NOTHING_US)
-    look = Look(interest(run.tlm, end), end * 1e-6, near)
-    asked_for = (asked(name, "layout", partial(view.layout, run, look), None, failed) for name, view in views.items())
-    layouts = [shown for shown in asked_for if shown is not None]
-    estimating = [name for s, name in run.names.items() if run.tlm.get(s, "NAV_STATE") is not None]
-    laws = laws_of(run)
-    screen = blueprint(run.title, list(run.names.values()), estimating, laws, look, layouts, tab)
+    look = Look(interest(run.tlm, end), end * 1e-6, near, held_s=held_s)
+    shown = screen(run, views, laws_of(run), look, tab, failed=failed)
     with path.open("wb"):  # a plain message for a read-only folder, before rerun starts
         pass
-    sink = Sink(path, run.title, 0, end, screen, tick_us(run))
+    sink = Sink.file(path, run.title, 0, end, shown.blueprint, tick_us(run))
+    draw(sink, run, views, shown.states, failed)
+    sink.close()
+    return path
+
+
+@dataclass(frozen=True)
+class Screen:
+    """What the viewer begins with, and the colours of states."""
+
+    blueprint: rrb.Blueprint
+    states: Mapping[str, Color]
+
+
+def screen(
+    run: Run,
+    views: Mapping[str, View],
+    laws: Sequence[Law],
+    look: Look,
+    tab: str = "",
+    title: str = "",
+    extra: Sequence[Tab] = (),
+    failed: Failed = None,
+) -> Screen:
+    """Layout of a run that these views find their messages in and whose control laws report, `title` for its own, `extra` tabs
+    first. Raises NoTabError for an unknown tab, ViewError as `convert`."""
+    answers = (asked(name, "layout", partial(view.layout, run, look), None, failed) for name, view in views.items())
+    layouts = [shown for shown in answers if shown is not None]
+    estimating = [name for s, name in run.names.items() if run.tlm.get(s, "NAV_STATE") is not None]
+    states = STATES | {k: v for part in layouts for k, v in part.states.items()}
+    names = list(run.names.values())
+    return Screen(blueprint(title or run.title, names, estimating, laws, look, layouts, tab, extra), states)
+
+
+def draw(sink: Sink, run: Run, views: Mapping[str, View], states: Mapping[str, Color], failed: Failed = None) -> None:
+    """What the views draw and what every run has. Raises ViewError as `convert`."""
     for name, view in views.items():
         asked(name, "draw", partial(view.draw, sink, run), None, failed)
     sink.stand()
-    states = STATES | {k: v for part in layouts for k, v in part.states.items()}
-    common(sink, run, states)
-    draw(sink, laws)
-    sink.close()
-    return path
+    for each in COMMON:
+        each(sink, run, states)
 
 
 def tick_us(run: Run) -> int:
@@ -73,7 +113,11 @@ def interest(tlm: Columns, end_us: int) -> tuple[float, float]:
     return (max(0.0, t[0] - 60.0), min(end_us * 1e-6, t[-1] + 30.0)) if t else (0.0, end_us * 1e-6)
 
 
-def picture_time(tlm: Columns) -> float | None:
-    """A time [s] worth a picture: the middle of what is measured; None where nothing is."""
-    t = measured_s(tlm)
-    return t[len(t) // 2] if t else None
+def picture_time(run: Run, failed: Failed = None) -> float | None:
+    """A time [s] worth a picture: the middle of what is measured, else what a view says; None: no time is better than another.
+    Raises ViewError as `convert`."""
+    if t := measured_s(run.tlm):
+        return t[len(t) // 2]
+    found = registry.found(run.tlm, failed)
+    moments = (asked(name, "moment", partial(view.moment, run), None, failed) for name, view in found.items())
+    return next((m for m in moments if m is not None), None)

@@ -9,10 +9,11 @@ from collections.abc import Sequence
 import rerun as rr
 import rerun.blueprint as rrb
 
-from ground.rrd.layout import Layout, Look, Plots, Tab
+from ground.rrd.layout import Layout, Look, Plots, Tab, past
 from ground.rrd.terms import Law, controller_tab
 
 LANE = 0.3  # share of a lane in the height, where the scenes have 4
+HOLD_S = 0.02  # [s] a loop that short holds the cursor where it is
 LONG_S = 120.0  # [s] runs up to here are played slower
 SURFACES = ("aileron", "elevator", "rudder")
 
@@ -97,36 +98,55 @@ def _number(tabs: Sequence[Tab], wanted: str) -> int:
     return found[0]
 
 
-def _modes(p: Plots, names: Sequence[str], layouts: Sequence[Layout]) -> rrb.Tabs:
+def _modes(p: Plots, names: Sequence[str], layouts: Sequence[Layout], roots: Sequence[str]) -> rrb.Tabs:
     """Lanes of phases, of what the views add, and of health; messages."""
     lanes = [f"guid/{a}/phase" for a in names] + [lane for v in layouts for lane in v.lanes]
     lanes += [f"sensors/{a}/health" for a in names]
+    lanes = [f"{k}{lane}" for lane in lanes for k in roots]
     states = rrb.StateTimelineView(origin="/", contents=lanes, name="Phases and health", time_view=p.time)
-    texts = [k.format(a) for a in names for k in ("guid/{}/text", "guid/{}/phases", "sensors/{}/failures")]
+    texts = [
+        root + k.format(a)
+        for root in roots
+        for a in names
+        for k in ("guid/{}/text", "guid/{}/phases", "sensors/{}/failures")
+    ]
     log = rrb.TextLogView(origin="/", contents=texts, name="Messages")
     return rrb.Tabs(states, log, active_tab=0, name="Modes")
 
 
 def blueprint(
-    title: str, names: Sequence[str], estimating: Sequence[str], laws: Sequence[Law], look: Look,
-    layouts: Sequence[Layout], tab: str = "",
-) -> rrb.Blueprint:  # fmt: skip
+    title: str,
+    names: Sequence[str],
+    estimating: Sequence[str],
+    laws: Sequence[Law],
+    look: Look,
+    layouts: Sequence[Layout],
+    tab: str = "",
+    first: Sequence[Tab] = (),
+) -> rrb.Blueprint:
     """Layout of a run of these aircraft, `estimating` those that publish a wind, `laws` what they report, with what the views
-    show; `tab`: the tab shown first. Raises NoTabError for a tab that is not there."""
+    show; `tab`: the tab shown first; `first`: tabs before all others. Raises NoTabError for a tab that is not there."""
     ranked = sorted(layouts, key=lambda v: -v.rank)
     lead, others = (ranked[0], ranked[1:]) if ranked else (Layout(), [])
     start_s, end_s = lead.span or look.span
-    p = Plots(start_s, end_s)
+    p = look.plots((start_s, end_s))
+    span = (start_s, end_s) if look.held_s is None else (look.held_s, look.held_s + HOLD_S)
     extra = [t for v in others for t in v.tabs]
     own = {str(t.name) for t in (*lead.tabs, *extra)}
     common = [t for t in common_tabs(p, names, estimating, laws) if str(t.name) not in own]
-    tabs = [*lead.tabs, *common, *extra]
-    plan = rrb.Spatial2DView(origin="/", contents=[f"truth/{a}/plan/**" for a in names], name="Plan, north up [m]")
+    tabs = [*first, *lead.tabs, *common, *extra]
+    roots = ["", *([f"{look.other}/"] if look.other else [])]
+    plan = rrb.Spatial2DView(
+        origin="/",
+        contents=[f"{k}truth/{a}/plan/**" for k in roots for a in names],
+        name="Plan, north up [m]",
+        overrides=past(*(f"{k}truth/{a}/plan/track" for k in roots for a in names)),
+    )
     tracks = [f"truth/{a}/{k}" for a in names for k in ("track", "position")]
-    world = rrb.MapView(origin="/", contents=tracks, name="Map", zoom=9.0)
+    world = rrb.MapView(origin="/", contents=tracks, name="Map", zoom=9.0, overrides=past(*tracks[::2]))
     scenes = rrb.Tabs(*(s for v in ranked for s in v.scenes), plan, world, active_tab=0, name="Scene")
     plots = rrb.Tabs(*tabs, active_tab=_number(tabs, tab), name=f"Plots of {title}")
-    modes, lanes = _modes(p, names, ranked), 2 * len(names) + sum(len(v.lanes) for v in ranked)
+    modes, lanes = _modes(p, names, ranked, roots), 2 * len(names) + sum(len(v.lanes) for v in ranked)
     if lead.wide:
         whole: Tab = rrb.Vertical(scenes, plots, modes, row_shares=[5, 6, 2.6])
     else:
@@ -141,8 +161,11 @@ def blueprint(
             state="collapsed",
             timeline="sim_time",
             playback_speed=5.0 if look.end_s > LONG_S else 2.0,
-            play_state="paused",
-            time_selection=rr.encodings.AbsoluteTimeRange(int(start_s * 1e9), int(end_s * 1e9)),
+            play_state="following" if look.live else "playing" if look.held_s is not None else "paused",
+            loop_mode=None if look.held_s is None else "selection",
+            time_selection=None
+            if look.live
+            else rr.encodings.AbsoluteTimeRange(int(span[0] * 1e9), int(span[1] * 1e9)),
         ),
         auto_views=False,
         auto_layout=False,

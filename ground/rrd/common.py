@@ -15,18 +15,36 @@ from ground.link.packets import phase_name
 from ground.rrd.lines import lines
 from ground.rrd.palette import CRAFTS, Color
 from ground.rrd.series import Sink
+from ground.rrd.terms import draw, laws_of
 from ground.run import Run
+from ground.signals import GROUPS
+
+SENSORS = "sensors"  # of the groups of signals, the one read from the link logs
 
 
-def common(sink: Sink, run: Run, states: Mapping[str, Color]) -> None:
-    """Send everything of this module; `states`: colours of phases and health."""
+def flight(sink: Sink, run: Run, states: Mapping[str, Color]) -> None:
+    """Signals of truth and telemetry, tracks, texts, failures; `states`: colours of phases and health."""
     for i, (sysid, name) in enumerate(run.names.items()):
         look = CRAFTS[i % len(CRAFTS)]
-        lines(sink, run, sysid, name, look, states)
+        lines(sink, run, sysid, name, look, states, [k for k in GROUPS if k != SENSORS])
         _tracks(sink, run.truth, sysid, name, look)
         _texts(sink, run.tlm, sysid, name)
         _lost(sink, run.tlm, sysid, name, look)
     _failures(sink, run)
+
+
+def sensors(sink: Sink, run: Run, states: Mapping[str, Color]) -> None:
+    """Health, and what the onboard software was fed."""
+    for i, (sysid, name) in enumerate(run.names.items()):
+        lines(sink, run, sysid, name, CRAFTS[i % len(CRAFTS)], states, [SENSORS])
+
+
+def laws(sink: Sink, run: Run, states: Mapping[str, Color]) -> None:
+    """What the control laws report."""
+    draw(sink, laws_of(run))
+
+
+COMMON = (flight, sensors, laws)  # all that every run has, in parts a live picture may draw in turn
 
 
 def _tracks(sink: Sink, truth: Columns, sysid: int, name: str, look: Color) -> None:
@@ -38,17 +56,14 @@ def _tracks(sink: Sink, truth: Columns, sysid: int, name: str, look: Color) -> N
     slow = table.decimated(1_000_000)
     lat, lon = DEFAULT_ORIGIN.lat_deg + slow["pos_n"][:, 0] / kn, DEFAULT_ORIGIN.lon_deg + slow["pos_n"][:, 1] / ke
     geo = np.stack([lat, lon], axis=1)
-    line = rr.GeoLineStrings(lat_lon=[geo], radii=rr.Radius.ui_points(1.5), colors=[look])
-    sink.rec.log(f"truth/{name}/track", line, static=True)
-    dot = rr.GeoPoints.from_fields(radii=rr.Radius.ui_points(6.0), colors=[look])
-    sink.rec.log(f"truth/{name}/position", dot, static=True)
-    sink.columns(f"truth/{name}/position", slow.t_us, rr.GeoPoints.columns(positions=geo))
+    sink.trail(f"truth/{name}/track", slow.t_us, geo, look, kind=rr.GeoLineStrings)
+    sink.look(f"truth/{name}/position", rr.GeoPoints.from_fields(radii=rr.Radius.ui_points(6.0), colors=[look]))
+    sink.rows(f"truth/{name}/position", slow.t_us, rr.GeoPoints, positions=geo)
     plan = np.stack([slow["pos_n"][:, 1], -slow["pos_n"][:, 0]], axis=1)  # north up: the 2-D view's y points down
-    strip = rr.LineStrips2D([plan], radii=rr.Radius.ui_points(1.2), colors=[look])
-    sink.rec.log(f"truth/{name}/plan/track", strip, static=True)
+    sink.trail(f"truth/{name}/plan/track", slow.t_us, plan, look, 1.2)
     spot = rr.Points2D.from_fields(radii=rr.Radius.ui_points(6.0), colors=[look], labels=[name])
-    sink.rec.log(f"truth/{name}/plan/position", spot, static=True)
-    sink.columns(f"truth/{name}/plan/position", slow.t_us, rr.Points2D.columns(positions=plan))
+    sink.look(f"truth/{name}/plan/position", spot)
+    sink.rows(f"truth/{name}/plan/position", slow.t_us, rr.Points2D, positions=plan)
 
 
 def _texts(sink: Sink, tlm: Columns, sysid: int, name: str) -> None:
@@ -60,7 +75,7 @@ def _texts(sink: Sink, tlm: Columns, sysid: int, name: str) -> None:
     if text is not None:
         lines = [f"{name}: {b.decode('utf-8', 'replace')}" for b in text["text"]]
         level = ["ERROR" if s <= 3 else "WARN" if s == 4 else "INFO" for s in text["severity"]]
-        sink.columns(f"guid/{name}/text", text.t_us, rr.TextLog.columns(text=lines, level=level))
+        sink.rows(f"guid/{name}/text", text.t_us, rr.TextLog, text=lines, level=level)
 
 
 def _phase_log(sink: Sink, table: Table, names: list[str], name: str) -> None:
@@ -68,7 +83,7 @@ def _phase_log(sink: Sink, table: Table, names: list[str], name: str) -> None:
     phase = table["phase"].astype(int)
     change = np.flatnonzero(np.diff(phase, prepend=-1) != 0)
     lines = [f"{name}: {names[k]} ({table['reason'][k].decode('utf-8', 'replace')})" for k in change]
-    sink.columns(f"guid/{name}/phases", table.t_us[change], rr.TextLog.columns(text=lines, level=["INFO"] * len(lines)))
+    sink.events(f"guid/{name}/phases", table.t_us, change, rr.TextLog, text=lines, level=["INFO"] * len(lines))
 
 
 def _failures(sink: Sink, run: Run) -> None:
@@ -77,13 +92,12 @@ def _failures(sink: Sink, run: Run) -> None:
         text = run.plant.get(sysid, "STATUSTEXT")
         if text is not None:
             lines = [f"{name} failure: {b.decode('utf-8', 'replace')}" for b in text["text"]]
-            row = rr.TextLog.columns(text=lines, level=["WARN"] * len(lines))
-            sink.columns(f"sensors/{name}/failures", text.t_us, row)
+            sink.rows(f"sensors/{name}/failures", text.t_us, rr.TextLog, text=lines, level=["WARN"] * len(lines))
 
 
 def _lost(sink: Sink, tlm: Columns, sysid: int, name: str, look: Color) -> None:
     """timing/<name>/telemetry_lost: packets missing by sequence, of the whole run."""
     if tlm.get(sysid, "LOOP_TIMING") is not None:
-        at = np.array([sink.start_us, sink.end_us])
-        lost = float(tlm.dropped.get(sysid, 0))
-        sink.series(f"timing/{name}/telemetry_lost", at, np.array([lost, lost]), f"{name} telemetry lost", look)
+        path, lost = f"timing/{name}/telemetry_lost", float(tlm.dropped.get(sysid, 0))
+        at = sink.ends(path)
+        sink.series(path, at, np.full(len(at), lost), f"{name} telemetry lost", look)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
@@ -10,28 +11,51 @@ import rerun.blueprint as rrb
 
 from ground.rrd.palette import Color
 
+LIVE_S = 120.0  # [s] shown of a run that goes on
 Span = tuple[float, float]
 Tab: TypeAlias = rrb.Vertical | rrb.Horizontal
 Scene: TypeAlias = rrb.Spatial2DView | rrb.Spatial3DView
 
 
-class Plots:
-    """Makes the plots of one layout: all begin with the same time range [s] and share its zoom."""
+def past(*paths: str, seconds: float | None = None) -> dict[str, rrb.VisibleTimeRanges]:
+    """Overrides of a view that show entities not only as they are at the cursor but the last `seconds` of them; None: all there
+    is of them, also what is still to come."""
+    at = rrb.TimeRangeBoundary
+    begin = at.infinite() if seconds is None else at.cursor_relative(seconds=-seconds)
+    window = rrb.VisibleTimeRange(
+        "sim_time", start=begin, end=at.infinite() if seconds is None else at.cursor_relative()
+    )
+    return {path: rrb.VisibleTimeRanges([window]) for path in paths}
 
-    def __init__(self, start_s: float, end_s: float) -> None:
+
+class Plots:
+    """Makes the plots of one layout: all begin with the same time range [s] (`live`: the last `LIVE_S`) and share its zoom."""
+
+    def __init__(self, start_s: float, end_s: float, live: bool = False, other: str = "") -> None:
+        self.other = other
+        self.legend = rrb.Corner2D.LeftTop if live else rrb.Corner2D.RightTop  # where nothing is going on
         at = rrb.TimeRangeBoundary.absolute
         window = rrb.TimeRange(start=at(seconds=start_s), end=at(seconds=end_s))
+        if live:
+            now = rrb.TimeRangeBoundary.cursor_relative
+            window = rrb.TimeRange(start=now(seconds=-LIVE_S), end=now())
         self.time = rrb.TimeAxis(link=rrb.components.LinkAxis.Independent, view_range=window)
+
+    def alone(self) -> Plots:
+        """The same, for entities that only one run has."""
+        out = copy(self)
+        out.other = ""
+        return out
 
     def plot(self, name: str, contents: list[str], span: Span | None = None, legend: bool = True) -> rrb.TimeSeriesView:
         """A plot of the named entities; `span` fixes the first vertical range; without legend where its name says all."""
         return rrb.TimeSeriesView(
             origin="/",
-            contents=contents,
+            contents=[*contents, *(f"{self.other}/{c}" for c in contents)] if self.other else contents,
             name=name,
             axis_x=self.time,
             axis_y=rrb.ScalarAxis(range=span, zoom_lock=False) if span else None,
-            plot_legend=rrb.PlotLegend(corner=rrb.Corner2D.RightTop, visible=legend),
+            plot_legend=rrb.PlotLegend(corner=self.legend, visible=legend or bool(self.other)),
         )
 
     def wind(self, aircraft: str) -> list[rrb.TimeSeriesView]:
@@ -45,11 +69,19 @@ class Plots:
 
 @dataclass(frozen=True)
 class Look:
-    """What is asked of a picture. span: time range [s] worth a first look; end_s: end of the run; near: the eye close up."""
+    """What is asked of a picture. span: time range [s] worth a first look; end_s: end of the run; near: the eye close up; live:
+    the run goes on; other: root of a second run's entities, drawn beside the first's; held_s: the cursor stays at that time."""
 
     span: Span
     end_s: float
     near: bool = False
+    live: bool = False
+    other: str = ""
+    held_s: float | None = None
+
+    def plots(self, span: Span | None = None) -> Plots:
+        """Maker of plots that begin with a time range [s], `self.span` without one; of a run that goes on, with its last part."""
+        return Plots(*(span or self.span), self.live, self.other)
 
 
 @dataclass(frozen=True)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from ground.rrd.palette import BOX, NAV, TRUTH, Color
+from ground.rrd.palette import BAND, BOX, NAV, TRUTH, Color
 from ground.rrd.series import AXIS, Sink
 from ground.run import Run
 from ground.signals import GROUPS, SURFACES, Signal
@@ -31,11 +31,11 @@ class Line:
 
 
 LINES: dict[str, Line] = {
-    "truth/wind": Line("truth", TRUTH, 1.2),
+    "truth/wind": Line("truth", TRUTH, 1.0),
     **{f"truth/{k}": Line() for k in ("V", "altitude", "bank", "pitch", "heading", "alpha", "beta", "mass")},
     **{f"truth/controls/{k}": Line(k, c) for k, c in zip(SURFACES, AXIS, strict=True)},
     "truth/controls/thrust": Line("{name} thrust"),
-    "nav/wind": Line("estimate", NAV, 1.8),
+    "nav/wind": Line("estimate", NAV, 2.4),
     **{f"nav/{k}": Line("{name} {key} estimate", NAV, 1.0) for k in ("V", "alpha", "beta", "bank", "pitch", "heading")},
     "nav/nis": Line("{name} NIS / dof"),
     "guid/V": Line("{name} V command", BOX, 1.0, step=True),
@@ -43,10 +43,10 @@ LINES: dict[str, Line] = {
     **{f"ctrl/{k}": Line("{key} command", c, 1.0) for k, c in zip(SURFACES, AXIS, strict=True)},
     "ctrl/throttle": Line(percent=True),
     "timing/exec_mean": Line("{name} {key} us"),
-    "timing/exec_max": Line("{name} {key} us", dim=0.6),
-    "timing/late_p50": Line("{name} {key} us", dim=0.6),
+    "timing/exec_max": Line("{name} {key} us", dim=0.75),
+    "timing/late_p50": Line("{name} {key} us", dim=0.75),
     "timing/late_p99": Line("{name} {key} us"),
-    "timing/late_max": Line("{name} {key} us", dim=0.6),
+    "timing/late_max": Line("{name} {key} us", dim=0.75),
     "timing/slips": Line(step=True),
     "sensors/bad_packets": Line(step=True),
     "sensors/rejected": Line(step=True),
@@ -59,9 +59,12 @@ LINES: dict[str, Line] = {
 AS_IT_IS = {"sensors/imu/gyro"}  # drawn in its own unit
 
 
-def lines(sink: Sink, run: Run, sysid: int, name: str, look: Color, states: Mapping[str, Color]) -> None:
-    """Lines, and lanes of words, of one aircraft's signals; `states`: colours of the words."""
-    for top, build in GROUPS.items():
+def lines(
+    sink: Sink, run: Run, sysid: int, name: str, look: Color, states: Mapping[str, Color], groups: Collection[str]
+) -> None:
+    """Lines, and lanes of words, of one aircraft's signals in some of the `GROUPS`; `states`: colours of the words."""
+    for top in groups:
+        build = GROUPS[top]
         found = {s.path.split("/", 2)[2]: s for s in build(run, sysid, name)}
         for key, s in found.items():
             if s.is_text:
@@ -88,8 +91,7 @@ def _line(sink: Sink, s: Signal, style: Line, as_it_is: bool, words: dict[str, s
 
 def _band(sink: Sink, wind: Signal, sigma: Signal) -> None:
     """Three sigma about the wind."""
-    color = tuple(v // 2 + 40 for v in NAV)
     for i, part in enumerate(wind.parts):
         w, s3 = wind.values[:, i], 3.0 * sigma.values[:, i]
         band = np.stack([w - s3, w + s3], axis=1)
-        sink.series(f"{wind.path}_3sigma/{part}", wind.t_us, band, "3 sigma", color, 1.0)
+        sink.series(f"{wind.path}_3sigma/{part}", wind.t_us, band, "3 sigma", BAND, 1.0)

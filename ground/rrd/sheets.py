@@ -19,7 +19,7 @@ def draw(log: Log, out: Path) -> None:
     end = max((int(s.t_us[-1]) for s in log.sheets if len(s)), default=NOTHING_US)
     with out.open("wb"):  # a plain message for a read-only folder, before rerun starts
         pass
-    sink = Sink(out, log.title, 0, end, None)
+    sink = Sink.file(out, log.title, 0, end, None)
     for i, sheet in enumerate(log.sheets):
         for name, values in sheet.numbers.items():
             label = f"{name} [{u}]" if (u := sheet.units.get(name)) else name

@@ -6,7 +6,6 @@ arrived, the time cursor is set, and only then the picture is taken.
 
 from __future__ import annotations
 
-import importlib.util
 import socket
 import subprocess
 import time
@@ -14,24 +13,16 @@ from pathlib import Path
 
 from rerun.experimental import ViewerClient
 
+from ground.rrd.viewer import in_browser, viewer
+
 MESA = "a software Vulkan driver is needed: apt-get update && apt-get install -y mesa-vulkan-drivers"
 START_S, LOAD_S = 30.0, 60.0  # [s] longest waits for the viewer and for the run
+PAGE_S, BAR = 240.0, 143  # [s] longest wait for a page that does not change; [px] of the window are not the page
 NOTICES_S = 6.0  # [s] the viewer's pop-up notices fade after this
 
 
 class ScreenshotError(Exception):
     """No picture; the message says what is missing."""
-
-
-def viewer() -> Path:
-    """The native viewer binary of the installed rerun-sdk (its Python wrapper would outlive a kill).
-    Raises ScreenshotError if there is none."""
-    spec = importlib.util.find_spec("rerun_cli")
-    for folder in (spec.submodule_search_locations or []) if spec else []:
-        path = Path(folder) / "rerun"
-        if path.exists():
-            return path
-    raise ScreenshotError("no rerun viewer: install rerun-sdk (make env)")
 
 
 def _free_port() -> int:
@@ -56,13 +47,43 @@ def _client(process: subprocess.Popen[str], port: int) -> ViewerClient:
     raise ScreenshotError(f"the viewer did not answer within {START_S:.0f} s; {MESA}")
 
 
+def in_page(rrd: Path, out: Path, size: str = "1600x900", dark: bool = False) -> Path:
+    """Picture of `rrd` in a browser, whose theme can be chosen, the cursor where its blueprint holds it. Raises
+    ScreenshotError."""
+    from ground.rrd.chromium import Chromium, missing
+
+    if why := missing():
+        raise ScreenshotError(why)
+    width, height = _size(size)
+    shown = in_browser(0, 0, recording=str(rrd.resolve()))
+    shown.start()
+    try:
+        end = time.monotonic() + START_S
+        while not shown.there and time.monotonic() < end:
+            time.sleep(0.2)
+        with Chromium((width, height + BAR), dark) as browser:
+            browser.open(shown.page)
+            browser.settled(PAGE_S, out)
+    except OSError as exc:
+        raise ScreenshotError(f"the browser gave no picture: {exc}") from exc
+    finally:
+        shown.stop()
+    return out
+
+
+def _size(size: str) -> tuple[int, int]:
+    """Width and height of "1600x900". Raises ScreenshotError."""
+    width, _, height = size.partition("x")
+    if not (width.isdigit() and height.isdigit()):
+        raise ScreenshotError(f"size {size!r} is not WIDTHxHEIGHT in pixels")
+    return int(width), int(height)
+
+
 def screenshot(rrd: Path, out: Path, size: str = "1600x900", at_s: float | None = None) -> Path:
     """Picture of `rrd` as the embedded blueprint shows it, cursor at `at_s` [s]. Raises ScreenshotError."""
     if not rrd.exists():
         raise ScreenshotError(f"{str(rrd)!r} does not exist: run `ground convert` first")
-    width, _, height = size.partition("x")
-    if not (width.isdigit() and height.isdigit()):
-        raise ScreenshotError(f"size {size!r} is not WIDTHxHEIGHT in pixels")
+    _size(size)
     out.unlink(missing_ok=True)
     port = _free_port()
     command = [str(viewer()), "--headless", "--bind", "127.0.0.1", "--port", str(port), "--window-size", size]

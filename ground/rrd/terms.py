@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import rerun.blueprint as rrb
@@ -41,19 +41,27 @@ class Quantity:
 
 @dataclass(frozen=True, eq=False)
 class Law:
-    """One law of one aircraft: its rows, and what the columns of the arrays are."""
+    """One law of one aircraft: its rows, its place among those sent, what the columns of the arrays are; closed: in how many rows
+    it flew; grown: what is controlled that has an integral."""
 
     aircraft: str
     name: str
     table: Table
+    place: int
     outputs: tuple[Quantity, ...]
     controlled: tuple[Quantity, ...]
     scheduled: tuple[Quantity, ...]
+    closed: int
+    grown: frozenset[str]
 
     @property
     def path(self) -> str:
         """Entity of the law."""
         return f"ctrl/{self.aircraft}/{self.name}"
+
+    def before(self, later: Law) -> Law:
+        """This law with what a later stretch of the run adds to what is known of it."""
+        return replace(self, closed=self.closed + later.closed, grown=self.grown | later.grown)
 
 
 def _quantities(row: np.ndarray) -> tuple[Quantity, ...]:
@@ -75,14 +83,18 @@ def laws_of(run: Run) -> list[Law]:
         _, first = np.unique(table["law"], return_index=True)
         for k in sorted(first.tolist(), key=lambda k: int(table["place"][k])):
             rows = table.pick(table["law"] == table["law"][k])
-            name = table["law"][k].decode("utf-8", "replace")
-            found = (_quantities(table[what][k]) for what in ("output", "controlled", "scheduled"))
-            out.append(Law(aircraft, name, rows, *found))
+            name, place = table["law"][k].decode("utf-8", "replace"), int(table["place"][k])
+            outputs, controlled, scheduled = (
+                _quantities(table[what][k]) for what in ("output", "controlled", "scheduled")
+            )
+            closed = int(np.count_nonzero(rows["closed"]))
+            grown = frozenset(q.name for q in controlled if np.any(rows["error_integral"][:, q.at]))
+            out.append(Law(aircraft, name, rows, place, outputs, controlled, scheduled, closed, grown))
     return out
 
 
 def draw(sink: Sink, found: Sequence[Law]) -> None:
-    """Send the entities. What is no closed loop has feed-forward alone."""
+    """Send the entities. What is no closed loop has feed-forward alone; a line that has begun goes on."""
     for law in found:
         d, t = law.table, law.table.t_us
         for q in law.outputs:
@@ -90,7 +102,7 @@ def draw(sink: Sink, found: Sequence[Law]) -> None:
             sent = part["proportional"] + part["integral"] + part["feedforward"] - part["cut"]
             sink.series(f"{at}/sent", t, sent, "sent", TRUTH, 2.0)
             for key, color, width in PARTS:
-                if key == "feedforward" or np.any(part[key]):
+                if key == "feedforward" or np.any(part[key]) or not sink.new(f"{at}/{key}"):
                     sink.series(f"{at}/{key}", t, part[key], key, color, width)
             limited = d["output_limit"][:, q.at] != 0
             if limited.any():
@@ -99,8 +111,9 @@ def draw(sink: Sink, found: Sequence[Law]) -> None:
             held = d["controlled_limit"][:, q.at] != 0
             for key, words in (("error", "error"), ("error_integral", "integral of the error")):
                 value = q.factor * d[key][:, q.at].astype(np.float64)
-                if key == "error" or np.any(value):
-                    sink.series(f"{law.path}/{key}/{q.name}", t, value, f"{q.name} {words}", AXIS[i % len(AXIS)])
+                path = f"{law.path}/{key}/{q.name}"
+                if key == "error" or np.any(value) or not sink.new(path):
+                    sink.series(path, t, value, f"{q.name} {words}", AXIS[i % len(AXIS)])
             if held.any():
                 value = q.factor * d["error_integral"][held, q.at].astype(np.float64)
                 sink.marks(f"{law.path}/error_limit/{q.name}", t[held], value, "held or at its bound", LIMIT)
@@ -115,7 +128,7 @@ def draw(sink: Sink, found: Sequence[Law]) -> None:
 def controller_tab(p: Plots, found: Sequence[Law]) -> Tab:
     """The tab Controller: a page for each law that has flown, its outputs on the left, errors and schedule on the right; shown
     first: the one the first aircraft has flown by most."""
-    closed = [int(np.count_nonzero(law.table["closed"])) for law in found]
+    closed = [law.closed for law in found]
     shown = [k for k, n in enumerate(closed) if n] or list(range(len(found)))
     first = max(
         range(len(shown)), key=lambda i: (found[shown[i]].aircraft == found[shown[0]].aircraft, closed[shown[i]])
@@ -133,7 +146,7 @@ def _page(p: Plots, law: Law) -> rrb.Horizontal:
         for q in law.outputs
     ]
     state = [p.plot(_title(q, " error"), [f"{law.path}/error/{q.name}"], legend=False) for q in law.controlled]
-    grown = [q for q in law.controlled if np.any(law.table["error_integral"][:, q.at])]
+    grown = [q for q in law.controlled if q.name in law.grown]
     state += [
         p.plot(
             _title(q, " integral").replace("]", " s]"),

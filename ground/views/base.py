@@ -93,6 +93,8 @@ class View(ABC):
     # message -> words of an alarm in it ("" none), kept by the monitor after it is over
     alarms: Mapping[str, Callable[[Fields], str]] = {}
     commands: tuple[Command, ...] = ()
+    # of a run that goes on: how much of its past what is drawn now depends on [s]
+    memory_s: float = 5.0
 
     @abstractmethod
     def finds(self, tlm: Columns) -> bool:
@@ -114,6 +116,10 @@ class View(ABC):
         """What only this mission has, as arrays: paths `<group>/<aircraft>/...`. They stand: a common signal of that path is not
         made again."""
         return []
+
+    def moment(self, run: Run) -> float | None:
+        """A time [s] worth a picture; None: any."""
+        return None
 
     def layout(self, run: Run, look: Look) -> Layout | None:
         """What the viewer shows of it; None: nothing."""

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import math
+import signal
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -30,13 +32,20 @@ def finish(
     """Write summary.json and run.rrd, print what came out, return the exit code of `sil run`. `in_process`: the figures too."""
     summary: dict[str, Any] = {}
     _write(run, {"run.outcome": outcome.outcome, "run.sim_s": round(outcome.sim_s, 3)})  # what the logs must reach
-    if outcome.outcome in ("completed", "lost"):
+    by_user = outcome.outcome == "aborted" and outcome.signum == signal.SIGINT and not deleted(run)
+
+    def halted() -> bool:  # who ended a run by Ctrl-C may end this by another
+        return stop.hurry if by_user else bool(stop)
+
+    if (outcome.outcome in ("completed", "lost") or by_user) and not halted():
         if in_process:
             summary = _figures(run, console)
-        elif _step("metrics", ["ground", "metrics", "--write", str(run)], run, console, stop) or _has_failed_view(run):
+        elif _step("metrics", ["ground", "metrics", "--write", str(run)], run, console, halted) or _has_failed_view(
+            run
+        ):
             summary = read_summary(run, console)
-        if rrd and not stop:
-            _step("convert", ["ground", "convert", str(run)], run, console, stop)
+        if rrd and not halted():
+            _step("convert", ["ground", "convert", str(run)], run, console, halted)
     if summary.get("run.outcome") == "truncated":
         outcome = replace(outcome, outcome="truncated", reason=str(summary["run.reason"]))
     flown = {
@@ -160,20 +169,20 @@ def read_summary(run: Path, console: Console) -> dict[str, Any]:
     return data if isinstance(data, dict) else {}
 
 
-def _step(name: str, module_args: list[str], run: Path, console: Console, stop: StopFlag) -> bool:
+def _step(name: str, module_args: list[str], run: Path, console: Console, halted: Callable[[], bool]) -> bool:
     """Run one post-processing program to its end; False with a message when it fails or is stopped."""
     with Supervisor(run) as sup:
         child = sup.start(name, [sys.executable, "-m", *module_args])
         with console.status(f"ground {name} ...") if console.is_terminal else _Quiet():
-            while child.popen.poll() is None and not stop:
+            while child.popen.poll() is None and not halted():
                 sup.pump(0.1)
         sup.newly_ended()
         if child.popen.returncode == 0:
             return True
         sup.stop()
-        why = f"stopped by signal {stop.signum}" if stop else describe_exit(child.popen.returncode)
+        why = "stopped" if halted() else describe_exit(child.popen.returncode)
         views = [line for line in child.tail if line.startswith(f"ground: {VIEWS}")]  # failed, and the rest was done
-        lines = views if views and not stop else [f"ground {name}: {why}", *child.tail]
+        lines = views if views and not halted() else [f"ground {name}: {why}", *child.tail]
         console.print("\n".join(lines), style="red", soft_wrap=True)
         return False
 

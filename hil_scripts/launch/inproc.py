@@ -19,10 +19,10 @@ from flightsw.process.config import load_flight
 from flightsw.process.node import Node
 from flightsw.process.recorder import LinkRecorder
 from ground.link.record import Recorder
-from hil_scripts.launch import screen
+from hil_scripts.launch import screen, watching
 from hil_scripts.launch.mission import Outcome, deleted
 from hil_scripts.launch.preflight import Built
-from hil_scripts.launch.procs import StopFlag
+from hil_scripts.launch.procs import StopFlag, Supervisor
 from hil_scripts.launch.progress import Board
 from hil_scripts.launch.runfolder import RunPlan, make_folder, resolve
 from sim_plant.accounts import accounts as plant_accounts
@@ -94,18 +94,26 @@ class InProcess:
             raise errors[0]
 
 
-def fly(plan: RunPlan, run: Path, console: Console, stop: StopFlag, built: Built | None = None) -> Outcome:
-    """Run the plan in this process, with what is built of it already. A log that cannot be written is a failed outcome; other
-    errors come out as they are."""
-    with Board(console, plan.duration_s, plan.names) as board:
+def fly(
+    plan: RunPlan,
+    run: Path,
+    console: Console,
+    stop: StopFlag,
+    built: Built | None = None,
+    watched: watching.Where | None = None,
+) -> Outcome:
+    """Run the plan in this process, with what is built of it already, `watched` somewhere or not. A log that
+    cannot be written is a failed outcome; other errors come out as they are."""
+    with Supervisor() as sup, Board(console, plan.duration_s, plan.names) as board:
         flight = InProcess(plan, run, built)
+        watching.start(sup, watched, run, console)
         gc.collect()
         gc.freeze()
         gc.disable()  # as the separate processes do
         lost = ""
         try:
             try:
-                _loop(flight, board, stop)
+                _loop(flight, board, stop, sup)
             except AircraftLostError as e:
                 lost = str(e)
                 board.advance(flight.server.t_us / 1e6, flight.server.tick)
@@ -125,7 +133,7 @@ def fly(plan: RunPlan, run: Path, console: Console, stop: StopFlag, built: Built
     return Outcome("lost" if lost else "completed", lost, board.sim_s, speed, accounts=accounts)
 
 
-def _loop(flight: InProcess, board: Board, stop: StopFlag) -> None:
+def _loop(flight: InProcess, board: Board, stop: StopFlag, sup: Supervisor) -> None:
     server = flight.server
     while not server.done and not stop:
         flight.tick()
@@ -134,6 +142,8 @@ def _loop(flight: InProcess, board: Board, stop: StopFlag) -> None:
             board.advance(server.t_us / 1e6, server.tick)
             board.on_ground(flight.ground.status())
             board.draw()
+            if sup.children:
+                sup.pump(0.0)
     board.advance(server.t_us / 1e6, server.tick)
 
 

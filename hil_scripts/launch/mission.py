@@ -12,7 +12,7 @@ from typing import Any
 
 from rich.console import Console
 
-from hil_scripts.launch import ports
+from hil_scripts.launch import ports, watching
 from hil_scripts.launch.procs import Child, StopFlag, Supervisor, describe_exit
 from hil_scripts.launch.progress import Board
 from hil_scripts.launch.runfolder import RunPlan
@@ -38,13 +38,19 @@ class Outcome:
 
 
 def fly(
-    plan: RunPlan, run: Path, port_offset: int, console: Console, stop: StopFlag, signing_key: Path | None = None
+    plan: RunPlan,
+    run: Path,
+    port_offset: int,
+    console: Console,
+    stop: StopFlag,
+    signing_key: Path | None = None,
+    watched: watching.Where | None = None,
 ) -> Outcome:
-    """Run the plan to its end, its links signed by the key of a file if there is one. Everything started here has ended when this
-    returns, also by an exception."""
+    """Run the plan to its end, its links signed by the key of a file if there is one, `watched` somewhere or not. Everything
+    started here has ended when this returns, also by an exception."""
     accounts: dict[str, int | float] = {}
     both = [*_offset(port_offset), *(["--signing-key", str(signing_key)] if signing_key is not None else [])]
-    return replace(_fly(plan, run, port_offset, both, console, stop, accounts), accounts=accounts)
+    return replace(_fly(plan, run, port_offset, both, console, stop, accounts, watched), accounts=accounts)
 
 
 def _fly(
@@ -55,6 +61,7 @@ def _fly(
     console: Console,
     stop: StopFlag,
     accounts: dict[str, int | float],
+    watched: watching.Where | None,
 ) -> Outcome:
     def account(who: str, then: OnMessage) -> OnMessage:
         def on(msg: dict[str, Any]) -> None:
@@ -63,10 +70,11 @@ def _fly(
 
         return on
 
-    ports.check_free(ports.needed(plan.names, port_offset))
+    ports.check_free(ports.needed(plan.names, port_offset, watched is not None))
     wait_s = float(plan.scenario["clock"]["startup_timeout_s"])
     with Supervisor(run) as sup, Board(console, plan.duration_s, plan.names) as board:
-        ground = sup.start("ground", _argv("ground", "record", "--out", run, *both), account("ground", board.on_ground))
+        heard = ["--out", run, *both, *watching.forwarding(watched, port_offset)]
+        ground = sup.start("ground", _argv("ground", "record", *heard), account("ground", board.on_ground))
         flights = []
         for f in plan.flights:
             args = ["--config", run / f"flight_{f.name}.toml", "--sysid", f.sysid, "--run-dir", run]
@@ -75,6 +83,7 @@ def _fly(
             flights.append(sup.start(f"flightsw-{f.name}", argv, account(f"flightsw.{f.name}", _nothing)))
         if not _await_ground(sup, ground, run, stop, wait_s):
             return _end(sup, run, board, ground, stop, console)
+        watcher = watching.start(sup, watched, run, console, both)
         args = ["--scenario", run / "scenario.toml", "--seed", plan.seed, "--run-dir", run]
         args += ["--realtime"] if plan.realtime else []
         argv = _argv("sim_plant", *args, *both)
@@ -85,8 +94,13 @@ def _fly(
             board.draw()
             ended = sup.newly_ended()
             if plant in ended and plant.popen.returncode in (0, AIRCRAFT_LOST):
-                return _finish(sup, run, board, ground, flights, [c for c in ended if c is not plant], stop, console)
-            bad = [c for c in ended if c.popen.returncode != 0 or c is ground]
+                return _finish(
+                    sup, run, board, ground, flights, [c for c in ended if c not in (plant, watcher)], stop, console
+                )
+            if watcher is not None and watcher in ended:
+                why = f"{describe_exit(watcher.popen.returncode)}{_last_words(watcher)}"
+                console.print(f"not watched any more: {why}", style="yellow")
+            bad = [c for c in ended if c is not watcher and (c.popen.returncode != 0 or c is ground)]
             early = [c for c in ended if c in flights and c.popen.returncode == 0]
             if early and not sup.wait([plant], 3.0, stop):  # normal at the end, when the plant is still closing its log
                 bad += early

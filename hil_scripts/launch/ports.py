@@ -6,7 +6,7 @@ import errno
 import socket
 from collections.abc import Iterable
 
-from flightsw.icd.link import GROUND_PORT, plant_command_port, plant_port, telemetry_port
+from flightsw.icd.link import GROUND_PORT, WATCH_PORT, plant_command_port, plant_port, telemetry_port
 
 HOST = "127.0.0.1"
 
@@ -15,9 +15,11 @@ class PortBusyError(OSError):
     """A port the run needs is held by another program; the text names port and purpose."""
 
 
-def needed(names: dict[int, str], offset: int) -> dict[int, str]:
-    """Port -> purpose for the aircraft {sysid: name}."""
+def needed(names: dict[int, str], offset: int, watched: bool = False) -> dict[int, str]:
+    """Port -> purpose for the aircraft {sysid: name}; `watched`: of a run that is drawn as it flies."""
     out = {GROUND_PORT + offset: "ground telemetry", plant_command_port(offset): "commands to the plant"}
+    if watched:
+        out[WATCH_PORT + offset] = "live picture"
     for sysid, name in names.items():
         out[plant_port(sysid, offset)] = f"plant link of {name}"
         out[telemetry_port(sysid, offset)] = f"telemetry of {name}"

@@ -113,7 +113,8 @@ def test_ctrl_c_in_flight(flight: Flight) -> None:
     flight.sil.send_signal(signal.SIGINT)
     assert flight.sil.wait(END_S) == 130
     assert "stopped by SIGINT" in flight.text()
-    assert summary(flight.run)["run.outcome"] == "aborted"
+    found = summary(flight.run)
+    assert found["run.outcome"] == "aborted" and found["log.truth.end_s"] > 0.0 and "wind.tanker.samples" in found
     flight.assert_clean()
 
 

@@ -124,9 +124,9 @@ def test_recording_and_monitor_do_not_import_rerun() -> None:
 
 
 def test_the_picture_is_taken_inside_contact(run: Path) -> None:
-    from ground.columns import load
+    from ground.run import load
 
-    assert 0.35 * 30 < (picture_time(load(run / "tlm.tlog")) or 0.0) < 0.85 * 30
+    assert 0.35 * 30 < (picture_time(load(run)) or 0.0) < 0.85 * 30
 
 
 def test_silhouettes_are_to_scale() -> None:

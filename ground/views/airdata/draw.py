@@ -14,9 +14,9 @@ import numpy as np
 import rerun as rr
 from numpy.typing import NDArray
 
-from ground.columns import Columns, Table
-from ground.rrd.palette import BOX, NAV, TRUTH, Color
-from ground.rrd.series import AXIS, Array, Sink
+from ground.columns import Columns, Table, thinned
+from ground.rrd.palette import BOX, NAV, WHITE, Color
+from ground.rrd.series import AXIS, Array, Sink, packed
 from ground.views.airdata.read import (
     DIRECTIONS,
     PROBES,
@@ -120,7 +120,7 @@ def _portrait(sink: Sink, path: str, t_us: NDArray[np.int64], residual: Array, h
     look = rr.LineStrips2D(
         lines, colors=[BOX, FAINT, *[FAINT] * 3], radii=[rr.Radius.ui_points(2.0), thin, *[thin] * 3]
     )
-    sink.rec.log(f"{path}/frame", look, static=True)
+    sink.look(f"{path}/frame", look)
     names = rr.Points2D(
         1.2 * RIM * rays,
         colors=[FAINT],
@@ -128,17 +128,13 @@ def _portrait(sink: Sink, path: str, t_us: NDArray[np.int64], residual: Array, h
         labels=[f"{p} +" for p in PROBES],
         show_labels=True,
     )
-    sink.rec.log(f"{path}/names", names, static=True)
+    sink.look(f"{path}/names", names)
     at = residual.astype(np.float64) * flip / np.sqrt(h)[:, None]
     far = np.linalg.norm(at, axis=1)
     at *= np.where(far > RIM, RIM / np.maximum(far, 1e-9), 1.0)[:, None]
-    sink.rec.log(f"{path}/vector", rr.Points2D.from_fields(radii=rr.Radius.ui_points(3.5)), static=True)
-    hue = np.where(alarm, _packed(ALARM), _packed(QUIET)).astype(np.uint32)
-    sink.columns(f"{path}/vector", t_us, rr.Points2D.columns(positions=at, colors=hue))
-
-
-def _packed(c: Color) -> int:
-    return c[0] << 24 | c[1] << 16 | c[2] << 8 | 255
+    sink.look(f"{path}/vector", rr.Points2D.from_fields(radii=rr.Radius.ui_points(3.5)))
+    hue = packed(np.where(alarm[:, None], ALARM, QUIET))
+    sink.rows(f"{path}/vector", t_us, rr.Points2D, positions=at, colors=hue)
 
 
 def _series(sink: Sink, wake: Table, true: TruePosition, end_us: int) -> None:
@@ -153,7 +149,7 @@ def _series(sink: Sink, wake: Table, true: TruePosition, end_us: int) -> None:
         sink.series(f"{WAKE}/error_2sigma/{axis}", t, np.stack([-s2, s2], axis=1), f"{axis} 2 sigma", band, 1.0)
         sink.series(f"{WAKE}/error/{axis}", t, error[:, i + 1], f"{axis} error", AXIS[i + 1], 1.6)
     d = wake.pick(wake["valid"] != 0)
-    for i, (name, color) in enumerate((("wing", NAV), ("tail", COLOR["envelope"]))):
+    for i, (name, color) in enumerate((("wing", NAV), ("tail", (40, 140, 145)))):
         k, s = d["scale"][:, i].astype(np.float64), d["scale_sigma"][:, i].astype(np.float64)
         faint = tuple(c // 2 for c in color)
         sink.series(
@@ -175,45 +171,37 @@ def _series(sink: Sink, wake: Table, true: TruePosition, end_us: int) -> None:
 
 def _maps(sink: Sink, run: Path, wake: Table, true: TruePosition, rel: Table | None) -> None:
     """Tanker with its vortices, truth, command, estimate with its 2-sigma ellipse, trails."""
-    _tanker(sink, run, float(true.alpha.mean()) if len(true.alpha) else 0.0)
-    slot = np.flatnonzero(np.diff(true.t_us // PERIOD_US, prepend=-1))
+    if sink.due(TANKER_MAP):
+        _tanker(sink, run, float(true.alpha.mean()) if len(true.alpha) else 0.0)
+    slot = thinned(true.t_us, PERIOD_US)
     place = true.pos[slot][:, 1:]
-    _dot(sink, f"{TRUE_MAP}/position", true.t_us[slot], place, TRUTH, 5.0)
-    _trail(sink, f"{TRUE_MAP}/trail", true.t_us[slot], place, tuple(c * 2 // 3 for c in TRUTH))
+    _dot(sink, f"{TRUE_MAP}/position", true.t_us[slot], place, WHITE, 5.0)
+    sink.trail(f"{TRUE_MAP}/trail", true.t_us[slot], place, tuple(c * 2 // 3 for c in WHITE), 1.0, gap_us=5 * PERIOD_US)
     if rel is not None:
         d = rel.decimated(PERIOD_US)
+        d = d.pick(d.t_us <= (true.t_us[-1] if len(true.t_us) else d.t_us[-1:]))
         goal = true.turn(d.t_us, d["cmd_pos"].astype(np.float64))[:, 1:]
         _dot(sink, "guid/receiver/wake_map/commanded", d.t_us, goal, COLOR["command"], 4.0)
         box = rr.Boxes2D.from_fields(
             half_sizes=[[BOX_M, BOX_M]], radii=rr.Radius.ui_points(0.7), colors=[COLOR["command"]]
         )
-        sink.rec.log("guid/receiver/wake_map/box", box, static=True)
-        sink.columns("guid/receiver/wake_map/box", d.t_us, rr.Boxes2D.columns(centers=goal))
+        sink.look("guid/receiver/wake_map/box", box)
+        sink.rows("guid/receiver/wake_map/box", d.t_us, rr.Boxes2D, centers=goal)
     good = wake["valid"] != 0
     d = wake.pick(good)
     yz = d["pos"][:, 1:].astype(np.float64)
-    _trail(sink, f"{MAP}/trail", d.t_us, yz, tuple(c * 2 // 3 for c in NAV))
+    sink.trail(f"{MAP}/trail", d.t_us, yz, tuple(c * 2 // 3 for c in NAV), 1.0, gap_us=5 * PERIOD_US)
     shown = np.where(good[:, None], wake["pos"][:, 1:], np.float32(np.nan)).astype(np.float64)  # no dot while not valid
     _dot(sink, f"{MAP}/position", wake.t_us, shown, NAV, 5.0)
-    sink.rec.log(
-        f"{MAP}/ellipse", rr.LineStrips2D.from_fields(radii=rr.Radius.ui_points(1.5), colors=[NAV]), static=True
-    )
+    sink.look(f"{MAP}/ellipse", rr.LineStrips2D.from_fields(radii=rr.Radius.ui_points(1.5), colors=[NAV]))
     rings = ellipses(yz, d["cov"]).astype(np.float32)
-    sink.columns(f"{MAP}/ellipse", d.t_us, rr.LineStrips2D.columns(strips=rings))
+    sink.rows(f"{MAP}/ellipse", d.t_us, rr.LineStrips2D, strips=rings)
 
 
 def _dot(sink: Sink, path: str, t_us: NDArray[np.int64], at: Array, color: tuple[int, ...], size: float) -> None:
     look = rr.Points2D.from_fields(radii=rr.Radius.ui_points(size), colors=[color])
-    sink.rec.log(path, look, static=True)
-    sink.columns(path, t_us, rr.Points2D.columns(positions=at))
-
-
-def _trail(sink: Sink, path: str, t_us: NDArray[np.int64], at: Array, color: tuple[int, ...]) -> None:
-    """A path as short segments; the view's visible history joins them. Breaks where samples are missing."""
-    near = np.flatnonzero(np.diff(t_us) < 5 * PERIOD_US)
-    segments = np.stack([at[near], at[near + 1]], axis=1).astype(np.float32)
-    sink.rec.log(path, rr.LineStrips2D.from_fields(radii=rr.Radius.ui_points(1.0), colors=[color]), static=True)
-    sink.columns(path, t_us[near + 1], rr.LineStrips2D.columns(strips=segments))
+    sink.look(path, look)
+    sink.rows(path, t_us, rr.Points2D, positions=at)
 
 
 def _tanker(sink: Sink, run: Path, alpha: float) -> None:
@@ -222,17 +210,15 @@ def _tanker(sink: Sink, run: Path, alpha: float) -> None:
     if v is None:
         return
     wide, thin = rr.Radius.ui_points(3.0), rr.Radius.ui_points(1.2)
-    sink.rec.log(
-        f"{TANKER_MAP}/surfaces", rr.LineStrips2D([v.wing, v.tail], colors=[COLOR["tanker"]], radii=wide), static=True
-    )
+    sink.whole(f"{TANKER_MAP}/surfaces", rr.LineStrips2D([v.wing, v.tail], colors=[COLOR["tanker"]], radii=wide))
     angle = np.linspace(0.0, 2.0 * np.pi, 41)
     ring = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     cores = [c + r * ring for c, r in zip(v.centre, v.core, strict=True)]
-    sink.rec.log(f"{TANKER_MAP}/cores", rr.LineStrips2D(cores, colors=[VORTEX], radii=thin), static=True)
+    sink.whole(f"{TANKER_MAP}/cores", rr.LineStrips2D(cores, colors=[VORTEX], radii=thin))
     dots = rr.Points2D(v.centre, colors=[VORTEX], radii=rr.Radius.ui_points(2.0))
-    sink.rec.log(f"{TANKER_MAP}/vortices", dots, static=True)
+    sink.whole(f"{TANKER_MAP}/vortices", dots)
     wing, tail = v.centre[:2], v.centre[2:].mean(axis=0)
     at = np.concatenate([wing, [tail]]) - np.array([0.0, 9.0])
     names = ["wing vortex", "wing vortex", "tail vortices"]
     text = rr.Points2D(at, colors=[VORTEX], radii=rr.Radius.ui_points(0.0), labels=names, show_labels=True)
-    sink.rec.log(f"{TANKER_MAP}/names", text, static=True)
+    sink.whole(f"{TANKER_MAP}/names", text)

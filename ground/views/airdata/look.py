@@ -5,7 +5,8 @@ from __future__ import annotations
 import rerun.blueprint as rrb
 
 from ground.columns import Columns
-from ground.rrd.layout import Layout, Look, Plots
+from ground.rrd.layout import Layout, Look, Plots, past
+from ground.rrd.palette import BACKGROUND
 from ground.run import Run
 from ground.views.airdata.draw import FDI, MAP, TANKER_MAP, TRUE_MAP, WAKE
 from ground.views.airdata.read import VARIABLES, true_position
@@ -16,25 +17,15 @@ CONTACT_M = (0.0, 8.5)  # [m] the close map is centred here if there is no truth
 CLOSE_M = 2.0  # [m] half height of the close map
 
 
-def _history(paths: list[str], seconds: float) -> dict[str, rrb.VisibleTimeRanges]:
-    """Overrides that show the named entities over the last `seconds`."""
-    window = rrb.VisibleTimeRange(
-        "sim_time",
-        start=rrb.TimeRangeBoundary.cursor_relative(seconds=-seconds),
-        end=rrb.TimeRangeBoundary.cursor_relative(),
-    )
-    return {path: rrb.VisibleTimeRanges([window]) for path in paths}
-
-
 def _map(name: str, centre: tuple[float, float], half: tuple[float, float], trail_s: float) -> rrb.Spatial2DView:
     (y, z), (dy, dz) = centre, half
     return rrb.Spatial2DView(
         origin="/",
         name=name,
         contents=[f"{TANKER_MAP}/**", f"{TRUE_MAP}/**", f"{MAP}/**", "guid/receiver/wake_map/**"],
-        overrides=_history([f"{TRUE_MAP}/trail", f"{MAP}/trail"], trail_s),  # type: ignore[arg-type]
+        overrides=past(f"{TRUE_MAP}/trail", f"{MAP}/trail", seconds=trail_s),
         visual_bounds=rrb.VisualBounds2D(x_range=[y - dy, y + dy], y_range=[z - dz, z + dz]),
-        background=rrb.Background(color=(24, 30, 40)),
+        background=rrb.Background(color=BACKGROUND),
     )
 
 
@@ -52,7 +43,7 @@ def close_centre(truth: Columns, tlm: Columns) -> tuple[float, float]:
 
 def layout(run: Run, look: Look) -> Layout:
     """The tab of this module."""
-    return Layout(tabs=[airdata_tab(Plots(*look.span), close_centre(run.truth, run.tlm))])
+    return Layout(tabs=[airdata_tab(look.plots(), close_centre(run.truth, run.tlm))])
 
 
 def airdata_tab(p: Plots, centre: tuple[float, float]) -> rrb.Vertical:
@@ -61,9 +52,9 @@ def airdata_tab(p: Plots, centre: tuple[float, float]) -> rrb.Vertical:
         rrb.Spatial2DView(
             origin=f"{FDI}/portrait/{v}",
             name=f"{v} residual / threshold",
-            overrides=_history([f"{FDI}/portrait/{v}/vector"], PORTRAIT_S),  # type: ignore[arg-type]
+            overrides=past(f"{FDI}/portrait/{v}/vector", seconds=PORTRAIT_S),
             visual_bounds=rrb.VisualBounds2D(x_range=[-4.4, 4.4], y_range=[-4.4, 4.4]),
-            background=rrb.Background(color=(24, 30, 40)),
+            background=rrb.Background(color=BACKGROUND),
         )
         for v in VARIABLES
     ]

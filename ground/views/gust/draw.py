@@ -12,23 +12,33 @@ import rerun.blueprint as rrb
 from numpy.typing import NDArray
 from scipy import signal
 
+from ground.columns import thinned
+from ground.geometry import quat_euler
 from ground.rrd.layout import Layout, Look, Plots
-from ground.rrd.palette import CRAFTS, NAV, TRUTH, Color
+from ground.rrd.outline import SIDE, placed
+from ground.rrd.palette import ALARM, BACKGROUND, BAND, BOX, CRAFTS, NAV, TRUTH, WHITE, Color
 from ground.rrd.series import Array, Sink
 from ground.run import Run
 from ground.views.gust.figures import pair
 from ground.views.gust.read import ESTIMATORS, LAWS, GustFlight, flights, names
 from ground.views.gust.signals import WANTED
+from ground.whole import scenario
 
 DEG = 180.0 / np.pi
 G = 9.81
-BAND: Color = (150, 100, 50)
-WEIGHTS: tuple[Color, ...] = ((90, 150, 240), (96, 190, 110), (240, 190, 70), (232, 92, 80))
+WEIGHTS: tuple[Color, ...] = (*CRAFTS[:2], BOX, ALARM)
 SHOWN = {"alpha_w": ("deg", DEG), "v_w": ("m/s", 1.0), "bias": ("deg", DEG)}
 SPECTRUM = "truth/spectrum"
+SIDE_VIEW = "truth/side"
+SIDE_US = 100_000  # [us] at 10 Hz
+SHAPE_M, APART_M, ROOM_M = 3.0, 14.0, 8.0  # [m] drawn as long; one aircraft ahead of the other; above and below them
+WAY, WAY_SCALE = 400, 0.06  # rows of the way behind an aircraft, and how much shorter than flown it is drawn
+ARROW_M = 25.0  # [m per rad] of wind incidence
 DECADES = (-1.0, 1.4)  # log10 of the frequencies [Hz] drawn
 PSD = (-4.0, 2.0)  # log10 of the density [(m/s^2)^2/Hz]
 STRETCH = 0.4  # a decade of density is drawn this high
+STEP_US = 100_000  # [us] a difference needs the row behind
+PASS_US = 2_000_000  # [us] the low-pass goes both ways
 STATES: dict[str, Color] = {"GUST_HOLD": (120, 124, 132), "GUST_ALLEVIATION": (60, 150, 170)}
 
 
@@ -37,7 +47,37 @@ def draw(sink: Sink, run: Run) -> None:
     found = flights(run.folder, run.truth, run.tlm)
     for i, f in enumerate(found):
         _flight(sink, f, CRAFTS[i % len(CRAFTS)])
+    _side(sink, found)
     _spectra(sink, found)
+
+
+def _side(sink: Sink, found: list[GustFlight]) -> None:
+    """Each aircraft from the side, one ahead of the other, its pitch and height as they are; its way behind it and, at the nose,
+    the vertical wind: true and estimated."""
+    for i, f in enumerate(found):
+        at, few = f"{SIDE_VIEW}/{f.name}", thinned(f.t_us, SIDE_US)
+        if not len(few):
+            continue
+        x0 = -i * APART_M
+        up = -f.true["pos_n"][:, 2]
+        here = np.stack([np.full(len(few), x0), -up[few]], axis=1)
+        pitch = quat_euler(f.true["q_nb"][few])[:, 1]
+        line = rr.Radius.ui_points(1.4)
+        sink.look(
+            f"{at}/shape", rr.LineStrips2D.from_fields(colors=[CRAFTS[i % len(CRAFTS)]], radii=line, labels=[f.name])
+        )
+        sink.rows(f"{at}/shape", f.t_us[few], rr.LineStrips2D, strips=placed(SIDE, here, pitch, SHAPE_M))
+        behind = np.maximum(few[:, None] - np.arange(0, WAY, 5)[None, :], 0)
+        back = (f.t[few][:, None] - f.t[behind]) * f.true["V"][few][:, None]
+        way = np.stack([x0 - 0.5 * SHAPE_M - WAY_SCALE * back, -up[behind]], axis=-1).astype(np.float32)
+        thin = rr.Radius.ui_points(1.0)
+        sink.look(f"{at}/way", rr.LineStrips2D.from_fields(colors=[CRAFTS[i % len(CRAFTS)]], radii=thin))
+        sink.rows(f"{at}/way", f.t_us[few], rr.LineStrips2D, strips=way)
+        for key, angle, color, dx in (("wind", f.truth[:, 0], WHITE, 0.0), ("wind_estimate", f.est[:, 0], NAV, 0.25)):
+            arrow = np.stack([np.zeros(len(few)), ARROW_M * angle[few]], axis=1).astype(np.float32)
+            nose = (here + np.array([0.5 * SHAPE_M + 0.3 + dx, 0.0])).astype(np.float32)
+            sink.look(f"{at}/{key}", rr.Arrows2D.from_fields(colors=[color], radii=rr.Radius.ui_points(2.0)))
+            sink.rows(f"{at}/{key}", f.t_us[few], rr.Arrows2D, vectors=arrow, origins=nose)
 
 
 def _flight(sink: Sink, f: GustFlight, color: Color) -> None:
@@ -45,18 +85,18 @@ def _flight(sink: Sink, f: GustFlight, color: Color) -> None:
     name, t = f.name, f.t_us
     for i, (key, _) in enumerate(WANTED):
         unit, factor = SHOWN[key]
-        sink.series(f"truth/{name}/gust/{key}", t, f.truth[:, i] * factor, f"{key} truth [{unit}]", TRUTH, 1.4)
+        sink.series(f"truth/{name}/gust/{key}", t, f.truth[:, i] * factor, f"{key} truth [{unit}]", TRUTH, 1.0)
         m = f.valid
         est, s2 = f.est[m, i] * factor, 2.0 * f.sigma[m, i] * factor
-        sink.series(f"nav/{name}/gust/{key}", t[m], est, f"{key} estimate", NAV, 1.4)
+        sink.series(f"nav/{name}/gust/{key}", t[m], est, f"{key} estimate", NAV, 2.4)
         some = np.isfinite(s2)
         band = np.stack([est - s2, est + s2], axis=1)[some]
         sink.series(f"nav/{name}/gust/{key}_2sigma", t[m][some], band, "2 sigma", BAND, 1.0)
         sink.series(
             f"nav/{name}/gust/{key}_error", t[m], est - f.truth[m, i] * factor, f"{name} {key} error", color, 1.0
         )
-    sink.series(f"truth/{name}/n_z", t, 1.0 + f.a_z / G, f"{name} n_z", color, 1.0)
-    sink.series(f"truth/{name}/n_z_low", t, 1.0 + f.low() / G, f"{name} n_z below 2 Hz", color, 2.0)
+    sink.series(f"truth/{name}/n_z", t, 1.0 + f.a_z / G, f"{name} n_z", color, 1.0, settle_us=STEP_US)
+    sink.series(f"truth/{name}/n_z_low", t, 1.0 + f.low() / G, f"{name} n_z below 2 Hz", color, 2.0, settle_us=PASS_US)
     sink.series(f"truth/{name}/height", t, -f.true["pos_n"][:, 2], f"{name} height", color)
     sink.series(f"truth/{name}/V", t, f.true["V"], f"{name} airspeed", color)
     sink.series(f"truth/{name}/alpha", t, f.true["alpha"] * DEG, f"{name} alpha", color)
@@ -84,6 +124,8 @@ def _point(hz: NDArray[np.float64], density: Array) -> Array:
 
 def _spectra(sink: Sink, found: list[GustFlight]) -> None:
     """Power density of a_z of every aircraft over frequency, both logarithmic, with a grid of decades."""
+    if not sink.due(SPECTRUM):
+        return
     lines, labels, at = [], [], []
     for d in (-1, 0, 1):
         lines.append(np.array([[d, -STRETCH * PSD[0]], [d, -STRETCH * PSD[1]]]))
@@ -94,7 +136,7 @@ def _spectra(sink: Sink, found: list[GustFlight]) -> None:
         labels.append(f"1e{d}")
         at.append((DECADES[0] - 0.12, -STRETCH * float(d)))
     thin = rr.Radius.ui_points(0.8)
-    sink.rec.log(f"{SPECTRUM}/grid", rr.LineStrips2D(lines, colors=[(80, 86, 98)], radii=thin), static=True)
+    sink.look(f"{SPECTRUM}/grid", rr.LineStrips2D(lines, colors=[(80, 86, 98)], radii=thin))
     for i, f in enumerate(found):
         if len(f.t_us) < 256:
             continue
@@ -104,20 +146,20 @@ def _spectra(sink: Sink, found: list[GustFlight]) -> None:
         strip = _point(hz[keep], density[keep])
         color = CRAFTS[i % len(CRAFTS)]
         curve = rr.LineStrips2D([strip], colors=[color], radii=rr.Radius.ui_points(1.8))
-        sink.rec.log(f"{SPECTRUM}/{f.name}", curve, static=True)
+        sink.whole(f"{SPECTRUM}/{f.name}", curve)
         labels.append(f.name)
         at.append((float(strip[1, 0]) + 0.35, float(strip[1, 1]) - 0.12 + 0.24 * i))
     spots = rr.Points2D(at, colors=[(200, 204, 212)], radii=rr.Radius.ui_points(0.0), labels=labels, show_labels=True)
-    sink.rec.log(f"{SPECTRUM}/labels", spots, static=True)
+    sink.whole(f"{SPECTRUM}/labels", spots)
 
 
 def layout(run: Run, look: Look) -> Layout:
     """Spectra, and the tabs Gust, Loads, Filter."""
     found = flights(run.folder, run.truth, run.tlm)
     aircraft, end_s = list(names(run.folder, run.tlm).values()), look.end_s
-    p = Plots(0.0, end_s)
-    near = Plots(
-        *((end_s * 0.62, end_s * 0.95) if end_s > 20.0 else (0.0, end_s))
+    p = look.plots((0.0, end_s))
+    near = look.plots(
+        (end_s * 0.62, end_s * 0.95) if end_s > 20.0 else (0.0, end_s)
     )  # where single gusts can be told apart
     both = pair(found)
     lead = both[0].name if both else aircraft[0] if aircraft else ""
@@ -154,13 +196,27 @@ def layout(run: Run, look: Look) -> Layout:
             name="Filter",
         ),
     ]  # fmt: skip
-    top, bottom = -STRETCH * PSD[1] - 0.1, -STRETCH * PSD[0] + 0.3
+    y_range = [-STRETCH * PSD[1] - 0.1, -STRETCH * PSD[0] + 0.3]
     spectra = rrb.Spatial2DView(
         origin="/",
         contents=[f"{SPECTRUM}/**"],
         name="a_z: density [(m/s2)2/Hz] over frequency [Hz]",
-        visual_bounds=rrb.VisualBounds2D(x_range=[DECADES[0] - 0.25, DECADES[1]], y_range=[top, bottom]),
-        background=rrb.Background(color=(24, 30, 40)),
+        visual_bounds=rrb.VisualBounds2D(x_range=[DECADES[0] - 0.25, DECADES[1]], y_range=y_range),
+        background=rrb.Background(color=BACKGROUND),
     )
     lanes = [f"guid/{a}/law" for a in order]
-    return Layout(rank=1, tabs=tabs, scenes=[spectra], lanes=lanes, states=STATES, span=(0.0, end_s))
+    start = [
+        -float(a["start"]["pos_n_m"][2])
+        for a in scenario(run.folder).get("aircraft", [])
+        if "pos_n_m" in a.get("start", {})
+    ]
+    heights = np.concatenate([np.array(start or [0.0]), *(-f.true["pos_n"][:, 2] for f in found)])
+    down, up = ROOM_M - float(heights.min()), -ROOM_M - float(heights.max())
+    side = rrb.Spatial2DView(
+        origin="/",
+        contents=[f"{SIDE_VIEW}/**"],
+        name="From the side: pitch, height, vertical wind (truth white, estimate orange)",
+        visual_bounds=rrb.VisualBounds2D(x_range=[-APART_M * len(aircraft), 6.0], y_range=[up, down]),
+        background=rrb.Background(color=BACKGROUND),
+    )
+    return Layout(rank=1, tabs=tabs, scenes=[side, spectra], lanes=lanes, states=STATES, span=(0.0, end_s))

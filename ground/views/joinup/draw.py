@@ -6,13 +6,16 @@ as flown and as wanted; heights.
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
 from flightsw.aircraft import load_aircraft
 from ground.columns import Columns, hold, match
-from ground.rrd.layout import Layout, Look, Plots
+from ground.rrd.layout import Layout, Look, Plots, past
+from ground.rrd.outline import ABOVE, SIDE, placed
 from ground.rrd.palette import BOX, NAV, Color
 from ground.rrd.series import Sink
 from ground.run import Run
@@ -24,6 +27,7 @@ from ground.views.rendezvous.read import has_rendezvous
 
 ROOT = "truth/receiver/join"
 PERIOD_US = 500_000  # [us]
+TANKER_M, RECEIVER_M = 41.5, 13.2  # lengths
 STRETCH_M = 450.0  # what the two views show
 CORE = (230, 90, 90)
 PHASES: dict[str, Color] = {"ENROUTE": (80, 120, 110), "JOIN_UP": (190, 140, 70)}
@@ -57,7 +61,7 @@ def joinup(sink: Sink, truth: Columns, tlm: Columns) -> None:
     phase = hold(d.t_us, status.t_us, status["phase"])
     joined = (phase == JOIN_UP) | (phase == OBSERVATION)
     rate = -np.gradient(distance, d.t_us * 1e-6)
-    sink.series(f"{ROOT}/closure", d.t_us[joined], rate[joined], "closure", COLOR["receiver"])
+    sink.series(f"{ROOT}/closure", d.t_us[joined], rate[joined], "closure", COLOR["receiver"], settle_us=2 * PERIOD_US)
     rel = tlm.get(RECEIVER, "RELATIVE_STATE")
     if rel is not None:
         w = rel.pick(hold(rel.t_us, status.t_us, status["phase"]) == JOIN_UP).decimated(PERIOD_US)
@@ -68,41 +72,53 @@ def joinup(sink: Sink, truth: Columns, tlm: Columns) -> None:
     _views(sink, d["xi"].astype(np.float64), d.t_us, joined)
 
 
+@cache
+def _span() -> float:
+    return load_aircraft(WAKE_OF).geometry.b_m
+
+
 def _views(sink: Sink, xi: np.ndarray, t_us: np.ndarray, joined: np.ndarray) -> None:
     """Path in the tanker's axes from above (forward up) and from behind (right, down)."""
-    ac = load_aircraft(WAKE_OF)
-    y = np.pi / 8.0 * ac.geometry.b_m
+    y = np.pi / 8.0 * _span()
     near = joined & (xi[:, 0] > -STRETCH_M)
     for name, a, b, signs in (("above", 1, 0, (1.0, -1.0)), ("side", 0, 2, (1.0, 1.0))):
         path = np.stack([signs[0] * xi[:, a], signs[1] * xi[:, b]], axis=1)
         at = f"{ROOT}/{name}"
-        strip = rr.LineStrips2D([path[near]], colors=[COLOR["receiver"]], radii=rr.Radius.ui_points(1.5))
-        sink.rec.log(f"{at}/path", strip, static=True)
-        spot = rr.Points2D.from_fields(colors=[COLOR["receiver"]], radii=rr.Radius.ui_points(6.0), labels=["receiver"])
-        sink.rec.log(f"{at}/spot", spot, static=True)
-        sink.columns(f"{at}/spot", t_us[near], rr.Points2D.columns(positions=path[near]))
-        own = rr.Points2D([[0.0, 0.0]], colors=[COLOR["tanker"]], radii=rr.Radius.ui_points(7.0), labels=["tanker"])
-        sink.rec.log(f"{at}/tanker", own, static=True)
+        sink.trail(f"{at}/path", t_us[near], path[near], COLOR["receiver"])
+        outline, nose = (ABOVE, 0.5 * np.pi) if name == "above" else (SIDE, 0.0)
+        spot = rr.LineStrips2D.from_fields(
+            colors=[COLOR["receiver"]], radii=rr.Radius.ui_points(1.5), labels=["receiver"]
+        )
+        sink.look(f"{at}/spot", spot)
+        shapes = placed(outline, path[near], np.full(int(near.sum()), nose), RECEIVER_M)
+        sink.rows(f"{at}/spot", t_us[near], rr.LineStrips2D, strips=shapes)
+        own = placed(outline, np.zeros((1, 2)), np.array([nose]), TANKER_M)
+        thick = rr.Radius.ui_points(1.8)
+        sink.look(f"{at}/tanker", rr.LineStrips2D(own, colors=[COLOR["tanker"]], radii=thick, labels=["tanker"]))
         if name == "above":
             lines = [[[s * y, 0.0], [s * y, STRETCH_M]] for s in (-1.0, 1.0)]
         else:
             back = STRETCH_M * np.array([-np.cos(0.06), -np.sin(0.06)])
             lines = [[[0.0, 0.0], back.tolist()]]
         cores = rr.LineStrips2D(lines, colors=[CORE], radii=rr.Radius.ui_points(1.0))
-        sink.rec.log(f"{at}/cores", cores, static=True)
+        sink.look(f"{at}/cores", cores)
 
 
 def layout(run: Run, look: Look) -> Layout:
     """The tab of this module, and the plan of the rendezvous it came from, if any, up to the join-up."""
     first = span(run.tlm, look.end_s)
-    plan = [] if look.near or not has_rendezvous(run.tlm) else [rendezvous_map(until_joinup(run.truth, run.tlm))]
-    return Layout(rank=3, tabs=[joinup_tab(Plots(*first))], scenes=plan, states=PHASES, span=first)
+    plan = (
+        []
+        if look.near or not has_rendezvous(run.tlm)
+        else [rendezvous_map(Columns() if look.live else until_joinup(run.truth, run.tlm))]
+    )
+    return Layout(rank=3, tabs=[joinup_tab(look.plots(first))], scenes=plan, states=PHASES, span=first)
 
 
 def joinup_tab(p: Plots) -> rrb.Vertical:
     """Plots and views of this module."""
     above, side = (
-        rrb.Spatial2DView(origin="/", contents=[f"{ROOT}/{k}/**"], name=title)
+        rrb.Spatial2DView(origin="/", contents=[f"{ROOT}/{k}/**"], name=title, overrides=past(f"{ROOT}/{k}/path"))
         for k, title in (("above", "last stretch from above, tanker's axes [m]"), ("side", "from the side [m]"))
     )
     return rrb.Vertical(

@@ -6,8 +6,8 @@ import rerun.blueprint as rrb
 
 from ground.columns import Columns
 from ground.link.packets import PHASES
-from ground.rrd.layout import Layout, Look, Plots, Scene
-from ground.rrd.palette import BOX, NAV, Color
+from ground.rrd.layout import Layout, Look, Plots, Scene, past
+from ground.rrd.palette import BACKGROUND, BOX, NAV, Color
 from ground.rrd.series import AXIS, Sink
 from ground.run import Run
 from ground.views.refueling.aircraft import NAMES, RECEIVER
@@ -47,7 +47,7 @@ def draw(sink: Sink, run: Run) -> None:
 
 def layout(run: Run, look: Look) -> Layout:
     """Formation and boom, overview and station keeping."""
-    p = Plots(*look.span)
+    p = look.plots()
     scenes = [_scene("Formation (truth white, estimate orange)", WIDE), _scene("Boom", NEAR)]
     return Layout(
         rank=1,
@@ -111,12 +111,6 @@ def _boom(sink: Sink, tlm: Columns) -> None:
 
 
 def _scene(name: str, eye: tuple[Point, Point]) -> Scene:
-    window = rrb.VisibleTimeRange(
-        "sim_time",
-        start=rrb.TimeRangeBoundary.cursor_relative(seconds=-TRAIL_S),
-        end=rrb.TimeRangeBoundary.cursor_relative(),
-    )
-    trail = rrb.VisibleTimeRanges([window])
     return rrb.Spatial3DView(
         origin="/",
         name=name,
@@ -125,7 +119,7 @@ def _scene(name: str, eye: tuple[Point, Point]) -> Scene:
             "truth/tanker/wind_arrow", "truth/receiver/wind_arrow", "nav/tanker/wind_arrow",
             "nav/receiver/wind_arrow", "guid/receiver/scene/**",
         ],
-        overrides={"truth/receiver/trail": trail},
+        overrides=past("truth/receiver/trail", seconds=TRAIL_S),
         eye_controls=rrb.EyeControls3D(
             kind=rrb.Eye3DKind.Orbital,
             position=eye[0],
@@ -133,5 +127,5 @@ def _scene(name: str, eye: tuple[Point, Point]) -> Scene:
             eye_up=(0.0, 0.0, -1.0),
         ),
         line_grid=rrb.LineGrid3D(visible=False),
-        background=rrb.Background(color=(24, 30, 40)),
+        background=rrb.Background(color=BACKGROUND),
     )  # fmt: skip

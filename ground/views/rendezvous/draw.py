@@ -12,8 +12,9 @@ import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
 from ground.columns import Columns, Table
-from ground.rrd.layout import Layout, Look, Plots
-from ground.rrd.palette import BOX, NAV, Color
+from ground.rrd.layout import Layout, Look, Plots, past
+from ground.rrd.outline import ABOVE, placed
+from ground.rrd.palette import BACKGROUND, BOX, NAV, Color
 from ground.rrd.series import AXIS, Array, Sink
 from ground.run import Run
 from ground.views.refueling.aircraft import RECEIVER, TANKER
@@ -32,6 +33,7 @@ PHASES: dict[str, Color] = {
     "RDV_ROLLOUT": (150, 160, 70),
 }
 MARGIN_M = 4000.0
+SHAPE_M, SHAPE_US = 3000.0, 500_000  # [m] drawn as long, [us] as often
 NEVER_S = 1e6
 TURN, DONE = 1, 3  # WKF_RDV_PHASE
 STATES = ("approach", "turn", "roll-out", "ahead")
@@ -45,20 +47,21 @@ def rendezvous(sink: Sink, truth: Columns, tlm: Columns) -> None:
     if state is None:
         return
     _plots(sink, truth, state)
+    _shapes(sink, truth)
     good = state.pick(state["valid"] != 0)
     if not len(good):
         return
     frame = frame_of(state)
     far = np.array([[-2.0e4, 7.0e4], [0.0, 0.0]])
     line = to_plan(frame, far[0], far[1])
-    sink.rec.log(f"{MAP}/axis", rr.LineStrips2D([line], colors=[FAINT], radii=rr.Radius.ui_points(0.8)), static=True)
+    sink.look(f"{MAP}/axis", rr.LineStrips2D([line], colors=[FAINT], radii=rr.Radius.ui_points(0.8)))
     point = rr.Points2D(
         [to_plan(frame, np.zeros(()), np.zeros(()))],
         colors=[FAINT],
         radii=rr.Radius.ui_points(4.0),
         labels=["control point"],
     )
-    sink.rec.log(f"{MAP}/control_point", point, static=True)
+    sink.look(f"{MAP}/control_point", point)
     cloud = tlm.get(TANKER, "RENDEZVOUS_CLOUD")
     if cloud is not None:
         _cloud(sink, cloud, frame)
@@ -66,11 +69,26 @@ def rendezvous(sink: Sink, truth: Columns, tlm: Columns) -> None:
     _plan(sink, good, frame)
 
 
+def _shapes(sink: Sink, truth: Columns) -> None:
+    """Both aircraft seen from above, larger than they are."""
+    for sysid, name in ((TANKER, "tanker"), (RECEIVER, "receiver")):
+        table = truth.get(sysid, "TRUTH")
+        if table is None:
+            continue
+        d = table.decimated(SHAPE_US)
+        at = np.stack([d["pos_n"][:, 1], -d["pos_n"][:, 0]], axis=1)
+        nose = np.arctan2(d["vel_n"][:, 0], d["vel_n"][:, 1])
+        look = rr.LineStrips2D.from_fields(colors=[COLOR[name]], radii=rr.Radius.ui_points(1.5))
+        sink.look(f"truth/{name}/rendezvous/shape", look)
+        sink.rows(f"truth/{name}/rendezvous/shape", d.t_us, rr.LineStrips2D, strips=placed(ABOVE, at, nose, SHAPE_M))
+
+
 def _cloud(sink: Sink, cloud: Table, frame: Array) -> None:
     """Components by weight, all parts of one time together."""
-    sink.rec.log(f"{MAP}/cloud", rr.Points2D.from_fields(colors=[NAV]), static=True)
+    sink.look(f"{MAP}/cloud", rr.Points2D.from_fields(colors=[NAV]))
     at = cloud["time_usec"].astype(np.int64)
-    for t in np.unique(at):
+    clouds = np.unique(at)
+    for t in clouds[sink.fresh(f"{MAP}/cloud", clouds, LAG_US)]:
         rows = cloud.pick((at == t) & (cloud.t_us < t + LAG_US))
         seen = {int(p): i for i, p in enumerate(rows["part"])}
         xs, ys, ws = [], [], []
@@ -99,8 +117,8 @@ def _ring(sink: Sink, good: Table, frame: Array) -> None:
     a = towards[:, None] + np.linspace(-RING_HALF, RING_HALF, 49)
     r = d["range"].astype(np.float64)[:, None]
     strips = to_plan(frame, own[:, :1] + r * np.cos(a), own[:, 1:2] + r * np.sin(a)).astype(np.float32)
-    sink.rec.log(f"{MAP}/ring", rr.LineStrips2D.from_fields(colors=[RING], radii=rr.Radius.ui_points(1.0)), static=True)
-    sink.columns(f"{MAP}/ring", d.t_us, rr.LineStrips2D.columns(strips=strips))
+    sink.look(f"{MAP}/ring", rr.LineStrips2D.from_fields(colors=[RING], radii=rr.Radius.ui_points(1.0)))
+    sink.events(f"{MAP}/ring", good.t_us, new, rr.LineStrips2D, strips=strips)
 
 
 def turn_path(row: NDArray, steps: int = 60) -> Array:
@@ -131,24 +149,21 @@ def turn_path(row: NDArray, steps: int = 60) -> Array:
 
 def _plan(sink: Sink, good: Table, frame: Array) -> None:
     """Planned turn, mean of the estimate, the point ahead of it."""
-    flying = good.pick(good["phase"] < DONE)
+    done = good["phase"] >= DONE
     line = rr.LineStrips2D.from_fields(colors=[COLOR["command"]], radii=rr.Radius.ui_points(1.5))
-    sink.rec.log(f"{MAP}/turn", line, static=True)
+    sink.look(f"{MAP}/turn", line)
+    turning = np.flatnonzero(~done | (np.diff(done, prepend=done[:1]) != 0))  # and none from when it has turned
     strips = []
-    for k in range(len(flying)):
-        p = turn_path(flying.rows[k])
-        strips.append(to_plan(frame, p[:, 0], p[:, 1]).astype(np.float32))
-    if strips:
-        sink.columns(f"{MAP}/turn", flying.t_us, rr.LineStrips2D.columns(strips=strips))
-    over = good.t_us[good["phase"] == DONE]
-    if len(over):
-        sink.columns(f"{MAP}/turn", over[:1], rr.LineStrips2D.columns(strips=[np.zeros((2, 2), dtype=np.float32)]))
+    for k in turning:
+        p = np.zeros((2, 2)) if done[k] else turn_path(good.rows[k])
+        strips.append((p if done[k] else to_plan(frame, p[:, 0], p[:, 1])).astype(np.float32))
+    sink.events(f"{MAP}/turn", good.t_us, turning, rr.LineStrips2D, strips=strips)
     est = good["est"].astype(np.float64)
     for name, color, size, shift in (("mean", NAV, 5.0, 0.0), ("goal", COLOR["command"], 3.5, SEPARATION_M)):
         look = rr.Points2D.from_fields(colors=[color], radii=rr.Radius.ui_points(size))
-        sink.rec.log(f"{MAP}/{name}", look, static=True)
+        sink.look(f"{MAP}/{name}", look)
         at = to_plan(frame, est[:, 0] - shift, est[:, 2])
-        sink.columns(f"{MAP}/{name}", good.t_us, rr.Points2D.columns(positions=at))
+        sink.rows(f"{MAP}/{name}", good.t_us, rr.Points2D, positions=at)
 
 
 def _plots(sink: Sink, truth: Columns, state: Table) -> None:
@@ -190,14 +205,21 @@ def rendezvous_map(truth: Columns) -> rrb.Spatial2DView:
         table = truth.get(sysid, "TRUTH")
         if table is not None:
             points.append(np.stack([table["pos_n"][:, 1], -table["pos_n"][:, 0]], axis=1))
-    every = np.concatenate(points) if points else np.zeros((1, 2))
-    lo, hi = every.min(axis=0) - MARGIN_M, every.max(axis=0) + MARGIN_M
+    bounds = None
+    if points:
+        every = np.concatenate(points)
+        (x0, y0), (x1, y1) = (every.min(axis=0) - MARGIN_M).tolist(), (every.max(axis=0) + MARGIN_M).tolist()
+        bounds = rrb.VisualBounds2D(x_range=[x0, x1], y_range=[y0, y1])
     return rrb.Spatial2DView(
         origin="/",
         name="Rendezvous, plan, north up [m]: truth blue and green, estimate orange, plan magenta",
-        contents=["truth/tanker/plan/**", "truth/receiver/plan/**", f"{MAP}/**"],
-        visual_bounds=rrb.VisualBounds2D(x_range=[float(lo[0]), float(hi[0])], y_range=[float(lo[1]), float(hi[1])]),
-        background=rrb.Background(color=(24, 30, 40)),
+        contents=[
+            *(f"truth/{a}/{k}" for a in ("tanker", "receiver") for k in ("plan/track", "rendezvous/shape")),
+            f"{MAP}/**",
+        ],
+        overrides=past("truth/tanker/plan/track", "truth/receiver/plan/track"),
+        visual_bounds=bounds,
+        background=rrb.Background(color=BACKGROUND),
     )
 
 
@@ -206,8 +228,8 @@ def layout(run: Run, look: Look) -> Layout:
     alone = run.tlm.get(RECEIVER, "RELATIVE_STATE") is None
     return Layout(
         rank=2 if alone else 0,
-        tabs=[rendezvous_tab(Plots(*look.span))],
-        scenes=[rendezvous_map(run.truth)] if alone else [],
+        tabs=[rendezvous_tab(look.plots())],
+        scenes=[rendezvous_map(Columns() if look.live else run.truth)] if alone else [],
         states=PHASES,
     )
 

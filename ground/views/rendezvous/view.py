@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 from ground.columns import Columns
 from ground.run import Run
 from ground.views.base import Figures, View
-from ground.views.rendezvous.read import has_rendezvous, rendezvous_metrics
+from ground.views.refueling.aircraft import TANKER
+from ground.views.rendezvous.read import TURN, has_rendezvous, rendezvous_metrics
 
 if TYPE_CHECKING:
     from ground.rrd.layout import Layout, Look
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 class Rendezvous(View):
     """The tanker meets its receiver by range alone."""
 
+    memory_s = 20.0  # the parts of a cloud come one by one
     own_time = frozenset({"RENDEZVOUS_STATE", "RENDEZVOUS_CLOUD"})
 
     def finds(self, tlm: Columns) -> bool:
@@ -26,6 +28,12 @@ class Rendezvous(View):
     def figures(self, run: Run) -> Figures:
         """rendezvous.*."""
         return rendezvous_metrics(run.folder, run.truth, run.tlm)
+
+    def moment(self, run: Run) -> float | None:
+        """Half-way through the turn."""
+        state = run.tlm.get(TANKER, "RENDEZVOUS_STATE")
+        turn = state.t_s[state["phase"] == TURN] if state is not None else []
+        return float(turn[len(turn) // 2]) if len(turn) else None
 
     def layout(self, run: Run, look: Look) -> Layout:
         """The tab Rendezvous; the plan where there is no station keeping to look at."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import rerun.blueprint as rrb
 
-from ground.rrd.layout import Layout, Look, Plots
-from ground.rrd.palette import Color
+from ground.rrd.layout import Layout, Look, Plots, past
+from ground.rrd.palette import BACKGROUND, Color
 from ground.run import Run
 from ground.views.windshear.read import H, WindshearFlight, X, flights, names
 
@@ -18,6 +18,7 @@ STATES: dict[str, Color] = {
     "WS_ESCAPE": (210, 60, 60),
     "WS_CLEAR": (60, 170, 80),
 }
+USUAL_M = (-4500.0, 4500.0)  # [m] along the runway
 HIGH = 380.0  # [m] shown at least to here
 
 
@@ -25,7 +26,7 @@ def layout(run: Run, look: Look) -> Layout:
     """The vertical plane, and the tabs Windshear, Flight, Filter."""
     found = flights(run.folder, run.truth, run.tlm)
     aircraft, end_s = list(names(run.folder, run.tlm).values()), look.end_s
-    p = Plots(0.0, end_s)
+    p = look.plots((0.0, end_s))
     one = found[0].name if found else aircraft[0] if aircraft else ""
     tabs = [
         rrb.Horizontal(
@@ -82,16 +83,21 @@ def _pair(p: Plots, name: str, key: str, title: str) -> rrb.TimeSeriesView:
     return p.plot(title, [f"truth/{name}/{key}", f"nav/{name}/{key}"])
 
 
+def extent(found: list[WindshearFlight]) -> tuple[float, float]:
+    """From where to where [m] the ground is drawn: `USUAL_M`, and what the flights go beyond it."""
+    x = np.concatenate([np.array(USUAL_M), *(f.true[:, X] for f in found)])
+    return float(x.min()), float(x.max())
+
+
 def _plane(found: list[WindshearFlight]) -> rrb.Spatial2DView:
-    x = np.concatenate([f.true[:, X] for f in found]) if found else np.array([-4500.0, 4500.0])
+    x = extent(found)
     top = max(HIGH, *(float(f.true[:, H].max()) + 20.0 for f in found)) if found else HIGH
-    bounds = rrb.VisualBounds2D(
-        x_range=[float(x.min()) - 350.0, float(x.max()) + 150.0], y_range=[-STRETCH * top, STRETCH * 45.0]
-    )
+    bounds = rrb.VisualBounds2D(x_range=[x[0] - 350.0, x[1] + 150.0], y_range=[-STRETCH * top, STRETCH * 45.0])
     return rrb.Spatial2DView(
         origin="/",
         contents=[f"{SCENE}/**"],
         name=f"vertical plane, heights {STRETCH:g} times; blue: head wind, red: tail wind; path by phase, orange: estimate",
+        overrides=past(*(f"{SCENE}/{f.name}/{k}" for f in found for k in ("path", "estimate"))),
         visual_bounds=bounds,
-        background=rrb.Background(color=(24, 30, 40)),
+        background=rrb.Background(color=BACKGROUND),
     )

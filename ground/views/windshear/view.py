@@ -9,7 +9,7 @@ from ground.columns import Columns
 from ground.run import Run
 from ground.views.base import Command, Figures, Value, View
 from ground.views.windshear.figures import windshear_metrics
-from ground.views.windshear.read import LAWS, has_windshear
+from ground.views.windshear.read import LAWS, flights, has_windshear
 
 if TYPE_CHECKING:
     from ground.rrd.layout import Layout, Look
@@ -21,6 +21,7 @@ JET = 5  # usual system id
 class Windshear(View):
     """Wind and hazard index of a jet on approach, and how it escapes."""
 
+    memory_s = 30.0  # the slow low-pass of the hazard index
     own_time = frozenset({"WINDSHEAR_STATE"})
     commands = (
         Command("law", VALUES["MAV_CMD_USER_3"], ("windshear",), value=Value(0, 0.0, choices=LAWS)),
@@ -38,6 +39,11 @@ class Windshear(View):
     def figures(self, run: Run) -> Figures:
         """windshear.*."""
         return windshear_metrics(run.folder, run.truth, run.tlm)
+
+    def moment(self, run: Run) -> float | None:
+        """Some seconds into the escape."""
+        found = [f for f in flights(run.folder, run.truth, run.tlm) if f.abort >= 0]
+        return float(found[0].t[found[0].abort]) + 8.0 if found else None
 
     def layout(self, run: Run, look: Look) -> Layout:
         """The vertical plane; tabs Windshear, Flight, Filter."""
