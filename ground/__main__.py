@@ -241,6 +241,7 @@ def live(
     try:
         shown = v.in_browser(web_port, viewer_port, memory) if web else v.native(viewer_port, memory)
         if shown.page:
+            shown.begin()  # the address is said when there is something to see at it
             words = f"watch at {shown.page}" if sys.stdout.isatty() else json.dumps({"page": shown.page})
             print(words, flush=True)
         code = drawing.watch(shown, run, sock, rate, for_s, links.link(STATION))

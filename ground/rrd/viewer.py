@@ -11,6 +11,7 @@ import signal
 import socket
 import subprocess
 import sys
+import time
 from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import quote
@@ -20,6 +21,7 @@ GRPC_PORT, WEB_PORT = 9876, 9090  # Rerun's usual ones
 SERVER_MEMORY = "512MB"  # kept for pages opened later
 VIEWER_MEMORY = "1GB"
 NICE = 10  # the flight goes first
+READY_S = 60.0  # [s] a server has to begin listening
 PR_SET_PDEATHSIG = 1  # linux/prctl.h
 
 
@@ -66,10 +68,12 @@ def _bound_to_us() -> None:
 
 @dataclass
 class Viewer:
-    """Where a picture is sent. `url`: for SDKs; `page`: for a browser, "" for the native viewer; `own`: started here."""
+    """Where a picture is sent. `url`: for SDKs; `page`: for a browser, "" for the native viewer, `web`: its
+    port; `own`: started here."""
 
     port: int
     page: str = ""
+    web: int = 0
     command: tuple[str, ...] = ()
     own: subprocess.Popen[bytes] | None = None
     starts: int = 0
@@ -99,6 +103,16 @@ class Viewer:
         except OSError as e:
             raise ViewerError(f"{self.command[0]}: cannot be started: {e.strerror}") from None
 
+    def begin(self) -> None:
+        """Start its program and wait until data and page can be had. Raises ViewerError if it ends before or takes too long."""
+        self.start()
+        assert self.own is not None
+        end = time.monotonic() + READY_S
+        while not (self.there and (not self.web or listening(self.web))):
+            if self.own.poll() is not None or time.monotonic() > end:
+                raise ViewerError(f"{self.command[0]}: not ready within {READY_S:g} s")
+            time.sleep(0.05)
+
     def stop(self) -> None:
         """End what was started here."""
         if self.own is not None and self.own.poll() is None:
@@ -127,7 +141,7 @@ def in_browser(
     )
     command += ("--server-memory-limit", memory, "--hide-welcome-screen")
     command += (recording,) if recording else ()
-    out = Viewer(data, command=command)
+    out = Viewer(data, web=web, command=command)
     out.page = f"http://{HOST}:{web}/?url={quote(out.url, safe='')}&hide_welcome_screen=1"
     return out
 

@@ -110,7 +110,7 @@ def racetrack(p: RacetrackParams) -> list[Any]:
         SensorFrame(),
         NavState(valid=True, V=190.0),
     )
-    psi, out = 0.3, []
+    psi, out = 0.3, [g.V]
     g.set_speed(p.V_mps + 2.0, 0.0, 1e3)
     for _ in range(4000):
         f.t_us += 50_000

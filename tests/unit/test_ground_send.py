@@ -273,7 +273,7 @@ def test_actions_are_the_dialects() -> None:
     expected = ("hold", "precontact", "contact", "disconnect", "breakaway", "observation")
     assert [order(word, None, None).params[0] for word in expected] == [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]
     r = CliRunner().invoke(app, ["send", "list"])
-    assert r.exit_code == 0 and "law: gust; 0 hold, 1 alleviation, 2 elevator; name an aircraft" in r.stdout
+    assert r.exit_code == 0 and "law: gust; 0 hold, 1 alleviation, 2 elevator, 3 other; name an aircraft" in r.stdout
     assert "speed: tanker, rendezvous; m/s; usual sysid 1" in r.stdout
 
 

@@ -140,6 +140,8 @@ def test_no_run_folder_in_the_same_words_everywhere(
     whole: Path, tmp_path: Path, line: str, what: str, why: str
 ) -> None:
     run = tmp_path / what
+    if what == "file" and line.startswith("convert"):
+        line = line.replace("convert", "screenshot --out x.png")  # a log by itself can be drawn
     if what == "file":
         run.write_bytes((whole / "tlm.tlog").read_bytes())
         line = line.replace("metrics", "metrics --write")  # without it: what is in the log

@@ -90,7 +90,9 @@ def test_figures(run: Path) -> None:
 def test_recording_and_tabs(run: Path, tmp_path: Path) -> None:
     out = convert(run, tmp_path / "a.rrd", tab="windshear")
     assert out.stat().st_size > 100_000
-    with pytest.raises(NoTabError, match="Windshear, Flight, Filter, Wind, Controls, Timing and filter, Sensors"):
+    with pytest.raises(
+        NoTabError, match="Windshear, Flight, Filter, Wind, Controls, Controller, Timing and filter, Sensors"
+    ):
         convert(run, tmp_path / "b.rrd", tab="nothing")
     assert not (tmp_path / "b.rrd").exists()
 

@@ -10,7 +10,7 @@ import pytest
 from flightsw.app import FlightApp
 from flightsw.missions.tanker.racetrack import PathGuidance, RacetrackGuidance, RacetrackParams, make_path
 from flightsw.strict import ConfigError
-from flightsw.types import GuidanceCmd, NavState, SensorFrame, Text
+from flightsw.types import GuidanceCmd, NavState, SensorFrame, Text, Vec3
 from tests.keys.own import Path
 
 HERE = __name__
@@ -34,6 +34,12 @@ class Silent(Mute):
 
     def take_over(self, psi: float, V: float, psi_dot: float) -> None:
         return
+
+    def use(self, p: RacetrackParams) -> None:
+        return
+
+    def route(self) -> tuple[Vec3, ...]:
+        return ()
 
 
 class Short(Silent):
@@ -68,7 +74,10 @@ def test_ours_and_anybody_s_are_made_of_the_same_things() -> None:
         (":Path", "cannot be imported"),
         ("math:pi", "is 3.14.*; allowed: a class that is a PathGuidance"),
         (f"{HERE}:TwoTables", r"takes \(p: .*, q: .*\).*: missing a required argument: 'q'"),
-        (f"{HERE}:Mute", r"lacks set_speed, take_over of flightsw\.missions\.tanker\.racetrack\.PathGuidance"),
+        (
+            f"{HERE}:Mute",
+            r"lacks route, set_speed, take_over, use of flightsw\.missions\.tanker\.racetrack\.PathGuidance",
+        ),
         (f"{HERE}:Silent", r"lacks texts of flightsw\.missions\.tanker\.racetrack\.PathGuidance"),
         (f"{HERE}:Short", r"step takes \(f: .*\).*: too many positional arguments"),
     ],

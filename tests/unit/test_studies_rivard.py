@@ -114,5 +114,5 @@ def test_bench_of_an_estimator_counts_its_arrays() -> None:
 
     small, large = estimator_cost("ekf3", 3, 1), estimator_cost("bank", 15, 1)
     assert 0.0 < small.range_us <= small.worst_us and large.memory_bytes - small.memory_bytes == 8 * 14 * (
-        8 + 64 + 1 + 9
+        8 + 64 + 1 + 8
     )
