@@ -27,6 +27,7 @@ from ground.columns import load
 from tests.clients.station import UNSUPPORTED, Station
 from tests.sil.launch import sil, start, wait_for
 
+pytestmark = pytest.mark.rt  # a flight at the wall clock's pace: `pytest -m rt tests/clients`
 HERE = Path(__file__).parent
 TOOLS = Path(sys.executable).parent
 TANKER, RECEIVER = 1, 2
