@@ -1,7 +1,7 @@
 """Compile every kernel into the current cache: what a cold first start does visibly before it flies.
 
-The onboard warm-up and a few simulated seconds of missions that use every kernel do it, in processes of their own: one for each
-of two cores, what both need compiled by whoever comes to it first.
+A list of kernels, then the onboard warm-up and a few simulated seconds of missions, which compile what the list lacks, in processes
+of their own: one for each of two cores, each piece of work done by whoever comes to it first.
 """
 
 from __future__ import annotations
@@ -18,18 +18,19 @@ from hil_scripts.launch.procs import Child, StopFlag, Supervisor, describe_exit
 from hil_scripts.launch.runfolder import scenario_names
 
 PROCESSES = 2
-SECONDS = 4.0  # [s] simulated; long enough for every rate group of the plant
 PLAIN_EVERY_S = 10.0  # [s] between lines where there is no terminal
 CODE = """
 import sys
 from pathlib import Path
 from hil_scripts.launch.inproc import fly_a_little
-for scenario in sys.argv[3:]:
+from hil_scripts.launch.kernel_list import SECONDS, compile_claimed
+compile_claimed(Path(sys.argv[1]))
+for scenario in sys.argv[2:]:
     try:
         (Path(sys.argv[1]) / scenario).touch(exist_ok=False)  # whoever comes first flies it
     except FileExistsError:
         continue
-    fly_a_little(scenario, float(sys.argv[2]))
+    fly_a_little(scenario, SECONDS)
 """
 
 
@@ -42,7 +43,7 @@ def warm(console: Console, stop: StopFlag, force: bool = False) -> bool:
     console.print("compiling numerical kernels (once after every change of their sources) ...")
     with tempfile.TemporaryDirectory(prefix="wakefield-") as claims, Supervisor() as sup:
         for k in range(PROCESSES):  # all scenarios together use every kernel
-            sup.start(f"warm-up-{k + 1}", [sys.executable, "-c", CODE, claims, str(SECONDS), *scenario_names()])
+            sup.start(f"warm-up-{k + 1}", [sys.executable, "-c", CODE, claims, *scenario_names()])
         ended = _watch(sup, cache, console, stop)
         bad = [c for c in ended if c.popen.returncode != 0]
         if bad and not stop:
