@@ -183,13 +183,15 @@ def run(
     host: str = "127.0.0.1",
     forward: list[str] | None = None,
     stop: Callable[[], bool] | None = None,
-    status_to: TextIO = sys.stdout,
+    status_to: TextIO | None = None,
     security: Security = OPEN,
 ) -> Recorder:
-    """Record until `stop()` says so (default: SIGTERM or SIGINT), drain, flush, return the recorder.
+    """Record until `stop()` says so (default: SIGTERM or SIGINT), drain, flush, return the recorder. What it says goes to
+    `status_to` (default: standard output as it is now).
 
     Raises RecordError for a busy port, an unwritable folder, a bad target or a full disk.
     """
+    status_to = status_to or sys.stdout
     targets = [parse_target(f) for f in forward or []]
     path = out_dir / "tlm.tlog"
     sock = open_socket(host, port, security)

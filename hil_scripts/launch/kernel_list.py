@@ -53,8 +53,9 @@ def signature(types: str) -> tuple[Any, ...]:
     """numba's types of an entry; a bare number or truth value is one fixed at compile time."""
     from numba.core import types as nt
 
-    read = eval(f"({types},)" if types else "()", vars(nt))  # own file, as executable as this one
-    return tuple(nt.literal(t) if isinstance(t, bool | int) else t for t in read)
+    names = vars(nt)
+    read = eval(f"({types},)" if types else "()", names)  # own file, as executable as this one
+    return tuple(names["literal"](t) if isinstance(t, bool | int) else t for t in read)
 
 
 def written(types: tuple[Any, ...]) -> str | None:

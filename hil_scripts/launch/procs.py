@@ -27,6 +27,7 @@ from hil_scripts.launch import forked
 PR_SET_PDEATHSIG = 1  # linux/prctl.h
 TAIL_LINES = 12  # stderr lines kept for the report of a death
 TERM_GRACE_S = 2.0  # [s] between SIGTERM and SIGKILL
+CATCH_UP = 100  # times the pipes are looked through for the last words of those that ended
 
 # one core per process: BLAS threads would fight the other programs for the cores and change summation order
 SINGLE_THREAD = {
@@ -224,6 +225,13 @@ class Supervisor:
             else:
                 self._sel.unregister(key.fileobj)
 
+    def _catch_up(self) -> None:
+        """Read what is in the pipes now: all that those have said who have ended (bounded, should others go on talking)."""
+        for _ in range(CATCH_UP):
+            if not self._sel.get_map() or not self._sel.select(0.0):
+                return
+            self.pump(0.0)
+
     def settle(self, duration_s: float) -> None:
         """Pump for the whole of `duration_s`."""
         end = time.monotonic() + duration_s
@@ -234,8 +242,7 @@ class Supervisor:
         """Children that ended since the last call, their output read to the last line."""
         out = [c for c in self.children if c.pid not in self._reported and c.popen.poll() is not None]
         if out:
-            self.pump(0.05)
-            self.pump(0.0)
+            self._catch_up()
             for c in out:
                 c.flush()
                 self._reported.add(c.pid)
@@ -252,6 +259,7 @@ class Supervisor:
             if time.monotonic() > end or (stop is not None and stop.hurry):
                 return False
             self.pump(0.05)
+        self._catch_up()
         return True
 
     def signal(self, which: Sequence[Child], signum: int) -> None:

@@ -1,7 +1,7 @@
 """Compile every kernel into the current cache: what a cold first start does visibly before it flies.
 
-A list of kernels, then the onboard warm-up and a few simulated seconds of missions, which compile what the list lacks, in processes
-of their own: one for each of two cores, each piece of work done by whoever comes to it first.
+A list of kernels, then the onboard warm-up and a few simulated seconds of missions, which compile what the list lacks, in
+processes of their own: one for each of two cores, each piece of work done by whoever comes to it first.
 """
 
 from __future__ import annotations

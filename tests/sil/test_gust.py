@@ -10,7 +10,7 @@ import pytest
 from ground.columns import load
 from tests.sil.launch import sil, summary
 
-SECONDS = 8.0
+SECONDS = 4.0
 LOGS = ("link_alexis.tlog", "link_reference.tlog", "tlm.tlog", "truth.tlog")
 
 
@@ -75,7 +75,7 @@ def test_the_law_is_switched_by_command(tmp_path: Path) -> None:
         "run",
         "gust",
         "--duration",
-        SECONDS,
+        8.0,
         "--set",
         f"plant.event={event}",
         "--in-process",

@@ -1,4 +1,4 @@
-"""One seed, one result: over sockets twice, in process, and in replay; another seed, another result."""
+"""One seed, one result: over sockets, in process, and in replay; another seed, another result."""
 
 from __future__ import annotations
 
@@ -9,19 +9,18 @@ import pytest
 
 from tests.sil.launch import sil, summary
 
-SECONDS = 6.0
+SECONDS = 3.0
 SEED = 5
 LOGS = ("link_tanker.tlog", "link_receiver.tlog", "tlm.tlog", "truth.tlog")
 
 
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory: pytest.TempPathFactory, next_port_offset: Callable[[], int]) -> dict[str, Path]:
-    """The same flight twice with separate processes, once in process, with another seed, with another parameter."""
+    """The same flight with separate processes, in process, with another seed, with another parameter."""
     base = tmp_path_factory.mktemp("runs")
     out = {}
     for name, seed, flags in (
         ("first", SEED, ("--port-offset", next_port_offset())),
-        ("second", SEED, ("--port-offset", next_port_offset())),
         ("single", SEED, ("--in-process",)),
         ("other", SEED + 1, ("--in-process",)),
         ("tuned", SEED, ("--in-process", "--set", "receiver.nav.q_wind=0.4")),
@@ -30,11 +29,6 @@ def runs(tmp_path_factory: pytest.TempPathFactory, next_port_offset: Callable[[]
         ended = sil("run", "refueling", "--seed", seed, "--duration", SECONDS, "--no-rrd", "--out", out[name], *flags)
         assert ended.code == 0, ended.text
     return out
-
-
-@pytest.mark.parametrize("log", LOGS)
-def test_two_runs_with_one_seed_are_byte_identical(runs: dict[str, Path], log: str) -> None:
-    assert (runs["first"] / log).read_bytes() == (runs["second"] / log).read_bytes()
 
 
 @pytest.mark.parametrize("log", LOGS)

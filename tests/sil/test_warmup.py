@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from hil_scripts.launch import kernel_cache, warmup
+from hil_scripts.launch import kernel_cache, kernel_list, warmup
 from hil_scripts.launch.procs import StopFlag
 
 COMPILES = """
@@ -52,8 +52,38 @@ def test_a_failure_is_told_and_not_taken_for_warm(cold: Path, monkeypatch: pytes
 
 def test_a_scenario_is_flown_by_one_of_the_processes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     flown: list[str] = []
+    monkeypatch.setattr("hil_scripts.launch.kernel_list.entries", list)
     monkeypatch.setattr("hil_scripts.launch.inproc.fly_a_little", lambda scenario, seconds: flown.append(scenario))
     for names in (["one"], ["one", "two"], ["two", "one"]):
-        monkeypatch.setattr("sys.argv", ["-c", str(tmp_path), "1.0", *names])
+        monkeypatch.setattr("sys.argv", ["-c", str(tmp_path), *names])
         exec(warmup.CODE, {})  # noqa: S102
     assert flown == ["one", "two"]
+
+
+def test_every_kernel_of_the_list_is_compiled_once_and_callees_first(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And none is named that is no kernel any more: `python -m hil_scripts.launch.kernel_list` writes the list anew."""
+    found = kernel_list.entries()
+    kernels = {e.name: kernel_list.kernel(e.name) for e in found}
+    assert [name for name, k in kernels.items() if k is None] == []
+    assert [e for e in found if kernel_list.written(kernel_list.signature(e.types)) != e.types] == []
+    done: list[kernel_list.Entry] = []
+    names = {k: name for name, k in kernels.items()}
+    for k in set(kernels.values()):
+        monkeypatch.setattr(
+            k, "compile", lambda types, k=k: done.append(kernel_list.Entry(names[k], str(kernel_list.written(types))))
+        )
+    for _ in range(2):
+        kernel_list.compile_claimed(tmp_path)
+    assert sorted(done) == found
+    levels: dict[object, int] = {}
+    order = [kernel_list.level(kernels[e.name], levels) for e in done]
+    assert order == sorted(order) and order[-1] >= 4
+
+
+def test_types_a_list_cannot_hold_are_left_out() -> None:
+    from numba.core import types as nt
+
+    assert kernel_list.written((nt.Tuple((nt.float64, nt.int64)),)) is None
+    assert kernel_list.written((nt.float64[::1, :], nt.literal(7))) == "float64[::1,:], 7"

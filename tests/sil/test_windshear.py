@@ -10,7 +10,7 @@ import pytest
 from ground.columns import load
 from tests.sil.launch import sil, summary
 
-SECONDS = 8.0
+SECONDS = 4.0
 LOGS = ("link_twinjet.tlog", "tlm.tlog", "truth.tlog")
 KEY = "windshear.twinjet."
 
@@ -79,7 +79,8 @@ def test_go_around_by_command(tmp_path: Path) -> None:
 
 def test_an_aircraft_that_is_lost_leaves_whole_logs_and_figures(tmp_path: Path, port_offset: int) -> None:
     """The continued approach ends on the ground: said so, judged, drawn, and the same bytes with separate processes."""
-    flags = ("--set", "twinjet.guid.escape.law=continue")
+    near = "plant.aircraft.twinjet.start.pos_n_m=[-700.0, 0.0, -150.8]"  # on the slope, just before the burst
+    flags = ("--set", "twinjet.guid.escape.law=continue", "--set", near)
     for name, more in (("one", ("--in-process",)), ("many", ("--no-rrd", "--port-offset", port_offset))):
         ended = sil("run", "windshear", "--out", tmp_path / name, *flags, *more)
         assert ended.code == 1 and "Traceback" not in ended.text, ended.text
