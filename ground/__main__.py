@@ -143,8 +143,8 @@ def screenshot(
         require(run)
         time_s = picture_time(load(run)) if at is None else at
         with TemporaryDirectory() as folder:
-            held = (time_s or 0.0) if light else None
-            rrd = convert(run, Path(folder) / "run.rrd", near=not wide, tab=tab, held_s=held)
+            until = time_s if light else None
+            rrd = convert(run, Path(folder) / "run.rrd", near=not wide, tab=tab, until_s=until)
             print(in_page(rrd, out, size) if light else shoot(rrd, out, size, time_s))
     except LogError as exc:
         _fail(exc, 2)

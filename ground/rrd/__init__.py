@@ -29,18 +29,22 @@ NOTHING_US = 100_000  # [us] an empty run is drawn as long
 
 
 def convert(
-    folder: Path, out: Path | None = None, near: bool = False, tab: str = "", held_s: float | None = None
+    folder: Path, out: Path | None = None, near: bool = False, tab: str = "", until_s: float | None = None
 ) -> Path:
     """Write `run.rrd` of a run folder (or `out`) and return its path; `near`: first look close to what matters; `tab`: the plots
-    shown first; `held_s`: the cursor stays at that time.
+    shown first; `until_s`: as it was in flight at that time, the
+    cursor at the end.
 
     Raises LogError for what is no run folder or no log, NoTabError for an unknown tab, OSError if unwritable.
     """
     run = runs.load(folder)
     path = folder / "run.rrd" if out is None else out
     views = list(registry.found(run.tlm).values())
+    if until_s is not None:
+        run = run.until(round(until_s * 1e6))
     end = max(run.end_us, NOTHING_US)
-    shown = screen(run, views, Look(interest(run.tlm, end), end * 1e-6, near, held_s=held_s), tab)
+    look = Look(interest(run.tlm, end), end * 1e-6, near, live=until_s is not None)
+    shown = screen(run, views, look, tab)
     with path.open("wb"):  # a plain message for a read-only folder, before rerun starts
         pass
     sink = Sink.file(path, run.title, 0, end, shown.blueprint, tick_us(run))
