@@ -220,7 +220,8 @@ class Flow:
         }
         links = {n: cut[link_log(n)] for n in self.names.values() if link_log(n) in cut}
         tlm = self.tlm.stretch.since(first)
-        return Part(self.folder, cut.get(TRUTH, Columns()), tlm, self.names, cut.get(PLANT_LOG, Columns()), links)
+        said = cut.get(PLANT_LOG, Columns())
+        return Part(self.folder, cut.get(TRUTH, Columns()), tlm, known=self.names, said=said, links=links)
 
     def reached(self) -> dict[str, int]:
         """How far [us] each log has come."""
