@@ -135,13 +135,15 @@ def screenshot(
 
     try:
         from ground.folder import require
-        from ground.rrd import convert, picture_time
+        from ground.rrd import convert, picture_tab, picture_time
         from ground.rrd.blueprint import NoTabError
         from ground.rrd.shot import ScreenshotError, in_page
         from ground.rrd.shot import screenshot as shoot
 
         require(run)
-        time_s = picture_time(load(run)) if at is None else at
+        flown = load(run)
+        time_s = picture_time(flown) if at is None else at
+        tab = tab or picture_tab(flown)
         with TemporaryDirectory() as folder:
             until = time_s if light else None
             rrd = convert(run, Path(folder) / "run.rrd", near=not wide, tab=tab, until_s=until)

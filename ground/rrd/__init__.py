@@ -102,6 +102,11 @@ def interest(tlm: Columns, end_us: int) -> tuple[float, float]:
     return (max(0.0, t[0] - 60.0), min(end_us * 1e-6, t[-1] + 30.0)) if t else (0.0, end_us * 1e-6)
 
 
+def picture_tab(run: Run) -> str:
+    """The tab a picture shows first; "" for the first of all."""
+    return next((view.tab for view in registry.found(run.tlm).values() if view.tab), "")
+
+
 def picture_time(run: Run) -> float | None:
     """A time [s] worth a picture: the middle of what is measured, else what a view says; None: no time is better than another."""
     if t := measured_s(run.tlm):

@@ -21,6 +21,7 @@ LOUD = ("ALARM", "EXCLUDED", NOT_CHECKED)
 class Airdata(View):
     """What the probes say of themselves and of the place in the wake."""
 
+    tab = "Air data"
     own_time = frozenset({"FDI_STATUS", "WAKE_POSITION"})
     alarms = {"FDI_STATUS": alarm_words}
 
