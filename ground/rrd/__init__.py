@@ -108,8 +108,7 @@ def picture_tab(run: Run) -> str:
 
 
 def picture_time(run: Run) -> float | None:
-    """A time [s] worth a picture: the middle of what is measured, else what a view says; None: no time is better than another."""
-    if t := measured_s(run.tlm):
-        return t[len(t) // 2]
-    moments = (view.moment(run) for view in registry.found(run.tlm).values())
-    return next((m for m in moments if m is not None), None)
+    """A time [s] worth a picture: what a view says, else the middle of what is measured; None: no time is better than another."""
+    moments = [m for view in registry.found(run.tlm).values() if (m := view.moment(run)) is not None]
+    t = measured_s(run.tlm)
+    return moments[0] if moments else t[len(t) // 2] if t else None
