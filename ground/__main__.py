@@ -162,17 +162,19 @@ def screenshot(
 
     try:
         from ground.folder import require
-        from ground.rrd import convert, picture_time
+        from ground.rrd import convert, picture_tab, picture_time
         from ground.rrd.blueprint import NoTabError
         from ground.rrd.shot import ScreenshotError, in_page
         from ground.rrd.shot import screenshot as shoot
 
         require(run)
         failed: list[str] = []
-        time_s = picture_time(load(run), failed) if at is None else at
+        flown = load(run)
+        time_s = picture_time(flown, failed) if at is None else at
+        tab = tab or picture_tab(flown)
         with TemporaryDirectory() as folder:
-            held = (time_s or 0.0) if light else None
-            rrd = convert(run, Path(folder) / "run.rrd", near=not wide, tab=tab, failed=failed, held_s=held)
+            until = time_s if light else None
+            rrd = convert(run, Path(folder) / "run.rrd", near=not wide, tab=tab, failed=failed, until_s=until)
             print(in_page(rrd, out, size) if light else shoot(rrd, out, size, time_s))
     except LogError as exc:
         _fail(exc, 2)

@@ -7,7 +7,7 @@ under a second per 100 000 packets.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -68,6 +68,10 @@ class Columns:
     def get(self, sysid: int, message: str) -> Table | None:
         """Table of a message, None if the log has none of it."""
         return self.tables.get((sysid, message))
+
+    def until(self, t_us: int) -> Columns:
+        """The tables up to a time [us]."""
+        return replace(self, tables={k: t.pick(t.t_us <= t_us) for k, t in self.tables.items()})
 
     def sysids(self) -> list[int]:
         """System ids present, ascending."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -24,6 +24,7 @@ class Run:
     folder: Path
     truth: Columns
     tlm: Columns
+    until_us: int | None = None  # as far as it is looked at
 
     @property
     def title(self) -> str:
@@ -52,7 +53,12 @@ class Run:
 
     def _log(self, name: str) -> Columns:
         path = self.folder / name
-        return load_log(path) if path.exists() else Columns()
+        log = load_log(path) if path.exists() else Columns()
+        return log if self.until_us is None else log.until(self.until_us)
+
+    def until(self, t_us: int) -> Run:
+        """The run as it was in flight at a time [us]."""
+        return replace(self, truth=self.truth.until(t_us), tlm=self.tlm.until(t_us), until_us=t_us)
 
 
 def link_log(name: str) -> str:

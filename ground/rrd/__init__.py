@@ -36,10 +36,11 @@ def convert(
     near: bool = False,
     tab: str = "",
     failed: Failed = None,
-    held_s: float | None = None,
+    until_s: float | None = None,
 ) -> Path:
     """Write `run.rrd` of a run folder (or `out`) and return its path; `near`: first look close to what matters; `tab`: the plots
-    shown first; `held_s`: the cursor stays at that time.
+    shown first; `until_s`: as it was in flight at that time, the
+    cursor at the end.
 
     Raises LogError for what is no run folder or no log, NoTabError for an unknown tab, OSError if unwritable, ViewError for a
     view that fails; with a list for `failed` what views fail with is added there and the rest is drawn.
@@ -47,8 +48,10 @@ def convert(
     run = runs.load(folder)
     path = folder / "run.rrd" if out is None else out
     views = registry.found(run.tlm, failed)
+    if until_s is not None:
+        run = run.until(round(until_s * 1e6))
     end = max(run.end_us, NOTHING_US)
-    look = Look(interest(run.tlm, end), end * 1e-6, near, held_s=held_s)
+    look = Look(interest(run.tlm, end), end * 1e-6, near, live=until_s is not None)
     shown = screen(run, views, laws_of(run), look, tab, failed=failed)
     with path.open("wb"):  # a plain message for a read-only folder, before rerun starts
         pass
@@ -113,11 +116,15 @@ def interest(tlm: Columns, end_us: int) -> tuple[float, float]:
     return (max(0.0, t[0] - 60.0), min(end_us * 1e-6, t[-1] + 30.0)) if t else (0.0, end_us * 1e-6)
 
 
+def picture_tab(run: Run) -> str:
+    """The tab a picture shows first; "" for the first of all."""
+    return next((view.tab for view in registry.found(run.tlm).values() if view.tab), "")
+
+
 def picture_time(run: Run, failed: Failed = None) -> float | None:
-    """A time [s] worth a picture: the middle of what is measured, else what a view says; None: no time is better than another.
+    """A time [s] worth a picture: what a view says, else the middle of what is measured; None: no time is better than another.
     Raises ViewError as `convert`."""
-    if t := measured_s(run.tlm):
-        return t[len(t) // 2]
     found = registry.found(run.tlm, failed)
     moments = (asked(name, "moment", partial(view.moment, run), None, failed) for name, view in found.items())
-    return next((m for m in moments if m is not None), None)
+    t = measured_s(run.tlm)
+    return next((m for m in moments if m is not None), t[len(t) // 2] if t else None)

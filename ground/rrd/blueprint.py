@@ -13,7 +13,6 @@ from ground.rrd.layout import Layout, Look, Plots, Tab, past
 from ground.rrd.terms import Law, controller_tab
 
 LANE = 0.3  # share of a lane in the height, where the scenes have 4
-HOLD_S = 0.02  # [s] a loop that short holds the cursor where it is
 LONG_S = 120.0  # [s] runs up to here are played slower
 SURFACES = ("aileron", "elevator", "rudder")
 
@@ -130,7 +129,6 @@ def blueprint(
     lead, others = (ranked[0], ranked[1:]) if ranked else (Layout(), [])
     start_s, end_s = lead.span or look.span
     p = look.plots((start_s, end_s))
-    span = (start_s, end_s) if look.held_s is None else (look.held_s, look.held_s + HOLD_S)
     extra = [t for v in others for t in v.tabs]
     own = {str(t.name) for t in (*lead.tabs, *extra)}
     common = [t for t in common_tabs(p, names, estimating, laws) if str(t.name) not in own]
@@ -161,11 +159,8 @@ def blueprint(
             state="collapsed",
             timeline="sim_time",
             playback_speed=5.0 if look.end_s > LONG_S else 2.0,
-            play_state="following" if look.live else "playing" if look.held_s is not None else "paused",
-            loop_mode=None if look.held_s is None else "selection",
-            time_selection=None
-            if look.live
-            else rr.encodings.AbsoluteTimeRange(int(span[0] * 1e9), int(span[1] * 1e9)),
+            play_state="following" if look.live else "paused",
+            time_selection=None if look.live else rr.encodings.AbsoluteTimeRange(int(start_s * 1e9), int(end_s * 1e9)),
         ),
         auto_views=False,
         auto_layout=False,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import io
 import json
 import shutil
 import socket
@@ -15,10 +16,11 @@ from types import TracebackType
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from PIL import Image
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
-COLORS, SAME, PAUSE_S = 120, 0.01, 3.0  # of a page that is drawn; share of pixels two pictures may differ in; [s]
+DRAWN, SAME, PAUSE_S = 150, 0.004, 6.0  # [pixel] of the colour; share of pixels two pictures may differ in; [s]
 FLAGS = (
     "--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--disable-gpu", "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist", "--hide-scrollbars", "--no-first-run",
@@ -31,6 +33,17 @@ def missing() -> str:
     if browser is None:
         return "no Chromium: apt-get install -y chromium chromium-driver"
     return "" if shutil.which("chromedriver") else "no chromedriver: apt-get install -y chromium-driver"
+
+
+def pixels(png: bytes) -> NDArray[np.int16]:
+    """A picture as numbers [height, width, 3]."""
+    with Image.open(io.BytesIO(png)) as image:
+        return np.asarray(image.convert("RGB"), dtype=np.int16)
+
+
+def count(picture: NDArray[np.int16], color: tuple[int, int, int]) -> int:
+    """Pixels of a colour, or nearly."""
+    return int((np.abs(picture - np.array(color)).max(axis=2) < 12).sum())
 
 
 class Chromium:
@@ -90,16 +103,17 @@ class Chromium:
             out.write_bytes(png)
         return png
 
-    def settled(self, within_s: float, out: Path) -> None:
-        """Picture of a page that draws by itself, once two in a row are nearly equal and neither is nearly empty. Raises
-        TimeoutError (the last picture is left in `out`)."""
+    def settled(self, within_s: float, out: Path, color: tuple[int, int, int]) -> None:
+        """Picture of a page that draws by itself, once two in a row are nearly equal and a colour is in them. Raises TimeoutError
+        (the last picture is left in `out`)."""
         end, before = time.monotonic() + within_s, None
         while True:
-            self.picture(out)
-            with Image.open(out) as image:
-                now = np.asarray(image.convert("RGB"), dtype=np.int16)
-            full = len(np.unique(now.reshape(-1, 3)[::37], axis=0)) > COLORS
-            if full and before is not None and (np.abs(now - before).max(axis=2) > 24).mean() < SAME:
+            now = pixels(self.picture(out))
+            if (
+                count(now, color) >= DRAWN
+                and before is not None
+                and (np.abs(now - before).max(axis=2) > 24).mean() < SAME
+            ):
                 return
             if time.monotonic() > end:
                 raise TimeoutError(f"the page was not drawn within {within_s:.0f} s")

@@ -70,14 +70,13 @@ class Plots:
 @dataclass(frozen=True)
 class Look:
     """What is asked of a picture. span: time range [s] worth a first look; end_s: end of the run; near: the eye close up; live:
-    the run goes on; other: root of a second run's entities, drawn beside the first's; held_s: the cursor stays at that time."""
+    the run goes on; other: root of a second run's entities, drawn beside the first's."""
 
     span: Span
     end_s: float
     near: bool = False
     live: bool = False
     other: str = ""
-    held_s: float | None = None
 
     def plots(self, span: Span | None = None) -> Plots:
         """Maker of plots that begin with a time range [s], `self.span` without one; of a run that goes on, with its last part."""

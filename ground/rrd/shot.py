@@ -13,6 +13,7 @@ from pathlib import Path
 
 from rerun.experimental import ViewerClient
 
+from ground.rrd.palette import NAV
 from ground.rrd.viewer import in_browser, viewer
 
 MESA = "a software Vulkan driver is needed: apt-get update && apt-get install -y mesa-vulkan-drivers"
@@ -48,14 +49,14 @@ def _client(process: subprocess.Popen[str], port: int) -> ViewerClient:
 
 
 def in_page(rrd: Path, out: Path, size: str = "1600x900", dark: bool = False) -> Path:
-    """Picture of `rrd` in a browser, whose theme can be chosen, the cursor where its blueprint holds it. Raises
+    """Picture of `rrd` in a browser, whose theme can be chosen, the cursor where its blueprint puts it. Raises
     ScreenshotError."""
     from ground.rrd.chromium import Chromium, missing
 
     if why := missing():
         raise ScreenshotError(why)
     width, height = _size(size)
-    shown = in_browser(0, 0, recording=str(rrd.resolve()))
+    shown = in_browser(0, 0, recording=str(rrd.resolve()), theme="dark" if dark else "light")
     shown.start()
     try:
         end = time.monotonic() + START_S
@@ -63,7 +64,7 @@ def in_page(rrd: Path, out: Path, size: str = "1600x900", dark: bool = False) ->
             time.sleep(0.2)
         with Chromium((width, height + BAR), dark) as browser:
             browser.open(shown.page)
-            browser.settled(PAGE_S, out)
+            browser.settled(PAGE_S, out, NAV)
     except OSError as exc:
         raise ScreenshotError(f"the browser gave no picture: {exc}") from exc
     finally:

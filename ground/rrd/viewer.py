@@ -125,7 +125,11 @@ class Viewer:
 
 
 def in_browser(
-    web_port: int = WEB_PORT, grpc_port: int = GRPC_PORT, memory: str = SERVER_MEMORY, recording: str = ""
+    web_port: int = WEB_PORT,
+    grpc_port: int = GRPC_PORT,
+    memory: str = SERVER_MEMORY,
+    recording: str = "",
+    theme: str = "",
 ) -> Viewer:
     """A server of page and data, of a recording's if one is named; ports that are taken are replaced by free ones."""
     web, data = free_port(web_port), free_port(grpc_port)
@@ -142,7 +146,9 @@ def in_browser(
     command += ("--server-memory-limit", memory, "--hide-welcome-screen")
     command += (recording,) if recording else ()
     out = Viewer(data, web=web, command=command)
-    out.page = f"http://{HOST}:{web}/?url={quote(out.url, safe='')}&hide_welcome_screen=1"
+    out.page = (
+        f"http://{HOST}:{web}/?url={quote(out.url, safe='')}&hide_welcome_screen=1{f'&theme={theme}' if theme else ''}"
+    )
     return out
 
 

@@ -93,6 +93,8 @@ class View(ABC):
     # message -> words of an alarm in it ("" none), kept by the monitor after it is over
     alarms: Mapping[str, Callable[[Fields], str]] = {}
     commands: tuple[Command, ...] = ()
+    # tab of its layout a picture shows; "": the first of all
+    tab: str = ""
     # of a run that goes on: how much of its past what is drawn now depends on [s]
     memory_s: float = 5.0
 

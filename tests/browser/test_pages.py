@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 import os
 import runpy
@@ -12,11 +11,10 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-import numpy as np
 import pytest
 from PIL import Image
 
-from ground.rrd.chromium import Chromium, missing
+from ground.rrd.chromium import Chromium, count, missing, pixels
 from ground.rrd.palette import NAV
 
 pytestmark = pytest.mark.skipif(bool(missing()), reason=missing())
@@ -79,13 +77,6 @@ def test_the_index_sorts_filters_and_needs_no_other_file(runs: Path, browser: Ch
     assert all(Path(href.removeprefix("file://")).exists() for href in browser.run(links))
 
 
-def drawn(png: bytes) -> int:
-    """Pixels of a picture in the colour of estimates."""
-    with Image.open(io.BytesIO(png)) as image:
-        pixels = np.asarray(image.convert("RGB"), dtype=np.int16)
-    return int((np.abs(pixels - np.array(NAV)).max(axis=2) < 12).sum())
-
-
 @pytest.mark.slow
 def test_a_run_is_seen_in_the_browser(runs: Path, browser: Chromium) -> None:
     command = [
@@ -110,7 +101,7 @@ def test_a_run_is_seen_in_the_browser(runs: Path, browser: Chromium) -> None:
         assert page.startswith("http://127.0.0.1:")
         browser.open(page)
         end = time.monotonic() + LOAD_S
-        while (seen := drawn(browser.picture())) < 150 and time.monotonic() < end:
+        while (seen := count(pixels(browser.picture()), NAV)) < 150 and time.monotonic() < end:
             time.sleep(1.0)
         assert seen >= 150
     finally:

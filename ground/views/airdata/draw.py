@@ -123,7 +123,7 @@ def _portrait(sink: Sink, path: str, t_us: NDArray[np.int64], residual: Array, h
     sink.look(f"{path}/frame", look)
     names = rr.Points2D(
         1.2 * RIM * rays,
-        colors=[FAINT],
+        colors=[WHITE],
         radii=rr.Radius.ui_points(0.5),
         labels=[f"{p} +" for p in PROBES],
         show_labels=True,

@@ -171,7 +171,8 @@ def vortices(run: Path, alpha: float) -> Vortices | None:
         scenario = tomllib.loads((run / "scenario.toml").read_text())
         wake = scenario["wind"]["wake"]
         [leader] = [a for a in scenario["aircraft"] if a["name"] == wake["source"]]
-        ac = load_aircraft(leader["file"])
+        own = run / leader["file"]  # a run folder keeps the files it was flown with
+        ac = load_aircraft(str(own) if own.is_file() else leader["file"])
         cores = [float(wake["core_wing_m"])] * 2 + [float(wake["core_tail_m"])] * 2
     except (OSError, ValueError, KeyError, TypeError):
         return None

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from ground.columns import Columns
 from ground.run import Run
 from ground.views.airdata.figures import airdata_metrics
 from ground.views.airdata.read import NOT_CHECKED, alarm_words, fdi_words, has_airdata, wake_words
 from ground.views.base import NOT_CURRENT, Figures, Heard, View, Words
+from ground.views.refueling.aircraft import RECEIVER
 
 if TYPE_CHECKING:
     from ground.rrd.layout import Layout, Look
     from ground.rrd.series import Sink
 
+GAP_US = 1_000_000  # [us] between two alarms
 OLD_S = 3.0  # [s] a wake position older than that is none to judge readings by
 LOUD = ("ALARM", "EXCLUDED", NOT_CHECKED)
 
@@ -21,6 +25,7 @@ LOUD = ("ALARM", "EXCLUDED", NOT_CHECKED)
 class Airdata(View):
     """What the probes say of themselves and of the place in the wake."""
 
+    tab = "Air data"
     own_time = frozenset({"FDI_STATUS", "WAKE_POSITION"})
     alarms = {"FDI_STATUS": alarm_words}
 
@@ -31,6 +36,15 @@ class Airdata(View):
     def figures(self, run: Run) -> Figures:
         """airdata.*."""
         return airdata_metrics(run.truth, run.tlm)
+
+    def moment(self, run: Run) -> float | None:
+        """In the middle of the first alarm."""
+        fdi = run.tlm.get(RECEIVER, "FDI_STATUS")
+        on = np.flatnonzero(fdi["alarm"] != 0) if fdi is not None else np.empty(0)
+        if fdi is None or not len(on):
+            return None
+        ends = np.flatnonzero(np.diff(fdi.t_us[on]) >= GAP_US)
+        return float(fdi.t_s[on[(int(ends[0]) if len(ends) else len(on) - 1) // 2]])
 
     def layout(self, run: Run, look: Look) -> Layout:
         """The tab Air data."""

@@ -63,10 +63,13 @@ def _side(sink: Sink, found: list[GustFlight]) -> None:
         here = np.stack([np.full(len(few), x0), -up[few]], axis=1)
         pitch = quat_euler(f.true["q_nb"][few])[:, 1]
         line = rr.Radius.ui_points(1.4)
-        sink.look(
-            f"{at}/shape", rr.LineStrips2D.from_fields(colors=[CRAFTS[i % len(CRAFTS)]], radii=line, labels=[f.name])
-        )
+        sink.look(f"{at}/shape", rr.LineStrips2D.from_fields(colors=[CRAFTS[i % len(CRAFTS)]], radii=line))
         sink.rows(f"{at}/shape", f.t_us[few], rr.LineStrips2D, strips=placed(SIDE, here, pitch, SHAPE_M))
+        name = rr.Points2D.from_fields(
+            colors=[WHITE], radii=rr.Radius.ui_points(0.0), labels=[f.name], show_labels=True
+        )
+        sink.look(f"{at}/name", name)
+        sink.rows(f"{at}/name", f.t_us[few], rr.Points2D, positions=here + np.array([0.0, 0.3 * SHAPE_M]))
         behind = np.maximum(few[:, None] - np.arange(0, WAY, 5)[None, :], 0)
         back = (f.t[few][:, None] - f.t[behind]) * f.true["V"][few][:, None]
         way = np.stack([x0 - 0.5 * SHAPE_M - WAY_SCALE * back, -up[behind]], axis=-1).astype(np.float32)

@@ -44,9 +44,7 @@ def until_joinup(truth: Columns, tlm: Columns) -> Columns:
     """The part of the truth a plan of the rendezvous should show: up to the join-up."""
     status = tlm.get(RECEIVER, "MISSION_STATUS")
     start = first_us(status, JOIN_UP) if status is not None else None
-    if start is None:
-        return truth
-    return Columns({k: t.pick(t.t_us <= start) for k, t in truth.tables.items()})
+    return truth if start is None else truth.until(start)
 
 
 def joinup(sink: Sink, truth: Columns, tlm: Columns) -> None:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ground.columns import Columns, Table
 from ground.rrd.layout import Layout, Look, Plots, past
 from ground.rrd.outline import ABOVE, placed
-from ground.rrd.palette import BACKGROUND, BOX, NAV, Color
+from ground.rrd.palette import BACKGROUND, BOX, NAV, WHITE, Color
 from ground.rrd.series import AXIS, Array, Sink
 from ground.run import Run
 from ground.views.refueling.aircraft import RECEIVER, TANKER
@@ -57,7 +57,7 @@ def rendezvous(sink: Sink, truth: Columns, tlm: Columns) -> None:
     sink.look(f"{MAP}/axis", rr.LineStrips2D([line], colors=[FAINT], radii=rr.Radius.ui_points(0.8)))
     point = rr.Points2D(
         [to_plan(frame, np.zeros(()), np.zeros(()))],
-        colors=[FAINT],
+        colors=[WHITE],
         radii=rr.Radius.ui_points(4.0),
         labels=["control point"],
     )

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from ground.columns import Columns
 from ground.run import Run
 from ground.views.base import Figures, View
-from ground.views.refueling.aircraft import TANKER
+from ground.views.refueling.aircraft import RECEIVER, TANKER
 from ground.views.rendezvous.read import TURN, has_rendezvous, rendezvous_metrics
 
 if TYPE_CHECKING:
@@ -30,7 +30,9 @@ class Rendezvous(View):
         return rendezvous_metrics(run.folder, run.truth, run.tlm)
 
     def moment(self, run: Run) -> float | None:
-        """Half-way through the turn."""
+        """Half-way through the turn, if that is all there is to see."""
+        if run.tlm.get(RECEIVER, "RELATIVE_STATE") is not None:
+            return None
         state = run.tlm.get(TANKER, "RENDEZVOUS_STATE")
         turn = state.t_s[state["phase"] == TURN] if state is not None else []
         return float(turn[len(turn) // 2]) if len(turn) else None
