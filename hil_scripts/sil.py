@@ -321,6 +321,22 @@ def keys(
 
 
 @app.command()
+def case(
+    file: Annotated[Path, typer.Argument(help="Case file (TOML), or the name of one of ours.", metavar="CASE")],
+    out: Annotated[Path | None, typer.Option(help="Table to write, CSV (default: on the screen).")] = None,
+    columns: Annotated[str, typer.Option(help="si, or nesc: names and units of NASA/TM-2015-218675.")] = "si",
+) -> None:
+    """Drop a body over an earth by the plant's equations of motion: a check case, against tables others have published."""
+    kernel_cache.use()
+    from hil_scripts.launch import case as c
+
+    try:
+        c.run(file, out, columns)
+    except (ValueError, OSError) as e:
+        raise _fail(str(e)) from None
+
+
+@app.command()
 def bench(
     duration: Annotated[float, typer.Option(help="Simulated length of the lockstep runs in seconds.", min=5.0)] = 120.0,
     no_realtime: Annotated[bool, typer.Option("--no-realtime", help="Leave out the minute of real time.")] = False,

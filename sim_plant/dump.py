@@ -16,8 +16,10 @@ def dump(sc: Scenario, seed: int) -> str:
     run."""
     tree = to_dict(sc)
     tree["meta"]["seed"] = seed
-    out = []
+    out = [f"{_key(k)} = {_value(v)}" for k, v in tree.items() if isinstance(v, str)]
     for key, v in tree.items():
+        if isinstance(v, str):
+            continue
         tables = v if isinstance(v, (list, tuple)) else [v]
         for t in tables:
             out.append(f"[[{key}]]" if tables is v else f"[{key}]")

@@ -15,6 +15,7 @@ from flightsw.strict import ConfigError, OneOf, Range, load, near
 from sim_plant.aircraft.kind import formation_models, kind_of
 from sim_plant.couplings.traffic_config import Track, TrafficCfg
 from sim_plant.dump import dump
+from sim_plant.earth.model import EARTHS
 from sim_plant.failures.script import ACTIONS, PLANT, SENSORS, Event, check_event
 from sim_plant.obeyed import check_obeyed, refuse
 from sim_plant.sensors.config import Latency, NoiseCfg, NonNeg, Suite
@@ -113,6 +114,7 @@ class Scenario:
     meta: Meta
     aircraft: tuple[AircraftCfg, ...]
     clock: Clock = field(default_factory=Clock)
+    earth: Annotated[str, OneOf(tuple(EARTHS))] = "flat"  # six-DOF aircraft only
     origin: Origin = field(default_factory=Origin)
     wind: Wind = field(default_factory=Wind)
     noise: NoiseCfg = field(default_factory=NoiseCfg)
@@ -174,6 +176,8 @@ class Scenario:
         for a, k in zip(self.aircraft, kinds, strict=True):
             at = f"aircraft.{a.name}"
             k.check_has_table(a)
+            if EARTHS[self.earth].round and not k.round_earth:
+                raise ConfigError(f"earth = {self.earth!r}: allowed with {at}.model = {a.model!r}: flat")
             refs = {"start.relative_to": a.start.relative_to, "tacan_to": a.tacan_to}
             if not k.formation:
                 for key, ref in (refs | {"rel_nav_to": a.rel_nav_to, "boom_to": a.boom_to}).items():

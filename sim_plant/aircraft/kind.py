@@ -64,6 +64,7 @@ class Kind:
     """`record`: type of the aircraft files it flies. `build` makes a member, not yet started; `table` gives the dataclass of
     [aircraft.plant]. `carries`: sensors, of OWN; `surfaces`: those that can jam, of SURFACES; `takes`: of OPTIONS.
     `formation`: flies with others: started relative to one, in the leader's gusts and wake, at its boom, tuned to its TACAN.
+    `round_earth`: flies over any earth (earth/model.py), not only the flat one.
     """
 
     record: type[Airframe]
@@ -73,6 +74,7 @@ class Kind:
     surfaces: tuple[str, ...] = ()
     takes: tuple[str, ...] = ()
     formation: bool = False
+    round_earth: bool = False
 
     def __post_init__(self) -> None:
         """Raises ConfigError for a name that is none of those."""

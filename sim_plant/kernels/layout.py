@@ -27,7 +27,10 @@ CN_BETA, CN_P, CN_R, CN_DA, CN_DR = 24, 25, 26, 27, 28
 P_T0, P_LAPSE, P_IDLE, P_TAU, P_TSFC = 29, 30, 31, 32, 33
 P_LO, P_HI, P_RATE, P_WN, P_ZETA = 34, 37, 40, 43, 44
 P_EMPTY, P_FUEL_CAP, P_MAX = 45, 46, 47
-P_NI, P_NM, P_NH, P_TABLES = 48, 49, 50, 51
+# the earth (earth/model.py): 0 flat or 1 round, GM [m^3/s^2], equatorial radius [m], first eccentricity squared, J2, rate
+# [rad/s], latitude [rad] of the map's origin, and the map: metres north and east per radian of latitude and longitude
+P_ROUND, P_GM, P_RADIUS, P_ECC2, P_J2, P_OMEGA, P_LAT0, P_MAP_N, P_MAP_E = 48, 49, 50, 51, 52, 53, 54, 55, 56
+P_NI, P_NM, P_NH, P_TABLES = 57, 58, 59, 60
 
 # observation vector written by eom.observe
 O_F, O_V, O_BETA, O_ALPHA, O_LIFT, O_DRAG, O_RHO, O_PRESS = 0, 3, 4, 5, 6, 7, 8, 9

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from sim_plant.kernels import layout as n
 from sim_plant.kernels.atmosphere import isa
+from sim_plant.kernels.earth import air_height, weight
 from sim_plant.kernels.jit import jit
 from sim_plant.kernels.rot import quat_dcm
 
@@ -53,7 +54,7 @@ def loads(
     cb = math.sqrt(uw2) / v_air
     ca, sa = ub / math.sqrt(uw2), wb / math.sqrt(uw2)
 
-    _, _, rho, a = isa(-x[n.S_P + 2])
+    _, _, rho, a = isa(air_height(-x[n.S_P + 2], par))
     qs = 0.5 * rho * v_air * v_air * par[n.P_S]
     hb, hc = 0.5 * par[n.P_B] / v_air, 0.5 * par[n.P_C] / v_air
     pr, qr, rr = p - w[3], q - w[4], r - w[5]
@@ -67,8 +68,9 @@ def loads(
     drag, side, lift = qs * cd, qs * cy, qs * cl
     fx = -drag * ca * cb - side * ca * sb + lift * sa + x[n.S_T]
     fz = -drag * sa * cb - side * sa * sb - lift * ca
-    udot = fx / mass + c20 * n.G0 - (q * wb - r * vb)
-    wdot = fz / mass + c22 * n.G0 - (p * vb - q * ub)
+    g = weight(x[n.S_P], -x[n.S_P + 2], par)
+    udot = fx / mass + c20 * g - (q * wb - r * vb)
+    wdot = fz / mass + c22 * g - (p * vb - q * ub)
     alphadot = (ub * wdot - wb * udot) / uw2 / (1.0 + qs * par[n.CL_ALPHADOT] * hc / (mass * v_air * cb))
     extra = qs * par[n.CL_ALPHADOT] * hc * alphadot
     lift += extra

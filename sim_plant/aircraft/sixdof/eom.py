@@ -1,4 +1,4 @@
-"""Rigid-body equations of motion in body axes over a flat earth, their Runge-Kutta step, and what an observer sees.
+"""Rigid-body equations of motion of an aircraft, and their Runge-Kutta step.
 
 Only the wind enters, never its derivative: the air-relative velocity is v_n - W (lee.md section 3.3).
 """
@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from sim_plant.aircraft.sixdof.aero import loads
 from sim_plant.aircraft.sixdof.propulsion import bracket, thrust_available
 from sim_plant.kernels import layout as n
+from sim_plant.kernels.earth import air_height, rigid_rates
 from sim_plant.kernels.jit import jit
-from sim_plant.kernels.rot import quat_dcm, quat_normalise, quat_rate
+from sim_plant.kernels.rot import quat_normalise
 from sim_plant.kernels.servo import servo_step
 
 Arr = NDArray[np.float64]
@@ -40,29 +41,17 @@ def derivative(
 ) -> None:
     """Time derivative of the rigid-body state and thrust, written to `out` [N_RIGID].
 
-    Surfaces [rad], throttle [-], `w` effective wind, fuel [kg]. Newton in NED: v' = C_nb F/m + g; Euler in body axes
-    with Ixz: I w' = M - w x I w; thrust lags its command (throttle, not below idle, of the thrust available) with time
-    constant tau; without fuel it runs down to nothing. Source: Etkin, Dynamics of Atmospheric Flight, eqs. 5.6.
+    Surfaces [rad], throttle [-], `w` effective wind, fuel [kg]. Newton and Euler: rigid_rates of kernels/earth.py.
+    Thrust lags its command (throttle, not below idle, of the thrust available) with time constant tau; without fuel
+    it runs down to nothing.
     """
     mass = par[n.P_EMPTY] + fuel
     fx, fy, fz, mx, my, mz, v_air, _, _, _, _, _, rho, a = loads(x, da, de, dr, w, mass, par)
-    p, q, r = x[n.S_W], x[n.S_W + 1], x[n.S_W + 2]
-    d0, d1, d2, d3 = quat_rate(x[0], x[1], x[2], x[3], p, q, r)
-    out[0], out[1], out[2], out[3] = d0, d1, d2, d3
     ixx, iyy, izz, ixz = inertia(mass, par)
-    hx, hy, hz = ixx * p - ixz * r, iyy * q, izz * r - ixz * p
-    tx, ty, tz = mx - (q * hz - r * hy), my - (r * hx - p * hz), mz - (p * hy - q * hx)
-    det = 1.0 / (ixx * izz - ixz * ixz)
-    out[4], out[5], out[6] = (izz * tx + ixz * tz) * det, ty / iyy, (ixz * tx + ixx * tz) * det
-    c00, c01, c02, c10, c11, c12, c20, c21, c22 = quat_dcm(x[0], x[1], x[2], x[3])
-    im = 1.0 / mass
-    out[7] = (c00 * fx + c01 * fy + c02 * fz) * im
-    out[8] = (c10 * fx + c11 * fy + c12 * fz) * im
-    out[9] = (c20 * fx + c21 * fy + c22 * fz) * im + n.G0
-    out[10], out[11], out[12] = x[n.S_V], x[n.S_V + 1], x[n.S_V + 2]
+    rigid_rates(x, fx, fy, fz, mx, my, mz, mass, ixx, iyy, izz, ixz, par, out)
     t_cmd = 0.0
     if fuel > 0.0:
-        t_cmd = max(throttle, par[n.P_IDLE]) * thrust_available(-x[n.S_P + 2], v_air / a, rho, par)
+        t_cmd = max(throttle, par[n.P_IDLE]) * thrust_available(air_height(-x[n.S_P + 2], par), v_air / a, rho, par)
     out[13] = (t_cmd - x[n.S_T]) / par[n.P_TAU]
 
 

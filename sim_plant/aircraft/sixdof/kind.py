@@ -24,4 +24,5 @@ KIND = Kind(
     surfaces=("aileron", "elevator", "rudder"),
     takes=("fuel_kg", "aero_error_frac"),
     formation=True,
+    round_earth=True,
 )

@@ -29,7 +29,9 @@ class SixDofMember(Member):
         super().__init__(setup)
         cfg, ac = self.cfg, setup.record(Aircraft)
         self._record = ac
-        self.par = perturb(parameter_vector(ac), cfg.aero_error_frac, setup.seed, cfg.name)
+        self.par = perturb(
+            parameter_vector(ac, setup.sc.earth, setup.sc.origin.lat_deg), cfg.aero_error_frac, setup.seed, cfg.name
+        )
         self.c = np.zeros(n.NC)
         self._scratch = np.zeros((4, n.NS))
         self._work = np.zeros(n.N_RIGID)

@@ -12,6 +12,7 @@ from sim_plant.aircraft.sixdof.eom import derivative
 from sim_plant.aircraft.sixdof.propulsion import thrust_available
 from sim_plant.kernels import layout as n
 from sim_plant.kernels.atmosphere import isa
+from sim_plant.kernels.earth import air_height
 from sim_plant.kernels.jit import jit
 from sim_plant.kernels.rot import euler_from_quat, quat_dcm
 
@@ -35,7 +36,7 @@ def observe(s: Arr, w: Arr, free: Arr, par: Arr, mag_n: Arr, probes: Arr, probe_
     out[0], out[1], out[2] = fx / mass, fy / mass, fz / mass
     out[n.O_V], out[n.O_BETA], out[n.O_ALPHA] = v_air, beta, alpha
     out[n.O_LIFT], out[n.O_DRAG], out[n.O_RHO], out[n.O_MASS] = lift, drag, rho, mass
-    h = -s[n.S_P + 2]
+    h = air_height(-s[n.S_P + 2], par)
     _, out[n.O_PRESS], _, _ = isa(h)
     out[n.O_AVAIL] = thrust_available(h, v_air / a, rho, par)
     for i in range(3):

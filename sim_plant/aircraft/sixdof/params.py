@@ -9,15 +9,16 @@ from numpy.typing import NDArray
 
 from flightsw.aircraft import Aircraft
 from flightsw.strict import ConfigError
+from sim_plant.earth.model import EARTHS
 from sim_plant.kernels import layout as n
 from sim_plant.rng import generator
 
 N_AERO = n.CN_DR - n.CL0 + 1
 
 
-def parameter_vector(ac: Aircraft) -> NDArray[np.float64]:
-    """Parameter vector (kernels/layout.py) of an aircraft record, SI and radians. Raises ConfigError on uneven
-    tables."""
+def parameter_vector(ac: Aircraft, earth: str = "flat", lat0_deg: float = 0.0) -> NDArray[np.float64]:
+    """Parameter vector (kernels/layout.py) of an aircraft record, SI and radians, over the earth of this name, the map's
+    origin at this latitude [deg]. Raises ConfigError on uneven tables."""
     g, e, c, m, i = ac.geometry, ac.engine, ac.controls, ac.mass, ac.inertia
     aero = dataclasses.astuple(ac.aero)
     if len(aero) != N_AERO:
@@ -42,6 +43,7 @@ def parameter_vector(ac: Aircraft) -> NDArray[np.float64]:
             np.array([c.aileron_rate_degps, c.elevator_rate_degps, c.rudder_rate_degps]) * deg,
             [c.servo_wn_radps, c.servo_zeta],
             [m.empty_kg, m.fuel_capacity_kg, m.max_kg],
+            EARTHS[earth].vector(lat0_deg),
             [len(i.mass_kg), nm, nh],
             *columns,
             e.lapse_mach,
