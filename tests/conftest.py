@@ -86,11 +86,12 @@ def next_port_offset() -> Callable[[], int]:
 
 @pytest.fixture(scope="module")
 def small_pictures() -> Iterator[None]:
-    """Figures of reports with a tenth of their pixels: tests read pages, not pictures."""
+    """Figures of reports with a tenth of their pixels, axes where they fall: tests read pages, not pictures."""
     from ground.report import figures
 
     with pytest.MonkeyPatch.context() as m:
         m.setattr(figures, "DPI", 40)
+        m.setattr(figures, "LAYOUT", None)
         yield
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -24,6 +24,7 @@ Array = NDArray[np.float64]
 Bar = tuple[float, float | None, float | None] | str | None  # value and interval, why there is none, nothing known
 ALL_LOST = "lost in all runs"
 DPI = 130
+LAYOUT: Literal["constrained"] | None = "constrained"  # how axes share the figure, in half of the time a figure takes
 TRUTH = "#20262e"
 COLORS = {
     "default": "#1f5fa8", "printed": "#d1581b", "cmw": "#8b949e", "measured": "#8b949e", "true": "#20262e",
@@ -58,7 +59,7 @@ def color(name: str, order: Sequence[str] = ()) -> str:
 
 def new_figure(width: float, height: float, rows: int, cols: int, **kw: Any) -> tuple[Figure, Any]:
     """An empty figure of width x height inches with rows x cols axes in the reports' style; kw as plt.subplots."""
-    fig = Figure(figsize=(width, height), layout="constrained")
+    fig = Figure(figsize=(width, height), layout=LAYOUT)
     axes = fig.subplots(rows, cols, squeeze=False, **kw)
     for ax in axes.flat:
         ax.grid(True, color="#e3e7eb", lw=0.7)

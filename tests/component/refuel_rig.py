@@ -5,6 +5,7 @@ Several receiver estimators can ride along on the same sensor frames ("shadows")
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from dataclasses import replace
 from typing import Any
@@ -137,10 +138,13 @@ class Rig:
 
 def turn(a: tuple[float, ...], b: tuple[float, ...]) -> np.ndarray:
     """Small rotation [3] [rad] from attitude b to a, body axes z, y, x: about psi, theta, phi of level flight."""
-    p, q = np.array(a), np.array(b) * [1.0, -1.0, -1.0, -1.0]
-    v = q[0] * p[1:] + p[0] * q[1:] + np.cross(q[1:], p[1:])
-    s = q[0] * p[0] - q[1:] @ p[1:]
-    return np.asarray(2.0 * np.sign(s) * v[::-1])
+    p0, p1, p2, p3 = a
+    q0, q1, q2, q3 = b[0], -b[1], -b[2], -b[3]
+    double = math.copysign(2.0, q0 * p0 - q1 * p1 - q2 * p2 - q3 * p3)
+    x = q0 * p1 + p0 * q1 + q2 * p3 - q3 * p2
+    y = q0 * p2 + p0 * q2 + q3 * p1 - q1 * p3
+    z = q0 * p3 + p0 * q3 + q1 * p2 - q2 * p1
+    return np.array([double * z, double * y, double * x])
 
 
 def rms(e: np.ndarray) -> np.ndarray:

@@ -1,12 +1,12 @@
 """Keys that act late in a flight, in rigs that get there at once: guidance on point masses, a rendezvous without the aircraft.
 
-A rig turns a record into the numbers its component gives; another value of a field must give others.
+A rig turns a record into the numbers its component gives, one after the other; another value of a field must give others.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -21,12 +21,11 @@ from hil_scripts.studies.rivard.six_dof_flight import fly_twin
 from tests.component.test_onboard_guidance import Flight as Refuelling
 from tests.unit.test_joinup import Flight as Joining
 
-Rig = Callable[[Any], list[Any]]
+Rig = Callable[[Any], Iterator[Any]]
 
 
-def refuelling(p: RefuelParams) -> list[Any]:
+def refuelling(p: RefuelParams) -> Iterator[Any]:
     """A whole refuelling with a small station error, then an error too large, a sensor and a link too old, a breakaway."""
-    out: list[Any] = []
     f = Refuelling(p)
     f.nav.rel_pos_t = (-70.0, 50.0, 3.0)
     f.offset[:] = 0.1, -0.2, 0.1
@@ -34,12 +33,12 @@ def refuelling(p: RefuelParams) -> list[Any]:
     f.step(600)
     for name in ("precontact", "contact", "disconnect", "observation"):
         if not f.g.command({"precontact": 2, "contact": 3, "disconnect": 4, "observation": 6}[name])[0]:
-            out.append(name)
+            yield name
         f.f.boom_contact = name == "contact"
         for _ in range({"precontact": 3600, "contact": 1400}.get(name, 600)):
             f.step()
-            out.append(f.g.out.measure)
-    out += [f.path[::20], f.g.phase]
+            yield f.g.out.measure
+    yield from [f.path[::20], f.g.phase]
     for spoil in ("far", "far in contact", "rel", "link"):
         g = Refuelling(p).at(CONTACT)
         if spoil.startswith("far"):
@@ -50,8 +49,8 @@ def refuelling(p: RefuelParams) -> list[Any]:
                 (k * 0.05 if spoil == "link" else 0.0),
             )
             g.step()
-            out.append(g.g.phase)
-        out += g.path[-400::10]
+            yield g.g.phase
+        yield from g.path[-400::10]
     for connected in (True, False):  # a boom that lets go, one that is never in
         g = Refuelling(p)
         g.boom = True
@@ -61,18 +60,17 @@ def refuelling(p: RefuelParams) -> list[Any]:
         g.f.boom_contact = False
         for _ in range(800):
             g.step()
-            out.append(g.g.phase)
+            yield g.g.phase
     waiting = Refuelling(p)
     waiting.until(OBSERVATION)
     waiting.order("precontact")
     waiting.offset[:] = 0.0, 0.0, 4.1
     waiting.step(200)
-    return out + waiting.path[::10]
+    yield from waiting.path[::10]
 
 
-def joining(p: JoinUpParams) -> list[Any]:
+def joining(p: JoinUpParams) -> Iterator[Any]:
     """From far behind on both sides, from ahead, with the tanker turning at first and lost from sight for a while."""
-    out: list[Any] = []
     for start in (
         {},
         {"x": -900.0, "y": -150.0, "z": 200.0},
@@ -87,52 +85,49 @@ def joining(p: JoinUpParams) -> list[Any]:
             f.seen = seen
             for _ in range(round(seconds / 0.1)):
                 f.step()
-                out.append((f.track[-1], f.g.ready, f.g.phase))
+                yield (f.track[-1], f.g.ready, f.g.phase)
         f.wind = (f.wind[0] + 20.0, f.wind[1])
-        out += f.fly(20.0)[-100:].tolist()
-    return out
+        yield from f.fly(20.0)[-100:].tolist()
 
 
-def sequence(p: SequenceParams) -> list[Any]:
+def sequence(p: SequenceParams) -> Iterator[Any]:
     """Every order as it falls due; `auto` on unless that is what is asked."""
-    out: list[Any] = [p.auto]
+    yield p.auto
     for fuel in (0.0, 900.0):
         s, f = Sequence(replace(p, auto=True)), SensorFrame(boom_contact=True, fuel_kg=fuel)
         for phase in (OBSERVATION, 3, CONTACT, 3):
-            out += [s.step(f, phase, True, 0.5) for _ in range(800)]
-    return out
+            yield from [s.step(f, phase, True, 0.5) for _ in range(800)]
 
 
-def racetrack(p: RacetrackParams) -> list[Any]:
+def racetrack(p: RacetrackParams) -> Iterator[Any]:
     """Two legs and a turn of a tanker that turns as commanded, a little off its heading."""
     g, f, nav = (
         make_path(replace(p, first_leg_s=p.first_leg_s * 0.05, leg_s=p.leg_s * 0.05)),
         SensorFrame(),
         NavState(valid=True, V=190.0),
     )
-    psi, out = 0.3, [g.V]
+    psi = 0.3
+    yield g.V
     g.set_speed(p.V_mps + 2.0, 0.0, 1e3)
     for _ in range(4000):
         f.t_us += 50_000
         nav.euler = (psi + 0.01, 0.05, 0.0)
         o = g.step(f, nav, 0.05)
         psi += (o.psi_dot + 1e-4) * 0.05
-        out.append((o.psi_dot, o.V, o.alt_m, o.phase))
-    return out
+        yield (o.psi_dot, o.V, o.alt_m, o.phase)
 
 
-def condition(p: ConditionParams) -> list[Any]:
+def condition(p: ConditionParams) -> Iterator[Any]:
     """Tanks that run dry, a gauge that jumps and falls silent, a command at its limit."""
-    c, out = Condition(p, 2900.0), []
+    c = Condition(p, 2900.0)
     f = SensorFrame()
     for k in range(1200):
         f.t_us, f.updated = 100_000 * k, UPD_FUEL if k < 900 or k > 1000 else 0
         f.fuel_kg = max(1000.0 - 1.25 * k, 0.0) + (80.0 if k == 300 else 0.0)
-        out.append(c.intake(f)[1])
+        yield c.intake(f)[1]
         c.step(NavState(valid=True), 100 < k < 150, 0.1)
-        out += [c.flags, [t.text for t in c.texts]]
+        yield from [c.flags, [t.text for t in c.texts]]
         c.texts = []
-    return out
 
 
 RIGS: dict[type, tuple[Any, Rig]] = {

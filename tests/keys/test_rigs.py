@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import fields, replace
+from itertools import zip_longest
 from typing import Any
 
 import pytest
@@ -29,8 +30,8 @@ VALUES: dict[str, tuple[Any, ...]] = {
 @pytest.mark.parametrize("cls", list(RIGS), ids=lambda c: c.__name__)
 def test_every_field_changes_the_output_of_its_rig(cls: type) -> None:
     base, rig = RIGS[cls]
-    before = rig(base)
-    assert before == rig(replace(base))  # the rig itself is repeatable
+    before = list(rig(base))
+    assert before == list(rig(replace(base)))  # the rig itself is repeatable
     dead = []
     for k in leaves("p", base):
         tries = (*VALUES.get(f"{cls.__name__}.{k.field}", ()), *others(k)[:2])
@@ -43,6 +44,7 @@ def test_every_field_changes_the_output_of_its_rig(cls: type) -> None:
 
 def _differs(rig: Any, base: Any, field: str, value: Any, before: list[Any]) -> bool:
     try:
-        return bool(rig(replace(base, **{field: value})) != before)
+        now = rig(replace(base, **{field: value}))
+        return any(a != b for a, b in zip_longest(now, before))  # flown no further than the first difference
     except (ValueError, AssertionError):  # refused by the record, or a phase is no longer reached
         return True

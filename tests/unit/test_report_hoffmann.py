@@ -29,12 +29,12 @@ pytestmark = pytest.mark.usefixtures("small_pictures")
 
 LEE = runpy.run_path(str(Path(__file__).with_name("test_report_lee.py")))
 SHORT: dict[str, dict[str, Any]] = {
-    "changing": {"duration_s": 24.0, "steps": [[0.0, 0.0], [8.0, 1.0], [16.0, 0.0]]},
-    "sigma_1": {"duration_s": 60.0},
+    "changing": {"duration_s": 15.0, "steps": [[0.0, 0.0], [5.0, 1.0], [10.0, 0.0]]},
+    "sigma_1": {"duration_s": 30.0},
 }  # fmt: skip
 
 
-def _small(study: Study, *names: str, duration_s: float = 14.0) -> Study:
+def _small(study: Study, *names: str, duration_s: float = 10.0) -> Study:
     chosen = [c for c in study.cases if not names or c.name in names]
     short = {"duration_s": duration_s} if duration_s else {}
     return replace(study, cases=tuple(Case(c.name, c.params | short | SHORT.get(c.name, {})) for c in chosen))

@@ -6,6 +6,7 @@ import json
 import runpy
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 from typer.testing import CliRunner
@@ -27,16 +28,20 @@ LEE = runpy.run_path(str(Path(__file__).with_name("test_report_lee.py")))
 ALL = (*jing.STUDIES, *jing_escape.STUDIES)
 
 
-def _small(study: Study, *names: str) -> Study:
-    return replace(study, cases=tuple(c for c in study.cases if c.name in names))
+FEW = ("managed", "pitch_15", "pitch_10")  # laws flown here
+
+
+def _small(study: Study, *names: str, **params: Any) -> Study:
+    chosen = (c for c in study.cases if c.name in names)
+    return replace(study, cases=tuple(replace(c, params=c.params | params) for c in chosen))
 
 
 STUDIES = (
     _small(jing.NOMINAL, "ukf13", "ekf15"),
     _small(jing.MODEL_ERROR, "ukf13_printed_noise", "ekf15"),
     _small(jing_escape.ESCAPE, "severe_350_pair_light"),
-    _small(jing_escape.SURVIVAL, "light"),
-    _small(jing_escape.ALERTS, "clear_1p5", "seed_0_quick"),
+    _small(jing_escape.SURVIVAL, "light", laws=list(FEW)),
+    _small(jing_escape.ALERTS, "clear_1p5", "seed_0_quick", duration_s=40.0),
 )
 
 
@@ -44,7 +49,9 @@ STUDIES = (
 def campaigns(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     """Folders of a few cases of each study, one run each."""
     root = tmp_path_factory.mktemp("campaigns")
-    return [run_campaign(s, 1, 1, root / s.name, workers=0, progress=False).folder for s in STUDIES]
+    with pytest.MonkeyPatch.context() as m:
+        m.setattr(jing_escape, "LAWS", {name: jing_escape.LAWS[name] for name in FEW})
+        return [run_campaign(s, 1, 1, root / s.name, workers=0, progress=False).folder for s in STUDIES]
 
 
 @pytest.fixture(scope="module")
