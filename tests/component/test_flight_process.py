@@ -13,7 +13,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
+from flightsw.__main__ import app as flightsw_app
 from flightsw.icd import tlog
 from flightsw.icd.link import UdpLink, plant_port, telemetry_port
 from flightsw.icd.signing import PLANT, Security, Signing, read_key, units, write_key
@@ -257,10 +259,26 @@ def test_busy_port_is_named(tmp_path: Path, port_offset: int, which: str) -> Non
     ],
 )
 def test_bad_start_is_one_line_and_code_2(tmp_path: Path, port_offset: int, args: list[str], message: str) -> None:
-    f = Flight(tmp_path, port_offset, *args)
+    (tmp_path / "flight.toml").write_text(FLIGHT)
+    argv = [
+        "--config",
+        str(tmp_path / "flight.toml"),
+        "--run-dir",
+        str(tmp_path),
+        "--port-offset",
+        str(port_offset),
+        *args,
+    ]
+    r = CliRunner().invoke(flightsw_app, argv)
+    assert r.exit_code == 2
+    assert message in r.stderr and len(r.stderr.strip().splitlines()) == 1
+
+
+def test_a_process_that_cannot_start_says_so_and_ends(tmp_path: Path, port_offset: int) -> None:
+    f = Flight(tmp_path, port_offset, "--config", "/none.toml")
     assert f.wait() == 2
     err = f.err()
-    assert message in err and len(err.strip().splitlines()) == 1
+    assert "/none.toml: cannot be read" in err and len(err.strip().splitlines()) == 1
     f.close()
 
 

@@ -14,8 +14,10 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
 from flightsw import plugins
+from hil_scripts import sil as launcher
 from hil_scripts.campaign.engine import run_campaign
 from hil_scripts.campaign.journal import FILE, Journal, read
 from hil_scripts.campaign.registry import all_studies
@@ -219,11 +221,18 @@ def _env(tmp: Path) -> dict[str, str]:
         ),
     ],
 )
-def test_command_line(cli: list[str], tmp_path: Path, args: list[str], code: int, says: str) -> None:
+@pytest.mark.usefixtures("cli")
+def test_command_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, args: list[str], code: int, says: str) -> None:
     """Exit codes and messages; a refused campaign leaves no folder."""
-    r = subprocess.run([*cli, *args], cwd=tmp_path, env=_env(tmp_path), capture_output=True, text=True, timeout=120)
-    assert r.returncode == code, r.stderr
-    assert says in r.stdout + r.stderr and "Traceback" not in r.stderr
+    with monkeypatch.context() as m:
+        m.chdir(tmp_path)
+        m.setattr(sys, "path", [str(tmp_path / "package"), *sys.path])
+        plugins.look_again()
+        r = CliRunner().invoke(launcher.app, ["campaign", *args], env={"COLUMNS": "200"})
+    plugins.look_again()
+    sys.modules.pop("wakefield_module", None)
+    assert r.exit_code == code, r.output
+    assert says in r.output and "Traceback" not in r.output
     assert (tmp_path / "campaigns").exists() == ("made now" in says)
 
 
