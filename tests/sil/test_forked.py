@@ -55,12 +55,23 @@ main()
 
 
 def test_forked_and_started_afresh_leave_the_same_bytes(tmp_path: Path, port_offset: int) -> None:
-    args = ["run", "gust", "--duration", "0.5", "--no-rrd", "--seed", "3", "--port-offset", str(port_offset), "--out"]
+    args = [
+        "run",
+        "rendezvous",
+        "--duration",
+        "0.5",
+        "--no-rrd",
+        "--seed",
+        "3",
+        "--port-offset",
+        str(port_offset),
+        "--out",
+    ]
     for name, program in (("forked", ["-m", "hil_scripts.sil"]), ("afresh", ["-c", THREADED])):
         argv = [sys.executable, *program, *args, tmp_path / name]
         r = subprocess.run(argv, cwd=ROOT, capture_output=True, text=True, timeout=120)
         assert r.returncode == 0, r.stdout + r.stderr
     logs = sorted(p.name for p in (tmp_path / "forked").glob("*.tlog"))
-    assert len(logs) == 4
+    assert len(logs) == 3
     for name in logs:
         assert (tmp_path / "forked" / name).read_bytes() == (tmp_path / "afresh" / name).read_bytes(), name

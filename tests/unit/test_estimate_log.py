@@ -15,12 +15,19 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from hil_scripts.estimate import columns, command, flightlog, offline
+from hil_scripts.estimate import columns, command, figure, flightlog, offline
 from hil_scripts.estimate.compare import without_probe
 from hil_scripts.estimate.kinematic import KinematicParams
 
 REAL = Path(__file__).parents[2] / "data" / "flight_logs" / "ampyx_ap2_20171003_50hz.csv"
 Rows = list[list[str]]
+
+
+@pytest.fixture(autouse=True)
+def small_figure(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Tests read figures, not pictures: few pixels, axes where they fall."""
+    whole = figure.plt.figure
+    monkeypatch.setattr(figure.plt, "figure", lambda **kw: whole(**(kw | {"dpi": 30, "layout": None})))
 
 
 @pytest.fixture(scope="module")
