@@ -8,26 +8,23 @@ import json
 import sys
 import time
 from pathlib import Path
-from typing import Annotated, NoReturn
+from typing import Annotated
 
 import typer
 
 from flightsw.cli import SigningKey, Unsigned, Version, make
-from ground.data_cli import draw_log, export, signals
+from ground.data_cli import export, fail, signals
 from ground.report.cli import app as report_app
+from ground.runs_cli import compare, convert, diff, index, metrics, screenshot
 
 app = make("Ground segment: record, convert, watch, command.", no_args_is_help=True)
 app.add_typer(report_app, name="report")
 app.command()(signals)
 app.command()(export)
+for each in (metrics, convert, screenshot, diff, compare, index):
+    app.command()(each)
 Run = Annotated[Path, typer.Argument(help="run folder")]
 PortOffset = Annotated[int, typer.Option("--port-offset", help="added to every port (parallel runs)")]
-
-
-def _fail(message: object, code: int = 1) -> NoReturn:
-    """One line on stderr, non-zero exit."""
-    print(f"ground: {message}", file=sys.stderr)
-    raise typer.Exit(code)
 
 
 @app.callback()
@@ -55,7 +52,7 @@ def record(
     try:
         recorder = run(out, port + port_offset, host, forward, security=security(signing_key, unsigned, time.time))
     except (RecordError, SigningError) as exc:
-        _fail(exc)
+        fail(exc, 1)
     lost = sum(recorder.gaps.dropped.values())
     print(f"ground: {recorder.packets} packets to {out / 'tlm.tlog'}, {lost} lost", file=sys.stderr)
 
@@ -72,14 +69,14 @@ def dialect(
     from ground.dialect import NAME, DialectError, complete, stock_folder
 
     if (out is None) is not install:
-        _fail("dialect: one of --out FILE and --install", 2)
+        fail("dialect: one of --out FILE and --install", 2)
     path = stock_folder() / f"{NAME}.py" if out is None else out
     try:
         write_whole(path, complete(path.suffix))
     except DialectError as exc:
-        _fail(f"dialect: {exc}", 2)
+        fail(f"dialect: {exc}", 2)
     except OSError as exc:
-        _fail(exc)
+        fail(exc, 1)
     print(path)
 
 
@@ -91,97 +88,8 @@ def key(out: Annotated[Path, typer.Option("--out", help="file to write; must not
     try:
         write_key(out)
     except OSError as exc:
-        _fail(f"{out}: cannot be written: {exc.strerror}")
+        fail(f"{out}: cannot be written: {exc.strerror}", 1)
     print(out)
-
-
-@app.command()
-def metrics(
-    run: Annotated[Path, typer.Argument(help="run folder, or one .tlog: what is in it")],
-    write: Annotated[bool, typer.Option(help="also write RUN/summary.json")] = False,
-) -> None:
-    """Figures of a run as flat JSON on stdout."""
-    from flightsw.files import write_whole
-    from ground.columns import LogError, load
-    from ground.folder import contents
-    from ground.metrics import compute
-
-    try:
-        one = run.is_file() and not write
-        failed: list[str] = []
-        text = json.dumps(contents(load(run)) if one else compute(run, failed), indent=1)
-        if write:
-            write_whole(run / "summary.json", text + "\n")
-    except (LogError, ValueError) as exc:
-        _fail(exc, 2)
-    except OSError as exc:
-        _fail(exc)
-    print(text)
-    if failed:
-        _fail("; ".join(dict.fromkeys(failed)))
-
-
-@app.command()
-def convert(
-    run: Annotated[Path, typer.Argument(help="run folder, or a log: .tlog, ULog, DataFlash .bin, CSV")],
-) -> None:
-    """Write RUN/run.rrd, or LOG.rrd, for the Rerun viewer."""
-    from ground.columns import LogError
-
-    try:
-        from ground.rrd import convert as to_rrd
-
-        failed: list[str] = []
-        path = draw_log(run) if run.is_file() else to_rrd(run, failed=failed)
-    except (LogError, ImportError) as exc:
-        _fail(exc, 2)
-    except OSError as exc:
-        _fail(exc)
-    print(path)
-    if failed:
-        _fail("; ".join(dict.fromkeys(failed)))
-
-
-@app.command()
-def screenshot(
-    run: Run,
-    out: Annotated[Path, typer.Option("--out", help="picture to write (.png)")],
-    size: Annotated[str, typer.Option(help="WIDTHxHEIGHT in pixels")] = "1600x900",
-    at: Annotated[float | None, typer.Option(help="time [s]; default: half-way through what is measured")] = None,
-    wide: Annotated[bool, typer.Option(help="the eye far back, as in run.rrd")] = False,
-    tab: Annotated[
-        str, typer.Option(help="tab of plots: wind, flight, controls, ... (an unknown one lists them)")
-    ] = "",
-    light: Annotated[bool, typer.Option("--light", help="the light theme (needs Chromium)")] = False,
-) -> None:
-    """Picture of a run without a display, as `ground convert` lays it out, the eye close up."""
-    from tempfile import TemporaryDirectory
-
-    from ground.columns import LogError
-    from ground.run import load
-
-    try:
-        from ground.folder import require
-        from ground.rrd import convert, picture_tab, picture_time
-        from ground.rrd.blueprint import NoTabError
-        from ground.rrd.shot import ScreenshotError, in_page
-        from ground.rrd.shot import screenshot as shoot
-
-        require(run)
-        failed: list[str] = []
-        flown = load(run)
-        time_s = picture_time(flown, failed) if at is None else at
-        tab = tab or picture_tab(flown)
-        with TemporaryDirectory() as folder:
-            until = time_s if light else None
-            rrd = convert(run, Path(folder) / "run.rrd", near=not wide, tab=tab, failed=failed, until_s=until)
-            print(in_page(rrd, out, size) if light else shoot(rrd, out, size, time_s))
-    except LogError as exc:
-        _fail(exc, 2)
-    except (NoTabError, OSError, ScreenshotError) as exc:
-        _fail(exc)
-    if failed:
-        _fail("; ".join(dict.fromkeys(failed)))
 
 
 @app.command()
@@ -219,19 +127,19 @@ def live(
 
     drawn = rerun or web
     if rerun and web:
-        _fail("live: one of --rerun and --web", 2)
+        fail("live: one of --rerun and --web", 2)
     if run is not None and not drawn:
-        _fail("live: --run belongs to --rerun and --web", 2)
+        fail("live: --run belongs to --rerun and --web", 2)
     if run is not None and not run.is_dir():
-        _fail(f"{str(run)!r} is not a run folder: it is no folder", 2)
+        fail(f"{str(run)!r} is not a run folder: it is no folder", 2)
     listens = port is not None or run is None
     if not listens and (signing_key is not None or unsigned):
-        _fail("live: --signing-key and --unsigned belong to a --port: a log has no signatures", 2)
+        fail("live: --signing-key and --unsigned belong to a --port: a log has no signatures", 2)
     try:
         links = security(signing_key, unsigned, time.time)
         sock = open_socket(host, (port or OPERATOR_PORT) + port_offset, links) if listens else None
     except (RecordError, SigningError) as exc:
-        _fail(exc)
+        fail(exc, 1)
     if not drawn:
         assert sock is not None
         with sock:
@@ -248,7 +156,7 @@ def live(
             print(words, flush=True)
         code = drawing.watch(shown, run, sock, rate, for_s, links.link(STATION))
     except (v.ViewerError, ScreenshotError) as exc:
-        _fail(exc)
+        fail(exc, 1)
     finally:
         if sock is not None:
             sock.close()
@@ -300,77 +208,9 @@ def send(
             what = order(action, value, to)
         answer = transmit(what, port_offset, host, security=security(signing_key, False, time.time))
     except (CommandError, OSError, SigningError) as exc:
-        _fail(exc, 2)
+        fail(exc, 2)
     print(answer.text, file=sys.stderr if answer.exit_code else sys.stdout)
     raise typer.Exit(answer.exit_code)
-
-
-@app.command()
-def diff(
-    run_a: Run,
-    run_b: Annotated[Path, typer.Argument(help="the other run folder")],
-    json_: Annotated[bool, typer.Option("--json", help="JSON on stdout")] = False,
-) -> None:
-    """Compare two runs: logs byte for byte (first difference decoded) and figures; exit 0 if equal, 1 if not."""
-    from flightsw.icd.tlog import TlogError
-    from ground.columns import LogError
-    from ground.compare import as_json, compare, report
-
-    try:
-        result = compare(run_a, run_b)
-    except (LogError, TlogError, ValueError, OSError) as exc:
-        _fail(exc, 2)
-    print(as_json(result) if json_ else "\n".join(report(result)))
-    raise typer.Exit(0 if result.same else 1)
-
-
-@app.command()
-def compare(
-    run_a: Run,
-    run_b: Annotated[Path, typer.Argument(help="the other run folder")],
-    out: Annotated[
-        Path | None, typer.Option("--out", help="recording to write (default: RUN_A/compare-<name of RUN_B>.rrd)")
-    ] = None,
-) -> None:
-    """Two runs over each other in one recording for the Rerun viewer, with what they were flown with that differs."""
-    from ground.columns import LogError
-
-    try:
-        from ground.rrd.pair import overlay
-
-        path = run_a / f"compare-{run_b.resolve().name}.rrd" if out is None else out
-        failed: list[str] = []
-        print("\n".join(overlay(run_a, run_b, path, failed)))
-    except (LogError, ValueError) as exc:
-        _fail(exc, 2)
-    except OSError as exc:
-        _fail(exc)
-    print(path)
-    if failed:
-        _fail("; ".join(dict.fromkeys(failed)))
-
-
-@app.command()
-def index(
-    folder: Annotated[Path, typer.Argument(help="folder of runs and campaigns")] = Path("runs"),
-    out: Annotated[
-        Path | None, typer.Option("--out", help="page to write, beside the runs (default: FOLDER/index.html)")
-    ] = None,
-) -> None:
-    """One page of all runs and campaigns in a folder: figures to sort by, pictures, links. It needs no other file."""
-    from flightsw.files import write_whole
-    from ground.columns import LogError
-    from ground.gallery import page
-
-    try:
-        text, runs, campaigns = page(folder)
-        path = folder / "index.html" if out is None else out
-        write_whole(path, text)
-    except LogError as exc:
-        _fail(exc, 2)
-    except OSError as exc:
-        _fail(exc)
-    print(f"{path}: {runs} runs, {campaigns} campaigns")
 
 
 def main() -> None:

@@ -15,7 +15,8 @@ Source = Annotated[
 ]
 
 
-def _fail(message: object, code: int = 2) -> NoReturn:
+def fail(message: object, code: int = 2) -> NoReturn:
+    """One line on stderr, non-zero exit."""
     print(f"ground: {message}", file=sys.stderr)
     raise typer.Exit(code)
 
@@ -33,7 +34,7 @@ def signals(
     try:
         found = Run(run).signals(pattern, raw)
     except LogError as exc:
-        _fail(exc)
+        fail(exc)
     print(json.dumps([asdict(s) for s in found], indent=1) if json_ else found)
 
 
@@ -59,9 +60,9 @@ def export(
             content = of_run(Run(source), only or (), raw)
         write(content, path, to)
     except (LogError, ExportError, ImportError) as exc:
-        _fail(exc)
+        fail(exc)
     except OSError as exc:
-        _fail(exc, 1)
+        fail(exc, 1)
     print(path)
 
 

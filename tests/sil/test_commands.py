@@ -12,7 +12,7 @@ from typer.testing import CliRunner, Result
 
 import flightsw.__main__
 import sim_plant.__main__
-from hil_scripts import sil
+from hil_scripts import shell, sil
 from hil_scripts.campaign.registry import all_studies
 from hil_scripts.launch import listing, screen
 from hil_scripts.launch.runfolder import PARAMS, SCENARIOS, resolve
@@ -46,7 +46,7 @@ def test_completion_can_be_installed(program: str) -> None:
 
 
 def test_completion_knows_the_scenarios() -> None:
-    assert sil._scenarios("rend") == ["rendezvous", "rendezvous_to_contact"]
+    assert shell.scenario_names("rend") == ["rendezvous", "rendezvous_to_contact"]
 
 
 def test_help_keeps_square_brackets() -> None:

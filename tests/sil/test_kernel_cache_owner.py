@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from hil_scripts import sil
 from hil_scripts.launch import kernel_cache
+from hil_scripts.shell import EXIT_CONFIG
 from tests.sil.launch import sil as call
 
 
@@ -19,7 +19,7 @@ def test_a_folder_everybody_writes_to_is_refused(tmp_path: Path, monkeypatch: py
     with pytest.raises(OSError, match=r"everybody may write there \(mode 777\)"):
         kernel_cache.cache_dir()
     ended = call("list", "missions")
-    assert ended.code == sil.EXIT_CONFIG and "everybody may write there" in ended.text
+    assert ended.code == EXIT_CONFIG and "everybody may write there" in ended.text
 
 
 def test_a_folder_of_another_user_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
