@@ -16,6 +16,7 @@ SHARED = 'scope="module"'
 # units of more than five seconds of processor time, longest first: none of them may come last. A head is enough
 HEAVY: tuple[str, ...] = (
     "tests/component/test_relative_variants.py",
+    "tests/unit/test_studies_hoffmann.py",
     "tests/sil/test_windshear.py",
     "tests/sil/test_airdata.py",
     "tests/unit/test_wake_position.py",
@@ -31,14 +32,12 @@ HEAVY: tuple[str, ...] = (
     "tests/unit/test_campaign.py",
     "tests/unit/test_report_hoffmann.py",
     "tests/unit/test_report_jing.py",
-    "tests/unit/test_studies_hoffmann.py::test_alleviation_lowers_the_band",
     "tests/keys/test_reads.py",
     "tests/keys/test_aircraft.py::test_every_number_of_the_file_is_read_by_both_sides[alexis-onboard]",
     "tests/unit/test_plant_faults.py",
     "tests/sil/test_forked.py::test_forked_and_started_afresh",
     "tests/unit/test_report_lee.py",
     "tests/component/test_onboard_app.py",
-    "tests/unit/test_studies_hoffmann.py::test_traps_of_the_law",
     "tests/sil/test_run_as_data.py",
     "tests/component/test_refusals.py",
     "tests/sil/test_rendezvous.py::test_tanker_rolls_out",
