@@ -16,13 +16,14 @@ from importlib.metadata import EntryPoint, EntryPoints, entry_points
 from types import FunctionType
 from typing import ParamSpec, TypeVar, cast
 
-from flightsw.strict import ConfigError, Names, near
+from flightsw.strict import ConfigError, Names, changed, near
 
 GROUPS = tuple(
     f"wakefield.{group}"
     for group in ("missions", "aircraft", "records", "views", "studies", "estimators", "benches", "dialects")
 )
 MISSIONS, AIRCRAFT, RECORDS, VIEWS, STUDIES, ESTIMATORS, BENCHES, DIALECTS = GROUPS
+EVERY_KEY: tuple[str, ...] = ("*",)  # `obeys` of a part that reads its whole table
 PROGRAMS = ("flightsw", "sim_plant", "ground", "hil_scripts")  # packages of this project
 T = TypeVar("T")
 P = ParamSpec("P")
@@ -157,6 +158,21 @@ def made(
     if not isinstance(new, contract):
         raise ConfigError(f"{what}: is no {contract.__module__}.{contract.__name__}")
     return new
+
+
+def refuse_ignored(place: str, name: str, obeys: tuple[str, ...], record: object, default: object) -> None:
+    """Raises ConfigError for a key of a table that somebody else's part does not obey and that is not as by default.
+
+    place: key that names the part, in the table; obeys: keys read (dotted, a table's own for all of it), or EVERY_KEY.
+    """
+    table, _, key = place.rpartition(".")
+    if ":" not in name or EVERY_KEY[0] in obeys:
+        return
+    if (idle := changed(record, default, (key, *obeys))) is not None:
+        raise ConfigError(
+            f"{table}.{idle[0]} = {idle[1]!r}: not obeyed by {place} = {name!r}, which obeys {', '.join(obeys) or 'none'}; "
+            "allowed: left out"
+        )
 
 
 def _refuse_call(f: Callable[..., object], what: str, *args: object, **kwargs: object) -> None:

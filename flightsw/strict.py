@@ -166,13 +166,15 @@ def to_dict(obj: Any) -> Any:
 
 
 def changed(value: Any, default: Any, but: tuple[str, ...] = ()) -> tuple[str, Any] | None:
-    """First key (dotted) and value in which a configuration record differs from its defaults, leaving out the keys `but`."""
+    """First key (dotted) and value in which a configuration record differs from its defaults, leaving out the keys `but`
+    (dotted; a table's own leaves out all of it)."""
     if not dataclasses.is_dataclass(value):
         return None if value == default else ("", value)
     for f in dataclasses.fields(value):
         if f.name in but:
             continue
-        found = changed(getattr(value, f.name), getattr(default, f.name))
+        below = tuple(b.removeprefix(f"{f.name}.") for b in but if b.startswith(f"{f.name}."))
+        found = changed(getattr(value, f.name), getattr(default, f.name), below)
         if found is not None:
             return (f"{f.name}.{found[0]}" if found[0] else f.name), found[1]
     return None

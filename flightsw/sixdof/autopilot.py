@@ -14,7 +14,7 @@ from typing import Annotated, Protocol, runtime_checkable
 import numpy as np
 
 from flightsw.aircraft import Aircraft
-from flightsw.plugins import OursOr, made
+from flightsw.plugins import EVERY_KEY, OursOr, made, refuse_ignored
 from flightsw.sixdof.actuators import ActuatorModel
 from flightsw.sixdof.command import ControlCore, Node3, Pos, ScheduleParams, lqr_terms
 from flightsw.sixdof.layout import RATE, X_ALPHA, X_BETA, X_P, X_PHI, X_PSI, X_Q, X_R, X_THETA, X_V, X_Z
@@ -55,6 +55,10 @@ class AutopilotLaw(Protocol):
     """What flies an aircraft by airspeed, altitude and turn rate. A pure step, as all algorithms."""
 
     @property
+    def obeys(self) -> tuple[str, ...]:
+        """Keys of the table it reads, EVERY_KEY all; any other is refused unless it is as by default."""
+
+    @property
     def terms(self) -> LawTerms:
         """What the last command is made of."""
 
@@ -71,6 +75,8 @@ class AutopilotLaw(Protocol):
 
 class TankerControl:
     """Flies commanded airspeed, altitude and turn rate."""
+
+    obeys = EVERY_KEY
 
     def __init__(self, ac: Aircraft, p: TankerCtrlParams, dt_s: float) -> None:
         """Designs the six nominal laws for control period dt_s. Raises TrimError or DesignError."""
@@ -148,7 +154,12 @@ class TankerControl:
 OURS = {"autopilot": TankerControl}
 
 
-def make_autopilot(ac: Aircraft, p: TankerCtrlParams, dt_s: float, table: str) -> AutopilotLaw:
-    """The law p.law names, for control period dt_s; table: name of the TOML table p is. Raises ConfigError, TrimError or
-    DesignError."""
-    return made(OURS, AutopilotLaw, p.law, f"{table}.law", ac, p, dt_s)  # type: ignore[type-abstract]
+def make_autopilot(
+    ac: Aircraft, p: TankerCtrlParams, dt_s: float, table: str, default: TankerCtrlParams
+) -> AutopilotLaw:
+    """The law p.law names, for control period dt_s; table: name of the TOML table p is, default: what it is where nobody sets a
+    key. Raises ConfigError, TrimError or DesignError."""
+    place = f"{table}.law"
+    law = made(OURS, AutopilotLaw, p.law, place, ac, p, dt_s)  # type: ignore[type-abstract]
+    refuse_ignored(place, p.law, law.obeys, p, default)
+    return law

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from flightsw.aircraft import load_aircraft
 from flightsw.missions.receiver.boom import Surroundings, crosses, hull
+from flightsw.missions.receiver.guidances import make_refuel_path
 from flightsw.missions.receiver.refuel import (
     BREAKAWAY,
     CONTACT,
@@ -39,7 +40,9 @@ class Flight:
     """A receiver that is always exactly where the reference wants it."""
 
     def __init__(self, params: RefuelParams | None = None, around: Surroundings | None = None) -> None:
-        self.g = RefuelGuidance(params or RefuelParams(), around)
+        made = make_refuel_path(params or RefuelParams(), around)
+        assert isinstance(made, RefuelGuidance)
+        self.g = made
         self.f, self.nav = SensorFrame(), NavState(valid=True, reason="", rel_valid=True, rel_age_s=0.0, peer_age_s=0.0)
         self.nav.rel_pos_t = self.g.p.observation_m
         self.offset = np.zeros(3)

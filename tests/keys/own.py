@@ -8,9 +8,13 @@ from flightsw.aircraft import Aircraft, TwinJet
 from flightsw.missions.gust.law import GustAlleviation
 from flightsw.missions.gust.laws import GustCtrlTable
 from flightsw.missions.gust.model import GustAircraft, Turbulence
+from flightsw.missions.receiver.boom import Surroundings
+from flightsw.missions.receiver.joinup import JoinUpGuidance, JoinUpParams
+from flightsw.missions.receiver.refuel import RefuelGuidance, RefuelParams
 from flightsw.missions.receiver.station_keeping import ReceiverControl, ReceiverCtrlParams
 from flightsw.missions.tanker.racetrack import RacetrackGuidance, RacetrackParams
 from flightsw.missions.windshear.control import NidParams, WindshearControl
+from flightsw.missions.windshear.guidance import WindshearGuidance, WindshearGuidanceParams
 from flightsw.sixdof.autopilot import TankerControl, TankerCtrlParams
 
 
@@ -47,3 +51,24 @@ class Path(RacetrackGuidance):
 
     def __init__(self, p: RacetrackParams) -> None:
         super().__init__(replace(p, V_mps=p.V_mps - 5.0))
+
+
+class Refuelling(RefuelGuidance):
+    """Quicker to its place."""
+
+    def __init__(self, p: RefuelParams, around: Surroundings | None = None) -> None:
+        super().__init__(replace(p, v_join_mps=2.0 * p.v_join_mps), around)
+
+
+class Joining(JoinUpGuidance):
+    """Slower on its way."""
+
+    def __init__(self, p: JoinUpParams) -> None:
+        super().__init__(replace(p, V_mps=p.V_mps - 5.0))
+
+
+class Shear(WindshearGuidance):
+    """Another speed over ground."""
+
+    def __init__(self, p: WindshearGuidanceParams) -> None:
+        super().__init__(replace(p, approach=replace(p.approach, gain_1ps=0.5 * p.approach.gain_1ps, ground_mps=80.0)))

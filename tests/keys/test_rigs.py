@@ -24,6 +24,8 @@ VALUES: dict[str, tuple[Any, ...]] = {
     "JoinUpParams.handover_closure_mps": (0.01,),
     "JoinUpParams.heading_max_deg": (1.0,),
     "RacetrackParams.path": ("tests.keys.own:Path",),
+    "RefuelParams.path": ("tests.keys.own:Refuelling",),
+    "JoinUpParams.path": ("tests.keys.own:Joining",),
 }
 
 

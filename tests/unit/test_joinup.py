@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from flightsw.missions.receiver.guidances import make_join_path
 from flightsw.missions.receiver.joinup import (
     ENROUTE,
     INIT,
@@ -55,7 +56,9 @@ class Flight:
     p: JoinUpParams = P
 
     def __post_init__(self) -> None:
-        self.g = JoinUpGuidance(self.p)
+        made = make_join_path(self.p)
+        assert isinstance(made, JoinUpGuidance)
+        self.g = made
         self.psi = self.psi_tanker + self.heading_error
         self.h, self.psi_dot = H_TANKER - self.z, 0.0
         self.t_us = 0

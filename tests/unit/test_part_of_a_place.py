@@ -3,17 +3,32 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import pytest
 
+from flightsw.aircraft import load_aircraft, twinjet
 from flightsw.app import FlightApp
+from flightsw.missions.receiver.boom import Surroundings
+from flightsw.missions.receiver.guidances import make_join_path, make_refuel_path, use_refuel_path
+from flightsw.missions.receiver.joinup import JoinUpGuidance, JoinUpParams
+from flightsw.missions.receiver.refuel import WAYPOINTS, RefuelGuidance, RefuelParams
 from flightsw.missions.tanker.racetrack import PathGuidance, RacetrackGuidance, RacetrackParams, make_path
+from flightsw.missions.windshear import path as shear
+from flightsw.missions.windshear.control import NidParams, WindshearControl, make_law, use_law
+from flightsw.missions.windshear.guidance import WindshearGuidance, WindshearGuidanceParams
+from flightsw.plugins import EVERY_KEY, refuse_ignored
 from flightsw.strict import ConfigError
 from flightsw.types import GuidanceCmd, NavState, SensorFrame, Text, Vec3
 from tests.keys.own import Path
 
 HERE = __name__
+AROUND = Surroundings(load_aircraft("kc135r"), load_aircraft("learjet24"))
+SHEAR = WindshearGuidanceParams(path=f"{HERE}:Slope")
+REFUEL = RefuelParams(path=f"{HERE}:Behind")
+NID = NidParams(law=f"{HERE}:Stiff")
 
 
 class Mute:
@@ -46,6 +61,7 @@ class Short(Silent):
     """A step that takes other things."""
 
     texts: tuple[Text, ...] = ()
+    obeys = EVERY_KEY
 
     def step(self, f: SensorFrame) -> GuidanceCmd:  # type: ignore[override]
         return GuidanceCmd()
@@ -78,13 +94,117 @@ def test_ours_and_anybody_s_are_made_of_the_same_things() -> None:
             f"{HERE}:Mute",
             r"lacks route, set_speed, take_over, use of flightsw\.missions\.tanker\.racetrack\.PathGuidance",
         ),
-        (f"{HERE}:Silent", r"lacks texts of flightsw\.missions\.tanker\.racetrack\.PathGuidance"),
+        (f"{HERE}:Silent", r"lacks obeys, texts of flightsw\.missions\.tanker\.racetrack\.PathGuidance"),
         (f"{HERE}:Short", r"step takes \(f: .*\).*: too many positional arguments"),
     ],
 )
 def test_what_cannot_be_flown_is_refused_by_the_name_of_the_key(path: str, words: str) -> None:
     with pytest.raises(ConfigError, match=f"guid.path = '{path}'.*{words}"):
         make_path(RacetrackParams(path=path))
+
+
+@dataclass(frozen=True)
+class Schedule:
+    V_mps: float = 1.0
+    h_m: float = 2.0
+
+
+@dataclass(frozen=True)
+class Table:
+    law: str = "ours"
+    gain: float = 3.0
+    schedule: Schedule = Schedule()
+
+
+@pytest.mark.parametrize(
+    ("name", "obeys", "record", "refused"),
+    [
+        ("ours", (), Table(gain=4.0), ""),
+        ("a:B", EVERY_KEY, Table(gain=4.0), ""),
+        ("a:B", (), Table("a:B"), ""),
+        ("a:B", ("gain",), Table(gain=4.0), ""),
+        ("a:B", ("schedule",), Table(schedule=Schedule(h_m=5.0)), ""),
+        ("a:B", ("schedule.h_m",), Table(schedule=Schedule(h_m=5.0)), ""),
+        ("a:B", ("schedule.V_mps",), Table(schedule=Schedule(h_m=5.0)), r"ctrl\.schedule\.h_m = 5\.0"),
+        ("a:B", ("schedule",), Table(gain=4.0), r"ctrl\.gain = 4\.0"),
+    ],
+)
+def test_a_key_somebody_else_s_part_does_not_obey_is_refused(
+    name: str, obeys: tuple[str, ...], record: Table, refused: str
+) -> None:
+    def check() -> None:
+        refuse_ignored("ctrl.law", name, obeys, record, Table())
+
+    if not refused:
+        check()
+        return
+    with pytest.raises(ConfigError, match=f"{refused}: not obeyed by ctrl.law = 'a:B', which obeys {obeys[0]}"):
+        check()
+
+
+class Slope(WindshearGuidance):
+    """Obeys one gain, and what the mission reads itself."""
+
+    obeys = ("approach.gain_1ps",)
+
+
+class Behind(RefuelGuidance):
+    """Obeys its places only."""
+
+    obeys = WAYPOINTS
+
+
+class Straight(JoinUpGuidance):
+    """Obeys nothing."""
+
+    obeys = ()
+
+
+class Stiff(WindshearControl):
+    """Obeys one gain."""
+
+    obeys = ("k_path_1ps",)
+
+
+@pytest.mark.parametrize(
+    ("make", "use", "good", "bad", "words"),
+    [
+        (shear.make_path, shear.use_path, SHEAR, replace(SHEAR, hazard=replace(SHEAR.hazard, gain_F=0.2)),
+         r"guid\.hazard\.gain_F = 0\.2: not obeyed by guid\.path"),
+        (lambda p: make_refuel_path(p, AROUND), use_refuel_path, REFUEL, replace(REFUEL, settle_s=3.0),
+         r"guid\.settle_s = 3\.0: not obeyed by guid\.path"),
+        (lambda p: make_law(p, twinjet()), use_law, NID, replace(NID, k_rate_1ps=5.0),
+         r"ctrl\.k_rate_1ps = 5\.0: not obeyed by ctrl\.law"),
+    ],
+    ids=["windshear", "refuelling", "inversion"],
+)  # fmt: skip
+def test_at_the_start_and_in_flight(make: Any, use: Any, good: Any, bad: Any, words: str) -> None:
+    part = make(good)
+    use(part, good)
+    for refused in (lambda: make(bad), lambda: use(part, bad)):
+        with pytest.raises(ConfigError, match=words):
+            refused()
+
+
+def test_a_way_to_the_tanker_of_somebody_else() -> None:
+    p = JoinUpParams(V_mps=190.0, path=f"{HERE}:Straight")  # the mission reads V_mps itself
+    assert isinstance(make_join_path(p), Straight)
+    with pytest.raises(ConfigError, match=r"join\.guid\.handover_m = 90\.0: not obeyed by join\.guid\.path"):
+        make_join_path(replace(p, handover_m=90.0))
+    with pytest.raises(
+        ConfigError,
+        match=r"join\.guid\.path = '.*:Mute': lacks .* of flightsw\.missions\.receiver\.guidances\.JoinPath",
+    ):
+        make_join_path(replace(p, path=f"{HERE}:Mute"))
+
+
+@pytest.mark.parametrize(
+    ("make", "contract"), [(shear.make_path, "ShearPath"), (lambda p: make_refuel_path(p, AROUND), "RefuelPath")]
+)
+def test_a_guidance_that_is_none(make: Any, contract: str) -> None:
+    p = SHEAR if contract == "ShearPath" else REFUEL
+    with pytest.raises(ConfigError, match=f"guid.path = 'tests.keys.own:Autopilot': lacks .* of .*{contract}"):
+        make(replace(p, path="tests.keys.own:Autopilot"))
 
 
 def test_the_application_says_whose_configuration_it_was() -> None:

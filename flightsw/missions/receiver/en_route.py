@@ -17,7 +17,8 @@ from flightsw.envelope import Envelope
 from flightsw.kernels.rotations import euler_from_dcm, to_parent, vec3
 from flightsw.missions.base import Mission, MissionSpec, Reports
 from flightsw.missions.receiver.airdata.reports import REPORTS
-from flightsw.missions.receiver.joinup import ENROUTE, INIT, JOIN_UP, JoinUpGuidance, JoinUpParams, Sight
+from flightsw.missions.receiver.guidances import make_join_path
+from flightsw.missions.receiver.joinup import ENROUTE, INIT, JOIN_UP, JoinUpParams, Sight
 from flightsw.missions.receiver.mission import ORDERS, ReceiverMission, ReceiverParams
 from flightsw.missions.receiver.refuel import NAMES, OBSERVATION
 from flightsw.missions.receiver.sequence import Sequence, SequenceParams
@@ -94,8 +95,8 @@ class JoinMission(Mission[ActuatorModel]):
             e.speed(f"join.guid.{key}", getattr(g, key))
         e.turn("join.guid.turn_max_degps", g.turn_max_degps, g.V_max_mps)
         self.nav = AirframeNav(ac, j.nav)
-        self.guid = JoinUpGuidance(j.guid)
-        self.free = make_autopilot(ac, j.ctrl, period_s, "join.ctrl")
+        self.guid = make_join_path(j.guid)
+        self.free = make_autopilot(ac, j.ctrl, period_s, "join.ctrl", _free_control())
         self.refuel = ReceiverMission(ac, p, period_s)
         self.sequence = Sequence(j.sequence)
         self.ctrl: AutopilotLaw | StationKeepingLaw = self.free

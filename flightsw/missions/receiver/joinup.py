@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from flightsw.kernels.rotations import wrap_pi
+from flightsw.plugins import EVERY_KEY, OursOr
 from flightsw.strict import ConfigError, Range
 from flightsw.terms import HELD, INTEGRAL, RATE, Controlled, LawTerms, Output
 from flightsw.types import ZERO3, GuidanceCmd, NavState, Text, Vec3
@@ -75,6 +76,7 @@ class JoinUpParams:
     handover_m: Pos = 125.0
     handover_error_m: Pos = 20.0
     handover_closure_mps: Pos = 4.0
+    path: Annotated[str, OursOr(("join_up",))] = "join_up"  # a JoinPath, made from (this table)
 
     def __post_init__(self) -> None:
         """Raises ConfigError for positions that contradict each other."""
@@ -132,6 +134,8 @@ def wanted(pos: Vec3, p: JoinUpParams) -> tuple[float, float, float]:
 
 class JoinUpGuidance:
     """Commands airspeed, altitude and turn rate; `ready` once station keeping may take over."""
+
+    obeys = EVERY_KEY
 
     def __init__(self, p: JoinUpParams) -> None:
         self.p = p

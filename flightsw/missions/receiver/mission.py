@@ -17,7 +17,8 @@ from flightsw.missions.receiver.airdata.airdata import AirData, AirDataParams
 from flightsw.missions.receiver.airdata.reports import REPORTS
 from flightsw.missions.receiver.boom import Surroundings
 from flightsw.missions.receiver.estimator import RelativeNav
-from flightsw.missions.receiver.refuel import ACTIONS, FROM, NAMES, TAKES, RefuelGuidance, RefuelParams
+from flightsw.missions.receiver.guidances import make_refuel_path, use_refuel_path
+from flightsw.missions.receiver.refuel import ACTIONS, FROM, NAMES, TAKES, RefuelParams
 from flightsw.missions.receiver.station_keeping import ReceiverCtrlParams, make_station_keeping
 from flightsw.missions.receiver.tanker_link import turn_rate
 from flightsw.refusal import Refusals
@@ -74,12 +75,13 @@ class ReceiverMission(Mission[ActuatorModel]):
         elif p.airdata.on is None and (idle := changed(p.airdata, AirDataParams())) is not None:
             raise ConfigError(f"airdata.{idle[0]} = {idle[1]!r}: nothing obeys it without airdata.on = true")
         tanker = load_aircraft(p.tanker)
-        self.guid = RefuelGuidance(p.guid, Surroundings(tanker, ac))
-        self.ctrl = make_station_keeping(ac, tanker, p.ctrl, period_s)
+        self.guid = make_refuel_path(p.guid, Surroundings(tanker, ac))
+        self.ctrl = make_station_keeping(ac, tanker, p.ctrl, period_s, ReceiverParams().ctrl)
         self.V0 = float(np.mean(p.ctrl.schedule.V_mps))
         self.h0 = p.ctrl.schedule.h_m
         self._tk = np.zeros(TK)
         self._lost = False
+        self._t_us = 0
 
     def step(
         self, f: SensorFrame, act: ActuatorModel, updated: int, health: Health, dt: float
@@ -89,6 +91,7 @@ class ReceiverMission(Mission[ActuatorModel]):
         if (self._lost or self.nav.rejoined) and nav.valid:
             self.guid.recapture(nav)
         self._lost = self.guid.phase != 0 and not nav.valid
+        self._t_us = f.t_us
         g = self.guid.step(f, nav, dt)
         if nav.valid:
             psi_dot, V_t = self._tanker_condition(f.t_us, nav)
@@ -151,11 +154,11 @@ class ReceiverMission(Mission[ActuatorModel]):
         """The way to contact behind the tanker where that is now: observation, low, behind, pre-contact, contact."""
         if self.guid.phase == 0:
             return ()
-        p, t_us = self.guid.p, self.guid.t_us
+        t_us = self._t_us
         at, tk, xi, d = self.nav.peer.position(t_us), np.zeros(TK), np.zeros(3), np.zeros(3)
         self.nav.peer.stage(t_us, tk)
         out: list[Vec3] = []
-        for xi[:] in (p.observation_m, p.low_m, p.behind_m, p.precontact_m, p.contact_m):
+        for xi[:] in self.guid.places():
             to_parent(tk[TK_DCM], xi, d)
             out.append(vec3(at + d))
         return tuple(out)
@@ -163,7 +166,7 @@ class ReceiverMission(Mission[ActuatorModel]):
     def adopt(self, params: object) -> None:
         """Changed parameters from this step on."""
         assert isinstance(params, ReceiverParams)
-        self.guid.p = params.guid
+        use_refuel_path(self.guid, params.guid)
 
     def texts(self) -> list[Text]:
         """Messages since the last call."""

@@ -14,6 +14,7 @@ from typing import Annotated
 
 from flightsw.missions.receiver.boom import Surroundings
 from flightsw.missions.receiver.path import Quintic, duration
+from flightsw.plugins import EVERY_KEY, OursOr
 from flightsw.strict import IN_FLIGHT, ConfigError, Range
 from flightsw.types import ZERO3, GuidanceCmd, NavState, SensorFrame, Text, Vec3
 
@@ -69,10 +70,13 @@ class RefuelParams:
     peer_age_max_s: Time = 1.0
     boom_open_s: Time = 0.5  # the boom says so long that it has let go: contact is lost
     boom_make_s: Time = 30.0  # in the contact position without contact
+    path: Annotated[str, OursOr(("refuelling",))] = "refuelling"  # a RefuelPath, made from (this table, surroundings)
 
 
 class RefuelGuidance:
     """Reference of the station-keeping law and the phase it belongs to."""
+
+    obeys = EVERY_KEY
 
     def __init__(self, p: RefuelParams, around: Surroundings | None = None) -> None:
         """`around`: where the tanker is and its boom reaches (None: not known, nothing is checked against it).
@@ -242,6 +246,15 @@ class RefuelGuidance:
     def at_rest(self) -> bool:
         """Whether the path of the phase has been flown to its end."""
         return self.seg is None and not self.queue
+
+    def places(self) -> tuple[Vec3, ...]:
+        """Way-points [m, tanker body axes]: observation, low, behind, pre-contact, contact."""
+        p = self.p
+        return p.observation_m, p.low_m, p.behind_m, p.precontact_m, p.contact_m
+
+    def use(self, p: RefuelParams) -> None:
+        """Fly by these parameters from now on."""
+        self.p = p
 
     def recapture(self, nav: NavState) -> None:
         """Navigation is back after a loss: take the present position as reference and leave the boom from there."""

@@ -16,7 +16,7 @@ import numpy as np
 from flightsw.aircraft import Aircraft
 from flightsw.kernels.linalg import solve
 from flightsw.kernels.sampled import multiply
-from flightsw.plugins import OursOr, made
+from flightsw.plugins import EVERY_KEY, OursOr, made, refuse_ignored
 from flightsw.sixdof.actuators import ActuatorModel
 from flightsw.sixdof.command import ControlCore, Node3, Pos, ScheduleParams, lqr_terms
 from flightsw.sixdof.layout import EULER, POS, RATE
@@ -66,6 +66,10 @@ class StationKeepingLaw(Protocol):
     """What holds the receiver at a place relative to the tanker. A pure step, as all algorithms."""
 
     @property
+    def obeys(self) -> tuple[str, ...]:
+        """Keys of the table it reads, EVERY_KEY all; any other is refused unless it is as by default."""
+
+    @property
     def terms(self) -> LawTerms:
         """What the last command is made of."""
 
@@ -85,6 +89,8 @@ class StationKeepingLaw(Protocol):
 
 class ReceiverControl:
     """Holds xi at the commanded position in the tanker's frame."""
+
+    obeys = EVERY_KEY
 
     def __init__(self, ac: Aircraft, tanker: Aircraft, p: ReceiverCtrlParams, dt_s: float) -> None:
         """Designs the six nominal laws for control period dt_s. Raises TrimError or DesignError."""
@@ -189,8 +195,14 @@ class ReceiverControl:
 
 
 OURS = {"station_keeping": ReceiverControl}
+BESIDE = ("schedule.V_mps", "schedule.h_m")  # keys the mission reads itself
 
 
-def make_station_keeping(ac: Aircraft, tanker: Aircraft, p: ReceiverCtrlParams, dt_s: float) -> StationKeepingLaw:
-    """The law p.law names, for control period dt_s. Raises ConfigError, TrimError or DesignError."""
-    return made(OURS, StationKeepingLaw, p.law, "ctrl.law", ac, tanker, p, dt_s)  # type: ignore[type-abstract]
+def make_station_keeping(
+    ac: Aircraft, tanker: Aircraft, p: ReceiverCtrlParams, dt_s: float, default: ReceiverCtrlParams
+) -> StationKeepingLaw:
+    """The law p.law names, for control period dt_s; default: the table where nobody sets a key. Raises ConfigError, TrimError or
+    DesignError."""
+    law = made(OURS, StationKeepingLaw, p.law, "ctrl.law", ac, tanker, p, dt_s)  # type: ignore[type-abstract]
+    refuse_ignored("ctrl.law", p.law, (*BESIDE, *law.obeys), p, default)
+    return law

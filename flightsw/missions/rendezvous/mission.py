@@ -20,7 +20,7 @@ from flightsw.missions.rendezvous.pilot import PilotParams, RendezvousPilot
 from flightsw.missions.rendezvous.reports import REPORTS, RendezvousState
 from flightsw.missions.rendezvous.track import ReceiverTrack, TrackParams
 from flightsw.missions.tanker.mission import MAV_CMD_DO_CHANGE_SPEED, SPEED, speed_command
-from flightsw.missions.tanker.racetrack import LEG, TURN, RacetrackParams, make_path
+from flightsw.missions.tanker.racetrack import LEG, TURN, RacetrackParams, make_path, use_path
 from flightsw.refusal import Refusals
 from flightsw.sixdof.actuators import ActuatorModel
 from flightsw.sixdof.autopilot import TankerCtrlParams, make_autopilot
@@ -78,7 +78,7 @@ class RendezvousMission(Mission[ActuatorModel]):
         self.pilot = RendezvousPilot(p.rendezvous.pilot)
         self.guid = make_path(p.guid)
         self.turn_rate_degps = p.guid.turn_rate_degps
-        self.ctrl = make_autopilot(ac, p.ctrl, period_s, "ctrl")
+        self.ctrl = make_autopilot(ac, p.ctrl, period_s, "ctrl", RendezvousMissionParams().ctrl)
         self.envelope = e = Envelope(ac)
         e.speed("guid.V_mps", p.guid.V_mps)
         e.turn("guid.turn_rate_degps", p.guid.turn_rate_degps, p.guid.V_mps)
@@ -189,7 +189,7 @@ class RendezvousMission(Mission[ActuatorModel]):
     def adopt(self, params: object) -> None:
         """Changed parameters from this step on."""
         assert isinstance(params, RendezvousMissionParams)
-        self.guid.use(params.guid)
+        use_path(self.guid, params.guid)
 
     def texts(self) -> list[Text]:
         """Messages since the last call."""

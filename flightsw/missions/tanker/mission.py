@@ -13,7 +13,7 @@ import numpy as np
 from flightsw.aircraft import Aircraft
 from flightsw.envelope import Envelope
 from flightsw.missions.base import Mission, MissionSpec, Order
-from flightsw.missions.tanker.racetrack import INIT, LEG, TURN, PathGuidance, RacetrackParams, make_path
+from flightsw.missions.tanker.racetrack import INIT, LEG, TURN, PathGuidance, RacetrackParams, make_path, use_path
 from flightsw.refusal import Refusals
 from flightsw.sixdof.actuators import ActuatorModel
 from flightsw.sixdof.autopilot import TankerCtrlParams, make_autopilot
@@ -60,7 +60,7 @@ class TankerMission(Mission[ActuatorModel]):
         self.nav = AirframeNav(ac, p.nav)
         self.guid = make_path(p.guid)
         self.turn_rate_degps = p.guid.turn_rate_degps
-        self.ctrl = make_autopilot(ac, p.ctrl, period_s, "ctrl")
+        self.ctrl = make_autopilot(ac, p.ctrl, period_s, "ctrl", TankerParams().ctrl)
         self.envelope = e = Envelope(ac)
         e.speed("guid.V_mps", p.guid.V_mps)
         e.turn("guid.turn_rate_degps", p.guid.turn_rate_degps, p.guid.V_mps)
@@ -108,7 +108,7 @@ class TankerMission(Mission[ActuatorModel]):
     def adopt(self, params: object) -> None:
         """Changed parameters from this step on."""
         assert isinstance(params, TankerParams)
-        self.guid.use(params.guid)
+        use_path(self.guid, params.guid)
 
     def texts(self) -> list[Text]:
         """Messages since the last call."""

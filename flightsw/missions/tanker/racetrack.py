@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Annotated, Protocol, runtime_checkable
 
 from flightsw.kernels.rotations import wrap_pi
-from flightsw.plugins import OursOr, made
+from flightsw.plugins import EVERY_KEY, OursOr, made, refuse_ignored
 from flightsw.strict import IN_FLIGHT, Range
 from flightsw.types import ZERO3, GuidanceCmd, NavState, SensorFrame, Text, Vec3
 
@@ -37,6 +37,10 @@ class PathGuidance(Protocol):
     V: float
     texts: list[Text]
 
+    @property
+    def obeys(self) -> tuple[str, ...]:
+        """Keys of the table it reads, EVERY_KEY all; any other is refused unless it is as by default."""
+
     def step(self, f: SensorFrame, nav: NavState, dt: float) -> GuidanceCmd:
         """The command dt [s] after the last. Its phase is one of WKF_PHASE, 0 until navigation has been valid."""
 
@@ -55,6 +59,8 @@ class PathGuidance(Protocol):
 
 class RacetrackGuidance:
     """Commands airspeed, altitude and turn rate."""
+
+    obeys = EVERY_KEY
 
     def __init__(self, p: RacetrackParams) -> None:
         self.p = p
@@ -163,8 +169,21 @@ class RacetrackGuidance:
 
 
 OURS = {"racetrack": RacetrackGuidance}
+BESIDE = ("V_mps", "alt_m", "turn_rate_degps")  # keys the missions read themselves
 
 
 def make_path(p: RacetrackParams) -> PathGuidance:
     """The guidance p.path names. Raises ConfigError."""
-    return made(OURS, PathGuidance, p.path, "guid.path", p)  # type: ignore[type-abstract]
+    path = made(OURS, PathGuidance, p.path, "guid.path", p)  # type: ignore[type-abstract]
+    _refuse(path, p)
+    return path
+
+
+def use_path(path: PathGuidance, p: RacetrackParams) -> None:
+    """Fly by these parameters from now on. Raises ConfigError for a key the path does not obey."""
+    _refuse(path, p)
+    path.use(p)
+
+
+def _refuse(path: PathGuidance, p: RacetrackParams) -> None:
+    refuse_ignored("guid.path", p.path, (*BESIDE, *path.obeys), p, RacetrackParams())

@@ -12,7 +12,7 @@ from flightsw.aircraft import TwinJet, twinjet
 from flightsw.missions.windshear import dynamics as k
 from flightsw.missions.windshear import inversion as kn
 from flightsw.missions.windshear.model import MODES, PathDemand, parameter_vector
-from flightsw.plugins import OursOr, made
+from flightsw.plugins import EVERY_KEY, OursOr, made, refuse_ignored
 from flightsw.strict import IN_FLIGHT, Range
 from flightsw.terms import Controlled, LawTerms, Output
 
@@ -51,6 +51,10 @@ class PathLaw(Protocol):
     u: Array
 
     @property
+    def obeys(self) -> tuple[str, ...]:
+        """Keys of the table it reads, EVERY_KEY all; any other is refused unless it is as by default."""
+
+    @property
     def terms(self) -> LawTerms:
         """What the last command is made of."""
 
@@ -73,6 +77,8 @@ class PathLaw(Protocol):
 
 class WindshearControl:
     """`step` once per sample. `u` [2]: commanded thrust [kN] and elevator [rad] now in force (start: `reset`)."""
+
+    obeys = EVERY_KEY
 
     def __init__(self, p: NidParams | None = None, ac: TwinJet | None = None) -> None:
         """ac: record of the aircraft (default: as published), whose elevator bounds elevator_max_rad. Raises nothing; parameters
@@ -161,4 +167,12 @@ OURS = {"inversion": WindshearControl}
 
 def make_law(p: NidParams, ac: TwinJet) -> PathLaw:
     """The law p.law names. Raises ConfigError."""
-    return made(OURS, PathLaw, p.law, "ctrl.law", p, ac)  # type: ignore[type-abstract]
+    law = made(OURS, PathLaw, p.law, "ctrl.law", p, ac)  # type: ignore[type-abstract]
+    refuse_ignored("ctrl.law", p.law, law.obeys, p, NidParams())
+    return law
+
+
+def use_law(law: PathLaw, p: NidParams) -> None:
+    """Fly by these gains from now on. Raises ConfigError for a key the law does not obey."""
+    refuse_ignored("ctrl.law", p.law, law.obeys, p, NidParams())
+    law.use(p)

@@ -16,6 +16,7 @@ import numpy as np
 
 from flightsw.missions.windshear import dynamics as k
 from flightsw.missions.windshear.model import PathDemand
+from flightsw.plugins import EVERY_KEY, OursOr
 from flightsw.strict import IN_FLIGHT, OneOf, Range
 
 Array = np.ndarray
@@ -100,6 +101,7 @@ class WindshearGuidanceParams:
         1.0  # without an estimate for this long: go around on what readings there are
     )
     gravity_mps2: Annotated[float, Range(9.7, 9.9)] = 9.81
+    path: Annotated[str, OursOr(("approach",))] = "approach"  # a ShearPath, made from (this table)
 
 
 @dataclass(frozen=True)
@@ -162,6 +164,8 @@ class Hazard:
 class WindshearGuidance:
     """`step` once per sample. `phase` is one of PHASES; `aim` moves the slope; `abort()` is the pilot's."""
 
+    obeys = EVERY_KEY
+
     def __init__(self, p: WindshearGuidanceParams | None = None) -> None:
         """Raises ValueError when the speeds of the approach are not in order."""
         self.p = p = p or WindshearGuidanceParams()
@@ -177,7 +181,26 @@ class WindshearGuidance:
         self.demand = PathDemand()
         self._tan = math.tan(math.radians(p.approach.slope_deg))
 
-    def adopt(self, p: WindshearGuidanceParams) -> None:
+    @property
+    def law(self) -> str:
+        """The escape law chosen."""
+        return self.p.escape.law
+
+    @property
+    def state(self) -> HazardState:
+        """The hazard as last judged."""
+        return self.hazard.state
+
+    @property
+    def cautions(self) -> int:
+        """How often caution came on."""
+        return self.hazard.cautions
+
+    def choose(self, law: str) -> None:
+        """Another escape law from now on. Raises ValueError for one that is unknown."""
+        self.p = with_law(self.p, law)
+
+    def use(self, p: WindshearGuidanceParams) -> None:
         """Changed numbers from this step on; the escape law stays the one chosen."""
         self.p = with_law(p, self.p.escape.law)
         self.hazard.p = p.hazard

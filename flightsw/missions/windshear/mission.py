@@ -18,11 +18,12 @@ from flightsw.missions.base import Mission, MissionSpec, Order, Reports, choices
 from flightsw.missions.windshear import dynamics as k
 from flightsw.missions.windshear import monitor_kernel as kk
 from flightsw.missions.windshear.actuators import ELEVATOR, THRUST, WindshearActuators
-from flightsw.missions.windshear.control import NidParams, PathLaw, make_law
+from flightsw.missions.windshear.control import NidParams, PathLaw, make_law, use_law
 from flightsw.missions.windshear.estimator import WindshearEstimate, WindshearNav, WindshearParams
-from flightsw.missions.windshear.guidance import LAWS, PHASES, WindshearGuidance, WindshearGuidanceParams, with_law
+from flightsw.missions.windshear.guidance import LAWS, PHASES, WindshearGuidanceParams
 from flightsw.missions.windshear.model import MODES, PathDemand, approach_trim
 from flightsw.missions.windshear.monitor import MonitorParams, WindshearMonitor
+from flightsw.missions.windshear.path import make_path, use_path
 from flightsw.missions.windshear.reports import REPORTS, WindshearState
 from flightsw.planar import plane
 from flightsw.terms import Laws
@@ -87,7 +88,7 @@ class WindshearMission(Mission[WindshearActuators]):
         """Raises ValueError for parameters no filter can run."""
         self.p = p
         self.nav, self.monitor = WindshearNav(p.nav, ac), WindshearMonitor(p.nav.monitor)
-        self.guidance, self.ctrl = WindshearGuidance(p.guid), make_law(p.ctrl, ac)
+        self.guidance, self.ctrl = make_path(p.guid), make_law(p.ctrl, ac)
         a, escape = p.guid.approach, p.guid.escape
         e = self.envelope = Envelope(ac)
         for key in ("speed_min_mps", "speed_max_mps"):
@@ -139,21 +140,21 @@ class WindshearMission(Mission[WindshearActuators]):
         if accused and not self._accused:
             self._texts.append(Text(4, "wind of estimator and monitor differ"))
         self._accused = accused
-        before, cautions = self.guidance.phase, self.guidance.hazard.cautions
+        before, cautions = self.guidance.phase, self.guidance.cautions
         demand = self.guidance.step(e.x, e.F, dt, e.valid)
-        self._tell(before, self.guidance.hazard.cautions > cautions, e)
+        self._tell(before, self.guidance.cautions > cautions, e)
         c = self._steer(e, z, ok, act.now[k.TC], demand, dt)
         u = self._u
         u[ELEVATOR], u[THRUST] = c[k.DE], min(max(float(c[k.TC]), 0.0), self.full_kN) * 1e3
         g = self._guide(f.t_us, e)
-        h, m = self.guidance.hazard.state, self.monitor.x
+        h, m = self.guidance.state, self.monitor.x
         self._state = state = WindshearState(
             f.t_us, e.valid, e.reason, tuple(e.x.tolist()), tuple(e.sigma.tolist()), h.F, h.quick, h.slow,
             e.F if e.valid else 0.0, self.monitor.F if runs else math.nan,
             (float(m[kk.K_WX]), float(m[kk.K_WH])) if runs else (math.nan, math.nan),
             e.nis if math.isfinite(e.nis) else 0.0, e.channels, self.p.nav.states, self.nav.turbulence, demand.climb_mps,
             demand.speed_mps, demand.pitch_rad, MODES.index(demand.mode), u[THRUST] * 1e-3, u[ELEVATOR], self._estimator,
-            LAWS.index(self.guidance.p.escape.law), PHASES.index(self.guidance.phase), h.caution, h.abort, accused,
+            LAWS.index(self.guidance.law), PHASES.index(self.guidance.phase), h.caution, h.abort, accused,
         )  # fmt: skip
         return self._publish(state), g, u, u[THRUST] * 1e-3 / self.full_kN
 
@@ -264,7 +265,7 @@ class WindshearMission(Mission[WindshearActuators]):
     def obey(self, c: Command) -> tuple[int, str]:
         """MAV_RESULT and reason for one of the mission's commands."""
         if c.command == MAV_CMD_DO_GO_AROUND:
-            if self.guidance.p.escape.law == "continue":
+            if self.guidance.law == "continue":
                 return DENIED, "law continue does not escape; choose another"
             self.guidance.abort()
             self._texts.append(Text(4, "go around, by command"))
@@ -274,7 +275,7 @@ class WindshearMission(Mission[WindshearActuators]):
             return DENIED, why
         if LAWS[law] == "continue" and self.guidance.phase in GIVEN_UP:
             return DENIED, "law continue: the approach has been given up"
-        self.guidance.p = with_law(self.guidance.p, LAWS[law])
+        self.guidance.choose(LAWS[law])
         self._texts.append(Text(6, f"escape law {LAWS[law]}"))
         return ACCEPTED, ""
 
@@ -297,9 +298,9 @@ class WindshearMission(Mission[WindshearActuators]):
             raise ValueError(
                 f"guid.approach.climb_min_mps = {a.climb_min_mps:g}: allowed: climb_max_mps = {a.climb_max_mps:g} or less"
             )
+        use_path(self.guidance, params.guid)
+        use_law(self.ctrl, params.ctrl)
         self.p = params
-        self.guidance.adopt(params.guid)
-        self.ctrl.use(params.ctrl)
 
     def texts(self) -> list[Text]:
         """Messages since the last call."""

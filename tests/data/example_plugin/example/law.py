@@ -105,8 +105,10 @@ class MyLaw:
     """The same loops as the autopilot of an aircraft that is not ours: `ctrl.law = "example:MyLaw"` of a tanker. It is all that
     flightsw.sixdof.autopilot.AutopilotLaw asks for, and derives from nothing."""
 
+    obeys = ("schedule.V_mps", "schedule.h_m", "schedule.mass_kg")  # of its [ctrl]; another key that is set is refused
+
     def __init__(self, ac: Aircraft, p: TankerCtrlParams, dt_s: float) -> None:
-        """ac: its record; p: its [ctrl], of which the schedule's condition is obeyed; dt_s [s]: period. Raises TrimError."""
+        """ac: its record; p: its [ctrl]; dt_s [s]: period. Raises TrimError."""
         s = p.schedule
         self.loops = CruiseLaw(ac, TRANSPORT, float(np.mean(s.V_mps)), s.h_m, s.mass_kg)
         self.most = self.loops.most
