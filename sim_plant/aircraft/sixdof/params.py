@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +24,7 @@ def stall_vector(ac: Aircraft) -> list[float]:
     aspect = g.b_m * g.b_m / g.S_m2
     if stall is None:
         return [0.0, 0.0, 0.0, aspect]
-    hi = np.radians(stall.straight_deg)
+    hi = math.radians(stall.straight_deg)
     width = 2.0 * ((stall.CL_max - a.CL0) / a.CL_alpha - hi)  # the parabola rises half as far as the line would
     lo = (stall.CL_min - a.CL0) / a.CL_alpha + 0.5 * width
     if not (width > 0.0 and lo < 0.0):
@@ -38,7 +39,7 @@ def stall_vector(ac: Aircraft) -> list[float]:
 def effects_vector(ac: Aircraft, full: bool) -> list[float]:
     """Entries P_MACH .. P_ARM: all zero but the engines' share unless the airframe is flown in full."""
     e, m, b = ac.engine, ac.mach, ac.balance
-    mach = [m.reference, np.cos(np.radians(m.sweep_deg)), m.thickness, m.technology] if m and full else [0.0] * 4
+    mach = [m.reference, math.cos(math.radians(m.sweep_deg)), m.thickness, m.technology] if m and full else [0.0] * 4
     fuel = [b.fuel_x_m, b.fuel_kg] if b and full else [0.0, 0.0]
     return [*mach, e.below_m * full, *fuel, e.spool_idle_ps * full, e.spool_full_ps * full, 1.0, 0.0]
 
