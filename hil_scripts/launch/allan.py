@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,7 +49,7 @@ def curve(grade: str, family: str, seed: int, hours: float) -> tuple[Arr, Arr, A
 
 
 def draw(out: Path, hours: float = 4.0) -> list[Path]:
-    """Picture of every grade's gyro and accelerometer beside its data sheet, one file per theme; the files written."""
+    """Picture of every grade's gyro and accelerometer beside the closed form of its terms, one file per theme; the files written."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -67,7 +68,7 @@ def draw(out: Path, hours: float = 4.0) -> list[Path]:
             "text.color": ink,
         }
         with plt.rc_context(
-            style | {"figure.facecolor": ground, "axes.facecolor": ground, "savefig.facecolor": ground}
+            cast(Any, style | {"figure.facecolor": ground, "axes.facecolor": ground, "savefig.facecolor": ground})
         ):
             fig, axes = plt.subplots(1, 2, figsize=(10.0, 4.2), layout="constrained")
             for ax, (family, title) in zip(axes, names.items(), strict=True):
@@ -76,7 +77,7 @@ def draw(out: Path, hours: float = 4.0) -> list[Path]:
                     terms = group_terms("imu", grade, {}, "")
                     assert terms is not None
                     ax.loglog(
-                        tau, theory(terms.columns[family], tau), color=f"C{i}", lw=1.5, label=f"{grade}, data sheet"
+                        tau, theory(terms.columns[family], tau), color=f"C{i}", lw=1.5, label=f"{grade}, closed form"
                     )
                     ax.loglog(tau, got, ".", color=f"C{i}", ms=5)
                 ax.set(xlabel="cluster time [s]", title=f"Allan deviation, {title}")

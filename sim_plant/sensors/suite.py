@@ -35,8 +35,8 @@ def build_sensors(
     """Sensors of aircraft `name` with `probes` air-data probes and, of its own aircraft's sensors, those of `groups`. Raises
     ConfigError for a rate that does not fit.
 
-    Each draws from generators named "<aircraft>.<sensor>.noise" and ".bias" (paper), or as errors.py says. A sensor's own tau_s wins over the
-    common one.
+    Each draws from generators named "<aircraft>.<sensor>.noise" and ".bias" (paper), or as errors.py says. A sensor's
+    own tau_s wins over the common one.
     """
 
     def errors(group: str, cfg: Any, std: list[float], bias: list[float]) -> NoiseRows:

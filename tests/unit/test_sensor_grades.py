@@ -4,6 +4,7 @@ scipy's chi-square quantiles."""
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -38,7 +39,7 @@ def series(err: Errors, m: int) -> np.ndarray:
 
 @pytest.mark.parametrize("grade", GRADES[1:])
 @pytest.mark.parametrize("family", ["gyro", "acc"])
-def test_allan_curve_of_every_grade_lies_on_that_of_its_data_sheet(grade: str, family: str) -> None:
+def test_allan_curve_of_every_grade_lies_on_the_closed_form_of_its_terms(grade: str, family: str) -> None:
     """Points of the curve, three axes, inside the 99.9 % interval of their chi-square (Bonferroni over the points)."""
     taus, got, dof = curve(grade, family, seed=2, hours=1.0)
     terms = group_terms("imu", grade, {}, "")
@@ -190,7 +191,7 @@ def test_one_sensor_s_grade_moves_nobody_else_s_draws_and_latency_is_exact() -> 
 
 def _ages(rows: list[Any]) -> set[int]:
     """Age [us] of each satellite position at the tick that first shows it."""
-    return {b[5] - b[4] for a, b in zip(rows, rows[1:], strict=False) if b[4] != a[4]}
+    return {b[5] - b[4] for a, b in pairwise(rows) if b[4] != a[4]}
 
 
 @pytest.mark.parametrize(
