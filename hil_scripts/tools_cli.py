@@ -43,7 +43,7 @@ def allan(
     out: Annotated[Path, typer.Option(help="Folder for allan.png and allan-light.png.")] = Path("docs/img"),
     hours: Annotated[float, typer.Option(help="Length of the record of each sensor.", min=0.1, max=24.0)] = 4.0,
 ) -> None:
-    """Allan deviation of every grade's gyro and accelerometer beside the closed form of its terms, as a picture in both themes."""
+    """Allan deviation of every grade's gyro and accelerometer beside its closed form, as a picture in both themes."""
     kernels()
     from hil_scripts.launch.allan import draw
 

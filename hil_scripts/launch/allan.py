@@ -49,7 +49,7 @@ def curve(grade: str, family: str, seed: int, hours: float) -> tuple[Arr, Arr, A
 
 
 def draw(out: Path, hours: float = 4.0) -> list[Path]:
-    """Picture of every grade's gyro and accelerometer beside the closed form of its terms, one file per theme; the files written."""
+    """Picture of every grade's gyro and accelerometer beside its closed form, one file per theme; the files written."""
     import matplotlib
 
     matplotlib.use("Agg")
