@@ -5,13 +5,16 @@ from __future__ import annotations
 
 from collections import deque
 from copy import copy
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from flightsw.strict import ConfigError
 from flightsw.types import SensorFrame
 from sim_plant.kernels import layout as n
 from sim_plant.rng import NoiseRows
 from sim_plant.sensors.faulty import Delay, Drift, Flicker, Garbage
+
+if TYPE_CHECKING:
+    from sim_plant.sensors.errors import Errors
 
 
 class View:
@@ -65,6 +68,7 @@ class Sensor:
         self.columns = columns
         self._queue: deque[tuple[int, Any]] = deque()
         self._last: Any = None
+        self.graded: Errors | None = None  # what a grade, or single terms, add to the noise
         # faults, set by failures.schedule.FaultPlan
         self.faulty = False
         self.dropped = False
@@ -92,8 +96,11 @@ class Sensor:
         if k % self.div == 0:
             # errors are drawn also while a fault hides them: a fault must not reshuffle the rest of the run
             e = self.noise.next() if self.noise is not None else []
+            out = False
+            if self.graded is not None:
+                e, out = self.graded.add(e, t_us, view), self.graded.lost()
             if not self.faulty:
-                value = self.sample(view, e)
+                value = None if out else self.sample(view, e)
                 if value is None:
                     pass
                 elif self.latency_us == 0 and not self._queue:
@@ -103,14 +110,14 @@ class Sensor:
                 else:
                     self._queue.append((t_us, value))
             else:
-                self._faulty_sample(t_us, view, e)
+                self._faulty_sample(t_us, view, e, out)
         if self._queue and self._queue[0][0] + self.latency_us <= t_us:
             taken, value = self._queue.popleft()
             self._last = value
             self.fill(frame, max(taken + self.stamp_us, 0), value)
             frame.updated |= self.bit
 
-    def _faulty_sample(self, t_us: int, view: View, e: list[float]) -> None:
+    def _faulty_sample(self, t_us: int, view: View, e: list[float], out: bool) -> None:
         if self.frozen:
             view = self._still = self._still or view.still()
         for extra in (self.offset, self.spike):
@@ -124,7 +131,7 @@ class Sensor:
         if self.spike is not None:
             self.spike = None
             self.refresh()
-        if self.dropped:
+        if self.dropped or out:
             return
         before = self.newest()
         frozen = self.stuck and before is not None
