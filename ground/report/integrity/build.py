@@ -14,8 +14,8 @@ from ground.report.load import Campaign
 PAGE = "integrity.html"
 TITLE = "The fault matrix: what one fault does to the flying system"
 PURPOSE = (
-    "One fault at a time is put into copies of one flight of two aircraft; the truth says what becomes of it. A square is one case, "
-    "split by its runs: the colour is the outcome."
+    "One fault at a time is put into copies of one flight of two aircraft; the truth says what becomes of it. A square is one "
+    "case, split by its runs: the colour is the outcome."
 )
 OUTCOMES = {  # key, colour: name, meaning
     "kept": ("#2f8f57", "kept", "on station, never beyond the limit"),
@@ -147,13 +147,14 @@ def _square(where: dict[str, Any], runs: list[dict[str, Any]]) -> str:
 
 
 READING = """
-Every run starts from a copy of one flight of its seed at a named moment: in contact on the straight leg, in contact in the turn, at
-pre-contact, and in contact with air data of three good probes. The fault begins there; 25 s are flown. The limit is 2 m from the
-contact point in contact, 3 m from the pre-contact point. Within a row, sizes grow from left to right; point at a square for its words.
+Every run starts from a copy of one flight of its seed at a named moment: in contact on the straight leg, in contact in the turn,
+at pre-contact, and in contact with air data of three good probes. The fault begins there; 25 s are flown. The limit is 2 m from
+the contact point in contact, 3 m from the pre-contact point. Within a row, sizes grow from left to right; point at a square for
+its words.
 
 Announced means a text of warning or worse from either aircraft, or the receiver's phase leaving the one it was in. Of several
-outcomes the worst counts: lost, upset, keep-out violated, silent, late, left in time, kept. A fault that never comes through
-counts as kept whether or not it was announced.
+outcomes the worst counts: lost, upset, keep-out violated, silent, late, left in time, kept. A fault that moves nobody counts as
+kept whether or not it was announced.
 
 The aircraft publish no protection level; whether one held the error is not judged here.
 """

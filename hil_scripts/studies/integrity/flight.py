@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from flightsw.aircraft import Aircraft
 from ground.link.packets import IDS
 from hil_scripts.campaign.study import Case, RunResult
 from hil_scripts.studies.integrity import snapshot
@@ -31,7 +32,9 @@ class Watch:
         world = flight.server.world
         self.members = world.members
         self.pair = Collision(self.members[TANKER], self.members[RECEIVER])
-        geometry, boom = self.members[TANKER].ac.geometry, self.members[TANKER].ac.boom
+        tanker = self.members[TANKER].ac
+        assert isinstance(tanker, Aircraft) and tanker.boom is not None
+        geometry, boom = tanker.geometry, tanker.boom
         self._span, self._pivot = geometry.b_m / 2.0, boom.pivot_m[2]
         self.rows: list[tuple[float, ...]] = []
         self.announced_s = self.left_s = math.inf

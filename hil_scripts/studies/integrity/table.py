@@ -21,7 +21,8 @@ FIELDS = ("target", "kind", "sensor", "surface", "index", "channel", "value", "s
 @dataclass(frozen=True)
 class Moment:
     """A state of the flying system faults are put into. t_s [s]; limit_m: largest distance from the station that is safe [m];
-    phase: the receiver's, by its word in WKF_PHASE; station_m [3]: where it is held, in the tanker's axes; only: sensors whose faults are flown there, () for all."""
+    phase: the receiver's, by its word in WKF_PHASE; station_m [3]: where it is held, in the tanker's axes; only: sensors whose
+    faults are flown there, () for all."""
 
     scenario: str
     t_s: float
@@ -44,10 +45,10 @@ class Fault:
 
 
 def _moments(data: dict[str, Any]) -> dict[str, Moment]:
-    return {
-        k: Moment(**{**m, "station_m": tuple(m["station_m"]), "only": tuple(m.get("only", ()))})
-        for k, m in data["moment"].items()
-    }
+    out = {}
+    for name, t in data["moment"].items():
+        out[name] = Moment(**{**t, "station_m": tuple(t["station_m"]), "only": tuple(t.get("only", ()))})
+    return out
 
 
 def _sensor(target: str, sensor: str, t: dict[str, Any]) -> Iterator[Fault]:
@@ -67,7 +68,7 @@ def _sensor(target: str, sensor: str, t: dict[str, Any]) -> Iterator[Fault]:
         place = {k: column[k] for k in ("index", "channel") if k in column}
         for kind in (k for k in SIZED if k in column):
             for rank, x in enumerate(column[kind]):
-                row = (x,)
+                row: tuple[float, ...] = (x,)
                 if "at" in column:
                     neutral = 1.0 if kind == "scale" else 0.0
                     row = tuple(x if i == column["at"] else neutral for i in range(t["width"]))
@@ -75,7 +76,7 @@ def _sensor(target: str, sensor: str, t: dict[str, Any]) -> Iterator[Fault]:
 
 
 def _event(t: dict[str, Any]) -> Event:
-    more = {k: tuple(t[k]) if k == "value" else t[k] for k in FIELDS if k in t}
+    more: dict[str, Any] = {k: tuple(t[k]) if k == "value" else t[k] for k in FIELDS if k in t}
     return Event(0.0, **more)
 
 
