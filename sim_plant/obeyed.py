@@ -68,6 +68,9 @@ def _aircraft(a: AircraftCfg) -> None:
         refuse(f"{at}.fuel_kg", a.fuel_kg, f"with model = {a.model!r}: its mass is that of the file", default=-1.0)
     if "aero_error_frac" not in takes:
         refuse(f"{at}.aero_error_frac", a.aero_error_frac, f"with model = {a.model!r}", default=0.0)
+    if "airframe" not in takes:
+        refuse(f"{at}.airframe", a.airframe, f"with model = {a.model!r}", default="derivatives")
+    refuse(f"{at}.mismatch", a.mismatch, f"with model = {a.model!r}", kind_of(a).mismatch)
 
 
 def _sensors(sc: Scenario, a: AircraftCfg) -> None:
