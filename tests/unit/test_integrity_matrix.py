@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
-from ground.report.integrity.build import OUTCOMES
+from ground.report.integrity.build import OUTCOMES, integrity_report
+from hil_scripts.campaign import folder as folders
+from hil_scripts.campaign import table as results
+from hil_scripts.campaign.task import Row
 from hil_scripts.studies.integrity import flight, snapshot, table
 from hil_scripts.studies.integrity.judge import Outcome
 from hil_scripts.studies.integrity.study import STUDY
@@ -62,3 +67,25 @@ def test_a_fault_is_seen_by_truth_and_wire(flown: snapshot.Flying) -> None:
 
 def test_the_page_knows_every_outcome() -> None:
     assert list(OUTCOMES) == [o.name.lower() for o in Outcome]
+
+
+def test_the_page_has_one_square_a_case_and_counts_runs(tmp_path: Path) -> None:
+    chosen = [
+        c for c in STUDY.cases if c.params["group"] == "receiver rel" and c.params["moment"] in ("straight", "turn")
+    ]
+    rows: list[Row] = []
+    for case in chosen:
+        for run, outcome in enumerate((Outcome.KEPT, Outcome.SILENT)):
+            values = {"outcome": float(outcome), "off_max_m": 1.0, "gap_min_m": 9.0}
+            rows.append(Row(case.name, run, run, "ok", "", values))
+    folder = tmp_path / "c"
+    folder.mkdir()
+    results.write_parquet(folder / results.PARQUET, rows, 1)
+    results.write_summary(folder / results.SUMMARY, rows, STUDY.binary)
+    folders.write_meta(folder, folders.new_meta(None, STUDY, 1, 2, chosen))
+    text = integrity_report([folder], tmp_path / "out").read_text()
+    assert text.count('class="sq" title=') == len(chosen)
+    assert text.count("kept (off 1.0 m, gap 9.0 m)") == len(chosen)
+    n = len(chosen)
+    low, high = results.share_interval([1.0] * n + [0.0] * n) or (0.0, 0.0)
+    assert f"50.0 ({100 * low:.1f} … {100 * high:.1f})" in text

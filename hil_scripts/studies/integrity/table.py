@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
@@ -60,6 +60,8 @@ def _sensor(target: str, sensor: str, t: dict[str, Any]) -> Iterator[Fault]:
         yield one(kind, "", "whole", 0)
     for rank, n in enumerate(t.get("delayed", ())):
         yield one("delayed", "", f"{n} samples", rank, samples=n)
+    for rank, offset in enumerate(t.get("stamp", ())):
+        yield one("stamp", "", f"{offset:+g} s", rank, value=(offset,))
     for rank, share in enumerate(t.get("intermittent", ())):
         yield one("intermittent", "", f"{share:g} lost", rank, value=(share,))
     for name, column in t.items():
@@ -93,9 +95,10 @@ def _parts(t: dict[str, Any]) -> Iterator[Fault]:
     for target in t["targets"]:
         for name in t.get("names", ("",)):
             place = {t["of"]: name} if "of" in t else {}
+            called = ("all" if name < 0 else f"no {name + 1}") if isinstance(name, int) else name
             for rank, (key, x, words) in enumerate(sizes or [("for_s", 0.0, "for good")]):
                 event = Event(0.0, t["kind"], target, **place, **{key: x})
-                row = " ".join(x for x in (str(name), t["kind"].replace("_", " ")) if x)
+                row = " ".join(w for w in (called, t["kind"].replace("_", " ")) if w)
                 yield Fault(f"{target} {t['row']}", row, words, rank, (event,))
 
 
@@ -112,9 +115,8 @@ def _wanted(m: Moment, f: Fault) -> bool:
 
 def _plain(event: Event) -> dict[str, Any]:
     """What of an event is not its default, as plain JSON."""
-    return {
-        k: list(v) if isinstance(v, tuple) else v for k, v in asdict(event).items() if k in FIELDS and v not in ("", ())
-    }
+    here = ((f, getattr(event, f.name)) for f in fields(event) if f.name in FIELDS)
+    return {f.name: list(v) if isinstance(v, tuple) else v for f, v in here if v != f.default}
 
 
 def cases(data: dict[str, Any]) -> tuple[Case, ...]:
