@@ -6,6 +6,8 @@ BIN   := $(VENV)/bin
 STAMP := $(VENV)/.installed
 DOCS  := build/docs-env
 TESTS ?= tests
+# one more than two cores: a tenth of the time a test waits, for a process to start, to end or to fall silent
+WORKERS ?= 3
 # byte code of the programs is kept: each of a run's processes starts half a second sooner
 unexport PYTHONDONTWRITEBYTECODE
 
@@ -33,7 +35,7 @@ fly: env
 
 test: env
 	$(BIN)/sil warmup
-	$(BIN)/python -m pytest -q -n 2 -m "not rt" $(TESTS)
+	$(BIN)/python -m pytest -q -n $(WORKERS) -m "not rt" $(TESTS)
 
 check: env
 	$(BIN)/ruff check .

@@ -13,8 +13,42 @@ from xdist.scheduler import LoadScopeScheduling
 
 ROOT = Path(__file__).resolve().parent.parent
 SHARED = 'scope="module"'
-# units that take more than a few seconds, longest first: none of them may come last
-HEAVY: tuple[str, ...] = ()
+# units of more than five seconds of processor time, longest first: none of them may come last. A head is enough
+HEAVY: tuple[str, ...] = (
+    "tests/component/test_relative_variants.py",
+    "tests/unit/test_studies_hoffmann.py",
+    "tests/sil/test_windshear.py",
+    "tests/sil/test_airdata.py",
+    "tests/unit/test_wake_position.py",
+    "tests/unit/test_estimate_log.py",
+    "tests/sil/test_example_plugin.py",
+    "tests/unit/test_report_sevil.py",
+    "tests/unit/test_studies_lee.py",
+    "tests/sil/test_processors.py",
+    "tests/sil/test_gust.py",
+    "tests/component/test_gust_faults.py",
+    "tests/browser/test_pages.py",
+    "tests/sil/test_repeatable.py",
+    "tests/unit/test_campaign.py",
+    "tests/unit/test_report_hoffmann.py",
+    "tests/unit/test_report_jing.py",
+    "tests/keys/test_reads.py",
+    "tests/keys/test_aircraft.py::test_every_number_of_the_file_is_read_by_both_sides[alexis-onboard]",
+    "tests/unit/test_plant_faults.py",
+    "tests/sil/test_forked.py::test_forked_and_started_afresh",
+    "tests/unit/test_report_lee.py",
+    "tests/component/test_onboard_app.py",
+    "tests/sil/test_run_as_data.py",
+    "tests/component/test_refusals.py",
+    "tests/sil/test_rendezvous.py::test_tanker_rolls_out",
+    "tests/unit/test_report_rivard.py",
+    "tests/sil/test_fuzz.py::test_a_flight_under_fire",
+    "tests/unit/test_kinematic.py::test_wind_error",
+    "tests/sil/test_joinup.py::test_the_last_stretch",
+    "tests/replay/test_replay.py",
+    "tests/sil/test_truncated.py",
+    "tests/validation/test_plant_vs_jsbsim.py",
+)
 
 
 @cache

@@ -14,6 +14,7 @@ import pytest
 
 from flightsw import plugins
 from flightsw.missions.base import MissionSpec
+from tests.scheduling import HEAVY
 
 ROOT = Path(__file__).resolve().parents[2]
 PROGRAMS = ("flightsw", "sim_plant", "ground", "hil_scripts")
@@ -145,3 +146,9 @@ def test_every_mission_is_found_and_calls_itself_by_its_name() -> None:
     found = plugins.parts(plugins.MISSIONS, MissionSpec)
     assert {s.name for s in found.values()} == set(found)
     assert {"tanker", "receiver", "rendezvous", "receiver_rendezvous", "gust", "windshear"} <= set(found)
+
+
+@pytest.mark.parametrize("head", HEAVY)
+def test_what_is_dealt_out_first_exists(head: str) -> None:
+    path, _, name = head.partition("::")
+    assert f"def {name.partition('[')[0]}" in (ROOT / path).read_text(encoding="utf-8")
