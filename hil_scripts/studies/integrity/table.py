@@ -13,7 +13,8 @@ from hil_scripts.campaign.study import Case
 from sim_plant.failures.script import Event
 
 FILE = Path(__file__).with_name("faults.toml")
-SETTINGS = ("tanker.guid.first_leg_s=280.0",)  # the turn comes sooner, so that every moment is within 310 s
+# closing begins when pre-contact has been watched, and the turn when the straight leg has: every moment lies within 355 s
+SETTINGS = ("plant.event.1.t_s=240.0", "tanker.guid.first_leg_s=325.0")
 SIZED = ("bias", "drift", "scale", "spike", "garbage")
 FIELDS = ("target", "kind", "sensor", "surface", "index", "channel", "value", "samples", "for_s")
 
