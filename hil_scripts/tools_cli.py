@@ -1,4 +1,4 @@
-"""`sil pictures`, `hash`, `keys`, `case`, `bench`, `estimate`: what is measured, shown and looked up beside flying."""
+"""`sil pictures`, `allan`, `hash`, `keys`, `case`, `bench`, `estimate`: what is measured, shown and looked up beside flying."""
 
 from __future__ import annotations
 
@@ -37,6 +37,18 @@ def pictures(
             raise fail(str(e)) from None
         if stop:
             raise typer.Exit(128 + stop.signum)
+
+
+def allan(
+    out: Annotated[Path, typer.Option(help="Folder for allan.png and allan-light.png.")] = Path("docs/img"),
+    hours: Annotated[float, typer.Option(help="Length of the record of each sensor.", min=0.1, max=24.0)] = 4.0,
+) -> None:
+    """Allan deviation of every grade's gyro and accelerometer beside its closed form, as a picture in both themes."""
+    kernels()
+    from hil_scripts.launch.allan import draw
+
+    for path in draw(out, hours):
+        print(path)
 
 
 def hash_(

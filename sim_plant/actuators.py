@@ -26,7 +26,8 @@ class CommandPath:
         self._draws: list[int] = []
         self._queue: deque[tuple[int, Values]] = deque()
         self._last_due = 0
-        self.current = trim
+        self._asked = trim
+        self.current = trim  # what was asked for; whoever bends it does so after each push
         self.refused = 0  # non-finite replies
 
     @property
@@ -47,4 +48,5 @@ class CommandPath:
             else:
                 self.refused += 1
         while self._queue and self._queue[0][0] <= k:
-            self.current = self._queue.popleft()[1]
+            self._asked = self._queue.popleft()[1]
+        self.current = self._asked

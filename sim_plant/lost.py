@@ -87,15 +87,19 @@ class Collision:
     def step(self) -> str:
         """What has happened to `m`; "" while they are apart."""
         xi = self.m.view.rel[n.R_XI : n.R_XI + 3]
-        if not math.hypot(*xi) < self._reach:
-            return ""
+        near = math.hypot(*xi) < self._reach
+        return f"touched {self.lead.cfg.name}" if near and self.gap() < 0.0 else ""
+
+    def gap(self) -> float:
+        """Least distance [m] between the two bodies; below 0 they touch."""
+        xi = self.m.view.rel[n.R_XI : n.R_XI + 3]
         lead, own = quat_dcm(*self.lead.view.s[0:4]), quat_dcm(*self.m.view.s[0:4])
+        least = math.inf
         for start, stop, radius in self._other:
             here = _seen(lead, own, xi, start), _seen(lead, own, xi, stop)
             for p, q, other in self._mine:
-                if distance(p, q, *here) < radius + other:
-                    return f"touched {self.lead.cfg.name}"
-        return ""
+                least = min(least, distance(p, q, *here) - radius - other)
+        return least
 
 
 def bars_of(rows: Sequence[Bar]) -> list[tuple[Point, Point, float]]:

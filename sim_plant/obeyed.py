@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from flightsw.strict import ConfigError, changed
 from sim_plant.aircraft.kind import formation_models, kind_of
 from sim_plant.sensors.config import Suite
+from sim_plant.sensors.terms import FAMILIES, PAPER, grade_of, group_terms
 
 if TYPE_CHECKING:
     from sim_plant.scenario import AircraftCfg, Scenario
@@ -68,6 +69,9 @@ def _aircraft(a: AircraftCfg) -> None:
         refuse(f"{at}.fuel_kg", a.fuel_kg, f"with model = {a.model!r}: its mass is that of the file", default=-1.0)
     if "aero_error_frac" not in takes:
         refuse(f"{at}.aero_error_frac", a.aero_error_frac, f"with model = {a.model!r}", default=0.0)
+    if "airframe" not in takes:
+        refuse(f"{at}.airframe", a.airframe, f"with model = {a.model!r}", default="derivatives")
+    refuse(f"{at}.mismatch", a.mismatch, f"with model = {a.model!r}", kind_of(a).mismatch)
 
 
 def _sensors(sc: Scenario, a: AircraftCfg) -> None:
@@ -75,12 +79,20 @@ def _sensors(sc: Scenario, a: AircraftCfg) -> None:
     have = sc.groups(a)
     suite = sc.suite(a.name)
     for f in fields(Suite):
-        if f.name not in have:
+        if f.name not in have and f.name != "grade":
             refuse(
                 f"sensors.{a.name}.{f.name}",
                 getattr(suite, f.name),
                 f"on an aircraft that carries {', '.join(sorted(have))}",
             )
+    for group in sorted(have & FAMILIES.keys()):
+        cfg, at = getattr(suite, group), f"sensors.{a.name}.{group}"
+        grade = grade_of(cfg.grade, suite.grade)
+        group_terms(group, grade, cfg.terms, f"{at}.terms")
+        if grade != PAPER:
+            why = f"with {at} of grade {grade!r}: its terms have times of their own"
+            refuse(f"{at}.tau_s", getattr(cfg, "tau_s", 0.0), why, default=0.0)
+            refuse("noise.tau_s", sc.noise.tau_s, why, default=0.0)
     if sc.traffic.on and a.tacan_to == sc.traffic.name:
         refuse(
             f"sensors.{a.name}.radar.sigma_m", suite.radar.sigma_m, "of a receiver in [traffic]: its y_sigma_m is the reading's",

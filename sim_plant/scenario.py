@@ -13,6 +13,7 @@ from flightsw.files import beside
 from flightsw.plugins import AIRCRAFT, PartOf
 from flightsw.strict import ConfigError, OneOf, Range, load, near
 from sim_plant.aircraft.kind import formation_models, kind_of
+from sim_plant.aircraft.mismatch import Mismatch
 from sim_plant.couplings.traffic_config import Track, TrafficCfg
 from sim_plant.dump import dump
 from sim_plant.earth.model import EARTHS
@@ -81,6 +82,10 @@ class AircraftCfg:
     start: Start = field(default_factory=Start)
     fuel_kg: Annotated[float, Range(-1.0)] = -1.0  # -1: the file's default
     aero_error_frac: Annotated[float, Range(0.0, 0.9)] = 0.0  # each coefficient off by U(-x, x), seeded
+    airframe: Annotated[str, OneOf(("derivatives", "full"))] = (
+        "derivatives"  # full: Mach, thrust line, fuel's place, spool
+    )
+    mismatch: Mismatch = field(default_factory=Mismatch)
     rel_nav_to: str = ""  # carries relative navigation to this aircraft
     boom_to: str = ""  # refuels from this aircraft
     tacan_to: str = ""  # carries an air-to-air TACAN tuned to this aircraft, or to the name in [traffic]

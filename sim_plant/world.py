@@ -9,6 +9,7 @@ from __future__ import annotations
 from flightsw.types import ActuatorCmd, Command, SensorFrame
 from sim_plant.aircraft.kind import Setup, kind_of
 from sim_plant.couplings.build import build_couplings
+from sim_plant.failures.actuators import bend
 from sim_plant.failures.orders import Injected, Orders
 from sim_plant.failures.schedule import FaultPlan
 from sim_plant.lost import AircraftLostError, Watches
@@ -96,7 +97,10 @@ class World:
             self.sense()
         for m, cmd in zip(self.members, cmds, strict=True):
             m.path.push(self.tick, cmd)
-            m.advance(self.faults.outage[m.cfg.name].jam)
+            out = self.faults.outage[m.cfg.name]
+            if out.bent:
+                m.path.current = bend(m.path.current, out.bent, m.view)
+            m.advance(out.jam)
         for c in self.couplings:
             c.advance()
         self.tick += 1

@@ -102,9 +102,44 @@ class Engine:
     idle_frac: Annotated[float, Range(0.0, 1.0)]
     tau_s: Pos
     tsfc_kgpNs: Pos
+    y_m: tuple[float, ...] = (0.0,)  # of each engine, to the right: one that fails leaves the others' moment
+    below_m: float = 0.0  # thrust line under the centre of gravity
+    spool_idle_ps: Annotated[float, Range(0.0)] = (
+        0.0  # greatest rise of thrust, as a share of that available per second,
+    )
+    spool_full_ps: Annotated[float, Range(0.0)] = 0.0  # at rest and at full thrust, straight between; 0: no limit
     lapse_mach: tuple[float, ...] = ()
     lapse_h_m: tuple[float, ...] = ()
     lapse_frac: tuple[tuple[float, ...], ...] = ()
+
+
+@dataclass(frozen=True)
+class Stall:
+    """Lift curve of the wing: straight to straight_deg, a parabola to its top CL_max; CL_min mirrors it."""
+
+    straight_deg: Pos
+    CL_max: Pos
+    CL_min: Annotated[float, Range(-5.0, 0.0)]
+
+
+@dataclass(frozen=True)
+class Mach:
+    """Compressibility: Mach number the derivatives hold at, sweep of the quarter-chord line, thickness, technology factor."""
+
+    reference: Annotated[float, Range(0.0, 0.9)]
+    sweep_deg: Annotated[float, Range(0.0, 60.0)]
+    thickness: Annotated[float, Range(0.0, 0.3)]
+    technology: Annotated[float, Range(0.5, 1.0)] = (
+        0.87  # kappa of Korn's equation: 0.87 NACA 6-series, 0.95 supercritical
+    )
+
+
+@dataclass(frozen=True)
+class Balance:
+    """Where the fuel lies ahead of the centre of gravity the moments are about, which is that with `fuel_kg` on board."""
+
+    fuel_x_m: float
+    fuel_kg: Annotated[float, Range(0.0)]
 
 
 @dataclass(frozen=True)
@@ -147,6 +182,9 @@ class Aircraft(Airframe):
     aero: Aero
     engine: Engine
     wake: WakePoints
+    stall: Stall | None = None  # none: the straight line goes on
+    mach: Mach | None = None
+    balance: Balance | None = None
     boom: Boom | None = None
     receptacle: Receptacle | None = None
 

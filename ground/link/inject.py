@@ -1,4 +1,4 @@
-"""`ground send inject`: make an air-data probe of a simulated aircraft fail, MAV_CMD_INJECT_FAILURE to the plant's own port.
+"""`ground send inject`: make a part of a simulated aircraft fail, MAV_CMD_INJECT_FAILURE to the plant's own port.
 
 What the parameters mean is in the message ICD (MAV_CMD_INJECT_FAILURE, FAILURE_UNIT, FAILURE_TYPE): unit, type, probe,
 channel, value (SI), duration.
@@ -31,6 +31,11 @@ def _choice(name: str, word: str, known: dict[str, int]) -> int:
     raise CommandError(f"unknown {name} {word!r}; known: {', '.join(known)}")
 
 
+def _place(name: str, word: str, known: dict[str, int]) -> int:
+    """As `_choice`; also the number of an engine, surface or column, which the plant knows and judges."""
+    return int(word) if word.isdecimal() and int(word) < 100 else _choice(name, word, known)
+
+
 def inject(
     value: float | None,
     kind: str,
@@ -55,7 +60,7 @@ def inject(
             raise CommandError(f"{name} {number_!r} is not a finite number")
     if for_s < 0.0:
         raise CommandError(f"--for {for_s:g} s: 0 (until cleared) or more")
-    where = (_choice("probe", probe, PROBES), _choice("channel", channel, CHANNELS))
+    where = (_place("probe", probe, PROBES), _place("channel", channel, CHANNELS))
     params = (float(_choice("unit", unit, UNITS)), float(number), *map(float, where), value or 0.0, for_s, 0.0)
     text = f"inject {word} into {unit} probe {probe} channel {channel}"
     text += "" if value is None else f", value {value:g}"

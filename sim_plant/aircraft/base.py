@@ -47,6 +47,8 @@ class Member(ABC):
     receptacle: Receptacle | None = None
     tanks: Tanks | None = None
     exposure: Exposure | None = None  # where it feels a wake
+    engines = 0  # that can fail
+    leak_kgps = 0.0  # fuel it loses (of a kind that has `tanks`)
 
     trim: Values  # the command that holds the start: aileron, elevator, rudder [rad], throttle, latch, flap [rad]
     path: CommandPath  # `path.current`: the command in force
@@ -83,6 +85,10 @@ class Member(ABC):
                 f"aircraft.{self.cfg.name}.start: {V:.1f} m/s of airspeed at {alpha:.1f} deg of incidence; allowed by the limits "
                 f"of {self.cfg.file!r}: {limits.V_min_mps:g} to {limits.V_max_mps:g} m/s, up to {limits.alpha_max_deg:g} deg"
             )
+
+    def set_power(self, share: list[float]) -> None:
+        """From now on engine i gives share[i] [-] of the thrust it would; only with `engines`."""
+        raise NotImplementedError
 
     @property
     @abstractmethod

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, TypeVar
 from flightsw.aircraft import Airframe
 from flightsw.plugins import AIRCRAFT, part, parts
 from flightsw.strict import ConfigError, convert
+from sim_plant.aircraft.mismatch import MISMATCHES
 
 if TYPE_CHECKING:
     from sim_plant.aircraft.base import Member
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 
 SURFACES = ("aileron", "elevator", "rudder")  # in the order of the state vector
 OWN = ("imu", "baro", "mag", "gnss", "att", "fuel")  # sensor groups of an aircraft by itself, besides air-data probes
-OPTIONS = ("fuel_kg", "aero_error_frac")  # keys of [[aircraft]] not every kind obeys
+OPTIONS = ("fuel_kg", "aero_error_frac", "airframe")  # keys of [[aircraft]] not every kind obeys
 R = TypeVar("R", bound=Airframe)
 T = TypeVar("T")
 
@@ -62,7 +63,8 @@ class Setup:
 @dataclass(frozen=True)
 class Kind:
     """`record`: type of the aircraft files it flies. `build` makes a member, not yet started; `table` gives the dataclass of
-    [aircraft.plant]. `carries`: sensors, of OWN; `surfaces`: those that can jam, of SURFACES; `takes`: of OPTIONS.
+    [aircraft.plant]. `carries`: sensors, of OWN; `surfaces`: those that can jam, of SURFACES; `takes`: of OPTIONS;
+    `mismatch`: keys of [aircraft.mismatch] it obeys.
     `formation`: flies with others: started relative to one, in the leader's gusts and wake, at its boom, tuned to its TACAN.
     `round_earth`: flies over any earth (earth/model.py), not only the flat one.
     """
@@ -73,6 +75,7 @@ class Kind:
     carries: tuple[str, ...] = ("imu", "baro", "gnss", "att")
     surfaces: tuple[str, ...] = ()
     takes: tuple[str, ...] = ()
+    mismatch: tuple[str, ...] = ()
     formation: bool = False
     round_earth: bool = False
 
@@ -80,6 +83,7 @@ class Kind:
         """Raises ConfigError for a name that is none of those."""
         for key, names, known in (
             ("carries", self.carries, OWN), ("surfaces", self.surfaces, SURFACES), ("takes", self.takes, OPTIONS),
+            ("mismatch", self.mismatch, MISMATCHES),
         ):  # fmt: skip
             for name in names:
                 if name not in known:

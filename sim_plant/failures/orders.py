@@ -10,7 +10,8 @@ import numpy as np
 from flightsw.strict import ConfigError
 from flightsw.types import ACCEPTED, DENIED, Command
 from sim_plant.aircraft.base import Member
-from sim_plant.failures.judge import Fitted, Verdict, judge
+from sim_plant.failures.judge import judge
+from sim_plant.failures.numbers import Fitted, Verdict
 from sim_plant.failures.schedule import CLEAR, FaultPlan
 from sim_plant.failures.script import ACTIONS, CMD_REFUEL, Event, plant_targets
 from sim_plant.scenario import Scenario
@@ -69,15 +70,17 @@ class Orders:
         rate = self._rate_hz / air.div if air is not None else 0.0
         rates = {s.group: self._rate_hz / s.div for s in m.sensors if s.group != "air"}
         probes = len(m.probes) if air is not None else 0
-        return judge(
-            cmd.command, cmd.params, m.cfg.name, Fitted(probes, rate, rates, tuple(m.kind.surfaces), self._radio)
+        columns = {s.group: s.columns for s in m.sensors}
+        fitted = Fitted(
+            probes, rate, rates, tuple(m.kind.surfaces), self._radio, columns, m.engines, m.tanks is not None
         )
+        return judge(cmd.command, cmd.params, m.cfg.name, fitted)
 
     def command(self, i: int, cmd: Command, tick: int, scripted: bool = False) -> Injected:
         """A command to the plant about aircraft i: judged, noted in `injected`, and done at `tick`, not yet sensed."""
         verdict = self._judge(self._members[i], cmd)
         e = verdict.event
-        if e is not None and e.kind == CLEAR:
+        if e is not None and e.kind.startswith(CLEAR):
             if self._faults.wider(e):
                 verdict = Verdict(DENIED, "a fault under way is wider than that; clear all of it")
             else:

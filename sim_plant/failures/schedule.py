@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -9,7 +10,9 @@ from typing import Any
 from flightsw.strict import ConfigError
 from sim_plant.aircraft.base import Member
 from sim_plant.aircraft.kind import SURFACES
-from sim_plant.failures.script import CHANNELS, Event
+from sim_plant.failures.actuators import Bent, Held
+from sim_plant.failures.parts import CLEARS, check_part, power_of
+from sim_plant.failures.script import BENDS, CHANNELS, ENGINE_KINDS, Event
 from sim_plant.rng import generator
 from sim_plant.scenario import Scenario
 from sim_plant.sensors.airdata import ORDER, AirSensor, Cells
@@ -25,6 +28,7 @@ class Outage:
 
     jam: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])  # 1 = surface frozen
     link_down: bool = False  # its radio neither transmits nor receives
+    bent: list[Bent | Held] = field(default_factory=list)  # what becomes of its commands
 
 
 @dataclass(slots=True)
@@ -50,6 +54,8 @@ def columns_of(e: Event, s: Sensor, at: str) -> list[int]:
 def _row(e: Event, s: Sensor, columns: list[int], at: str) -> list[float]:
     """The event's values as an error row. Raises ConfigError if their number does not fit."""
     width = len(columns)
+    if not width:
+        raise ConfigError(f"{at}.kind = {e.kind!r}: {s.key} has no errors of its own, its reading is exact")
     if len(e.value) not in (1, width):
         which = f"index {e.index}" + (f", channel {e.channel}" if e.channel else "")
         raise ConfigError(f"{at}.value: {s.key} takes 1 or {width} values, got {len(e.value)} ({which})")
@@ -66,6 +72,7 @@ class FaultPlan:
     def __init__(self, sc: Scenario, members: Sequence[Member], seed: int) -> None:
         self.outage = {m.cfg.name: Outage() for m in members}
         sensors = {m.cfg.name: {s.group: s for s in m.sensors} for m in members}
+        self._members = {m.cfg.name: m for m in members}
         self._sensors, self._rate, self._seed = sensors, sc.clock.base_rate_hz, seed
         self._active: list[Active] = []
         self._plan: dict[int, list[tuple[bool, Event]]] = {}
@@ -84,11 +91,8 @@ class FaultPlan:
             self._schedule(e, round(e.t_s * self._rate))
         for i, e in enumerate(sc.event):
             for m in members:
-                if e.kind == "jam" and e.target == m.cfg.name and e.surface not in m.kind.surfaces:
-                    has = ", ".join(m.kind.surfaces) or "none"
-                    raise ConfigError(
-                        f"event[{i}].surface = {e.surface!r}: {e.target} (model = {m.cfg.model!r}) has {has}"
-                    )
+                if e.target == m.cfg.name:
+                    check_part(f"event[{i}]", e, m)
 
     def _schedule(self, e: Event, start: int) -> None:
         self._plan.setdefault(start, []).append((True, e))
@@ -129,25 +133,39 @@ class FaultPlan:
             else:
                 self._active = [a for a in self._active if a.event is not e and not self._cleared(a, e)]
             self._apply(e)
+        for a in self._active:
+            if a.event.kind == "link_poor":
+                out = self.outage[a.event.target]
+                here = [b.event.kind for b in self._active if b.event.target == a.event.target]
+                out.link_down = a.process.lost() or "link_loss" in here
 
     def _cleared(self, a: Active, e: Event) -> bool:
-        if e.kind != CLEAR or a.event.target != e.target or a.event.sensor != e.sensor:
+        if not e.kind.startswith(CLEAR) or a.event.target != e.target or a.event.sensor != e.sensor:
             return False
-        if not e.sensor:  # a surface, or the radio
-            return a.event.surface == e.surface
+        if not e.sensor:
+            return a.event.surface == e.surface if e.surface else a.event.kind in CLEARS.get(e.kind, ())
         return a.columns <= frozenset(columns_of(e, self._sensors[e.target][e.sensor], e.target))
 
     def _start(self, e: Event, t_us: int, at: str) -> Active:
         """An event as it begins at t_us. Raises ConfigError if it does not fit its sensor."""
+        rng = generator(self._seed, self._name[id(e)])
         if not e.sensor:
-            return Active(e)
+            m = self._members[e.target]
+            made: Any = None
+            if e.kind in BENDS:
+                made = Bent(e, m.ac.controls, m.dt_s)
+            elif e.kind == "throttle_stuck":
+                made = Held()
+            elif e.kind == "link_poor":
+                share = e.value[0]
+                made = Flicker(share, e.value[1] * self._rate if len(e.value) > 1 else 1.0 / (1.0 - share), rng)
+            return Active(e, process=made)
         s = self._sensors[e.target][e.sensor]
         columns = columns_of(e, s, at)
         if e.kind in ("drift", "garbage", "scale", "bias", "spike"):
             row = _row(e, s, columns, at)
-        rng = generator(self._seed, self._name[id(e)])
         process: Any = None
-        if e.kind == "bias":
+        if e.kind == "bias" or (e.kind == "scale" and not isinstance(s, AirSensor)):
             process = row
         elif e.kind == "drift":
             process = Drift(row, t_us)
@@ -176,7 +194,13 @@ class FaultPlan:
         """Recompute the fault fields that event `e` touches from all active events."""
         mine = [a for a in self._active if a.event.target == e.target]
         out = self.outage[e.target]
-        out.link_down = any(a.event.kind == "link_loss" for a in mine)
+        kinds = {a.event.kind for a in mine}
+        out.link_down = "link_loss" in kinds
+        out.bent = [a.process for a in mine if isinstance(a.process, (Bent, Held))]
+        m = self._members[e.target]
+        if e.kind in ENGINE_KINDS or e.kind == "clear_engine":
+            m.set_power(power_of(m.engines, (a.event for a in mine)))
+        m.leak_kgps = sum(a.event.value[0] for a in mine if a.event.kind == "leak")
         out.jam = [1.0 if any(a.event.kind == "jam" and a.event.surface == s for a in mine) else 0.0 for s in SURFACES]
         if not e.sensor:
             return
@@ -188,6 +212,10 @@ class FaultPlan:
         s.stuck = "stuck" in group
         rows = [a.process for a in here if a.event.kind == "bias"]
         s.offset = [sum(c) for c in zip(*rows, strict=True)] if rows else None
+        s.frozen = "frozen" in group
+        s.stamp_us = round(1e6 * sum(a.event.value[0] for a in here if a.event.kind == "stamp"))
+        rows = [a.process for a in here if a.event.kind == "scale" and not isinstance(a.process, Cells)]
+        s.factors = [math.prod(c) for c in zip(*rows, strict=True)] if rows else None
         s.errors = [p for p in processes if isinstance(p, (Drift, Garbage))]
         s.delays = [p for p in processes if isinstance(p, Delay)]
         s.flickers = [p for p in processes if isinstance(p, Flicker)]

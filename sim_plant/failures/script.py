@@ -11,23 +11,37 @@ from sim_plant.aircraft.kind import SURFACES
 from sim_plant.sensors.config import NonNeg
 
 SENSORS = ("imu", "baro", "mag", "gnss", "air", "att", "rel", "fuel", "boom", "tacan")
+STAMPED = ("gnss", "air", "att", "rel", "fuel", "boom", "tacan")  # whose samples carry a time of their own on the wire
+SCALED = ("air", "imu", "baro", "mag", "gnss", "rel", "fuel")  # whose readings are numbers, not an attitude or a reply
 _ACTION = "WKF_ACTION_"
 ACTIONS: dict[str, int] = {e.name.removeprefix(_ACTION).lower(): v for v, e in ENUMS["WKF_ACTION"].items()}
 CMD_REFUEL: int = VALUES["MAV_CMD_USER_1"]  # what an action is sent as
 SENSOR_KINDS = (
     "dropout", "off", "bias", "drift", "garbage", "scale", "stuck", "delayed", "intermittent", "spike",
+    "frozen", "stamp",
 )  # fmt: skip
-KINDS = ("command", *SENSOR_KINDS, "link_loss", "jam")
-NEED_VALUE = ("bias", "drift", "garbage", "scale", "spike")
+BENDS = ("hardover", "float", "slow", "play")
+SURFACE_KINDS = ("jam", *BENDS)
+ENGINE_KINDS = ("engine_off", "thrust_loss")
+KINDS = ("command", *SENSOR_KINDS, "link_loss", "link_poor", *SURFACE_KINDS, *ENGINE_KINDS, "throttle_stuck", "leak")
+NEED_VALUE = ("bias", "drift", "garbage", "scale", "spike", "stamp", "thrust_loss", "leak", "link_poor")
 _FAULT = ("for_s", "sensor", "index", "channel")
 FIELDS = {  # what a kind takes besides t_s, kind, target
     "command": ("action", "command", "params"),
     **dict.fromkeys(("dropout", "off", "stuck"), _FAULT),
     **dict.fromkeys(("bias", "drift", "garbage", "scale", "intermittent"), (*_FAULT, "value")),
+    "frozen": ("for_s", "sensor"),
+    "stamp": ("for_s", "sensor", "value"),
     "delayed": (*_FAULT, "samples"),
     "spike": ("sensor", "index", "channel", "value"),
     "link_loss": ("for_s",),
+    "link_poor": ("for_s", "value"),
     "jam": ("for_s", "surface"),
+    **dict.fromkeys(BENDS, ("for_s", "surface", "value")),
+    "engine_off": ("for_s", "index"),
+    "thrust_loss": ("for_s", "index", "value"),
+    "throttle_stuck": ("for_s",),
+    "leak": ("for_s", "value"),
 }
 CHANNELS = ("V", "alpha", "beta")  # of a probe, in the order of the plant's error rows
 CMD_INJECT_FAILURE = 420  # MAV_CMD, the one command the plant itself takes
@@ -43,8 +57,12 @@ class Event:
     concerned or one each: off, dropout (no more samples); bias (value is added); drift (value per second is added); garbage
     (uniform within +-value is added, fresh each sample); scale (reading times value); stuck (last value, fresh stamps);
     delayed (`samples` samples late, fresh stamps); intermittent (value = share of the samples lost, mean outage [s]; default
-    0.5, outages independent); spike (value is added once). Air data: index = one probe, channel = V, alpha or beta only.
-    link_loss: the radio is dead. jam: surface frozen.
+    0.5, outages independent); spike (value is added once); frozen (the truth stands still, the sensor's own errors go
+    on); stamp (the time of the samples is off by value [s]). Air data: index = one probe, channel = V, alpha or beta only.
+    link_loss: the radio is dead; link_poor: intermittently, value = share of the time, mean outage [s]. Surfaces: jam
+    (frozen); hardover (to the stop, value = 1 or -1: which); float (free in the flow, value = ratio); slow (value =
+    rate [rad/s]); play (value = gap [rad]). Engines, index = which, -1 = all: engine_off; thrust_loss (value = share
+    lost). throttle_stuck. leak (of fuel, value [kg/s]).
     """
 
     t_s: NonNeg
@@ -53,7 +71,7 @@ class Event:
     for_s: NonNeg = 0.0
     sensor: Annotated[str, OneOf(("", *SENSORS))] = ""
     surface: Annotated[str, OneOf(("", *SURFACES))] = ""
-    index: Annotated[int, Range(-1)] = -1  # air-data probe; -1: the whole group
+    index: Annotated[int, Range(-1)] = -1  # air-data probe, engine; -1: all
     channel: Annotated[str, OneOf(("", *CHANNELS))] = ""  # of the probe(s); empty: all three
     value: tuple[float, ...] = ()
     samples: Annotated[int, Range(0, 10000)] = 0  # delayed: by how many
@@ -98,8 +116,33 @@ def check_event(at: str, e: Event, names: list[str]) -> None:
             )
     if e.kind in SENSOR_KINDS:
         _check_fault(at, e)
-    if e.kind == "jam" and not e.surface:
-        raise ConfigError(f"{at}: a jam event needs surface, one of {', '.join(SURFACES)}")
+    elif e.kind != "command":
+        _check_part(at, e)
+
+
+RANGES = {  # of the value of a fault that is in no sensor: least, most, in words
+    "hardover": (-1.0, 1.0, "1 or -1"),
+    "float": (0.0, 2.0, "a ratio of 0 to 2"),
+    "slow": (1e-4, 10.0, "a rate of 0.0001 to 10 rad/s"),
+    "play": (0.0, 1.0, "a gap of 0 to 1 rad"),
+    "thrust_loss": (0.0, 1.0, "a share of 0 to 1"),
+    "leak": (0.0, 1000.0, "0 to 1000 kg/s"),
+}
+
+
+def _check_part(at: str, e: Event) -> None:
+    """A fault of a surface, an engine, the fuel or the radio."""
+    if e.kind in SURFACE_KINDS and not e.surface:
+        raise ConfigError(f"{at}: a {e.kind} event needs surface, one of {', '.join(SURFACES)}")
+    if e.kind in NEED_VALUE and not e.value:
+        raise ConfigError(f"{at}: a {e.kind} event needs value")
+    if e.kind == "link_poor":
+        if not _is_pattern(e.value):
+            raise ConfigError(f"{at}.value = {list(e.value)}: {PATTERN.format(e.kind)}")
+    elif e.value:
+        low, high, words = RANGES[e.kind]
+        if len(e.value) != 1 or not low <= e.value[0] <= high or (e.kind == "hardover" and abs(e.value[0]) != 1.0):
+            raise ConfigError(f"{at}.value = {list(e.value)}: a {e.kind} event takes {words}")
 
 
 def _check_fault(at: str, e: Event) -> None:
@@ -109,8 +152,8 @@ def _check_fault(at: str, e: Event) -> None:
         if e.channel or e.index >= 0:
             key, got = ("channel", repr(e.channel)) if e.channel else ("index", str(e.index))
             raise ConfigError(f"{at}.{key} = {got}: only sensor = 'air' has probes and channels, got {e.sensor!r}")
-        if e.kind == "scale":
-            raise ConfigError(f"{at}.kind = 'scale': only sensor = 'air' can be scaled, got {e.sensor!r}")
+        if e.kind == "scale" and e.sensor not in SCALED:
+            raise ConfigError(f"{at}.kind = 'scale': allowed with sensor = {', '.join(SCALED)}, got {e.sensor!r}")
     if e.kind in NEED_VALUE and not e.value:
         raise ConfigError(f"{at}: a {e.kind} event needs value")
     if e.kind == "garbage" and min(e.value) < 0.0:
@@ -118,10 +161,17 @@ def _check_fault(at: str, e: Event) -> None:
     if e.kind == "delayed" and e.samples < 1:
         raise ConfigError(f"{at}.samples = {e.samples}: a delayed event needs 1 or more")
     if e.kind == "intermittent" and e.value and not _is_pattern(e.value):
-        raise ConfigError(
-            f"{at}.value = {list(e.value)}: an intermittent event takes the share of samples lost (between 0 and 1) "
-            "and a mean outage in s (more than 0)"
-        )
+        raise ConfigError(f"{at}.value = {list(e.value)}: {PATTERN.format(e.kind)}")
+    if e.kind == "stamp":
+        if e.sensor not in STAMPED:
+            raise ConfigError(
+                f"{at}.sensor = {e.sensor!r}: its samples carry no time of their own; allowed: {', '.join(STAMPED)}"
+            )
+        if len(e.value) != 1:
+            raise ConfigError(f"{at}.value = {list(e.value)}: a stamp event takes one time in s")
+
+
+PATTERN = "a {} event takes the share lost (between 0 and 1) and a mean outage in s (more than 0)"
 
 
 def _is_pattern(value: tuple[float, ...]) -> bool:

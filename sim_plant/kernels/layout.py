@@ -1,16 +1,16 @@
 """Index names of the plant's flat float64 vectors. Kernels take whole vectors; these names say what is where.
 
 State `s` [NS]: attitude quaternion q_nb, body rates [rad/s], inertial velocity NED [m/s], position NED [m], thrust [N],
-surface positions [rad] and rates [rad/s] in the order aileron, elevator, rudder, fuel [kg].
-Command `c` [NC]: three surface commands [rad], throttle [-], three jam flags (1 = surface frozen), fuel transfer
-[kg/s]. Wind `w` [NW]: effective translational wind NED [m/s], effective rotational wind in body axes [rad/s].
+yawing moment of unequal thrust [N m], surface positions [rad] and rates [rad/s] in the order aileron, elevator, rudder,
+fuel [kg]. Command `c` [NC]: three surface commands [rad], throttle [-], three jam flags (1 = surface frozen), fuel
+transfer [kg/s]. Wind `w` [NW]: effective translational wind NED [m/s], effective rotational wind in body axes [rad/s].
 """
 
 from __future__ import annotations
 
 # state vector
-S_Q, S_W, S_V, S_P, S_T, S_SURF, S_RATE, S_FUEL, NS = 0, 4, 7, 10, 13, 14, 17, 20, 21
-N_RIGID = 14  # part integrated by Runge-Kutta: attitude, rates, velocity, position, thrust
+S_Q, S_W, S_V, S_P, S_T, S_YAW, S_SURF, S_RATE, S_FUEL, NS = 0, 4, 7, 10, 13, 14, 15, 18, 21, 22
+N_RIGID = 15  # part integrated by Runge-Kutta: attitude, rates, velocity, position, thrust and its moment
 # command vector
 C_SURF, C_THROTTLE, C_JAM, C_TRANSFER, NC = 0, 3, 4, 7, 8
 # wind vector
@@ -30,7 +30,15 @@ P_EMPTY, P_FUEL_CAP, P_MAX = 45, 46, 47
 # the earth (earth/model.py): 0 flat or 1 round, GM [m^3/s^2], equatorial radius [m], first eccentricity squared, J2, rate
 # [rad/s], latitude [rad] of the map's origin, and the map: metres north and east per radian of latitude and longitude
 P_ROUND, P_GM, P_RADIUS, P_ECC2, P_J2, P_OMEGA, P_LAT0, P_MAP_N, P_MAP_E = 48, 49, 50, 51, 52, 53, 54, 55, 56
-P_NI, P_NM, P_NH, P_TABLES = 57, 58, 59, 60
+# the wing beyond the straight line: incidences [rad] of its ends and width of the parabola to the top; 0 = no stall
+P_STRAIGHT_HI, P_STRAIGHT_LO, P_ROUND_OFF, P_ASPECT = 57, 58, 59, 60
+# compressibility: reference Mach (0 = none), cosine of the sweep, thickness, technology factor
+P_MACH, P_SWEEP, P_THICK, P_TECH = 61, 62, 63, 64
+# thrust line below the centre of gravity [m]; fuel ahead of it [m], at reference [kg]; spool limits [1/s]
+P_BELOW, P_FUEL_X, P_FUEL_REF, P_SPOOL_0, P_SPOOL_1 = 65, 66, 67, 68, 69
+# share of the thrust that the engines give [-], its arm [m]: the yawing moment of a newton commanded
+P_POWER, P_ARM = 70, 71
+P_NI, P_NM, P_NH, P_TABLES = 72, 73, 74, 75
 
 # observation vector written by eom.observe
 O_F, O_V, O_BETA, O_ALPHA, O_LIFT, O_DRAG, O_RHO, O_PRESS = 0, 3, 4, 5, 6, 7, 8, 9

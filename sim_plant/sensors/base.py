@@ -4,13 +4,17 @@ sample over `latency` later; its time stamp says when it was taken."""
 from __future__ import annotations
 
 from collections import deque
-from typing import Any
+from copy import copy
+from typing import TYPE_CHECKING, Any
 
 from flightsw.strict import ConfigError
 from flightsw.types import SensorFrame
 from sim_plant.kernels import layout as n
 from sim_plant.rng import NoiseRows
 from sim_plant.sensors.faulty import Delay, Drift, Flicker, Garbage
+
+if TYPE_CHECKING:
+    from sim_plant.sensors.errors import Errors
 
 
 class View:
@@ -32,6 +36,12 @@ class View:
         self.target: tuple[float, float, float] = (0.0, 0.0, 0.0)  # [m] NED of the aircraft the TACAN is tuned to
         self.lateral_m = 0.0  # of that aircraft off the refuelling track,
         self.lateral_read = False  # or already what the crew reads, the truth being spread about it
+
+    def still(self) -> View:
+        """As it is now, for good."""
+        out = copy(self)
+        out.s, out.o, out.rel, out.boom = self.s[:], self.o[:], self.rel[:], self.boom[:]
+        return out
 
 
 def divisor(base_hz: int, rate_hz: float, key: str) -> int:
@@ -58,6 +68,7 @@ class Sensor:
         self.columns = columns
         self._queue: deque[tuple[int, Any]] = deque()
         self._last: Any = None
+        self.graded: Errors | None = None  # what a grade, or single terms, add to the noise
         # faults, set by failures.schedule.FaultPlan
         self.faulty = False
         self.dropped = False
@@ -67,6 +78,10 @@ class Sensor:
         self.errors: list[Drift | Garbage] = []
         self.delays: list[Delay] = []
         self.flickers: list[Flicker] = []
+        self.factors: list[float] | None = None  # of the reading, column by column
+        self.frozen = False  # the truth stands still
+        self._still: View | None = None
+        self.stamp_us = 0  # the samples' time is off by
 
     def sample(self, view: View, e: list[float]) -> Any:
         """Measured values from the truth and an error row; None: nothing within reach."""
@@ -81,8 +96,11 @@ class Sensor:
         if k % self.div == 0:
             # errors are drawn also while a fault hides them: a fault must not reshuffle the rest of the run
             e = self.noise.next() if self.noise is not None else []
+            out = False
+            if self.graded is not None:
+                e, out = self.graded.add(e, t_us, view), self.graded.lost()
             if not self.faulty:
-                value = self.sample(view, e)
+                value = None if out else self.sample(view, e)
                 if value is None:
                     pass
                 elif self.latency_us == 0 and not self._queue:
@@ -92,29 +110,39 @@ class Sensor:
                 else:
                     self._queue.append((t_us, value))
             else:
-                self._faulty_sample(t_us, view, e)
+                self._faulty_sample(t_us, view, e, out)
         if self._queue and self._queue[0][0] + self.latency_us <= t_us:
             taken, value = self._queue.popleft()
             self._last = value
-            self.fill(frame, taken, value)
+            self.fill(frame, max(taken + self.stamp_us, 0), value)
             frame.updated |= self.bit
 
-    def _faulty_sample(self, t_us: int, view: View, e: list[float]) -> None:
+    def _faulty_sample(self, t_us: int, view: View, e: list[float], out: bool) -> None:
+        if self.frozen:
+            view = self._still = self._still or view.still()
         for extra in (self.offset, self.spike):
             if extra is not None:
                 e = [a + b for a, b in zip(e, extra, strict=True)]
         for f in self.errors:
             e = f.add(e, t_us)
+        if self.factors is not None:
+            true = self.row(view)
+            e = [f * (t + x) - t for f, t, x in zip(self.factors, true, e, strict=True)]
         if self.spike is not None:
             self.spike = None
             self.refresh()
-        if self.dropped:
+        if self.dropped or out:
             return
         before = self.newest()
         frozen = self.stuck and before is not None
         value = before if frozen else self.sample(view, e)
         if value is not None and (value := self.alter(value, frozen)) is not None:
             self._queue.append((t_us, value))
+
+    def row(self, view: View) -> list[float]:
+        """The reading without error, in the columns of the error row; zeros out of reach."""
+        value = self.sample(view, [0.0] * self.columns)
+        return list(value[: self.columns]) if value is not None else [0.0] * self.columns
 
     def newest(self) -> Any:
         """The last sample taken, delivered or still on its way; None before the first."""
@@ -132,3 +160,6 @@ class Sensor:
         """Recompute the summary flag after a fault field changed."""
         self.faulty = self.dropped or self.stuck or self.offset is not None or self.spike is not None
         self.faulty = self.faulty or bool(self.errors or self.delays or self.flickers)
+        self.faulty = self.faulty or self.factors is not None or self.frozen or self.stamp_us != 0
+        if not self.frozen:
+            self._still = None

@@ -2,14 +2,16 @@
 section 5 (Table 2.2 of the work it reviews); biases are our choice of a good navigation fit.
 
 `*_std` is white noise per sample, `*_bias_std` the spread of a bias drawn once per run; `tau_s` > 0 colours the noise.
+A `grade` other than paper puts its terms in the place of these and of `latency_ms`; `terms` sets single ones over either.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Annotated
+from typing import Annotated, Any
 
 from flightsw.strict import Range
+from sim_plant.sensors.terms import PAPER, Grade, OwnGrade
 
 NonNeg = Annotated[float, Range(0.0)]
 Rate = Annotated[float, Range(0.1, 1000.0)]
@@ -35,6 +37,8 @@ class Imu:
     gyro_bias_std: NonNeg = 2e-4
     acc_bias_std: NonNeg = 0.02
     tau_s: NonNeg = 0.0
+    grade: OwnGrade = ""  # "": that of the aircraft
+    terms: dict[str, Any] = field(default_factory=dict)  # single terms (sensors/terms.py) over the grade's
 
 
 @dataclass(frozen=True)
@@ -44,6 +48,8 @@ class Baro:
     alt_std_m: NonNeg = 0.5
     alt_bias_std_m: NonNeg = 5.0
     tau_s: NonNeg = 0.0
+    grade: OwnGrade = ""  # "": that of the aircraft
+    terms: dict[str, Any] = field(default_factory=dict)  # single terms (sensors/terms.py) over the grade's
 
 
 @dataclass(frozen=True)
@@ -53,6 +59,8 @@ class Mag:
     std_gauss: NonNeg = 0.002
     bias_std_gauss: NonNeg = 0.003
     tau_s: NonNeg = 0.0
+    grade: OwnGrade = ""  # "": that of the aircraft
+    terms: dict[str, Any] = field(default_factory=dict)  # single terms (sensors/terms.py) over the grade's
 
 
 @dataclass(frozen=True)
@@ -65,6 +73,8 @@ class Gnss:
     pos_bias_std_m: NonNeg = 1.0
     vel_bias_std_mps: NonNeg = 0.03
     tau_s: NonNeg = 0.0
+    grade: OwnGrade = ""  # "": that of the aircraft
+    terms: dict[str, Any] = field(default_factory=dict)  # single terms (sensors/terms.py) over the grade's
 
 
 @dataclass(frozen=True)
@@ -78,6 +88,8 @@ class Air:
     alpha_bias_std: NonNeg = 0.0015
     beta_bias_std: NonNeg = 0.0015
     tau_s: NonNeg = 0.0
+    grade: OwnGrade = ""  # "": that of the aircraft
+    terms: dict[str, Any] = field(default_factory=dict)  # single terms (sensors/terms.py) over the grade's
 
 
 @dataclass(frozen=True)
@@ -87,6 +99,8 @@ class Att:
     std: NonNeg = 0.0035  # [rad] about each body axis
     bias_std: NonNeg = 0.001
     tau_s: NonNeg = 0.0
+    grade: OwnGrade = ""  # "": that of the aircraft
+    terms: dict[str, Any] = field(default_factory=dict)  # single terms (sensors/terms.py) over the grade's
 
 
 @dataclass(frozen=True)
@@ -99,6 +113,8 @@ class Rel:
     vel_bias_std_mps: NonNeg = 0.01
     tau_s: NonNeg = 0.0
     range_max_m: NonNeg = 0.0  # beyond: no samples; 0: no limit
+    grade: OwnGrade = ""  # "": that of the aircraft
+    terms: dict[str, Any] = field(default_factory=dict)  # single terms (sensors/terms.py) over the grade's
 
 
 @dataclass(frozen=True)
@@ -108,12 +124,16 @@ class Fuel:
     std_kg: NonNeg = 5.0
     bias_std_kg: NonNeg = 10.0
     tau_s: NonNeg = 0.0
+    grade: OwnGrade = ""  # "": that of the aircraft
+    terms: dict[str, Any] = field(default_factory=dict)  # single terms (sensors/terms.py) over the grade's
 
 
 @dataclass(frozen=True)
 class BoomSignal:
     rate_hz: Rate = 20.0
     latency_ms: Latency = 0.0
+    grade: OwnGrade = ""  # "": that of the aircraft
+    terms: dict[str, Any] = field(default_factory=dict)  # single terms (sensors/terms.py) over the grade's
 
 
 @dataclass(frozen=True)
@@ -143,6 +163,7 @@ class Radar:
 class Suite:
     """Sensors of one aircraft; a group left out keeps the defaults (lee.md section 5, small noise)."""
 
+    grade: Grade = PAPER  # of every sensor that names none of its own; paper: the tables below as they stand
     imu: Imu = field(default_factory=Imu)
     baro: Baro = field(default_factory=Baro)
     mag: Mag = field(default_factory=Mag)

@@ -34,7 +34,9 @@ class BoomSensor(Sensor):
 
     def sample(self, view: View, e: list[float]) -> tuple[bool, bool, float, float, float]:
         r = view.boom
-        return view.contact, view.inside, r[n.R_EL], r[n.R_AZ], r[n.R_EXT]
+        if not e:
+            return view.contact, view.inside, r[n.R_EL], r[n.R_AZ], r[n.R_EXT]
+        return view.contact, view.inside, r[n.R_EL] + e[0], r[n.R_AZ] + e[1], r[n.R_EXT] + e[2]
 
     def fill(self, frame: SensorFrame, t_us: int, value: tuple[bool, bool, float, float, float]) -> None:
         frame.boom_contact, frame.boom_inside, frame.boom_elevation, frame.boom_azimuth, frame.boom_extension_m = value

@@ -9,9 +9,11 @@ from sim_plant.rng import NoiseRows
 from sim_plant.sensors.airdata import AirSensor
 from sim_plant.sensors.base import Sensor
 from sim_plant.sensors.config import NoiseCfg, Suite
+from sim_plant.sensors.errors import Errors
 from sim_plant.sensors.onboard import AttitudeSensor, BaroSensor, FuelSensor, GnssSensor, ImuSensor, MagSensor
 from sim_plant.sensors.pair import BoomSensor, RelSensor
 from sim_plant.sensors.tacan import RadarSensor, TacanSensor
+from sim_plant.sensors.terms import PAPER, grade_of, group_terms
 
 if TYPE_CHECKING:
     from sim_plant.scenario import AircraftCfg, Scenario
@@ -33,8 +35,8 @@ def build_sensors(
     """Sensors of aircraft `name` with `probes` air-data probes and, of its own aircraft's sensors, those of `groups`. Raises
     ConfigError for a rate that does not fit.
 
-    Each draws from generators named "<aircraft>.<sensor>.noise" and ".bias". A sensor's own tau_s wins over the
-    common one.
+    Each draws from generators named "<aircraft>.<sensor>.noise" and ".bias" (paper), or as errors.py says. A sensor's
+    own tau_s wins over the common one.
     """
 
     def errors(group: str, cfg: Any, std: list[float], bias: list[float]) -> NoiseRows:
@@ -43,8 +45,16 @@ def build_sensors(
         return NoiseRows(seed, f"{name}.{group}", *scaled, tau_s=tau, period_s=1.0 / cfg.rate_hz)
 
     def make(cls: type[S], cfg: Any, std: list[float], bias: list[float]) -> S:
-        noise = errors(cls.group, cfg, std, bias) if std else None
-        return cls(f"sensors.{name}.{cls.group}", cfg.rate_hz, cfg.latency_ms, base_hz, noise, len(std))
+        at, grade = f"sensors.{name}.{cls.group}", grade_of(cfg.grade, suite.grade)
+        terms = group_terms(cls.group, grade, cfg.terms, f"{at}.terms")
+        noise = errors(cls.group, cfg, std, bias) if std and grade == PAPER else None
+        if terms is None:
+            return cls(at, cfg.rate_hz, cfg.latency_ms, base_hz, noise, len(std))
+        latency = cfg.latency_ms if terms.latency_ms is None else terms.latency_ms
+        graded = Errors(seed, name, cls.group, terms, 1.0 / cfg.rate_hz, probes, common.scale, common.bias_scale)
+        s = cls(at, cfg.rate_hz, latency, base_hz, noise, graded.width)
+        s.graded = graded
+        return s
 
     u = suite
     out: list[Sensor] = []

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import math
 import os
 import re
 import signal
@@ -18,12 +19,14 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 from flightsw.icd.link import telemetry_port
 from ground.__main__ import app as ground
 from ground.columns import load
+from tests.clients.proxy import Proxy
 from tests.clients.station import UNSUPPORTED, Station
 from tests.sil.launch import sil, start, wait_for
 
@@ -176,51 +179,59 @@ def test_mavsdk_finds_it_healthy_reads_sets_fails_and_downloads(flight: Flight) 
 
 @needs("MAVProxy")
 def test_mavproxy_shows_and_sets_parameters_lists_plans_and_modes(flight: Flight, tmp_path: Path) -> None:
-    args = [
-        sys.executable,
-        str(TOOLS / "mavproxy.py"),
-        "--master",
-        f"udpout:127.0.0.1:{flight.port(TANKER)}",
-        "--mav20",
-    ]
-    args += [
-        "--default-modules",
-        "param,mode,wp,fence,rally,misc,cmdlong",
-        "--streamrate",
-        "2",
-        "--state-basedir",
-        str(tmp_path),
-    ]
-    said = tmp_path / "said.txt"
-    with said.open("wb") as f:
-        p = subprocess.Popen(args, stdin=subprocess.PIPE, stdout=f, stderr=subprocess.STDOUT, cwd=tmp_path)
-
-    def ask(line: str, answer: str) -> None:
-        assert p.stdin is not None
-        p.stdin.write(f"{line}\n".encode())
-        p.stdin.flush()
-        assert wait_for(lambda: bool(re.search(answer, said.read_text(errors="replace"))), 30.0), (
-            line, said.read_text(errors="replace")[-3000:],
-        )  # fmt: skip
-
-    try:
-        assert wait_for(lambda: "Received" in said.read_text(errors="replace"), 60.0), said.read_text(errors="replace")
-        ask("param show GUID_HEADNG_GAIN", r"GUID_HEADNG_GAIN +0\.039999\d* *|GUID_HEADNG_GAIN +0\.04")
-        ask("param set GUID_HEADNG_GAIN 0.02", r"GUID_HEADNG_GAIN 0\.04 -> 0\.02")
-        ask("param show GUID_HEADNG_GAIN", r"GUID_HEADNG_GAIN +0\.0199")
-        ask("param set GUID_HEADNG_GAIN 7", r"GUID_HEADNG_GAIN = 7: allowed 0 to 1")
-        ask("wp list", r"Requesting 5 waypoints")
-        ask("fence list", r"Requesting 0 fence items")
-        ask("rally list", r"Requesting 0 rally items")
-        ask("mode 1010", r"modes are phases of the mission")
-        ask("status GPS_RAW_INT", r"GPS_RAW_INT \{.*fix_type : 3")
-        ask("status HOME_POSITION", r"HOME_POSITION \{.*latitude : 351800000")
-    finally:
-        p.kill()
-        p.wait()
-    text = said.read_text(errors="replace")
+    with Proxy(tmp_path, flight.port(TANKER), modules="param,mode,wp,fence,rally,misc,cmdlong") as proxy:
+        proxy.ask("param show GUID_HEADNG_GAIN", r"GUID_HEADNG_GAIN +0\.039999\d* *|GUID_HEADNG_GAIN +0\.04")
+        proxy.ask("param set GUID_HEADNG_GAIN 0.02", r"GUID_HEADNG_GAIN 0\.04 -> 0\.02")
+        proxy.ask("param show GUID_HEADNG_GAIN", r"GUID_HEADNG_GAIN +0\.0199")
+        proxy.ask("param set GUID_HEADNG_GAIN 7", r"GUID_HEADNG_GAIN = 7: allowed 0 to 1")
+        proxy.ask("wp list", r"Requesting 5 waypoints")
+        proxy.ask("fence list", r"Requesting 0 fence items")
+        proxy.ask("rally list", r"Requesting 0 rally items")
+        proxy.ask("mode 1010", r"modes are phases of the mission")
+        proxy.ask("status GPS_RAW_INT", r"GPS_RAW_INT \{.*fix_type : 3")
+        proxy.ask("status HOME_POSITION", r"HOME_POSITION \{.*latitude : 351800000")
+    text = proxy.said()
     assert "Mode(1010)" in text and "fence breach" not in text
     assert not any(word in text for word in ("RTL>", "STABILIZE>", "CIRCLE>"))
+
+
+@needs("MAVProxy")
+def test_mavproxys_map_has_both_aircraft_their_headings_home_and_the_route(flight: Flight, tmp_path: Path) -> None:
+    """The map module itself, told to draw on no window."""
+    drawn = tmp_path / "drawn.jsonl"
+    before = [str(HERE / "map.py"), str(drawn)]
+
+    def of(*names: str) -> list[list[Any]]:
+        return [d for d in map(json.loads, drawn.read_text().splitlines()) if d[1] in names]
+
+    ports, modules = map(flight.port, (TANKER, RECEIVER)), "wp,fence,rally,misc"
+    with Proxy(tmp_path, *ports, modules=modules, before=before, ready="Detected vehicle 2:1") as proxy:
+        proxy.ask("vehicle 1", r"Detected vehicle 1:1")
+        proxy.ask("module load map", r"Loaded module map")
+        proxy.ask("wp list", r"Requesting 5 waypoints")
+        assert wait_for(lambda: bool(of("mission 0")) and all(len(of(f"PosVehicle{k}")) > 12 for k in (1, 2)), 60.0), (
+            drawn.read_text()[-3000:], proxy.said()[-2000:],
+        )  # fmt: skip
+    for sysid in (TANKER, RECEIVER):
+        icon, *moves = [d for d in of(f"PosVehicle{sysid}") if d[0] in ("SlipIcon", "set_position")]
+        assert icon[0] == "SlipIcon" and icon[2][1] == "redplane.png"
+        at = np.radians([m[2][0] for m in moves])
+        heading = np.radians([m[3]["rotation"] for m in moves])
+        step = np.diff(at, axis=0) * [1.0, math.cos(at[0, 0])]
+        flown = np.arctan2(step[1:, 1], step[1:, 0])
+        off = (flown - heading[1:-1] + np.pi) % (2.0 * np.pi) - np.pi
+        assert np.abs(off).max() < math.radians(20.0)  # the wind's drift
+        assert moves[-1][3]["label"] == str(sysid)
+        gps = [d[2][0] for d in of(f"GPSVehicle{sysid}") if d[0] == "set_position"]
+        assert gps and np.hypot(*(gps[-1] - np.degrees(at[-1]))) * 111e3 < 1000.0  # once a second at 200 m/s
+    assert next(d[2][1] for d in of("HOME_POSITION")) == "home.png"
+    route = np.array(of("mission 0")[-1][2][0])
+    home = np.array(of("HOME_POSITION")[-1][2][0])
+    assert len(route) >= 4 and np.hypot(*(route - home).T).max() * 111e3 < 200e3
+    assert {d[1] for d in map(json.loads, drawn.read_text().splitlines()) if d[0] == "SlipLabel"} >= {
+        "miss_cmd 0/0",
+        "miss_cmd 0/3",
+    }
 
 
 # --- after the flight -----------------------------------------------------------------------------------------------

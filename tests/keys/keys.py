@@ -18,7 +18,6 @@ from flightsw.strict import Names, Range, convert
 from hil_scripts.launch.runfolder import RunPlan
 from sim_plant.aircraft.kind import kind_of
 from sim_plant.scenario import Scenario
-from sim_plant.sensors.config import Suite
 
 GIVEN = ("app.name", "app.sysid", "origin.")  # of a flight file: the scenario's to give, refused by the launcher
 
@@ -76,9 +75,7 @@ def plant_keys(sc: Scenario) -> Iterator[Key]:
     for i, a in enumerate(sc.aircraft):
         table = convert(a.plant, kind_of(a).table(), a.name)
         yield from leaves(f"plant.aircraft.{i}.plant", table)
-        suite = sc.suite(a.name)
-        for f in dataclasses.fields(Suite):
-            yield from leaves(f"plant.sensors.{a.name}.{f.name}", getattr(suite, f.name))
+        yield from leaves(f"plant.sensors.{a.name}", sc.suite(a.name))
 
 
 def onboard_keys(name: str, config: dict[str, Any]) -> Iterator[Key]:

@@ -5,7 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 
+from ground import Run
 from ground.columns import hold, load
 from ground.views.refueling.aircraft import RECEIVER
 from tests.sil.launch import sil, summary
@@ -24,6 +26,16 @@ def test_the_last_stretch_is_flown_from_sight_to_station_keeping(tmp_path: Path)
     assert s["join.joinup_at_s"] < 6.0 < s["join.station_at_s"] < SECONDS - 10.0
     assert s["join.forward_max_m"] < -80.0 and s["join.wake_clearance_min_m"] > 30.0
     assert s["fuel.receiver.burned_to_station_kg"] > 0.0
+    data, at = Run(run), "receiver/join"
+    assert data[f"truth/{at}/wake_clearance"].values.min() == pytest.approx(s["join.wake_clearance_min_m"], rel=1e-6)
+    assert data[f"truth/{at}/distance"].values[0] == pytest.approx(np.linalg.norm([190.0, 90.0, 15.0]), abs=1.0)
+    pitch = data["truth/tanker/pitch"].values[0]
+    below = 190.0 * np.sin(pitch) + 15.0 * np.cos(pitch)
+    assert data[f"truth/{at}/height"].values[0] == pytest.approx(-below, abs=0.5)
+    closure, distance = data[f"truth/{at}/closure"], data[f"truth/{at}/distance"]
+    ends = np.interp(closure.t[[0, -1]], distance.t, distance.values)
+    assert np.trapezoid(closure.values, closure.t) == pytest.approx(ends[0] - ends[1], abs=1.0)
+    assert data[f"guid/{at}/closure"].values.max() > 1.0
     truth, tlm = load(run / "truth.tlog"), load(run / "tlm.tlog")
     true, status, rel = (
         truth.get(RECEIVER, "TRUTH"),

@@ -22,6 +22,7 @@ from flightsw.aircraft import load_aircraft
 from flightsw.icd.dialect import ENUMS
 from flightsw.icd.tlog import TlogWriter, read
 from flightsw.icd.wire import Sender
+from ground import Run
 from ground.columns import Columns, load
 from ground.link.live import Monitor
 from ground.link.packets import IDS, decode, packet_id
@@ -44,6 +45,7 @@ from ground.views.airdata.read import (
     vortices,
     wake_words,
 )
+from tests.drawn import are_signals
 
 Synth = runpy.run_path(str(Path(__file__).with_name("ground_synth.py")))["Synth"]
 Air = runpy.run_path(str(Path(__file__).with_name("airdata_synth.py")))
@@ -360,6 +362,19 @@ def test_recording_has_the_promised_entities(rrd: Path) -> None:
         assert f"/{path}" in have
     done = subprocess.run([str(viewer()), "rrd", "verify", str(rrd)], capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_what_is_drawn_is_there_as_signals(run: Path, rrd: Path) -> None:
+    data, nav = Run(run), "nav/receiver"
+    met = are_signals(data, rrd, {})
+    assert {f"{nav}/wake/scale/wing", f"{nav}/wake/nis", f"{nav}/wake/wind/x", f"{nav}/fdi/ratio/V"} <= met
+    both = data.align(f"{nav}/wake/position")
+    error = both[f"{nav}/wake/position"] - both["truth/receiver/wake/position"]
+    assert np.allclose(error, [0.0, *ERROR], atol=1e-4)
+    sigma = data[f"{nav}/wake/position_sigma"]
+    assert sigma.parts == ("y", "z") and np.allclose(sigma.values, np.sqrt([Air["COV"][0], Air["COV"][2]]))
+    assert set(data[f"{nav}/wake/state"].values) == {"valid", "not observable"}
+    assert {"none"} < set(data[f"{nav}/fdi/alarms"].values) and {"none"} < set(data[f"{nav}/fdi/excluded"].values)
 
 
 def test_tab_only_where_the_run_has_it(run: Path, tmp_path: Path) -> None:

@@ -10,10 +10,12 @@ import pytest
 
 from flightsw.icd.tlog import TlogWriter
 from flightsw.icd.wire import Sender
+from ground import Run
 from ground.columns import load
 from ground.link.packets import DTYPES, IDS
 from ground.views.rendezvous.draw import turn_path
 from ground.views.rendezvous.read import covariances, nees3, rendezvous_metrics, to_plan, to_r
+from tests.drawn import are_signals
 
 FRAME = np.array([100.0, -50.0, math.radians(120.0)])
 
@@ -140,3 +142,11 @@ def test_run_becomes_a_recording_with_its_tab(tmp_path: Path) -> None:
     data = out.read_bytes()
     assert b"nav/tanker/rendezvous/map/cloud" in data and b"nav/tanker/rendezvous/map/turn" in data
     assert convert(run, tmp_path / "tab.rrd", tab="rendezvous").stat().st_size > 10_000
+    data, at = Run(run), "tanker/rendezvous"
+    met = are_signals(data, out, {f"nav/{at}/range": 1e-3, f"guid/{at}/time_to_go": 1.0})
+    assert {f"nav/{at}/nees", f"nav/{at}/bank", f"guid/{at}/miss/x", f"nav/{at}/window_nis"} <= met
+    both = data.align(f"nav/{at}/position")  # 100 m too far out, on the line
+    assert np.allclose(both[f"nav/{at}/position"] - both[f"truth/{at}/position"], [100.0, 0.0], atol=0.01)
+    assert np.allclose(data[f"nav/{at}/position_sigma"].values, [100.0, 50.0])
+    assert np.allclose(data[f"nav/{at}/velocity_sigma"].values, [2.0, 1.0])
+    assert list(data[f"nav/{at}/alarm"].values).count("NOT AS PLANNED") == 1

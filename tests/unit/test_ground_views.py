@@ -27,6 +27,7 @@ from ground.views import registry
 GROUND = Path(registry.__file__).parents[1]
 MISSIONS = r"gust|wind.?shear|rendezvous|join.?up|refuel|airdata|tanker|receiver|tacan|microburst"
 WORKS = r"\b(sevil|rivard|hoffmann|jing|lee)\b"
+STUDIES = {"integrity"}  # reports of no published work, with a name that is an everyday word
 ALLOWED: dict[str, set[str]] = {}  # file -> words it may have, with the reason beside it; none is needed today
 SYSID, HZ, SECONDS = 7, 10, 20
 VIEW = '''
@@ -146,7 +147,7 @@ def test_shared_files_name_no_mission_and_no_work() -> None:
     views = {p.parent.name for p in GROUND.glob("views/*/__init__.py")}
     works = {p.parent.name for p in GROUND.glob("report/*/__init__.py")}
     rooms = {GROUND / "views" / v for v in views} | {GROUND / "report" / w for w in works}
-    assert len(views) >= 6 and set(re.findall(r"\w+", WORKS)) >= works
+    assert len(views) >= 6 and set(re.findall(r"\w+", WORKS)) >= works - STUDIES
     named = {}
     for path in sorted(GROUND.rglob("*.py")):
         if rooms & set(path.parents):

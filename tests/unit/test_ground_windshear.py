@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from ground import Run
 from ground.__main__ import app
 from ground.columns import load
 from ground.link.command import CommandError, fit, order
@@ -18,6 +19,7 @@ from ground.rrd.blueprint import NoTabError
 from ground.views.windshear.read import KD, VA, WX, Downburst, H, X, flights, has_windshear
 from sim_plant.wind.microburst import Microburst
 from sim_plant.wind.microburst_kernel import wind
+from tests.drawn import are_signals
 from tests.sil.launch import sil
 
 SECONDS = 66.0
@@ -90,6 +92,15 @@ def test_figures(run: Path) -> None:
 def test_recording_and_tabs(run: Path, tmp_path: Path) -> None:
     out = convert(run, tmp_path / "a.rrd", tab="windshear")
     assert out.stat().st_size > 100_000
+    data = Run(run)
+    [name] = data.names.values()
+    met = are_signals(data, out, {}, frozenset({f"nav/{name}/alpha"}))  # drawn from the mission's message
+    own = {"truth": ("w_x", "w_h", "F_quick", "climb", "thrust"), "nav": ("w_x", "F_slow", "path", "scale/lift", "nis")}
+    assert {f"{k}/{name}/{q}" for k, keys in own.items() for q in keys} | {f"ctrl/{name}/elevator"} <= met
+    both = data.align(f"nav/{name}/w_x")
+    error = both[f"nav/{name}/w_x"] - both[f"truth/{name}/w_x"]
+    assert np.abs(error).max() < 6.0 * data[f"nav/{name}/w_x_sigma"].values.max()
+    assert set(data[f"guid/{name}/alert"].values) <= {"none", "monitor differs", "caution", "abort"}
     with pytest.raises(
         NoTabError, match="Windshear, Flight, Filter, Wind, Controls, Controller, Timing and filter, Sensors"
     ):

@@ -13,9 +13,11 @@ from pymavlink.dialects.v20 import common as stock
 from flightsw.icd.tlog import read
 from flightsw.icd.wire import Sender
 from flightsw.strict import ConfigError
+from flightsw.types import ACCEPTED, DENIED, UNSUPPORTED
 from ground.columns import load
-from sim_plant.failures import judge as inject
-from sim_plant.failures.judge import ACCEPTED, DENIED, UNSUPPORTED, judge
+from sim_plant.failures import numbers as inject
+from sim_plant.failures.judge import judge
+from sim_plant.failures.script import CMD_INJECT_FAILURE
 from sim_plant.scenario import load_scenario
 from sim_plant.server import PlantServer
 
@@ -25,7 +27,7 @@ FITTED = inject.Fitted(3, 20.0, {"baro": 10.0}, ("aileron", "elevator", "rudder"
 
 
 def test_numbers_are_those_of_the_standard() -> None:
-    assert inject.CMD_INJECT_FAILURE == stock.MAV_CMD_INJECT_FAILURE
+    assert CMD_INJECT_FAILURE == stock.MAV_CMD_INJECT_FAILURE
     assert inject.UNIT_AIRSPEED == stock.FAILURE_UNIT_SENSOR_AIRSPEED
     assert inject.UNIT_SERVO == stock.FAILURE_UNIT_SYSTEM_SERVO
     assert inject.UNIT_LINK == stock.FAILURE_UNIT_SYSTEM_MAVLINK_SIGNAL
@@ -42,7 +44,7 @@ def test_numbers_are_those_of_the_standard() -> None:
     for name in ("OK", "OFF", "STUCK", "GARBAGE", "WRONG", "SLOW", "DELAYED", "INTERMITTENT"):
         assert getattr(inject, name) == getattr(stock, f"FAILURE_TYPE_{name}")
     for name in ("ACCEPTED", "DENIED", "UNSUPPORTED"):
-        assert getattr(inject, name) == getattr(stock, f"MAV_RESULT_{name}")
+        assert globals()[name] == getattr(stock, f"MAV_RESULT_{name}")
 
 
 @pytest.mark.parametrize(
@@ -60,7 +62,7 @@ def test_numbers_are_those_of_the_standard() -> None:
             UNSUPPORTED,
             "failure unit 4: receiver has 3 (baro), 8 (air), 102 (surface), 105 (radio)",
         ),
-        (420, (AIR, 8), UNSUPPORTED, "failure type 8: allowed 0 to 7"),
+        (420, (AIR, 8), UNSUPPORTED, "failure type 8: allowed 0 to 7, 64 to 67"),
         (420, (AIR, -1), UNSUPPORTED, "failure type -1"),
         (420, (AIR, inject.OFF, 4), DENIED, "instance 4: receiver has probes 1 to 3"),
         (420, (AIR, inject.OFF, -1), DENIED, "instance -1"),
@@ -76,12 +78,12 @@ def test_numbers_are_those_of_the_standard() -> None:
         (420, (AIR, inject.OFF, 2, math.nan, math.nan, math.nan), ACCEPTED, "air probe 2: off"),  # as MAVSDK sends it
         (420, (3, inject.STUCK, 0, math.nan, math.nan, 7.0), ACCEPTED, "baro: stuck for 7 s"),
         (420, (3, inject.INTERMITTENT), ACCEPTED, "baro: intermittent"),
-        (420, (3, inject.WRONG), UNSUPPORTED, "failure type 4 of baro: its readings have different units"),
+        (420, (3, inject.WRONG), UNSUPPORTED, "failure type 4 of baro: its reading is not of that kind"),
         (420, (102, inject.STUCK, 2), ACCEPTED, "elevator: jam"),
         (420, (102, inject.STUCK, 0), DENIED, "instance 0: receiver has 1 aileron, 2 elevator, 3 rudder"),
         (420, (102, inject.OFF, 2), UNSUPPORTED, "failure type 1 of a surface: allowed 0 ok, 2 stuck"),
         (420, (105, inject.OFF, 0, 0, 0, 3), ACCEPTED, "radio: link_loss for 3 s"),
-        (420, (105, inject.STUCK), UNSUPPORTED, "failure type 2 of the radio: allowed 0 ok, 1 off"),
+        (420, (105, inject.STUCK), UNSUPPORTED, "failure type 2 of the radio: allowed 0 ok, 1 off, 7 intermittent"),
     ],
 )
 def test_answers(command: int, params: tuple[float, ...], result: int, text: str) -> None:
@@ -274,7 +276,7 @@ def test_without_commands_there_is_no_record(tmp_path: Path) -> None:
             {"params": [8.0, 1.0, 7.0]},
             r"event\[0\]\.params: refused by the plant: instance 7: receiver has probes 1 to 3",
         ),
-        ({"params": [100.0, 1.0]}, r"event\[0\]\.params: refused by the plant: failure unit 100"),
+        ({"params": [103.0, 1.0]}, r"event\[0\]\.params: refused by the plant: failure unit 103"),
         ({"command": 511}, r"event\[0\]: command = 511: the plant takes command = 420"),
         ({"action": "hold"}, r"event\[0\]: action = 'hold': the plant takes"),
         ({"target": "plant.nobody"}, r"'plant\.nobody': allowed: tanker, receiver, plant, plant\.tanker, plant\.rec"),

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rerun.chunk import RrdReader
 from scipy.spatial.transform import Rotation, Slerp
 
 from flightsw.icd.tlog import TlogWriter
 from flightsw.icd.wire import Sender
 from ground import Run
 from ground.rrd import convert
+from tests.drawn import are_signals
 
 RATE = 0.9  # [rad/s] of the turn, through north
 TRUTH_US, NAV_US, LATE_US = 50_000, 100_000, 12_000
@@ -85,21 +85,5 @@ def test_truth_of_truth_is_refused(run: Run) -> None:
 
 def test_the_pictures_draw_these_signals(run: Run, tmp_path: Path) -> None:
     """Every line of the common part is a signal of that path, thinned, in the unit of the plot."""
-    drawn: dict[str, list[float]] = {}
-    for chunk in RrdReader(str(convert(run.folder, tmp_path / "a.rrd"))).stream():
-        batch = chunk.to_record_batch()
-        for column in (c for c in batch.schema.names if c.endswith("Scalars:scalars")):
-            drawn.setdefault(str(chunk.entity_path).strip("/"), []).extend(
-                v[0] for v in batch.column(column).to_pylist() if v
-            )
-    name = run.names[1]
-    for path, factor in (
-        (f"truth/{name}/heading", 180.0 / np.pi),
-        (f"nav/{name}/wind/n", 1.0),
-        (f"truth/{name}/V", 1.0),
-    ):
-        whole, _, part = path.rpartition("/")
-        s = run[whole] if part in "ned" else run[path]
-        s = s.thinned(100_000)
-        values = s.part(part).values if s.parts else s.values
-        assert np.allclose(drawn[path], factor * values, rtol=1e-6)
+    met = are_signals(run, convert(run.folder, tmp_path / "a.rrd"), {})
+    assert {f"{k}/{run.names[1]}/{q}" for k, q in (("truth", "heading"), ("nav", "wind/n"), ("truth", "V"))} <= met

@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from flightsw.aircraft import load_aircraft
+from flightsw.aircraft import Aircraft, load_aircraft
 from flightsw.sixdof.motion import free_rates, relative_rates, relative_velocity
 from flightsw.sixdof.params import parameter_vector as onboard_parameters
 from sim_plant.aircraft.sixdof.eom import derivative
-from sim_plant.aircraft.sixdof.params import parameter_vector as plant_parameters
+from sim_plant.aircraft.sixdof.params import parameter_vector
 from sim_plant.kernels import layout as n
 from tests.validation import wind_axis as wa
 
@@ -104,8 +104,15 @@ def to_wind_axes(s: Array, wind: Array) -> Array:
     return np.concatenate((flow(R @ (s[7:10] - wind)), s[4:7], angles(R), s[10:13]))
 
 
+def plant_parameters(ac: Aircraft) -> Array:
+    """The plant's parameters with the lift curve straight for ever, as in the equations it is compared with."""
+    par = parameter_vector(ac)
+    par[n.P_ROUND_OFF] = 0.0
+    return par
+
+
 def plant_rates(s: Array, u: Array, w: Array, par: Array) -> Array:
-    """The plant's own derivative [14] of its rigid state."""
+    """The plant's own derivative [N_RIGID] of its rigid state."""
     out = np.zeros(n.N_RIGID)
     derivative(s, u[0], u[1], u[2], 0.3, w, s[n.S_FUEL], par, out)
     return out
@@ -199,7 +206,7 @@ def test_relative_equations_agree_with_differencing_two_plant_aircraft() -> None
         st = plant_state(xt, ut, wt.at(t), AIRCRAFT["kc135r"] - tan.mass.empty_kg)
         dr = plant_rates(sr, ur, np.concatenate((wr.at(t), np.zeros(3))), par_r)
         dt = plant_rates(st, ut, np.concatenate((wt.at(t), np.zeros(3))), par_t)
-        got = along(lambda h: relative_state(sr[:14] + h * dr, st[:14] + h * dt, wr.at(t + h)), 2e-3)  # noqa: B023
+        got = along(lambda h: relative_state(sr[: n.N_RIGID] + h * dr, st[: n.N_RIGID] + h * dt, wr.at(t + h)), 2e-3)  # noqa: B023
         x = relative_state(sr, st, wr.at(t))
         rho = wa.density(-sr[12])
         want = wa.relative(b, x, ur, rho, wr.at(t), wr.rate(t), dcm_bn(st[0:4]), st[4:7], dt[4:7], st[7:10])

@@ -13,13 +13,14 @@ import numpy as np
 import pytest
 
 from flightsw.aircraft import Aircraft, load_aircraft
-from sim_plant.aircraft.sixdof.params import parameter_vector as plant_parameters
+from sim_plant.kernels import layout as n
 from tests.validation import wind_axis as wa
 from tests.validation.test_equations_of_motion import (
     SCALE,
     Wind,
     along,
     dcm_bn,
+    plant_parameters,
     plant_rates,
     plant_state,
     random_case,
@@ -79,7 +80,7 @@ def pairs(number: int, seed: int) -> list[Pair]:
         st = plant_state(xt, ut, wt.at(t), M_T - tan.mass.empty_kg)
         dr = plant_rates(sr, ur, np.concatenate((wr.at(t), none)), par_r)
         dt = plant_rates(st, ut, np.concatenate((wt.at(t), none)), par_t)
-        rates = along(lambda h: relative_state(sr[:14] + h * dr, st[:14] + h * dt, wr.at(t + h)), 2e-3)  # noqa: B023
+        rates = along(lambda h: relative_state(sr[: n.N_RIGID] + h * dr, st[: n.N_RIGID] + h * dt, wr.at(t + h)), 2e-3)  # noqa: B023
         wb_dot = along(lambda h: dcm_bn(sr[0:4] + h * dr[0:4]) @ wr.at(t + h), 2e-3)  # noqa: B023
         Rr, Rt, x = dcm_bn(sr[0:4]), dcm_bn(st[0:4]), relative_state(sr, st, wr.at(t))
         A, M = wa.aero(b, x[0:3], sr[4:7], ur, wa.density(-sr[12]), 0.0)

@@ -18,10 +18,17 @@ from flightsw.sixdof.params import parameter_vector as onboard_parameters
 from flightsw.sixdof.sensed import sensed_rates
 from sim_plant.aircraft.sixdof.aero import loads
 from sim_plant.aircraft.sixdof.observe import observe
-from sim_plant.aircraft.sixdof.params import parameter_vector as plant_parameters
 from sim_plant.kernels import layout as n
 from tests.validation import wind_axis as wa
-from tests.validation.test_equations_of_motion import SCALE, Wind, dcm_bn, plant_in_wind_axes, plant_state, random_case
+from tests.validation.test_equations_of_motion import (
+    SCALE,
+    Wind,
+    dcm_bn,
+    plant_in_wind_axes,
+    plant_parameters,
+    plant_state,
+    random_case,
+)
 
 MASS, EMPTY = 120e3, 44663.0
 G = 9.80665

@@ -29,6 +29,7 @@ from ground.views.airdata.read import (
     true_position,
     vortices,
 )
+from ground.views.airdata.signals import of_wake
 from ground.views.refueling.aircraft import RECEIVER
 from ground.views.refueling.palette import COLOR
 
@@ -148,19 +149,17 @@ def _series(sink: Sink, wake: Table, true: TruePosition, end_us: int) -> None:
         s2 = 2.0 * np.sqrt(np.maximum(wake["cov"][use, column].astype(np.float64), 0.0))
         sink.series(f"{WAKE}/error_2sigma/{axis}", t, np.stack([-s2, s2], axis=1), f"{axis} 2 sigma", band, 1.0)
         sink.series(f"{WAKE}/error/{axis}", t, error[:, i + 1], f"{axis} error", AXIS[i + 1], 1.6)
-    d = wake.pick(wake["valid"] != 0)
+    made = {s.path.split("/", 2)[2]: s for s in of_wake(wake, "receiver")}
+    scale, sigma, height, wind, nis = (made[f"wake/{k}"] for k in ("scale", "scale_sigma", "height", "wind", "nis"))
     for i, (name, color) in enumerate((("wing", NAV), ("tail", (40, 140, 145)))):
-        k, s = d["scale"][:, i].astype(np.float64), d["scale_sigma"][:, i].astype(np.float64)
-        faint = tuple(c // 2 for c in color)
-        sink.series(
-            f"{WAKE}/scale_sigma/{name}", d.t_us, np.stack([k - s, k + s], axis=1), f"{name} 1 sigma", faint, 1.0
-        )
-        sink.series(f"{WAKE}/scale/{name}", d.t_us, k, name, color)
-    sink.series(f"{WAKE}/height", d.t_us, d["height"], "vortices below model [m]", VORTEX)
-    for i, axis in enumerate("xyz"):
-        sink.series(f"{WAKE}/wind/{axis}", d.t_us, d["wind"][:, i], f"common wind {axis}", AXIS[i], 1.0)
-    seen = wake.pick(wake["nis_dof"] > 0)
-    sink.series(f"{WAKE}/nis", seen.t_us, seen["nis"] / seen["nis_dof"], "NIS / dof", NAV, 1.0)
+        k, s = scale.values[:, i], sigma.values[:, i]
+        faint, both = tuple(c // 2 for c in color), np.stack([k - s, k + s], axis=1)
+        sink.series(f"{WAKE}/scale_1sigma/{name}", scale.t_us, both, f"{name} 1 sigma", faint, 1.0)
+        sink.series(f"{WAKE}/scale/{name}", scale.t_us, k, name, color)
+    sink.series(f"{WAKE}/height", height.t_us, height.values, "vortices below model [m]", VORTEX)
+    for i, axis in enumerate(wind.parts):
+        sink.series(f"{WAKE}/wind/{axis}", wind.t_us, wind.values[:, i], f"common wind {axis}", AXIS[i], 1.0)
+    sink.series(f"{WAKE}/nis", nis.t_us, nis.values, "NIS / dof", NAV, 1.0)
     reasons = [b.decode("utf-8", "replace") or "not valid" for b in wake["reason"]]
     good = current(wake.t_us, wake)
     names = [

@@ -69,7 +69,7 @@ def airdata_tab(p: Plots, centre: tuple[float, float]) -> rrb.Vertical:
         _map("Near contact: 2 sigma, command +-1 m", centre, (CLOSE_M, CLOSE_M), CLOSE_S),
     )
     error = [f"{WAKE}/{k}/{a}" for a in "yz" for k in ("error_2sigma", "error")]
-    scale = [f"{WAKE}/{k}/{a}" for a in ("wing", "tail") for k in ("scale_sigma", "scale")]
+    scale = [f"{WAKE}/{k}/{a}" for a in ("wing", "tail") for k in ("scale_1sigma", "scale")]
     plots = rrb.Grid(
         p.plot("wake position error, 2 sigma [m]", error, (-1.5, 1.5)),
         p.plot("gamma / threshold", [f"{FDI}/limit", *(f"{FDI}/ratio/{v}" for v in VARIABLES)], (0.0, 3.0)),

@@ -10,12 +10,14 @@ from ground.columns import Columns
 from ground.run import Run
 from ground.views.airdata.figures import airdata_metrics
 from ground.views.airdata.read import NOT_CHECKED, alarm_words, fdi_words, has_airdata, wake_words
+from ground.views.airdata.signals import signals
 from ground.views.base import NOT_CURRENT, Figures, Heard, View, Words
 from ground.views.refueling.aircraft import RECEIVER
 
 if TYPE_CHECKING:
     from ground.rrd.layout import Layout, Look
     from ground.rrd.series import Sink
+    from ground.signals import Signal
 
 GAP_US = 1_000_000  # [us] between two alarms
 OLD_S = 3.0  # [s] a wake position older than that is none to judge readings by
@@ -36,6 +38,10 @@ class Airdata(View):
     def figures(self, run: Run) -> Figures:
         """airdata.*."""
         return airdata_metrics(run.truth, run.tlm)
+
+    def signals(self, run: Run) -> list[Signal]:
+        """See ground.views.airdata.signals."""
+        return list(signals(run))
 
     def moment(self, run: Run) -> float | None:
         """In the middle of the first alarm."""

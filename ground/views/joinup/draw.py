@@ -13,23 +13,30 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from flightsw.aircraft import load_aircraft
-from ground.columns import Columns, hold, match
+from ground.columns import Columns, hold
 from ground.rrd.layout import Layout, Look, Plots, past
 from ground.rrd.outline import ABOVE, SIDE, placed
 from ground.rrd.palette import BOX, NAV, Color
 from ground.rrd.series import Sink
 from ground.run import Run
-from ground.views.joinup.figures import CONTACT, JOIN_UP, OBSERVATION, WAKE_OF, first_us, has_joinup
-from ground.views.refueling.aircraft import RECEIVER, TANKER
+from ground.views.joinup.figures import CONTACT, JOIN_UP, OBSERVATION, WAKE_OF, first_us
+from ground.views.joinup.signals import PERIOD_US, signals
+from ground.views.refueling.aircraft import RECEIVER
 from ground.views.refueling.palette import COLOR
 from ground.views.rendezvous.draw import rendezvous_map
 from ground.views.rendezvous.read import has_rendezvous
 
 ROOT = "truth/receiver/join"
-PERIOD_US = 500_000  # [us]
 TANKER_M, RECEIVER_M = 41.5, 13.2  # lengths
 STRETCH_M = 450.0  # what the two views show
 CORE = (230, 90, 90)
+# signal without the aircraft -> label, colour, how long a row may still change [us]
+LINES: dict[str, tuple[str, Color, int]] = {
+    "truth/join/distance": ("distance", COLOR["receiver"], 0),
+    "truth/join/closure": ("closure", COLOR["receiver"], 2 * PERIOD_US),
+    "guid/join/closure": ("wanted", BOX, 0),
+    "truth/join/height": ("height over the tanker", NAV, 0),
+}
 PHASES: dict[str, Color] = {"ENROUTE": (80, 120, 110), "JOIN_UP": (190, 140, 70)}
 
 
@@ -47,27 +54,19 @@ def until_joinup(truth: Columns, tlm: Columns) -> Columns:
     return truth if start is None else truth.until(start)
 
 
-def joinup(sink: Sink, truth: Columns, tlm: Columns) -> None:
+def joinup(sink: Sink, run: Run) -> None:
     """Send everything of this module; nothing for a run without join-up."""
-    true, status = truth.get(RECEIVER, "TRUTH"), tlm.get(RECEIVER, "MISSION_STATUS")
-    lead = truth.get(TANKER, "TRUTH")
-    if true is None or status is None or lead is None or not has_joinup(tlm):
+    made = {s.path.split("/", 2)[0] + "/" + s.path.split("/", 2)[2]: s.thinned(PERIOD_US) for s in signals(run)}
+    for path, (label, color, settle_us) in LINES.items():
+        if path in made:
+            s, (top, key) = made[path], path.split("/", 1)
+            sink.series(f"{top}/receiver/{key}", s.t_us, s.values, label, color, settle_us=settle_us)
+    true, status = run.truth.get(RECEIVER, "TRUTH"), run.tlm.get(RECEIVER, "MISSION_STATUS")
+    if not made or true is None or status is None:
         return
     d = true.decimated(PERIOD_US)
-    distance = np.linalg.norm(d["xi"], axis=1)
-    sink.series(f"{ROOT}/distance", d.t_us, distance, "distance", COLOR["receiver"])
     phase = hold(d.t_us, status.t_us, status["phase"])
-    joined = (phase == JOIN_UP) | (phase == OBSERVATION)
-    rate = -np.gradient(distance, d.t_us * 1e-6)
-    sink.series(f"{ROOT}/closure", d.t_us[joined], rate[joined], "closure", COLOR["receiver"], settle_us=2 * PERIOD_US)
-    rel = tlm.get(RECEIVER, "RELATIVE_STATE")
-    if rel is not None:
-        w = rel.pick(hold(rel.t_us, status.t_us, status["phase"]) == JOIN_UP).decimated(PERIOD_US)
-        sink.series("guid/receiver/join/closure", w.t_us, w["cmd_vel"][:, 0], "wanted", BOX)
-    i, j = match(d.t_us, lead.t_us)
-    below = lead["pos_n"][j][:, 2] - d["pos_n"][i][:, 2]
-    sink.series(f"{ROOT}/above", d.t_us[i], below, "height over the tanker", NAV)
-    _views(sink, d["xi"].astype(np.float64), d.t_us, joined)
+    _views(sink, d["xi"].astype(np.float64), d.t_us, (phase == JOIN_UP) | (phase == OBSERVATION))
 
 
 @cache
@@ -123,7 +122,7 @@ def joinup_tab(p: Plots) -> rrb.Vertical:
         rrb.Horizontal(above, side, column_shares=[1.0, 1.6]),
         p.plot("distance to the tanker [m]", [f"{ROOT}/distance"]),
         p.plot("closure: flown, wanted [m/s]", [f"{ROOT}/closure", "guid/receiver/join/closure"], (-3.0, 20.0)),
-        p.plot("height over the tanker [m]", [f"{ROOT}/above"]),
+        p.plot("height over the tanker [m]", [f"{ROOT}/height"]),
         p.plot("true airspeed [m/s]", ["truth/tanker/V", "truth/receiver/V"], (190.0, 220.0)),
         name="Join-up",
         row_shares=[1.7, 1, 1, 1, 1],

@@ -8,10 +8,12 @@ from ground.columns import Columns
 from ground.run import Run
 from ground.views.base import Figures, View
 from ground.views.joinup.figures import has_joinup, join_metrics
+from ground.views.joinup.signals import signals
 
 if TYPE_CHECKING:
     from ground.rrd.layout import Layout, Look
     from ground.rrd.series import Sink
+    from ground.signals import Signal
 
 
 class Joinup(View):
@@ -25,6 +27,10 @@ class Joinup(View):
         """join.*, fuel.*."""
         return join_metrics(run.truth, run.tlm)
 
+    def signals(self, run: Run) -> list[Signal]:
+        """See ground.views.joinup.signals."""
+        return list(signals(run))
+
     def layout(self, run: Run, look: Look) -> Layout:
         """The tab Join-up, and the plan of a rendezvous up to there."""
         from ground.views.joinup.draw import layout
@@ -35,7 +41,7 @@ class Joinup(View):
         """Distance, closure, the last stretch."""
         from ground.views.joinup.draw import joinup
 
-        joinup(sink, run.truth, run.tlm)
+        joinup(sink, run)
 
 
 VIEW = Joinup()

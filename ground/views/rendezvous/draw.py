@@ -1,4 +1,4 @@
-"""nav/tanker/rendezvous/...: plan view of the rendezvous, its plots, their tab.
+"""{nav, guid}/tanker/rendezvous/...: plan view of the rendezvous, its plots, their tab.
 
 Plan view, north up [m]: both true tracks, the estimator's components (the banana: dots by weight), range ring of the last
 TACAN reply, the turn as planned now, the point two miles ahead of the estimate that it aims at.
@@ -19,9 +19,10 @@ from ground.rrd.series import AXIS, Array, Sink
 from ground.run import Run
 from ground.views.refueling.aircraft import RECEIVER, TANKER
 from ground.views.refueling.palette import COLOR
-from ground.views.rendezvous.read import SEPARATION_M, errors, frame_of, nees3, to_plan
+from ground.views.rendezvous.read import SEPARATION_M, TURN, errors, frame_of, to_plan
+from ground.views.rendezvous.signals import DONE, NEVER_S, signals
 
-ROOT = "nav/tanker/rendezvous"
+ROOT, GUID = "nav/tanker/rendezvous", "guid/tanker/rendezvous"
 MAP = f"{ROOT}/map"
 FAINT = (90, 96, 106)
 RING = (90, 150, 190)
@@ -34,20 +35,28 @@ PHASES: dict[str, Color] = {
 }
 MARGIN_M = 4000.0
 SHAPE_M, SHAPE_US = 3000.0, 500_000  # [m] drawn as long, [us] as often
-NEVER_S = 1e6
-TURN, DONE = 1, 3  # WKF_RDV_PHASE
-STATES = ("approach", "turn", "roll-out", "ahead")
 STATE_COLORS = {"approach": (70, 120, 150), "turn": (200, 150, 60), "roll-out": (150, 160, 70), "ahead": (60, 170, 80)}
 ALARM_COLORS = {"as planned": (55, 105, 70), "NOT AS PLANNED": (220, 60, 50), "no estimate": (110, 110, 110)}
+DEG = 180.0 / np.pi
+# path of a signal -> label, colour, width, whether in steps, factor
+LINES: dict[str, tuple[str, Color, float, bool, float]] = {
+    f"{ROOT}/nees": ("NEES / 3 (x, v_x, y)", NAV, 1.5, False, 1.0),
+    f"{ROOT}/window_nis": ("mean NIS of the window", BOX, 1.5, True, 1.0),
+    f"{GUID}/time_to_go": ("time to go", COLOR["command"], 1.5, False, 1.0),
+    f"{ROOT}/bank": ("bank (left +)", COLOR["tanker"], 1.5, False, DEG),
+    f"{GUID}/bank": ("command", COLOR["command"], 1.0, False, DEG),
+    f"{GUID}/miss": ("predicted", NAV, 1.5, False, 1.0),
+    f"{ROOT}/range": ("slant range [km]", RING, 1.5, True, 1e-3),
+}
 
 
-def rendezvous(sink: Sink, truth: Columns, tlm: Columns) -> None:
+def rendezvous(sink: Sink, run: Run) -> None:
     """Send everything of this module; nothing for a run without the messages."""
-    state = tlm.get(TANKER, "RENDEZVOUS_STATE")
+    tlm, state = run.tlm, run.tlm.get(TANKER, "RENDEZVOUS_STATE")
     if state is None:
         return
-    _plots(sink, truth, state)
-    _shapes(sink, truth)
+    _plots(sink, run, state)
+    _shapes(sink, run.truth)
     good = state.pick(state["valid"] != 0)
     if not len(good):
         return
@@ -166,9 +175,9 @@ def _plan(sink: Sink, good: Table, frame: Array) -> None:
         sink.rows(f"{MAP}/{name}", good.t_us, rr.Points2D, positions=at)
 
 
-def _plots(sink: Sink, truth: Columns, state: Table) -> None:
+def _plots(sink: Sink, run: Run, state: Table) -> None:
     """Errors with 2 sigma, consistency, time to go, bank, predicted miss, lanes."""
-    t, e, P = errors(truth, state)
+    t, e, P = errors(run.truth, state)
     for k, axis, color in ((0, "x", AXIS[0]), (2, "y", AXIS[1])):
         s2 = 2.0 * np.sqrt(np.maximum(P[:, k, k], 0.0))
         band = tuple(c // 2 + 20 for c in color)
@@ -177,24 +186,15 @@ def _plots(sink: Sink, truth: Columns, state: Table) -> None:
     s2 = 2.0 * np.sqrt(np.maximum(P[:, 1, 1], 0.0))
     sink.series(f"{ROOT}/error_2sigma/vx", t, np.stack([-s2, s2], axis=1), "v_x 2 sigma", FAINT, 1.0)
     sink.series(f"{ROOT}/error/vx", t, e[:, 1], "v_x error", NAV)
-    sink.series(f"{ROOT}/nees", t, nees3(e, P), "NEES / 3 (x, v_x, y)", NAV)
-    good = state.pick(state["valid"] != 0)
-    u = good.t_us
-    sink.series(f"{ROOT}/window_nis", u, good["window_nis"], "mean NIS of the window", BOX, step=True)
-    before = good.pick((good["phase"] == 0) & (good["time_to_go"] < NEVER_S))
-    sink.series(f"{ROOT}/time_to_go", before.t_us, before["time_to_go"], "time to go", COLOR["command"])
-    left = good.pick(good["phase"] < DONE)
-    sink.series(f"{ROOT}/bank", u, np.degrees(good["bank"]), "bank (left +)", COLOR["tanker"])
-    sink.series(f"{ROOT}/cmd_bank", left.t_us, np.degrees(left["cmd_bank"]), "command", COLOR["command"], 1.0)
-    for i, axis in enumerate("xy"):
-        sink.series(f"{ROOT}/miss/{axis}", left.t_us, left["miss"][:, i], f"{axis} predicted", AXIS[i])
-    sink.series(f"{ROOT}/range", u, good["range"] * 1e-3, "slant range [km]", RING, step=True)
-    sink.states(f"{ROOT}/phase", state.t_us, [STATES[min(int(p), 3)] for p in state["phase"]], STATE_COLORS)
-    names = [
-        "no estimate" if not v else "NOT AS PLANNED" if a else "as planned"
-        for v, a in zip(state["valid"], state["alarm"], strict=True)
-    ]
-    sink.states(f"{ROOT}/alarm", state.t_us, names, ALARM_COLORS)
+    made = {s.path.replace(f"/{run.names[TANKER]}/", "/tanker/"): s for s in signals(run)}
+    for path, (label, color, width, step, factor) in LINES.items():
+        s = made[path]
+        for i, axis in enumerate(s.parts or ("",)):
+            values = factor * (s.values[:, i] if s.parts else s.values)
+            own = AXIS[i] if s.parts else color
+            sink.series(f"{path}/{axis}".rstrip("/"), s.t_us, values, f"{axis} {label}".strip(), own, width, step)
+    for path, colors in ((f"{GUID}/phase", STATE_COLORS), (f"{ROOT}/alarm", ALARM_COLORS)):
+        sink.states(path, made[path].t_us, made[path].values.tolist(), colors)
 
 
 # --- layout -----------------------------------------------------------------------------------------------------------
@@ -237,15 +237,15 @@ def layout(run: Run, look: Look) -> Layout:
 def rendezvous_tab(p: Plots) -> rrb.Vertical:
     """The tab "Rendezvous"."""
     lanes = rrb.StateTimelineView(
-        origin="/", contents=[f"{ROOT}/phase", f"{ROOT}/alarm"], name="Phase, innovation test", time_view=p.time
+        origin="/", contents=[f"{GUID}/phase", f"{ROOT}/alarm"], name="Phase, innovation test", time_view=p.time
     )
     error = [f"{ROOT}/{k}/{a}" for a in "xy" for k in ("error_2sigma", "error")]
     plots = rrb.Grid(
         p.plot("estimate - truth, 2 sigma [m]", error, (-4000.0, 4000.0)),
         p.plot("closing velocity error [m/s]", [f"{ROOT}/error_2sigma/vx", f"{ROOT}/error/vx"], (-15.0, 15.0)),
-        p.plot("bank, left positive [deg]", [f"{ROOT}/bank", f"{ROOT}/cmd_bank"]),
+        p.plot("bank, left positive [deg]", [f"{ROOT}/bank", f"{GUID}/bank"]),
         p.plot("airspeed [m/s]", ["truth/tanker/V", "guid/tanker/V"]),
-        p.plot("predicted miss at roll-out [m]", [f"{ROOT}/miss/x", f"{ROOT}/miss/y"]),
+        p.plot("predicted miss at roll-out [m]", [f"{GUID}/miss/x", f"{GUID}/miss/y"]),
         p.plot("NEES / 3, mean NIS of the window", [f"{ROOT}/nees", f"{ROOT}/window_nis"], (0.0, 5.0)),
         grid_columns=2,
     )

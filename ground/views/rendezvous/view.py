@@ -9,10 +9,12 @@ from ground.run import Run
 from ground.views.base import Figures, View
 from ground.views.refueling.aircraft import RECEIVER, TANKER
 from ground.views.rendezvous.read import TURN, has_rendezvous, rendezvous_metrics
+from ground.views.rendezvous.signals import signals
 
 if TYPE_CHECKING:
     from ground.rrd.layout import Layout, Look
     from ground.rrd.series import Sink
+    from ground.signals import Signal
 
 
 class Rendezvous(View):
@@ -28,6 +30,10 @@ class Rendezvous(View):
     def figures(self, run: Run) -> Figures:
         """rendezvous.*."""
         return rendezvous_metrics(run.folder, run.truth, run.tlm)
+
+    def signals(self, run: Run) -> list[Signal]:
+        """See ground.views.rendezvous.signals."""
+        return list(signals(run))
 
     def moment(self, run: Run) -> float | None:
         """Half-way through the turn, if that is all there is to see."""
@@ -47,7 +53,7 @@ class Rendezvous(View):
         """Plan and plots."""
         from ground.views.rendezvous.draw import rendezvous
 
-        rendezvous(sink, run.truth, run.tlm)
+        rendezvous(sink, run)
 
 
 VIEW = Rendezvous()

@@ -11,32 +11,27 @@ import rerun as rr
 
 from ground.columns import thinned
 from ground.link.packets import phase_name
+from ground.rrd.lines import SHOWN
 from ground.rrd.outline import SIDE, placed
 from ground.rrd.palette import ALARM, BAND, COMMAND, NAV, TRUTH, WHITE, Color
-from ground.rrd.series import Sink
+from ground.rrd.series import Array, Sink
 from ground.run import Run
+from ground.signals import Signal
 from ground.views.windshear.look import SCENE, STATES, STRETCH, extent
 from ground.views.windshear.read import (
-    ABORT,
-    ACCUSED,
     AL,
-    CAUTION,
-    ESTIMATORS,
     GA,
-    KD,
-    KL,
-    LAWS,
-    VA,
     WH,
     WX,
     H,
-    T,
     WindshearFlight,
     X,
     flights,
 )
+from ground.views.windshear.signals import of_flight
 
-DEG = 180.0 / np.pi
+DEG = SHOWN["rad"]
+Made = dict[str, Signal]  # by path
 MONITOR: Color = (110, 140, 190)
 AMBER: Color = (190, 130, 20)
 HEAD: tuple[int, int, int] = (70, 150, 235)
@@ -52,10 +47,11 @@ STEP_X, LEVELS = 250.0, (15.0, 50.0, 100.0, 170.0, 250.0, 340.0)
 def draw(sink: Sink, run: Run) -> None:
     """Send everything of this module."""
     for f in flights(run.folder, run.truth, run.tlm):
+        made = {s.path: s for s in of_flight(f)}
         _scene(sink, f)
-        _wind(sink, f)
-        _hazard(sink, f)
-        _flight(sink, f)
+        _wind(sink, f, made)
+        _hazard(sink, f, made)
+        _flight(sink, f, made)
 
 
 def _at(x: np.ndarray, h: np.ndarray) -> np.ndarray:
@@ -103,77 +99,57 @@ def _scene(sink: Sink, f: WindshearFlight) -> None:
         sink.rows(f"{at}/{key}", t_us, rr.Arrows2D, vectors=v, origins=here.astype(np.float32))
 
 
-def _wind(sink: Sink, f: WindshearFlight) -> None:
-    name, t, m = f.name, f.t_us, f.valid
-    for key, column, word in (("w_x", WX, "tail wind"), ("w_h", WH, "updraught")):
-        est, s2 = f.x[m, column], 2.0 * f.sigma[m, column]
-        other = f.state["wind_monitor"][:, column - WX].astype(np.float64)
-        good = np.isfinite(other)
-        band = np.stack([est - s2, est + s2], axis=1)
-        sink.series(f"nav/{name}/{key}_monitor", t[good], other[good], f"{word}, monitor", MONITOR, 1.0)
-        sink.series(f"nav/{name}/{key}_2sigma", t[m], band, "2 sigma", BAND, 1.0)
-        sink.series(f"truth/{name}/{key}", t, f.true[:, column], f"{word} truth", TRUTH, 1.0)
-        sink.series(f"nav/{name}/{key}", t[m], est, f"{word} estimate", NAV, 2.4)
-        sink.series(f"nav/{name}/{key}_error", t[m], est - f.true[m, column], f"error of {key}", NAV, 1.0)
-        sink.series(f"nav/{name}/{key}_error_2sigma", t[m], np.stack([-s2, s2], axis=1), "2 sigma", BAND, 1.0)
-    for key, column, color in (("lift", KL, NAV), ("drag", KD, AMBER)):
-        band = np.stack([f.x[m, column] + k * f.sigma[m, column] for k in (-2.0, 2.0)], axis=1)
-        sink.series(f"nav/{name}/scale/{key}", t[m], f.x[m, column], f"scale of {key}", color, 1.6)
-        sink.series(f"nav/{name}/scale/{key}_2sigma", t[m], band, f"{key}, 2 sigma", BAND, 1.0)
-    sink.series(f"nav/{name}/turbulence", t, f.state["turbulence"], "white steps of the wind [m/s/sqrt(s)]", NAV)
-    ratio = f.state["nis"] / np.maximum(f.state["channels"], 1)
-    sink.series(f"nav/{name}/nis", t, ratio, "NIS / reading", NAV, 0.8)
+def _wind(sink: Sink, f: WindshearFlight, made: Made) -> None:
+    name = f.name
+    for key, word in (("w_x", "tail wind"), ("w_h", "updraught")):
+        est, sigma, true = (made[k.format(name, key)] for k in ("nav/{}/{}", "nav/{}/{}_sigma", "truth/{}/{}"))
+        s2, error = 2.0 * sigma.values, est.values - true.values[f.valid]
+        _line(sink, made[f"nav/{name}/{key}_monitor"], f"{word}, monitor", MONITOR)
+        _band(sink, f"{est.path}_2sigma", est, s2, "2 sigma")
+        _line(sink, true, f"{word} truth", TRUTH)
+        _line(sink, est, f"{word} estimate", NAV, 2.4)
+        sink.series(f"{est.path}_error", est.t_us, error, f"error of {key}", NAV, 1.0)
+        sink.series(f"{est.path}_error_2sigma", est.t_us, np.stack([-s2, s2], axis=1), "2 sigma", BAND, 1.0)
+    for key, color in (("lift", NAV), ("drag", AMBER)):
+        scale, sigma = made[f"nav/{name}/scale/{key}"], made[f"nav/{name}/scale/{key}_sigma"]
+        _line(sink, scale, f"scale of {key}", color, 1.6)
+        _band(sink, f"{scale.path}_2sigma", scale, 2.0 * sigma.values, f"{key}, 2 sigma")
+    _line(sink, made[f"nav/{name}/turbulence"], "white steps of the wind [m/s/sqrt(s)]", NAV, 1.5)
+    _line(sink, made[f"nav/{name}/nis"], "NIS / reading", NAV, 0.8)
 
 
-def _hazard(sink: Sink, f: WindshearFlight) -> None:
-    name, t, th = f.name, f.t_us, f.thresholds
-    sink.series(
-        f"truth/{name}/F_quick",
-        t,
-        f.low(th["caution_s"]),
-        f"F truth, {th['caution_s']:g} s",
-        TRUTH,
-        1.0,
-        settle_us=STEP_US,
-    )
-    sink.series(f"nav/{name}/F_quick", t, f.state["quick"], f"F estimate, {th['caution_s']:g} s", NAV, 2.4)
-    sink.series(
-        f"truth/{name}/F_slow", t, f.low(th["abort_s"]), f"F truth, {th['abort_s']:g} s", TRUTH, 1.0, settle_us=STEP_US
-    )
-    sink.series(f"nav/{name}/F_slow", t, f.state["slow"], f"F estimate, {th['abort_s']:g} s", NAV, 2.4)
-    monitor = f.state["hazard_monitor"].astype(np.float64)
-    good = np.isfinite(monitor)
-    sink.series(f"nav/{name}/F_monitor", t[good], monitor[good], "F of the monitor", MONITOR, 1.0)
+def _hazard(sink: Sink, f: WindshearFlight, made: Made) -> None:
+    name, th = f.name, f.thresholds
+    for key, tau in (("quick", th["caution_s"]), ("slow", th["abort_s"])):
+        _line(sink, made[f"truth/{name}/F_{key}"], f"F truth, {tau:g} s", TRUTH, settle_us=STEP_US)
+        _line(sink, made[f"nav/{name}/F_{key}"], f"F estimate, {tau:g} s", NAV, 2.4)
+    _line(sink, made[f"nav/{name}/F_monitor"], "F of the monitor", MONITOR)
     sink.level(f"guid/{name}/caution_F", [th["caution_F"]], "caution", AMBER)
     sink.level(f"guid/{name}/abort_F", [th["abort_F"]], "abort", ALARM)
-    alert = f.state["alert"]
-    words = np.select(
-        [(alert & ABORT) > 0, (alert & CAUTION) > 0, (alert & ACCUSED) > 0],
-        ["abort", "caution", "monitor differs"],
-        "none",
-    )
     colors = {"abort": ALARM, "caution": AMBER, "monitor differs": MONITOR, "none": GRID}
-    sink.states(f"guid/{name}/alert", t, words.tolist(), colors)
+    alert, law = made[f"guid/{name}/alert"], made[f"guid/{name}/law"]
+    sink.states(alert.path, alert.t_us, alert.values.tolist(), colors)
+    sink.states(law.path, law.t_us, law.values.tolist(), dict.fromkeys(law.values.tolist(), (70, 110, 150)))
 
 
-def _flight(sink: Sink, f: WindshearFlight) -> None:
-    name, t, m = f.name, f.t_us, f.valid
-    for key, values, est, factor in (
-        ("height", f.true[:, H], f.x[:, H], 1.0),
-        ("airspeed", f.true[:, VA], f.x[:, VA], 1.0),
-        ("alpha", f.true[:, AL], f.x[:, AL], DEG),
-        ("path", f.true[:, GA], f.x[:, GA], DEG),
-        ("thrust", f.true[:, T], f.x[:, T], 1.0),
-    ):
-        sink.series(f"truth/{name}/{key}", t, values * factor, f"{key} truth", TRUTH, 1.0)
-        sink.series(f"nav/{name}/{key}", t[m], est[m] * factor, f"{key} estimate", NAV, 2.4)
-    sink.series(f"ctrl/{name}/thrust", t, f.state["thrust"], "thrust command", COMMAND, 1.0)
-    sink.series(f"ctrl/{name}/elevator", t, f.state["elevator"] * DEG, "elevator command", COMMAND, 1.0)
-    sink.series(f"guid/{name}/climb", t, f.state["climb"], "climb rate demanded", COMMAND, 1.2)
-    climb = f.true[:, VA] * np.sin(f.true[:, GA]) + f.true[:, WH]
-    sink.series(f"truth/{name}/climb", t, climb, "climb rate truth", TRUTH, 1.2)
-    law = [
-        f"{ESTIMATORS.get(int(e), '?')} {int(n)}, {LAWS.get(int(k), '?')}"
-        for e, n, k in zip(f.state["estimator"], f.state["states"], f.state["law"], strict=True)
-    ]
-    sink.states(f"guid/{name}/law", t, law, dict.fromkeys(law, (70, 110, 150)))
+def _flight(sink: Sink, f: WindshearFlight, made: Made) -> None:
+    name = f.name
+    for key in ("height", "airspeed", "path", "thrust"):
+        _line(sink, made[f"truth/{name}/{key}"], f"{key} truth", TRUTH)
+        _line(sink, made[f"nav/{name}/{key}"], f"{key} estimate", NAV, 2.4)
+    sink.series(f"truth/{name}/alpha", f.t_us, f.true[:, AL] * DEG, "alpha truth", TRUTH, 1.0)
+    sink.series(f"nav/{name}/alpha", f.t_us[f.valid], f.x[f.valid, AL] * DEG, "alpha estimate", NAV, 2.4)
+    for key in ("thrust", "elevator"):
+        _line(sink, made[f"ctrl/{name}/{key}"], f"{key} command", COMMAND)
+    _line(sink, made[f"guid/{name}/climb"], "climb rate demanded", COMMAND, 1.2)
+    _line(sink, made[f"truth/{name}/climb"], "climb rate truth", TRUTH, 1.2)
+
+
+def _line(sink: Sink, s: Signal, label: str, color: Color, width: float = 1.0, settle_us: int = 0) -> None:
+    """A signal as a line, in degrees and kN."""
+    sink.series(s.path, s.t_us, SHOWN.get(s.unit, 1.0) * s.values, label, color, width, settle_us=settle_us)
+
+
+def _band(sink: Sink, path: str, s: Signal, half: Array, label: str) -> None:
+    """The band about a signal."""
+    sink.series(path, s.t_us, np.stack([s.values - half, s.values + half], axis=1), label, BAND, 1.0)

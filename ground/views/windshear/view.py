@@ -10,10 +10,12 @@ from ground.run import Run
 from ground.views.base import Command, Figures, Value, View
 from ground.views.windshear.figures import windshear_metrics
 from ground.views.windshear.read import LAWS, flights, has_windshear
+from ground.views.windshear.signals import signals
 
 if TYPE_CHECKING:
     from ground.rrd.layout import Layout, Look
     from ground.rrd.series import Sink
+    from ground.signals import Signal
 
 JET = 5  # usual system id
 
@@ -39,6 +41,10 @@ class Windshear(View):
     def figures(self, run: Run) -> Figures:
         """windshear.*."""
         return windshear_metrics(run.folder, run.truth, run.tlm)
+
+    def signals(self, run: Run) -> list[Signal]:
+        """See ground.views.windshear.signals."""
+        return list(signals(run))
 
     def moment(self, run: Run) -> float | None:
         """Some seconds into the escape."""

@@ -41,6 +41,9 @@ class AlexisTable:
 class AlexisMember(Planar):
     """One ALEXIS. Its start must be at the trim airspeed of its file."""
 
+    engines = 1
+    _power = 1.0
+
     def __init__(self, setup: Setup) -> None:
         """Raises ConfigError for another airspeed at the start, or a table the kind does not take."""
         super().__init__(setup)
@@ -92,10 +95,13 @@ class AlexisMember(Planar):
         o[n.O_AVAIL] = 2.0 * float(a.a[A_T0]) * self.mass_kg
         self.wind[:3] = *self.level(tail, cross), down
 
+    def set_power(self, share: list[float]) -> None:
+        self._power = share[0]
+
     def advance(self, jam: list[float]) -> None:
         a = self.flight
         _, elevator, _, throttle, _, flap = self.path.current
-        setting = (2.0 * throttle - 1.0) * a.a[A_T0] / a.a[A_TSET]
+        setting = (2.0 * throttle * self._power - 1.0) * a.a[A_T0] / a.a[A_TSET]
         a.freeze(elevator=jam[1] > 0.5, flap=jam[0] > 0.5)
         before, aside = float(a.f[F_VX]), self.side_m
         a.command[:] = elevator, setting, flap

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from sim_plant.aircraft.sixdof.wing import beyond, slope_factor, wave_drag
 from sim_plant.kernels import layout as n
 from sim_plant.kernels.atmosphere import isa
 from sim_plant.kernels.earth import air_height, weight
@@ -36,8 +37,10 @@ def loads(
     Coefficients: CL, CD along wind axes z and x, CY along wind y (positive right); CD = CD0 + K CLs^2 with the
     static lift CLs = CL0 + CLa alpha + CLde de. Cl, Cm, Cn are in stability axes with stability-axis rates and are
     turned to body by the momentary alpha. Rates are relative to the rotating air, w_b - w_eff. Thrust acts along
-    body x through the cg. alphadot uses the inertial acceleration (no wind derivative); as it enters CL linearly,
-    alphadot = alphadot_0 / (1 + qS CL_alphadot c / (2 V^2 m cos beta)).
+    body x, P_BELOW under the cg; S_YAW is the moment of its being unequal. Beyond the straight part of the lift curve,
+    and off the reference Mach number: wing.py; a stalled wing damps roll by the slope it has left. alphadot uses the
+    inertial acceleration (no wind derivative); as it enters CL linearly, alphadot = alphadot_0 / (1 + qS CL_alphadot c
+    / (2 V^2 m cos beta)).
     Source: derivative build-up as in Roskam, Airplane Flight Dynamics, with the sign table of the aircraft files.
     """
     c00, c01, c02, c10, c11, c12, c20, c21, c22 = quat_dcm(x[0], x[1], x[2], x[3])
@@ -60,10 +63,21 @@ def loads(
     pr, qr, rr = p - w[3], q - w[4], r - w[5]
     ps, rs = pr * ca + rr * sa, rr * ca - pr * sa
 
-    cl_static = par[n.CL0] + par[n.CL_ALPHA] * alpha + par[n.CL_DE] * de
-    cd = par[n.CD0] + par[n.K_POLAR] * cl_static * cl_static
-    cl = cl_static + par[n.CL_Q] * hc * qr
-    cy = par[n.CY_BETA] * beta + hb * (par[n.CY_P] * ps + par[n.CY_R] * rs) + par[n.CY_DR] * dr
+    damp = fm = 1.0
+    if par[n.P_MACH] > 0.0:
+        fm = slope_factor(v_air / a, par)
+    if par[n.P_ROUND_OFF] > 0.0 and not par[n.P_STRAIGHT_LO] <= alpha <= par[n.P_STRAIGHT_HI]:
+        tail = par[n.CL_DE] * de
+        wing, cd, damp = beyond(alpha, tail, par)
+        cl_static = fm * (wing + tail)
+    else:
+        cl_static = fm * (par[n.CL0] + par[n.CL_ALPHA] * alpha + par[n.CL_DE] * de)
+        cd = par[n.CD0] + par[n.K_POLAR] * cl_static * cl_static
+    if par[n.P_MACH] > 0.0:
+        cd += wave_drag(v_air / a, cl_static, par)
+    cl_alphadot = fm * par[n.CL_ALPHADOT]
+    cl = cl_static + fm * par[n.CL_Q] * hc * qr
+    cy = fm * (par[n.CY_BETA] * beta + hb * (par[n.CY_P] * ps + par[n.CY_R] * rs) + par[n.CY_DR] * dr)
     # alphadot: first with the lift known so far, then corrected for its own lift
     drag, side, lift = qs * cd, qs * cy, qs * cl
     fx = -drag * ca * cb - side * ca * sb + lift * sa + x[n.S_T]
@@ -71,8 +85,8 @@ def loads(
     g = weight(x[n.S_P], -x[n.S_P + 2], par)
     udot = fx / mass + c20 * g - (q * wb - r * vb)
     wdot = fz / mass + c22 * g - (p * vb - q * ub)
-    alphadot = (ub * wdot - wb * udot) / uw2 / (1.0 + qs * par[n.CL_ALPHADOT] * hc / (mass * v_air * cb))
-    extra = qs * par[n.CL_ALPHADOT] * hc * alphadot
+    alphadot = (ub * wdot - wb * udot) / uw2 / (1.0 + qs * cl_alphadot * hc / (mass * v_air * cb))
+    extra = qs * cl_alphadot * hc * alphadot
     lift += extra
     fx += extra * sa
     fz -= extra * ca
@@ -86,12 +100,20 @@ def loads(
     )
     c_roll = (
         par[n.CL_ROLL_BETA] * beta
-        + hb * (par[n.CL_ROLL_P] * ps + par[n.CL_ROLL_R] * rs)
+        + hb * (damp * par[n.CL_ROLL_P] * ps + par[n.CL_ROLL_R] * rs)
         + par[n.CL_ROLL_DA] * da
         + par[n.CL_ROLL_DR] * dr
     )
     c_yaw = par[n.CN_BETA] * beta + hb * (par[n.CN_P] * ps + par[n.CN_R] * rs) + par[n.CN_DA] * da + par[n.CN_DR] * dr
-    mx = qs * par[n.P_B] * (c_roll * ca - c_yaw * sa)
-    mz = qs * par[n.P_B] * (c_roll * sa + c_yaw * ca)
-    my = qs * par[n.P_C] * cm
+    mx = fm * qs * par[n.P_B] * (c_roll * ca - c_yaw * sa)
+    mz = fm * qs * par[n.P_B] * (c_roll * sa + c_yaw * ca)
+    my = fm * qs * par[n.P_C] * cm
+    if x[n.S_YAW] != 0.0:
+        mz += x[n.S_YAW]
+    if par[n.P_BELOW] != 0.0:
+        my += par[n.P_BELOW] * x[n.S_T]
+    if par[n.P_FUEL_X] != 0.0:
+        ahead = (mass - par[n.P_EMPTY] - par[n.P_FUEL_REF]) * par[n.P_FUEL_X] / mass
+        my += ahead * fz
+        mz -= ahead * fy
     return fx, fy, fz, mx, my, mz, v_air, beta, alpha, lift, drag, alphadot, rho, a

@@ -43,16 +43,23 @@ def derivative(
 
     Surfaces [rad], throttle [-], `w` effective wind, fuel [kg]. Newton and Euler: rigid_rates of kernels/earth.py.
     Thrust lags its command (throttle, not below idle, of the thrust available) with time constant tau; without fuel
-    it runs down to nothing.
+    it runs down to nothing. Failed engines: P_POWER of the whole, and the moment S_YAW by the same lag. The spool's limit
+    holds its rise: airframe.md 5.
     """
     mass = par[n.P_EMPTY] + fuel
     fx, fy, fz, mx, my, mz, v_air, _, _, _, _, _, rho, a = loads(x, da, de, dr, w, mass, par)
     ixx, iyy, izz, ixz = inertia(mass, par)
     rigid_rates(x, fx, fy, fz, mx, my, mz, mass, ixx, iyy, izz, ixz, par, out)
-    t_cmd = 0.0
+    t_cmd, most = 0.0, 0.0
     if fuel > 0.0:
-        t_cmd = max(throttle, par[n.P_IDLE]) * thrust_available(air_height(-x[n.S_P + 2], par), v_air / a, rho, par)
-    out[13] = (t_cmd - x[n.S_T]) / par[n.P_TAU]
+        most = thrust_available(air_height(-x[n.S_P + 2], par), v_air / a, rho, par)
+        t_cmd = max(throttle, par[n.P_IDLE]) * most
+    out[n.S_T] = (par[n.P_POWER] * t_cmd - x[n.S_T]) / par[n.P_TAU]
+    out[n.S_YAW] = (par[n.P_ARM] * t_cmd - x[n.S_YAW]) / par[n.P_TAU]
+    if par[n.P_SPOOL_1] > 0.0:
+        top = par[n.P_POWER] * most
+        rise = par[n.P_SPOOL_0] * top + (par[n.P_SPOOL_1] - par[n.P_SPOOL_0]) * x[n.S_T]
+        out[n.S_T] = min(out[n.S_T], max(rise, 0.0))
 
 
 @jit

@@ -22,7 +22,8 @@ KIND = Kind(
     _build,
     carries=("imu", "baro", "mag", "gnss", "att", "fuel"),
     surfaces=("aileron", "elevator", "rudder"),
-    takes=("fuel_kg", "aero_error_frac"),
+    takes=("fuel_kg", "aero_error_frac", "airframe"),
+    mismatch=("mass", "inertia", "thrust", "lag", "servo"),
     formation=True,
     round_earth=True,
 )

@@ -12,7 +12,7 @@ from sim_plant.aircraft.base import MAG_N, Arr, Member, Tanks
 from sim_plant.aircraft.kind import Setup
 from sim_plant.aircraft.sixdof.eom import step as integrate
 from sim_plant.aircraft.sixdof.observe import observe
-from sim_plant.aircraft.sixdof.params import parameter_vector, perturb
+from sim_plant.aircraft.sixdof.params import mistaken, parameter_vector, perturb
 from sim_plant.aircraft.sixdof.trim import throttle_for, trim
 from sim_plant.kernels import layout as n
 from sim_plant.kernels.rot import quat_dcm
@@ -29,9 +29,9 @@ class SixDofMember(Member):
         super().__init__(setup)
         cfg, ac = self.cfg, setup.record(Aircraft)
         self._record = ac
-        self.par = perturb(
-            parameter_vector(ac, setup.sc.earth, setup.sc.origin.lat_deg), cfg.aero_error_frac, setup.seed, cfg.name
-        )
+        par = parameter_vector(ac, setup.sc.earth, setup.sc.origin.lat_deg, cfg.airframe == "full")
+        self.par = mistaken(perturb(par, cfg.aero_error_frac, setup.seed, cfg.name), cfg.mismatch)
+        self.engines = len(ac.engine.y_m)
         self.c = np.zeros(n.NC)
         self._scratch = np.zeros((4, n.NS))
         self._work = np.zeros(n.N_RIGID)
@@ -90,7 +90,12 @@ class SixDofMember(Member):
         observe(self.s, self.wind, self.free, self.par, MAG_N, self.probes, self.probe_wake, self._work, self.obs)
         self.show()
 
+    def set_power(self, share: list[float]) -> None:
+        y = self._record.engine.y_m
+        self.par[n.P_POWER] = sum(share) / len(y)
+        self.par[n.P_ARM] = -sum(a * b for a, b in zip(y, share, strict=True)) / len(y)
+
     def advance(self, jam: list[float]) -> None:
         a, e, r, t, _, _ = self.path.current
-        self.c[:] = (a, e, r, t, jam[0], jam[1], jam[2], self.view.transfer_kgps)
+        self.c[:] = (a, e, r, t, jam[0], jam[1], jam[2], self.view.transfer_kgps - self.leak_kgps)
         integrate(self.s, self.c, self.wind, self.par, self.dt_s, self._scratch)

@@ -23,4 +23,4 @@ def _table() -> type:
     return TwinJetTable
 
 
-KIND = Kind(TwinJet, _build, _table, surfaces=("elevator",))
+KIND = Kind(TwinJet, _build, _table, surfaces=("elevator",), mismatch=("mass", "inertia", "thrust", "lag"))

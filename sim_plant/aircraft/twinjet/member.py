@@ -7,7 +7,7 @@ from none to that at rest, and the engine gives between idle and its limit of it
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Annotated
 
 from flightsw.aircraft import TwinJet as Record
@@ -49,10 +49,19 @@ class TwinJetTable:
 class TwinJetMember(Planar):
     """One twin-jet, from steady flight on the slope."""
 
+    engines = 2
+    _power = 1.0
+
     def __init__(self, setup: Setup) -> None:
         """Raises ConfigError for a table the kind does not take."""
         super().__init__(setup)
-        ac, t = setup.record(Record), setup.table(TwinJetTable)
+        ac, t, off = setup.record(Record), setup.table(TwinJetTable), self.cfg.mismatch
+        ac = replace(
+            ac,
+            mass=replace(ac.mass, kg=ac.mass.kg * off.mass),
+            inertia=replace(ac.inertia, Iyy_kgm2=ac.inertia.Iyy_kgm2 * off.inertia),
+            engine=replace(ac.engine, thrust_N=ac.engine.thrust_N * off.thrust, lag_s=ac.engine.lag_s * off.lag),
+        )
         north, east, down = self.cfg.start.pos_n_m
         c, e = self.ahead
         x = c * north + e * east
@@ -110,12 +119,16 @@ class TwinJetMember(Planar):
         along, rise = float(a.truth[7]), float(a.truth[8])
         self.wind[:3] = *self.level(along, cross), -rise
 
+    def set_power(self, share: list[float]) -> None:
+        self._power = sum(share) / self.engines
+        self.flight.a[kt.A_TMAX] = self._full * self._power
+
     def advance(self, jam: list[float]) -> None:
         _, elevator, _, throttle, _, _ = self.path.current
         if jam[1] <= 0.5:
             self._elevator = min(max(elevator, self._travel[0]), self._travel[1])
         a = self.flight
-        a.controls[:] = throttle * self._full, self._elevator
+        a.controls[:] = throttle * self._full * self._power, self._elevator
         a.step(a.controls)
         self.carry()
         a.m[km.M_Y] = self._offset - self.side_m  # the downburst stays where it is

@@ -1,0 +1,100 @@
+"""A flight in memory, without logs or sockets, that can be copied whole: plant and onboard processes with every filter, delay
+line and generator. A copy goes on bit for bit as the flight it was taken from; datagrams go through the same codecs.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Iterator
+from functools import lru_cache
+
+from ground.link.packets import IDS, PHASES, Fields, decode, packet_id, split
+from hil_scripts.launch import preflight, runfolder
+from hil_scripts.studies.integrity.table import MOMENTS, Moment
+from sim_plant.failures.script import Event, check_event
+from sim_plant.server import PlantServer
+
+STATUS = IDS["MISSION_STATUS"]
+HEARD = frozenset((STATUS, IDS["STATUSTEXT"]))
+
+
+def said(datagrams: list[bytes]) -> Iterator[tuple[int, Fields]]:
+    """MISSION_STATUS and STATUSTEXT of an aircraft's telemetry: (message id, fields)."""
+    for datagram in datagrams:
+        for packet, fault in split(datagram):
+            if not fault and packet_id(packet) in HEARD:
+                yield packet_id(packet), decode(packet)
+
+
+def phase_in(fields: Fields) -> str:
+    """The word of a MISSION_STATUS's phase."""
+    return PHASES[int(fields["phase"])].lower()
+
+
+class Flying:
+    """A scenario under way. Raises ConfigError for what cannot be flown."""
+
+    def __init__(self, scenario: str, seed: int, settings: tuple[str, ...] = ()) -> None:
+        plan = runfolder.resolve(scenario, seed, list(settings), None)
+        built = preflight.build(plan)
+        self.server = PlantServer(built.world.scenario, seed, None, built.world)
+        self.nodes = built.nodes
+        self.names = [f.name for f in plan.flights]
+
+    @property
+    def t_s(self) -> float:
+        """Time of the tick to come [s]."""
+        return self.server.t_us / 1e6
+
+    def tick(self) -> tuple[list[bytes], list[list[bytes]]]:
+        """One tick of everything: the replies of the aircraft and their telemetry datagrams. Raises AircraftLostError."""
+        sent = self.server.begin_tick()
+        replies = [node.step((d,)) for node, d in zip(self.nodes, sent, strict=True)]
+        self.server.end_tick(replies)
+        telemetry = []
+        for node in self.nodes:
+            telemetry.append(node.after())
+            node.take_heard()
+            node.take_settled()
+        return replies, telemetry
+
+    def fly_to(self, t_s: float) -> str:
+        """Fly until the tick at t_s [s]; the phase the last aircraft reported then. Raises AircraftLostError."""
+        end, phase = round(t_s * self.server.world.rate_hz), ""
+        while self.server.tick < end:
+            _, telemetry = self.tick()
+            if end - self.server.tick < self.server.world.rate_hz:
+                for kind, fields in said(telemetry[-1]):
+                    phase = phase_in(fields) if kind == STATUS else phase
+        return phase
+
+    def fork(self) -> Flying:
+        """A copy that shares nothing with this flight that either changes."""
+        return copy.deepcopy(self)
+
+    def inject(self, event: Event) -> None:
+        """Let a fault begin at the tick to come. Raises ConfigError if it fits no aircraft here."""
+        check_event("fault", event, self.names)
+        world = self.server.world
+        world.faults.inject(event, world.tick)
+
+
+@lru_cache(maxsize=2)
+def _flown(scenario: str, seed: int, settings: tuple[str, ...]) -> dict[str, Flying]:
+    """Copies of one flight at every moment of its scenario, by name. Raises ValueError where it is in another phase."""
+    flight, found = Flying(scenario, seed, settings), {}
+    here = {k: m for k, m in MOMENTS.items() if (m.scenario, m.settings) == (scenario, settings)}
+    for name, m in sorted(here.items(), key=lambda item: item[1].t_s):
+        phase = flight.fly_to(m.t_s)
+        if phase != m.phase:
+            raise ValueError(
+                f"moment {name}: at t = {m.t_s:g} s of {scenario}, seed {seed}, the phase is {phase}, not {m.phase}"
+            )
+        found[name] = flight.fork()
+    return found
+
+
+def at(moment: str, seed: int) -> Flying:
+    """A flight of its own at a named moment; the flight there is made once a process and seed."""
+    m: Moment = MOMENTS[moment]
+    return _flown(m.scenario, seed, m.settings)[moment].fork()

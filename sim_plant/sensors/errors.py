@@ -1,0 +1,191 @@
+"""Errors of one graded sensor: what is drawn (rows by blocks, one random stream per family and term) and what acts on the
+measured quantity (compiled, shape_kernel.py). A stream is named "<aircraft>.<sensor>.<family>.<term>": no sensor's grade moves
+another's draws.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim_plant.kernels import layout as n
+from sim_plant.rng import BLOCK, generator
+from sim_plant.sensors.base import View
+from sim_plant.sensors.constellation import Constellation
+from sim_plant.sensors.faulty import Flicker
+from sim_plant.sensors.shape_kernel import lever_acc, lever_gnss, shaped
+from sim_plant.sensors.terms import FAMILIES, Group
+from sim_plant.wind.air import gauss_markov_block
+
+Arr = NDArray[np.float64]
+NEAR_M = 50.0  # [m] within which another aircraft blocks part of the sky (our choice: a tanker's span)
+
+
+def _zeros(view: View) -> list[float]:
+    return [0.0, 0.0, 0.0]
+
+
+TRUE: dict[str, Callable[[View], list[float]]] = {  # the measured quantity, in the columns of the error row
+    "imu": lambda v: [*v.s[n.S_W : n.S_W + 3], *v.o[n.O_F : n.O_F + 3]],
+    "baro": lambda v: [-v.s[n.S_P + 2]],
+    "mag": lambda v: v.o[n.O_MAG : n.O_MAG + 3],
+    "gnss": lambda v: [*v.s[n.S_P : n.S_P + 3], *v.s[n.S_V : n.S_V + 3]],
+    "att": _zeros,
+    "fuel": lambda v: [v.s[n.S_FUEL]],
+    "air": lambda v: v.o[n.O_PROBE : n.O_PROBE + 3 * v.probes],
+    "rel": lambda v: v.rel[0:6],
+    "boom": lambda v: v.boom[n.R_EL : n.R_EXT + 1],
+}
+
+
+@dataclass(frozen=True)
+class Draw:
+    """Rows of white, Gauss-Markov, random walk and constant of some columns. Call block() for the next [rows, columns]."""
+
+    streams: tuple[np.random.Generator, np.random.Generator, np.random.Generator]
+    white: float
+    gm: float
+    e: float  # correlation of the Gauss-Markov part from row to row
+    step: float  # [u] of the random walk per row
+    constant: Arr
+    x: Arr  # state of the Gauss-Markov part, of unit variance
+    sum: Arr  # state of the random walk
+
+    def block(self, rows: int) -> Arr:
+        """The next rows [rows, columns]."""
+        m = len(self.x)
+        out = np.tile(self.constant, (rows, 1))
+        w, g, r = self.streams
+        if self.white > 0.0:
+            out += self.white * w.standard_normal((rows, m))
+        if self.gm > 0.0:
+            unit = g.standard_normal((rows, m))
+            gauss_markov_block(self.x, self.e, unit)
+            out += self.gm * unit
+        if self.step > 0.0:
+            walk = np.cumsum(self.step * r.standard_normal((rows, m)), axis=0) + self.sum
+            self.sum[:] = walk[-1]
+            out += walk
+        return out
+
+
+class Errors:
+    """Errors of the sensor `group` of aircraft `name` at sample period `period_s`; `add` once per sample.
+
+    scale, bias_scale: factors of [noise] on what varies and on what is drawn once per run.
+    """
+
+    def __init__(
+        self,
+        seed: int,
+        name: str,
+        group: str,
+        terms: Group,
+        period_s: float,
+        probes: int,
+        scale: float,
+        bias_scale: float,
+    ) -> None:
+        self.true, self.terms, self.period_s = TRUE[group], terms, period_s
+        fams = FAMILIES[group]
+        width = 3 * probes if group == "air" else 1 + max(c for cols, _ in fams.values() for c in cols)
+        self.width = width
+        self.draws: list[tuple[list[int], Draw]] = []
+        self.mat, self.lag, self.quantum = np.eye(width), np.zeros((width, 3)), np.zeros(width)
+        self.mem, self.out, self.fresh = np.zeros((2, width)), np.zeros(width), np.ones(1)
+        self.shaping = False
+        self.sky: list[tuple[int, float, float, Constellation]] = []
+        key = f"{name}.{group}"
+        turns: Arr = generator(seed, f"{key}.align").standard_normal(3)  # one mounting for the whole sensor
+        for fam, (base, _) in fams.items():
+            t = terms.columns[fam]
+            cols = [c + 3 * i for i in range(probes) for c in base] if group == "air" else list(base)
+            m = len(cols)
+
+            def rng(term: str, fam: str = fam) -> np.random.Generator:
+                return generator(seed, f"{key}.{fam}.{term}")
+
+            gm = rng("gm")
+            white = scale * math.hypot(t.white, t.density / math.sqrt(period_s))
+            draw = Draw(
+                (rng("white"), gm, rng("walk")), white, scale * t.gm, math.exp(-period_s / t.tau_s),
+                scale * t.walk * math.sqrt(period_s), bias_scale * t.constant * rng("constant").standard_normal(m),
+                gm.standard_normal(m), np.zeros(m),
+            )  # fmt: skip
+            self.draws.append((cols, draw))
+            factor = bias_scale * t.scale * rng("scale").standard_normal(m)
+            for i, c in enumerate(cols):
+                self.mat[c, c] += factor[i]
+                self.quantum[c] = t.quantum
+                self.lag[c] = lag_of(t.lag_s, period_s)
+                if t.common > 0.0 or t.gradient > 0.0:
+                    sky = Constellation.of(seed, t.common_tau_s)
+                    self.sky.append((c, scale * t.common, scale * t.gradient, sky))
+            if t.align > 0.0:
+                a, b, c3 = (bias_scale * t.align * turns).tolist()
+                i0, i1, i2 = cols
+                # a sensor mounted turned by (a, b, c) sees v - (a, b, c) x v
+                for row, col, x in ((i0, i1, c3), (i0, i2, -b), (i1, i0, -c3), (i1, i2, a), (i2, i0, b), (i2, i1, -a)):
+                    self.mat[row, col] += x
+            self.shaping |= t.scale > 0.0 or t.align > 0.0 or t.lag_s > 0.0 or t.quantum > 0.0
+        self.lever = bias_scale * terms.lever_m * generator(seed, f"{key}.lever").standard_normal(3)
+        self.lever_on = {"imu": 1, "gnss": 2}.get(group, 0) if terms.lever_m > 0.0 else 0
+        self.last_w = np.full(3, math.nan)
+        self._rows: Arr = np.zeros((0, width))
+        self._i = 0
+        share = terms.outage_per_h * terms.outage_s / 3600.0
+        self.flicker = None
+        if share > 0.0:
+            mean = max(1.0, terms.outage_s / period_s)
+            self.flicker = Flicker(min(share, 0.999), mean, generator(seed, f"{key}.outage"))
+
+    def lost(self) -> bool:
+        """Whether the sample of now falls into an outage; ask once per sample."""
+        return self.flicker is not None and self.flicker.lost()
+
+    def add(self, e: list[float], t_us: int, view: View) -> list[float]:
+        """Error row of the sample taken at t_us: `e` (what the paper's model draws; [] for nothing), and everything else."""
+        if self._i == len(self._rows):
+            self._rows = np.zeros((BLOCK, self.width))
+            for cols, d in self.draws:
+                self._rows[:, cols] = d.block(BLOCK)
+            self._i = 0
+        row = self._rows[self._i]
+        self._i += 1
+        if self.terms.blocked > 1.0:
+            row *= self._blocked(view)
+        if e:
+            row += e
+        if self.sky:
+            north, east = view.s[n.S_P], view.s[n.S_P + 1]
+            for c, common, gradient, sky in self.sky:
+                row[c] += sky.error(c, t_us, common, gradient, north, east)
+        if self.lever_on == 1:
+            lever_acc(np.array(view.s[n.S_W : n.S_W + 3]), self.last_w, self.period_s, self.lever, row)
+        elif self.lever_on == 2:
+            lever_gnss(np.array(view.s[0:7]), self.lever, row)
+        if not self.shaping:
+            return list(row.tolist())
+        shaped(np.array(self.true(view)), row, self.mat, self.lag, self.quantum, self.mem, self.fresh, self.out)
+        return list(self.out.tolist())
+
+    def _blocked(self, view: View) -> float:
+        r = view.rel
+        d = math.hypot(r[0], r[1], r[2])
+        if d == 0.0 or r[2] <= 0.0:  # nobody is there, or not above
+            return 1.0
+        return 1.0 + (self.terms.blocked - 1.0) * max(0.0, 1.0 - d / NEAR_M)
+
+
+def lag_of(tau_s: float, period_s: float) -> tuple[float, float, float]:
+    """a, b0, b1 of y' = a y + b0 u' + b1 u: the first-order lag of time constant tau_s, exact for an input that is linear from
+    sample to sample (ramp-invariant transform). tau_s = 0: y' = u'."""
+    if tau_s <= 0.0:
+        return 0.0, 1.0, 0.0
+    a = math.exp(-period_s / tau_s)
+    c = (1.0 - a) * tau_s / period_s
+    return a, 1.0 - c, c - a

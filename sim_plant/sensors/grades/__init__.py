@@ -1,0 +1,1 @@
+"""Grades of sensors, one TOML file each."""
