@@ -15,27 +15,20 @@ import numpy as np
 from flightsw.condition import Condition, ConditionParams, refuse_without_tanks
 from flightsw.health import HealthMonitor, HealthParams, refuse_unwatched
 from flightsw.kernels.atmosphere import calibrated_airspeed
+from flightsw.level_flight import level_flight
 from flightsw.missions.base import AnySpec, Report, Reports, find_mission
 from flightsw.strict import ConfigError, Tree, convert, replaced
 from flightsw.types import (
     HF_ACT,
     UNSUPPORTED,
-    UPD_AIR,
-    UPD_ATT,
     UPD_BARO,
-    UPD_GNSS,
     UPD_IMU,
-    UPD_PEER,
-    UPD_RADAR,
-    UPD_REL,
-    UPD_TACAN,
     ZERO3,
     Ack,
     ActuatorCmd,
     Command,
     GuidanceCmd,
     NavState,
-    PeerState,
     SensorFrame,
     Setting,
     Settled,
@@ -162,29 +155,13 @@ class FlightApp:
     def warmup(self) -> None:
         """Run every code path once on a throw-away copy fed with level flight, so that no first use falls into a deadline."""
         app = self._again()
-        n = len(self.ac.probe)
         V, h = app.mission.cruise
         app.mission.exercise()
-        f = SensorFrame(
-            acc_b=(0.0, 0.0, -9.8), gnss_pos_n=(0.0, 0.0, -h), gnss_vel_n=(V, 0.0, 0.0), air_mask=(1 << n) - 1,
-            air_V=(V,) * n, air_alpha=(0.03,) * n, air_beta=(0.0,) * n, baro_alt_m=h, rel_valid=True,
-            rel_pos_t=(-59.0, 56.0, 0.0), fuel_kg=1800.0,
-        )  # fmt: skip
-        f.peer = PeerState(vel_n=(V, 0.0, 0.0))
-        for k in range(app.mission.halves * WARMUP_TICKS):
+        for k, f in enumerate(
+            level_flight(app.mission.halves * WARMUP_TICKS, len(self.ac.probe), V, h, self.period_us)
+        ):
             if k and k % WARMUP_TICKS == 0:
                 app.mission.rehearse()
-            f.t_us = f.gnss_t_us = f.air_t_us = f.att_t_us = f.rel_t_us = f.peer.t_us = (k + 1) * self.period_us
-            f.updated = UPD_IMU | UPD_BARO | UPD_AIR | UPD_ATT | UPD_GNSS | UPD_REL | UPD_PEER
-            # a sensor that repeats itself is refused as stuck: let the readings move
-            e = 1e-4 * (k % 7)
-            f.gyro_b, f.gnss_vel_n = (e, e, e), (V + e, e, e)
-            f.air_V, f.air_alpha, f.air_beta = (V + e,) * n, (0.03 + e,) * n, (e,) * n
-            f.tacan_t_us, f.tacan_range_m = f.t_us, 55e3 - 4.0 * k
-            f.radar_t_us, f.radar_sigma_m = f.t_us, 1852.0
-            if k % 10 == 0:
-                f.updated |= UPD_TACAN | (UPD_RADAR if k == 0 else 0)
-            f.att_q_nb, f.rel_vel_t, f.peer.vel_n = (1.0, 0.0, 0.015 + e, 0.0), (e, e, e), (V, e, e)
             app.tick(f, self.period_us * 1e-6)
 
     def _slow(self, f: SensorFrame, texts: list[Text]) -> None:

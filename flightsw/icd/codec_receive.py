@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import math
 
+from flightsw.icd.codec_orders import COMMANDS_MAX, OrdersIn
 from flightsw.icd.geo import Origin, WireMap
-from flightsw.icd.scaling import COMP_AUTOPILOT, FUEL_KG_PER_ML, PROBES
+from flightsw.icd.scaling import FUEL_KG_PER_ML, PROBES
 from flightsw.icd.stamps import Samples, from_boot_ms
-from flightsw.icd.texts import Joiner
 from flightsw.icd.wire import BY_NAME, Counters, Packet, split, table
 from flightsw.types import (
     UPD_AIR,
@@ -27,30 +27,13 @@ from flightsw.types import (
     UPD_RADAR,
     UPD_REL,
     UPD_TACAN,
-    Ack,
-    Command,
     SensorFrame,
 )
 
-ACCEPT = table(
-    (
-        "HIL_SENSOR",
-        "HIL_GPS",
-        "ATTITUDE_QUATERNION",
-        "AIR_DATA",
-        "REL_NAV",
-        "BOOM_STATE",
-        "FUEL_STATUS",
-        "TACAN",
-        "CREW_RADAR",
-        "FOLLOW_TARGET",
-        "WIND_COV",
-        "COMMAND_LONG",
-        "COMMAND_INT",
-        "COMMAND_ACK",
-        "STATUSTEXT",
-    )
-)
+ACCEPT = table((
+    "HIL_SENSOR", "HIL_GPS", "ATTITUDE_QUATERNION", "AIR_DATA", "REL_NAV", "BOOM_STATE", "FUEL_STATUS", "TACAN", "CREW_RADAR",
+    "FOLLOW_TARGET", "WIND_COV", "COMMAND_LONG", "COMMAND_INT", "COMMAND_ACK", "STATUSTEXT",
+))  # fmt: skip
 HIL_SENSOR = BY_NAME["HIL_SENSOR"]
 _FOLLOW = BY_NAME["FOLLOW_TARGET"]
 _WIND = BY_NAME["WIND_COV"]
@@ -68,26 +51,6 @@ _FUEL = BY_NAME["FUEL_STATUS"].pick("remaining_fuel", "flow_rate")
 _PEER_COV = _FOLLOW.pick("position_cov")
 _PEER = _FOLLOW.pick("timestamp", "lat", "lon", "alt", "vel", "acc", "attitude_q", "rates", "est_capabilities")
 _PEER_WIND = _WIND.pick("time_usec", "wind_x", "wind_y", "wind_z")
-COMMANDS_MAX = 32  # taken in one tick
-_COMMAND_INT = BY_NAME["COMMAND_INT"]
-_ACK = BY_NAME["COMMAND_ACK"]
-_ACK_FIELDS = _ACK.pick("command", "result", "target_system", "target_component", "result_param2")
-REASONS_MAX = 16  # texts of the plant that wait for the answer that names them
-_TARGET = ("target_system", "target_component", "command")
-_LONG = BY_NAME["COMMAND_LONG"].pick(*_TARGET, "confirmation", *(f"param{i}" for i in range(1, 8)))
-_INT = _COMMAND_INT.pick(*_TARGET, "param1", "param2", "param3", "param4", "x", "y", "z")
-
-
-def command_of(p: Packet, sysid: int) -> Command | None:
-    """Command of a COMMAND_LONG or COMMAND_INT packet; None if it is for another system or component."""
-    if p[0] is _COMMAND_INT:
-        target, component, command, *params = _INT(p[1])
-        confirmation = 0
-    else:
-        target, component, command, confirmation, *params = _LONG(p[1])
-    if target not in (0, sysid) or component not in (0, COMP_AUTOPILOT):
-        return None
-    return Command(command, tuple(map(float, params)), p[2], p[3], confirmation)
 
 
 def finite(values: tuple[float, ...]) -> bool:
@@ -110,7 +73,7 @@ class FlightReceiver:
         self.count = Counters()
         self.map = WireMap(origin)
         self.offset_us = 0
-        self.commands_left = COMMANDS_MAX  # of this tick; whoever runs the ticks sets it
+        self.orders = OrdersIn(sysid, self.count)
         self._samples = Samples(self.count)
         self._now_us = 0
         self._handlers = {
@@ -125,14 +88,11 @@ class FlightReceiver:
             BY_NAME["CREW_RADAR"].id: self._radar,
             _FOLLOW.id: self._peer_state,
             _WIND.id: self._peer_wind,
-            BY_NAME["COMMAND_LONG"].id: self._command,
-            _COMMAND_INT.id: self._command,
-            _ACK.id: self._answer,
-            BY_NAME["STATUSTEXT"].id: self._text,
+            BY_NAME["COMMAND_LONG"].id: self.orders.command,
+            BY_NAME["COMMAND_INT"].id: self.orders.command,
+            BY_NAME["COMMAND_ACK"].id: self.orders.answer,
+            BY_NAME["STATUSTEXT"].id: self.orders.text,
         }
-        self._texts = Joiner()
-        self._reasons: dict[int, str] = {}
-        self._answers: list[Ack] = []
 
     def parse(self, datagram: bytes) -> list[Packet]:
         """Sound packets of a datagram; the rest is counted."""
@@ -160,7 +120,7 @@ class FlightReceiver:
         """`parse` and `apply` of one datagram; `updated` and `commands` start empty."""
         frame.updated = 0
         frame.commands.clear()
-        self.commands_left = COMMANDS_MAX
+        self.orders.left = COMMANDS_MAX
         packets = self.parse(datagram)
         t = self.sensor_time(packets)
         self.apply(packets, frame, t + self.offset_us if t >= 0 else frame.t_us)
@@ -348,28 +308,3 @@ class FlightReceiver:
             return
         f.peer.wind_n = (x, y, z)
         f.peer.wind_valid = True
-
-    def _command(self, p: Packet, f: SensorFrame) -> None:
-        if not self.commands_left:
-            self.count.excess += 1
-        elif (c := command_of(p, self.sysid)) is not None:
-            self.commands_left -= 1
-            f.commands.append(c)
-
-    def take_answers(self) -> list[Ack]:
-        """What the plant answered to orders handed on to it, since the last call."""
-        out, self._answers = self._answers, []
-        return out
-
-    def _answer(self, p: Packet, f: SensorFrame) -> None:
-        command, result, system, component, ident = _ACK_FIELDS(p[1])
-        if system in (0, self.sysid) and len(self._answers) < COMMANDS_MAX:
-            self._answers.append(Ack(command, result, system, component, self._reasons.pop(ident, "")))
-
-    def _text(self, p: Packet, f: SensorFrame) -> None:
-        t = p[0].to_dict(p[1])
-        line = self._texts.take(p[2], p[3], t["text"], t["id"], t["chunk_seq"])
-        if line is not None and t["id"]:
-            if len(self._reasons) >= REASONS_MAX:
-                del self._reasons[next(iter(self._reasons))]
-            self._reasons[t["id"]] = line

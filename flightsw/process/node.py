@@ -14,7 +14,7 @@ from functools import partial
 
 from flightsw.aircraft import load_airframe
 from flightsw.icd.codec import FlightCodec
-from flightsw.icd.codec_receive import COMMANDS_MAX
+from flightsw.icd.codec_orders import COMMANDS_MAX
 from flightsw.icd.codec_telemetry import rate_group
 from flightsw.icd.codec_terms import refuse_unknown
 from flightsw.icd.signing import REASONS
@@ -25,16 +25,16 @@ from flightsw.process.application import App, make_app
 from flightsw.process.clock import LockstepClock
 from flightsw.process.config import FlightConfig
 from flightsw.process.executive import Executive, no_time
+from flightsw.process.losses import Losses
 from flightsw.process.parameters import parameters
 from flightsw.process.recorder import Heard
 from flightsw.process.services import CMD_SHUTDOWN, PACKETS_MAX, Services
 from flightsw.process.telemetry import Telemetry
-from flightsw.types import Ack, Command, SensorFrame, Settled, Snapshot, Text
+from flightsw.types import Ack, Command, SensorFrame, Settled, Snapshot
 
 GROUND_MAX = 32  # [datagram] of the ground that wait for a tick
 MAX_HEARD = 1000  # [datagram] kept for the log between two ticks
 MAX_ALONE_US = 600_000  # [us] onboard time goes on without frames: long enough for every input to be called lost
-WARNING = 4  # MAV_SEVERITY
 NO_TICK, AGAIN, TICK = range(3)  # what a datagram of the plant is
 
 
@@ -109,8 +109,7 @@ class Node:
         )
         self.refused: tuple[int, ...] = (0,) * len(REASONS)  # [packet] by signing; whoever has the sockets says
         self.last_text = ""
-        self._told = [0, 0, 0]  # refused for their time, dropped unread, of no operator: as last told
-        self._told_refused = self.refused
+        self.losses = Losses()
         self._waiting: list[Command] = []  # to the mission, asked without a tick: for the next one
         self._ground: list[bytes] = []  # of the ground, for the next tick
         self._last_datagram = b""
@@ -161,7 +160,7 @@ class Node:
                 new, self.answers = True, k
         if f.commands:
             self._own_commands()
-        for a in self.codec.take_answers():
+        for a in self.codec.orders.take():
             self.services.answered(a)
         room = GROUND_MAX - len(self._ground)
         self._ground += ground[:room]
@@ -198,7 +197,10 @@ class Node:
             ctx.late_p999_us = self.exec.late_p999_us if self.realtime else 0.0
             ctx.excess = self.excess
             if tick % self.cfg.app.base_rate_hz == 0:
-                self._tell(snap.texts)
+                late = self.count.ahead + self.count.stale
+                snap.texts += self.losses.tell(
+                    self.exec.new_slips(), (late, self.excess, self.services.strangers), self.refused
+                )
         acks = snap.acks + services.acks
         services.acks = []
         for t in (*(t.text for t in snap.texts), *(a.reason for a in acks)):
@@ -288,7 +290,7 @@ class Node:
         self.dt_s = self.clock.advance(f.t_us) if dt_s is None else dt_s
         self.t_us = f.t_us
         self.exec.run(self.tick)
-        self.services.left, self.codec.commands_left = PACKETS_MAX, COMMANDS_MAX
+        self.services.left, self.codec.orders.left = PACKETS_MAX, COMMANDS_MAX
         self._ticked = True
 
     def _run_app(self) -> None:
@@ -308,21 +310,6 @@ class Node:
     def excess(self) -> int:
         """Datagrams and packets dropped unread so far, both links."""
         return self.unread_plant + self.unread_ground + self.count.excess + self.services.count.excess
-
-    def _tell(self, texts: list[Text]) -> None:
-        """Once a second: what was dropped or slipped since, so that a warning cannot flood."""
-        if n := self.exec.new_slips():
-            texts.append(Text(WARNING, f"loop slipped {n} periods"))
-        now = [self.count.ahead + self.count.stale, self.excess, self.services.strangers]
-        what = ("refused for their time stamp", "dropped unread", "of no operator refused")
-        for words, n, before in zip(what, now, self._told, strict=True):
-            if n != before:
-                texts.append(Text(WARNING, f"{n - before} packets {words}"))
-        self._told = now
-        if self.refused != self._told_refused:
-            more = [f"{n - b} {r}" for r, n, b in zip(REASONS, self.refused, self._told_refused, strict=True) if n != b]
-            texts.append(Text(WARNING, f"signing: refused {', '.join(more)}"))
-            self._told_refused = self.refused
 
     def _asked_here(self, a: Ack) -> bool:
         return (a.command, a.target_system, a.target_component) in self._link_asked

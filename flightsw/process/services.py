@@ -13,7 +13,7 @@ from collections.abc import Callable, Container, Iterable
 from functools import partial
 from typing import Any
 
-from flightsw.icd.codec_receive import command_of
+from flightsw.icd.codec_orders import command_of
 from flightsw.icd.dialect import ENUMS, VALUES
 from flightsw.icd.scaling import COMP_AUTOPILOT
 from flightsw.icd.wire import SPECS, Counters, Sender, split, table

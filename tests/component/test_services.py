@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from flightsw import plugins, types
 from flightsw.icd import wire
-from flightsw.icd.codec_receive import COMMANDS_MAX
+from flightsw.icd.codec_orders import COMMANDS_MAX
 from flightsw.icd.dialect import ENUMS, VALUES
 from flightsw.missions.base import MissionSpec
 from flightsw.missions.gust.laws import LAWS as GUST_LAWS

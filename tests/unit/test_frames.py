@@ -10,6 +10,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 MAKERS = {
     "flightsw/icd/codec_receive.py",
+    "flightsw/icd/codec_orders.py",
     "flightsw/process/node.py",
 }  # fill the frame of the tick, before anyone has it
 CHANGE = {"append", "extend", "clear", "insert", "pop", "remove", "update", "sort"}

@@ -12,8 +12,9 @@ from scipy.linalg import null_space
 from scipy.optimize import least_squares
 from scipy.stats import chi2
 
+from flightsw.missions.receiver.airdata.wake_fix import MlParams
 from flightsw.missions.receiver.airdata.wake_model import WakeParams
-from flightsw.missions.receiver.airdata.wake_search import MlParams, WakeMl, differential_ml, frame_vector
+from flightsw.missions.receiver.airdata.wake_search import WakeMl, differential_ml, frame_vector
 from hil_scripts.studies.sevil.flight import SPEC_PROBES, Conditions, PlantWake, plant_readings, turbulence
 
 PROBES, WAKE = np.array(SPEC_PROBES), WakeParams()

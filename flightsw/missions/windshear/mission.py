@@ -24,6 +24,7 @@ from flightsw.missions.windshear.guidance import LAWS, PHASES, WindshearGuidance
 from flightsw.missions.windshear.model import MODES, PathDemand, approach_trim
 from flightsw.missions.windshear.monitor import MonitorParams, WindshearMonitor
 from flightsw.missions.windshear.path import make_path, use_path
+from flightsw.missions.windshear.readings import Readings
 from flightsw.missions.windshear.reports import REPORTS, WindshearState
 from flightsw.planar import plane
 from flightsw.terms import Laws
@@ -34,10 +35,6 @@ from flightsw.types import (
     HF_ATT,
     HF_GNSS,
     HF_IMU,
-    UPD_ATT,
-    UPD_BARO,
-    UPD_GNSS,
-    UPD_IMU,
     Command,
     GuidanceCmd,
     Health,
@@ -99,15 +96,13 @@ class WindshearMission(Mission[WindshearActuators]):
         e.speed("guid.escape.protect_mps", escape.protect_mps)
         self._trim = approach_trim(ac, a.ground_mps, -math.radians(a.slope_deg), p.nav.lift_scale, p.nav.drag_scale)
         self.ctrl.reset(*self._trim)
-        self.full_kN, self._g = ac.engine.thrust_N / 1e3, ac.air.gravity_mps2
+        self.full_kN = ac.engine.thrust_N / 1e3
         self.guid = GuidanceCmd(V=a.ground_mps, reason="waiting for readings")
         self._estimator = ESTIMATORS.index(p.nav.filter)
-        self._z, self._u = np.zeros(k.NY), self.first_command()
+        self.readings, self._u = Readings(ac.air.gravity_mps2), self.first_command()
         self._state: WindshearState | None = None
         self._valid = self._accused = False
         self._words, self._without = WORDS["approach"], ""
-        self._psi, self._pitch = 0.0, math.nan
-        self._pos_n = (0.0, 0.0)
         self._x, self._blind_s = np.zeros(k.NX), 0.0
         self._phase_us = -1
         self._texts: list[Text] = []
@@ -126,12 +121,12 @@ class WindshearMission(Mission[WindshearActuators]):
         self, f: SensorFrame, act: WindshearActuators, updated: int, health: Health, dt: float
     ) -> tuple[NavState, GuidanceCmd, np.ndarray, float]:
         """One 50 Hz step: (nav, guidance, command [4], throttle 0..1 of the thrust at rest)."""
-        z = self._z
-        ok = self._read(f, updated)
+        z = self.readings.z
+        ok = self.readings.take(f, updated)
         e = self.nav.step(z, ok, act.now, dt)
         if e.valid and not self._valid:  # a start: no reading of the filter gives the place along the track
-            north, east = self._pos_n
-            x0 = north * math.cos(self._psi) + east * math.sin(self._psi)
+            psi, (north, east) = self.readings.psi, self.readings.pos_n
+            x0 = north * math.cos(psi) + east * math.sin(psi)
             self.nav.place(x0)
             e.x[k.X] = x0
         self._valid = e.valid
@@ -197,36 +192,6 @@ class WindshearMission(Mission[WindshearActuators]):
         pitch = PathDemand("pitch", pitch_rad=math.radians(esc.pitch_deg), alpha_max_rad=esc.alpha_max_rad)
         return self.ctrl.step(x, pitch)
 
-    def _read(self, f: SensorFrame, updated: int) -> int:
-        """Readings into z [9]; bits of those that are new and good. Heading, pitch and position keep their last good values."""
-        z, ok = self._z, 0
-        if updated & UPD_ATT:
-            self._psi, self._pitch = plane.heading_and_pitch(f.att_q_nb)
-            z[k.Y_TH] = self._pitch
-            ok |= 1 << k.Y_TH
-        psi, pitch = self._psi, self._pitch
-        if updated & UPD_BARO:
-            z[k.Y_H] = f.baro_alt_m
-            ok |= 1 << k.Y_H
-        if updated & UPD_GNSS:
-            (north, east, _), (v_north, v_east, sink) = f.gnss_pos_n, f.gnss_vel_n
-            self._pos_n = north, east
-            z[k.Y_VG] = v_north * math.cos(psi) + v_east * math.sin(psi)
-            z[k.Y_HD] = -sink
-            ok |= 1 << k.Y_VG | 1 << k.Y_HD
-        if updated & UPD_IMU:  # accelerations over ground: specific force turned by the pitch as read, less gravity
-            (along, _, down), (_, z[k.Y_Q], _) = f.acc_mean_b, f.gyro_mean_b
-            z[k.Y_XDD] = along * math.cos(pitch) + down * math.sin(pitch)
-            z[k.Y_HDD] = along * math.sin(pitch) - down * math.cos(pitch) - self._g
-            ok |= 1 << k.Y_Q
-            if updated & UPD_ATT:
-                ok |= 1 << k.Y_XDD | 1 << k.Y_HDD
-        for c, reading in zip((k.Y_VA, k.Y_AL), plane.probe(f, updated), strict=True):
-            if reading is not None:
-                z[c] = reading
-                ok |= 1 << c
-        return ok
-
     def _guide(self, t_us: int, e: WindshearEstimate) -> GuidanceCmd:
         g, name = self.guid, self.guidance.phase
         phase = FIRST_PHASE + PHASES.index(name) if self._valid or self._phase_us >= 0 else 0
@@ -245,8 +210,9 @@ class WindshearMission(Mission[WindshearActuators]):
         pitch_sigma = math.sqrt(max(P[k.GA, k.GA] + 2.0 * P[k.GA, k.AL] + P[k.AL, k.AL], 0.0))
         V, gamma = x[k.VA], x[k.GA]
         return plane.publish(
-            t_us=s.t_us, valid=s.valid, reason=s.reason, psi=self._psi, theta=gamma + x[k.AL], q=x[k.Q], V=V, alpha=x[k.AL],
-            place=self._pos_n, height=x[k.H], along=V * math.cos(gamma) + x[k.WX], climb=V * math.sin(gamma) + x[k.WH],
+            t_us=s.t_us, valid=s.valid, reason=s.reason, psi=self.readings.psi, theta=gamma + x[k.AL], q=x[k.Q], V=V,
+            alpha=x[k.AL], place=self.readings.pos_n, height=x[k.H],
+            along=V * math.cos(gamma) + x[k.WX], climb=V * math.sin(gamma) + x[k.WH],
             wind_along=x[k.WX], wind_down=-x[k.WH], wind_sigma=(sigma[k.WX], sigma[k.WX], sigma[k.WH]),
             pos_sigma=(sigma[k.X], sigma[k.X], sigma[k.H]), pitch_sigma=pitch_sigma if s.valid else math.inf, nis=s.nis,
             nis_dof=s.channels,
@@ -282,8 +248,8 @@ class WindshearMission(Mission[WindshearActuators]):
     def route(self) -> tuple[Vec3, ...]:
         """The approach slope: where it was taken up, and where it meets the ground."""
         ends = self.guidance.slope_ends()
-        c, s = math.cos(self._psi), math.sin(self._psi)
-        north, east, *_ = self._pos_n
+        c, s = math.cos(self.readings.psi), math.sin(self.readings.psi)
+        north, east = self.readings.pos_n
         across = east * c - north * s  # of the track, which is straight
         return tuple((x * c - across * s, x * s + across * c, -h) for x, h in ends)
 

@@ -11,8 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from flightsw.missions.receiver.airdata.wake_fix import MlParams
 from flightsw.missions.receiver.airdata.wake_model import WakeParams
-from flightsw.missions.receiver.airdata.wake_search import MlParams, WakeMl, frame_vector
+from flightsw.missions.receiver.airdata.wake_search import WakeMl, frame_vector
 from hil_scripts.campaign.study import Case, RunResult, Study
 from hil_scripts.studies.sevil import model as m
 from hil_scripts.studies.sevil.airpos import ALGORITHMS, Crossings, evaluate, locate, weights

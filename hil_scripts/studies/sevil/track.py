@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from flightsw.missions.receiver.airdata.fdi.monitor import Fdi, FdiParams
 from flightsw.missions.receiver.airdata.params import WakePositionParams
 from flightsw.missions.receiver.airdata.wake_filter import WakePosition
+from flightsw.missions.receiver.airdata.wake_fix import MlParams
 from flightsw.missions.receiver.airdata.wake_model import WakeParams
-from flightsw.missions.receiver.airdata.wake_search import MlParams, WakeMl, frame_vector
+from flightsw.missions.receiver.airdata.wake_search import WakeMl, frame_vector
 from hil_scripts.studies.sevil import model as m
 from hil_scripts.studies.sevil.airpos import locate
 from hil_scripts.studies.sevil.flight import LEG_NAMES, RATE_HZ, AirFlight

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated
 
-from flightsw.missions.receiver.airdata.wake_search import MlParams
+from flightsw.missions.receiver.airdata.wake_fix import MlParams
 from flightsw.strict import Range
 
 Pos = Annotated[float, Range(1e-12)]

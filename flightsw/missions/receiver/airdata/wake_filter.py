@@ -7,8 +7,9 @@ Fusing with another position sensor: give it to `aid`, as rows of this filter. T
 that moves this estimate is not counted twice, and while the sensor is there the circulations and the height are learnt, which
 carry the estimate when it is lost (contact, plant with 10 % less weight and a tail download of 0.03: 0.25 m in the 30 s after
 the loss, 0.33 m if never aided). The error of `fix` is correlated in time: over 2.5 s in y, 4 s in z, where a third of the
-variance (circulations) lasts longer than 20 s. A second filter that took `fix` at every step as if white would trust it far
-too much: use `white_sigma` there, and never return to that filter a sensor already given to `aid`.
+variance (circulations) lasts longer than 20 s. A second filter that took `fix` every T seconds as if white would trust it far
+too much: widen its sigma by sqrt(3 L / (V_T T)) there (a first-order process of correlation time c carries T / (2 c) as much
+information per sample; c = 1.5 L / V_T, as measured), and never return to that filter a sensor already given to `aid`.
 """
 
 from __future__ import annotations
@@ -26,11 +27,12 @@ from flightsw.missions.receiver.airdata import iekf as kf
 from flightsw.missions.receiver.airdata import state as k
 from flightsw.missions.receiver.airdata.params import WakePositionParams
 from flightsw.missions.receiver.airdata.reports import WakeFix
+from flightsw.missions.receiver.airdata.wake_fix import MlFix, fix_of
 from flightsw.missions.receiver.airdata.wake_model import WakeParams, wake_vector
-from flightsw.missions.receiver.airdata.wake_search import MlFix, ok_channels
+from flightsw.missions.receiver.airdata.wake_search import ok_channels
 from flightsw.missions.receiver.airdata.wake_start import StartUp
 from flightsw.missions.receiver.airdata.wake_watch import Watch
-from flightsw.types import ZERO3, Vec3
+from flightsw.types import Vec3
 
 Arr = NDArray[np.float64]
 IDLE, STARTING, TRACKING = 0, 1, 2  # waits for air data; looks for the position; filters
@@ -293,34 +295,12 @@ class WakePosition:
         return ""
 
     def _publish(self) -> WakeFix:
-        x, P = self.x, self.P
-        why = self._verdict()
-        y, z, vy, vz = x[[k.X_Y, k.X_Z, k.X_VY, k.X_VZ]].tolist()
-        wind = tuple((x[k.TURB] + x[k.SLOW]).tolist())
-        self.fix = WakeFix(
-            t_us=self.t_us,
-            valid=not why,
-            reason=why,
-            pos_f=(float(self.g[kp.G_X]), y, z),
-            vel_f=(float(self.g[kp.G_XDOT]), vy, vz),
-            cov_yy=float(P[k.X_Y, k.X_Y]),
-            cov_yz=float(P[k.X_Y, k.X_Z]),
-            cov_zz=float(P[k.X_Z, k.X_Z]),
-            scale=(1.0 + float(x[k.X_KW]), 1.0 + float(x[k.X_KT])),
-            scale_sigma=(math.sqrt(max(P[k.X_KW, k.X_KW], 0.0)), math.sqrt(max(P[k.X_KT, k.X_KT], 0.0))),
-            height_m=float(x[k.X_H]),
-            wind_f=wind if self.mode == TRACKING else ZERO3,
-            nis=float(self._out[kf.OUT_NIS]),
-            nis_dof=int(self._out[kf.OUT_COUNT]) if self.mode == TRACKING else 0,
-            restarts=self.restarts,
+        tracking = self.mode == TRACKING
+        nis, dof = (float(self._out[kf.OUT_NIS]), int(self._out[kf.OUT_COUNT]))
+        self.fix = fix_of(
+            self.t_us, self._verdict(), self.x, self.P, self.g, tracking, (nis, dof if tracking else 0), self.restarts
         )
         return self.fix
-
-    def white_sigma(self, T: float) -> tuple[float, float]:
-        """Sigma [m] of y and z for a filter that takes `fix` every T [s] and believes its errors white: a first-order process of
-        correlation time c carries T / (2 c) as much information per sample; c = 1.5 L / V_T, as measured (see above)."""
-        f = max(1.0, 3.0 * self._tau[k.M_TURB] / max(T, 1e-6))
-        return math.sqrt(f * self.fix.cov_yy), math.sqrt(f * self.fix.cov_zz)
 
     def get_state(self) -> dict[str, object]:
         """Copy of the state."""

@@ -8,9 +8,7 @@ weighting, sevil.md 8.2). s = 0 believes the absolute readings, s = infinity onl
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from operator import itemgetter
-from typing import Annotated, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,61 +16,12 @@ from numpy.typing import NDArray
 from flightsw.kernels.linalg import solve
 from flightsw.missions.receiver.airdata import expected as k
 from flightsw.missions.receiver.airdata import least_squares as ls
+from flightsw.missions.receiver.airdata.wake_fix import PLACE, MlFix, MlParams
 from flightsw.missions.receiver.airdata.wake_model import WakeParams, wake_vector
-from flightsw.strict import OneOf, Range
 
 Arr = NDArray[np.float64]
-Pos = Annotated[float, Range(1e-9)]
-NonNeg = Annotated[float, Range(0.0)]
-Span = Annotated[tuple[float, float], Range(-500.0, 500.0)]
-WEIGHTINGS = ("diff", "joint", "abs")
 ALL_OK = 0b111111111
-PLACE, FACTORS = slice(ls.B_Y, ls.B_KW), slice(ls.B_KW, ls.B_N)  # of the unknowns
-
-
-@dataclass(frozen=True)
-class MlParams:
-    """Weights and search region of the maximum-likelihood position. Sigmas are per sample and probe."""
-
-    sigma_V: Pos = 0.447  # [m/s]
-    sigma_angle: Pos = 7.8e-4  # [rad] beta and alpha
-    weighting: Annotated[str, OneOf(WEIGHTINGS)] = "diff"
-    common_V: NonNeg = 0.39  # [m/s] "joint": common error of V, here turbulence
-    common_angle: NonNeg = 0.002  # [rad] "joint": of beta and alpha, turbulence / airspeed
-    scale_wing_sigma: NonNeg = 0.0  # [-] prior of the wing's circulation error; 0: the onboard value is certain
-    scale_tail_sigma: NonNeg = 0.0  # [-]
-    y_m: Span = (-10.0, 70.0)  # search region in F
-    z_m: Span = (-8.0, 16.0)
-    step_m: Annotated[float, Range(0.1, 10.0)] = 1.0  # of the coarse search
-    starts: Annotated[int, Range(1, 50)] = 12  # best local minima of the coarse search that are followed
-    iterations: Annotated[int, Range(1, 200)] = 40
-    rival_cost: NonNeg = 9.21  # [-] a basin this close to the best in cost is a rival: chi-square, 2 dof, 1 %
-
-    def __post_init__(self) -> None:
-        for name, (lo, hi) in (("y_m", self.y_m), ("z_m", self.z_m)):
-            if not lo < hi:
-                raise ValueError(f"{name} = {[lo, hi]}; allowed: lower limit first, and not equal")
-
-
-@dataclass(frozen=True)
-class MlFix:
-    """One position. pos = (y, z) [m, F]; cov [4,4] of (y, z, wing, tail circulation error), zero where frozen; cost = weighted
-    residual squared; dof = readings and priors less unknowns; rivals = (y, z, cost) of other basins the readings do not rule
-    out; inside = within the search region."""
-
-    pos: tuple[float, float]
-    scale: tuple[float, float]
-    cov: Arr
-    cost: float
-    dof: int
-    rivals: tuple[tuple[float, float, float], ...]
-    inside: bool
-    PLACE: ClassVar[slice] = PLACE  # of y and z in cov
-
-    @property
-    def sigma_m(self) -> float:
-        """Radial 1-sigma [m]."""
-        return math.sqrt(self.cov[ls.B_Y, ls.B_Y] + self.cov[ls.B_Z, ls.B_Z])
+FACTORS = slice(ls.B_KW, ls.B_N)  # of the unknowns
 
 
 def frame_vector(

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from flightsw.missions.receiver.airdata import expected as kp
 from flightsw.missions.receiver.airdata.params import WakePositionParams
+from flightsw.missions.receiver.airdata.wake_fix import MlFix
 from flightsw.missions.receiver.airdata.wake_model import WakeParams
-from flightsw.missions.receiver.airdata.wake_search import MlFix, WakeMl
+from flightsw.missions.receiver.airdata.wake_search import WakeMl
 
 Arr = NDArray[np.float64]
 COMPLETE = 0.8  # [-] share of the samples a channel must be there for its mean to be used

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flightsw.missions.receiver.airdata.params import WakePositionParams
+from flightsw.missions.receiver.airdata.wake_fix import MlFix
 from flightsw.missions.receiver.airdata.wake_model import WakeParams
-from flightsw.missions.receiver.airdata.wake_search import MlFix
 from flightsw.missions.receiver.airdata.wake_start import StartUp
 
 Arr = NDArray[np.float64]
