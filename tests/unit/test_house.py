@@ -32,7 +32,12 @@ MEANT = {
     ("hil_scripts/sil.py", "receiver"): "an aircraft's name in an example of the help",
 }
 # contracts and those who use them: no Any, no getattr
-SEAMS = ("flightsw/missions/base.py", "flightsw/app.py", "flightsw/process/node.py", "flightsw/process/telemetry.py")
+SEAMS = (
+    "flightsw/missions/base.py", "flightsw/app.py", "flightsw/process/node.py", "flightsw/process/telemetry.py",
+    "flightsw/sixdof/autopilot.py", "flightsw/missions/tanker/racetrack.py", "flightsw/missions/receiver/guidances.py",
+    "flightsw/missions/receiver/station_keeping.py", "flightsw/missions/gust/laws.py", "flightsw/missions/windshear/control.py",
+    "flightsw/missions/windshear/path.py",
+)  # fmt: skip
 
 
 def trunk() -> list[Path]:

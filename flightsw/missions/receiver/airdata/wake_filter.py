@@ -296,10 +296,8 @@ class WakePosition:
 
     def _publish(self) -> WakeFix:
         tracking = self.mode == TRACKING
-        nis, dof = (float(self._out[kf.OUT_NIS]), int(self._out[kf.OUT_COUNT]))
-        self.fix = fix_of(
-            self.t_us, self._verdict(), self.x, self.P, self.g, tracking, (nis, dof if tracking else 0), self.restarts
-        )
+        nis, dof = float(self._out[kf.OUT_NIS]), int(self._out[kf.OUT_COUNT]) if tracking else 0
+        self.fix = fix_of(self.t_us, self._verdict(), self.x, self.P, self.g, tracking, nis, dof, self.restarts)
         return self.fix
 
     def get_state(self) -> dict[str, object]:

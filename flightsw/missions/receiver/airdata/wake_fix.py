@@ -70,10 +70,10 @@ class MlFix:
 
 
 def fix_of(
-    t_us: int, why: str, x: Arr, P: Arr, g: Arr, tracking: bool, nis: tuple[float, int], restarts: int
+    t_us: int, why: str, x: Arr, P: Arr, g: Arr, tracking: bool, nis: float, nis_dof: int, restarts: int
 ) -> WakeFix:
-    """What the filter publishes of its state x [N], covariance P [N,N] and frame g [11]; why: it is not valid, "" it is; nis and
-    its degrees of freedom."""
+    """What the filter publishes of its state x [N], covariance P [N,N] and frame g [11]; why: it is not valid, "" it is; nis with
+    nis_dof degrees of freedom, of the last update."""
     y, z, vy, vz = x[[k.X_Y, k.X_Z, k.X_VY, k.X_VZ]].tolist()
     wind = tuple((x[k.TURB] + x[k.SLOW]).tolist())
     return WakeFix(
@@ -89,7 +89,7 @@ def fix_of(
         scale_sigma=(math.sqrt(max(P[k.X_KW, k.X_KW], 0.0)), math.sqrt(max(P[k.X_KT, k.X_KT], 0.0))),
         height_m=float(x[k.X_H]),
         wind_f=wind if tracking else ZERO3,
-        nis=nis[0],
-        nis_dof=nis[1],
+        nis=nis,
+        nis_dof=nis_dof,
         restarts=restarts,
     )
