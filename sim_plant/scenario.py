@@ -183,6 +183,8 @@ class Scenario:
             k.check_has_table(a)
             if EARTHS[self.earth].round and not k.round_earth:
                 raise ConfigError(f"earth = {self.earth!r}: allowed with {at}.model = {a.model!r}: flat")
+            if self.wind.density != "isa" and not k.any_density:
+                raise ConfigError(f"wind.density = {self.wind.density!r}: allowed with {at}.model = {a.model!r}: isa")
             refs = {"start.relative_to": a.start.relative_to, "tacan_to": a.tacan_to}
             if not k.formation:
                 for key, ref in (refs | {"rel_nav_to": a.rel_nav_to, "boom_to": a.boom_to}).items():

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import Annotated
 
 from flightsw.strict import OneOf, Range
+from sim_plant.wind.levels import LEVELS, SPECTRA
 
 NonNeg = Annotated[float, Range(0.0)]
 Pos = Annotated[float, Range(1e-9)]
@@ -22,7 +23,7 @@ class GustStep:
 
 @dataclass(frozen=True)
 class Dryden:
-    """[wind.dryden]: turbulence of this 1-sigma per axis and length (MIL-F-8785C form), along the track or fixed in NED."""
+    """[wind.dryden]: turbulence of this 1-sigma per axis and length, or of a level by name, along the track or fixed in NED."""
 
     sigma_mps: NonNeg = 0.0
     step: tuple[GustStep, ...] = ()  # ascending in t_s; before the first: sigma_mps
@@ -30,6 +31,11 @@ class Dryden:
     V_mps: Pos = 195.0  # [m/s] airspeed of the shaping filters
     axes: Annotated[str, OneOf(("track", "ned"))] = "track"
     independent: bool = False  # False: frozen field, followers meet the leader's gusts later
+    level: Annotated[str, OneOf(("none", *LEVELS))] = "none"  # MIL-F-8785C: intensity and length by height
+    spectrum: Annotated[str, OneOf(SPECTRA)] = "dryden"
+    over: Annotated[str, OneOf(("point", "mil", "field"))] = (
+        "point"  # of an airframe: alike; turning by MIL-F-8785C; each place its own air
+    )
 
 
 @dataclass(frozen=True)
@@ -68,6 +74,7 @@ class Wind:
     prevailing: Annotated[str, OneOf(("constant", "sounding"))] = "constant"
     constant_mps: tuple[float, float] = (0.0, 0.0)  # north, east, air moves towards
     sounding: str = "sounding_oun_20181222_12z_uwyo.txt"
+    density: Annotated[str, OneOf(("isa", "sounding"))] = "isa"  # sounding: at its temperature; six-DOF aircraft only
     slow: Slow = field(default_factory=Slow)
     sine: tuple[Sine, ...] = ()
     dryden: Dryden = field(default_factory=Dryden)

@@ -18,12 +18,14 @@ WING_SHARE = 0.8  # [-] share of the wing in the mean wind; fuselage nose and ta
 
 @dataclass(frozen=True)
 class Exposure:
-    """Where an aircraft feels a wake: points [m, 3] (body), weights [n_frame, 3], number of wing stations, of airframe points."""
+    """Where an aircraft feels a wake: points [m, 3] (body), weights [n_frame, 3], number of wing stations, of airframe points,
+    span [m]."""
 
     points: Arr
     weight: Arr
     n_span: int
     n_frame: int
+    span_m: float
 
 
 def source_vector(ac: Aircraft, core_wing_m: float, core_tail_m: float, nu_m2ps: float, tail_lift_frac: float) -> Arr:
@@ -58,4 +60,4 @@ def airframe_points(ac: Aircraft, probes: Arr) -> Exposure:
     weight[:N_SPAN, 1] = ell * y / np.sum(ell * y * y)
     x = frame[:, 0] - frame[:, 0].mean()
     weight[N_SPAN:, 2] = x / np.sum(x * x)
-    return Exposure(np.ascontiguousarray(np.vstack([wing, frame, probes])), weight, N_SPAN, n_frame)
+    return Exposure(np.ascontiguousarray(np.vstack([wing, frame, probes])), weight, N_SPAN, n_frame, ac.geometry.b_m)

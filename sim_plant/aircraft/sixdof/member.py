@@ -19,6 +19,7 @@ from sim_plant.kernels.rot import quat_dcm
 from sim_plant.wind.config import Wake
 from sim_plant.wind.field import AirMass
 from sim_plant.wind.wake import airframe_points, source_vector
+from sim_plant.wind.warmth import warmed, warmth
 
 
 class SixDofMember(Member):
@@ -31,6 +32,8 @@ class SixDofMember(Member):
         self._record = ac
         par = parameter_vector(ac, setup.sc.earth, setup.sc.origin.lat_deg, cfg.airframe == "full")
         self.par = mistaken(perturb(par, cfg.aero_error_frac, setup.seed, cfg.name), cfg.mismatch)
+        if setup.sc.wind.density == "sounding":
+            self.par = warmed(self.par, warmth(setup.sc.wind.sounding))
         self.engines = len(ac.engine.y_m)
         self.c = np.zeros(n.NC)
         self._scratch = np.zeros((4, n.NS))
