@@ -122,7 +122,12 @@ def _wind(sc: Scenario, formation: int, members: int) -> None:
         refuse("wind.dryden.independent", w.dryden.independent, "with one aircraft", default=False)
     if not w.wake.source:
         refuse("wind.wake", w.wake, "without wind.wake.source")
-    elif formation < 2 or members > formation:
+    elif w.wake.path == "straight":
+        flown = type(w.wake)()
+        for key in ("sink", "meander", "edr_m2ps3"):
+            why = "with wind.wake.path = 'straight'"
+            refuse(f"wind.wake.{key}", getattr(w.wake, key), why, default=getattr(flown, key))
+    if w.wake.source and (formation < 2 or members > formation):
         who = (
             "another aircraft"
             if formation < 2

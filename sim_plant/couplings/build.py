@@ -21,7 +21,7 @@ def build_couplings(sc: Scenario, members: Sequence[Member], air: AirMass, seed:
     named = {m.cfg.name: m for m in members}
     out: list[Coupling] = [RelativeMotion(lead, m) for lead, m in pairs(members)]
     if sc.wind.wake.source:
-        wake = WakeCoupling(sc.wind.wake, members)
+        wake = WakeCoupling(sc.wind.wake, members, air, dt_s)
         air.disturb(wake)
         out.append(wake)
     traffic = Traffic(sc.traffic, sc.track, air.steady(sc.traffic.alt_m), seed, dt_s) if sc.traffic.on else None

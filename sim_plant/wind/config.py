@@ -65,6 +65,10 @@ class Wake:
     core_tail_m: Pos = 0.6
     nu_m2ps: NonNeg = 1.0
     tail_lift_frac: Annotated[float, Range(-0.5, 0.5)] = -0.05
+    path: Annotated[str, OneOf(("straight", "flown"))] = "straight"  # flown: the vortices lie where they were shed
+    sink: bool = True  # of path flown: by each other's downwash,
+    meander: Annotated[float, Range(0.0, 1.0)] = 0.0  # [-] share of their place's gusts that takes them along,
+    edr_m2ps3: NonNeg = 0.0  # eddy dissipation rate of the air, by which they decay
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from sim_plant.kernels import layout as n
 from sim_plant.kernels.jit import jit
 from sim_plant.kernels.rot import quat_dcm
+from sim_plant.wind.vortex import feel
 
 Arr = NDArray[np.float64]
 V3 = tuple[float, float, float]
@@ -51,17 +52,9 @@ def field_gusts(
             probe[i - N_FRAME, 1] += b
             probe[i - N_FRAME, 2] += c
             continue
-        wt = weight[i, 0]
-        wind[0] += wt * a
-        wind[1] += wt * b
-        wind[2] += wt * c
         wy = c01 * a + c11 * b + c21 * c
         wz = c02 * a + c12 * b + c22 * c
-        if i < N_WING:
-            wind[n.W_ROT] += weight[i, 1] * wz
-        else:
-            wind[n.W_ROT + 1] -= weight[i, 2] * wz
-            wind[n.W_ROT + 2] += weight[i, 2] * wy
+        feel(i, N_WING, weight, a, b, c, wy, wz, wind)
 
 
 @jit

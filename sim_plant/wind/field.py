@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sim_plant.kernels import layout as n
 from sim_plant.rng import BLOCK, generator
@@ -18,6 +19,8 @@ from sim_plant.wind.prevailing import constant_table, sounding_table
 
 if TYPE_CHECKING:
     from sim_plant.aircraft.base import Member
+
+Arr = NDArray[np.float64]
 
 
 class Disturbance(Protocol):
@@ -70,6 +73,10 @@ class AirMass:
         """Wind on `m` without gusts and slow variation (for trim): fills m.free, m.wind, m.probe_wake."""
         free_air(m.height_m, self._table, self._zero, 0, self._calm, 0, 0.0, m.free)
         self._disturbed(m)
+
+    def calm(self, height_m: float, out: Arr) -> None:
+        """out [3] <- wind [m/s, NED] at a height without gusts and wakes, now."""
+        free_air(height_m, self._table, self._slow, self._slow_at % BLOCK, self._calm, 0, 0.0, out)
 
     def steady(self, alt_m: float) -> tuple[float, float]:
         """Prevailing wind [m/s] north, east (towards) at a height [m]."""

@@ -97,6 +97,21 @@ def wake_velocity(x: float, y: float, z: float, obs: Arr, src: Arr) -> V3:
 
 
 @jit
+def feel(i: int, n_span: int, weight: Arr, un: float, ue: float, ud: float, wy: float, wz: float, wind: Arr) -> None:
+    """Add the air [m/s] met at point i of an airframe, NED and along its y and z, to the effective wind [NW]: wing stations are
+    the first n_span; weight as in wake.airframe_points."""
+    wt = weight[i, 0]
+    wind[0] += wt * un
+    wind[1] += wt * ue
+    wind[2] += wt * ud
+    if i < n_span:
+        wind[n.W_ROT] += weight[i, 1] * wz
+    else:
+        wind[n.W_ROT + 1] -= weight[i, 2] * wz
+        wind[n.W_ROT + 2] += weight[i, 2] * wy
+
+
+@jit
 def wake_on_airframe(
     st: Arr,
     obs: Arr,
@@ -135,14 +150,6 @@ def wake_on_airframe(
         if i >= n_frame:
             probe_wake[i - n_frame, 0], probe_wake[i - n_frame, 1], probe_wake[i - n_frame, 2] = un, ue, ud
             continue
-        wt = weight[i, 0]
-        wind[0] += wt * un
-        wind[1] += wt * ue
-        wind[2] += wt * ud
         wy = c01 * un + c11 * ue + c21 * ud
         wz = c02 * un + c12 * ue + c22 * ud
-        if i < n_span:
-            wind[n.W_ROT] += weight[i, 1] * wz
-        else:
-            wind[n.W_ROT + 1] -= weight[i, 2] * wz
-            wind[n.W_ROT + 2] += weight[i, 2] * wy
+        feel(i, n_span, weight, un, ue, ud, wy, wz, wind)
