@@ -127,6 +127,8 @@ def _wind(sc: Scenario, formation: int, members: int) -> None:
         for key in ("sink", "meander", "edr_m2ps3"):
             why = "with wind.wake.path = 'straight'"
             refuse(f"wind.wake.{key}", getattr(w.wake, key), why, default=getattr(flown, key))
+    if not w.bow.source:
+        refuse("wind.bow", w.bow, "without wind.bow.source")
     if w.wake.source and (formation < 2 or members > formation):
         who = (
             "another aircraft"

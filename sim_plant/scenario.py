@@ -167,6 +167,10 @@ class Scenario:
             raise ConfigError(
                 f"wind.wake.source = {self.wind.wake.source!r}: allowed: the first aircraft, {names[0]!r}"
             )
+        if self.wind.bow.source and self.wind.bow.source not in names[1:]:
+            raise ConfigError(
+                f"wind.bow.source = {self.wind.bow.source!r}: allowed: an aircraft that follows the first, {', '.join(names[1:])}"
+            )
         for key in self.sensors:
             if key not in names:
                 raise ConfigError(f"sensors.{key}: no such aircraft; allowed: {', '.join(names)}{near(key, names)}")

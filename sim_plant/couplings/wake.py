@@ -53,7 +53,7 @@ class WakeCoupling(Coupling):
         self._due = self._ticks == 0  # before the first tick the start is sought
 
     def over(self, m: Member) -> None:
-        """Add the wake to the effective wind of a follower; fill what its probes feel of it."""
+        """Add the wake to the effective wind of a follower; what its probes feel of it with it."""
         x, lead = self._felt.get(m.cfg.name), self._lead
         if x is None:
             return

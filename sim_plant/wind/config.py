@@ -32,7 +32,7 @@ class Dryden:
     axes: Annotated[str, OneOf(("track", "ned"))] = "track"
     independent: bool = False  # False: frozen field, followers meet the leader's gusts later
     level: Annotated[str, OneOf(("none", *LEVELS))] = "none"  # MIL-F-8785C: intensity and length by height
-    spectrum: Annotated[str, OneOf(SPECTRA)] = "dryden"
+    model: Annotated[str, OneOf(SPECTRA)] = "dryden"  # of the spectra
     over: Annotated[str, OneOf(("point", "mil", "field"))] = (
         "point"  # of an airframe: alike; turning by MIL-F-8785C; each place its own air
     )
@@ -72,6 +72,15 @@ class Wake:
 
 
 @dataclass(frozen=True)
+class Bow:
+    """[wind.bow]: what a follower does to its leader's air: by its lift, a horseshoe vortex, and by its body, a Rankine oval."""
+
+    source: str = ""  # the follower; empty: none
+    core_m: Pos = 0.3  # of its vortices
+    radius_m: NonNeg = 0.0  # of its body; 0: that of the longest bar in its file
+
+
+@dataclass(frozen=True)
 class Wind:
     """[wind]: the prevailing wind, and what is added to it."""
 
@@ -83,3 +92,4 @@ class Wind:
     sine: tuple[Sine, ...] = ()
     dryden: Dryden = field(default_factory=Dryden)
     wake: Wake = field(default_factory=Wake)
+    bow: Bow = field(default_factory=Bow)

@@ -61,19 +61,19 @@ class Gusts:
         lines = 1 if across is None else len(across.y_m)
         self.sigma, self.lengths = np.full(3, self._time.reference), np.full(3, d.L_m)
         self._named = d.level != "none"
-        self._plain = not self._named and d.spectrum == "dryden"
+        self._plain = not self._named and d.model == "dryden"
         if self._named:
-            self.sigma, self.lengths = strength(d.level, d.spectrum, height_m)
+            self.sigma, self.lengths = strength(d.level, d.model, height_m)
         self._series: list[DrydenSeries | ShapedSeries] = []
         count = max(1, round(LEVEL_S / dt_s)) if self._named else BLOCK
         for i in range(lines):
-            name = f"{owner}.{d.spectrum}{f'.line{i}' if i else ''}"
+            name = f"{owner}.{d.model}{f'.line{i}' if i else ''}"
             if self._plain:
                 self._series.append(DrydenSeries(seed, name, d.V_mps, d.L_m, self._time.reference, dt_s))
             else:
-                self._series.append(ShapedSeries(seed, name, d.spectrum, d.V_mps, self.lengths, dt_s, count))
+                self._series.append(ShapedSeries(seed, name, d.model, d.V_mps, self.lengths, dt_s, count))
         if across is not None:
-            across.settle(d.spectrum, d.V_mps * dt_s, self.lengths, count)
+            across.settle(d.model, d.V_mps * dt_s, self.lengths, count)
         self.rings = np.zeros((lines, RING, 3))
         self.ring = self.rings[0]
         self.seen = np.zeros(n.NO)  # observation of the owner
@@ -97,7 +97,7 @@ class Gusts:
 
     def _advance(self, height_m: float) -> None:
         if self._named:
-            self.sigma, self.lengths = strength(self._d.level, self._d.spectrum, height_m)
+            self.sigma, self.lengths = strength(self._d.level, self._d.model, height_m)
         blocks = []
         for s in self._series:
             if isinstance(s, ShapedSeries):

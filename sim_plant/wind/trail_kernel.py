@@ -162,7 +162,9 @@ def trail_on_airframe(
                 ud + t20 * a + t21 * b + t22 * c,
             )
         if i >= n_frame:
-            probe_wake[i - n_frame, 0], probe_wake[i - n_frame, 1], probe_wake[i - n_frame, 2] = un, ue, ud
+            probe_wake[i - n_frame, 0] += un
+            probe_wake[i - n_frame, 1] += ue
+            probe_wake[i - n_frame, 2] += ud
             continue
         wy = c01 * un + c11 * ue + c21 * ud
         wz = c02 * un + c12 * ue + c22 * ud

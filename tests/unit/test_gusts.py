@@ -134,7 +134,7 @@ def test_drawn_lines_are_as_coherent_as_they_should_be() -> None:
     d = Dryden(sigma_mps=1.0, over="field")
     g = Gusts("test", d, 4, DT, 0, 7010.0, Across((0.0, -14.1, 14.1)), 0)
     rows = []
-    for k in range(300_000):
+    for k in range(100 * RING + 1):
         if k % RING == 0 and k:
             rows.append(g.rings.transpose(1, 0, 2).copy())
         g.lay((1.0, 0.0), k, 7010.0)
@@ -154,7 +154,7 @@ def test_drawn_lines_are_as_coherent_as_they_should_be() -> None:
 @pytest.mark.parametrize("b", [39.88, 10.36])
 def test_rotational_gusts_have_the_spectra_of_the_specification(b: float) -> None:
     """p, q, r of a wings-level aircraft heading north; their variances are the integrals of the spectra."""
-    d, count = Dryden(sigma_mps=2.0), 300_000
+    d, count = Dryden(sigma_mps=2.0), 60_000
     g = Gusts("test", d, 9, DT, 0, 7010.0)
     over = Filtered(g, 9, "test", b, V, DT)
     s, wind, probe = np.zeros(n.NS), np.zeros(n.NW), np.zeros((0, 3))
