@@ -143,9 +143,10 @@ def test_decay_is_the_published_one() -> None:
     full, faded = (np.array(trail_velocity(x, 0.0, z, t.nodes, gamma, f, SRC)) for f in (0.0, t.fade))
     assert faded[2] / full[2] == pytest.approx(math.exp(t.fade * x / V), rel=0.01)
     spans, cores = SRC[[K_WING + 3, K_TAIL + 3]], SRC[[K_WING + 4, K_TAIL + 4]]
-    half2 = 0.25 * spans**2
-    aged = 1.0 - np.exp(-half2 * V / (4.0 * SRC[K_NU] * -x))
-    pair = float(np.sum(gamma / np.pi * np.sqrt(half2) / (half2 + cores**2) * aged))  # midway between two lines, both pairs
+    half, up = 0.5 * spans, np.array([0.0, t.nodes[2, 0, 2] - t.nodes[0, 0, 2]])  # the tail's lie higher
+    h2 = half**2 + up**2
+    aged = 1.0 - np.exp(-h2 * V / (4.0 * SRC[K_NU] * -x))
+    pair = float(np.sum(gamma / np.pi * half / (h2 + cores**2) * aged))  # midway between two lines, both pairs
     assert full[2] == pytest.approx(pair, rel=0.02)
 
 
