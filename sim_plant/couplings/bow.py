@@ -11,8 +11,8 @@ from sim_plant.wind.vortex import wake_on_airframe
 
 
 class BowCoupling(Coupling):
-    """A disturbance of the air mass: the follower's lift and speed as last observed, at its place of now. Raises ConfigError for a
-    follower that disturbs nothing and a leader that cannot feel it."""
+    """A disturbance of the air mass: the follower's lift and speed as last observed, at its place of now. Raises ConfigError for
+    a follower that disturbs nothing and a leader that cannot feel it."""
 
     def __init__(self, cfg: Bow, source: Member, lead: Member) -> None:
         vector = source.bow_source(cfg)

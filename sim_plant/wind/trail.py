@@ -24,7 +24,8 @@ DECAY = 0.45  # [-] Sarpkaya, Robins, Delisi, J. Aircraft 38 (2001) 687
 
 def lifespan(eps: float) -> float:
     """Time to the breakdown of a vortex pair over that in which it sinks by its own width, at dissipation rate
-    eps = (edr b)^(1/3) / V0 [-] of the air. Sarpkaya 2001: -180 eps + 9.18, at most 9; T^(1/4) exp(-0.70 T) = eps; eps T^(4/3) = 0.7475."""
+    eps = (edr b)^(1/3) / V0 [-] of the air. Sarpkaya 2001: -180 eps + 9.18, at most 9;
+    T^(1/4) exp(-0.70 T) = eps; eps T^(4/3) = 0.7475."""
     if eps > 0.2535:
         return float((0.7475 / eps) ** 0.75)
     if eps < 0.0121:

@@ -79,7 +79,7 @@ def horseshoe(
 
 @jit
 def oval(x: float, y: float, z: float, flux: float, fore: float, aft: float, below: float) -> V3:
-    """Velocity [m/s] at a point [m] by a source of `flux` [m^3/s] at (fore, 0, below) and the sink of as much at (aft, 0, below)."""
+    """Velocity [m/s] at a point [m] by a source of `flux` [m^3/s] at (fore, 0, below) and as much a sink at (aft, 0, below)."""
     f = flux / (4.0 * math.pi)
     dz = z - below
     h2 = y * y + dz * dz + 1e-6
@@ -99,7 +99,7 @@ def source_strength(obs: Arr, src: Arr) -> tuple[float, float]:
 
 @jit
 def wake_velocity(x: float, y: float, z: float, obs: Arr, src: Arr) -> V3:
-    """Velocity [m/s, source body axes] at a point [m, same] by the wing of the aircraft observed in `obs`, and its tail or body."""
+    """Velocity [m/s, source body axes] at a point [m, same] by wing and tail, or wing and body, of who is observed in `obs`."""
     gw, gt = source_strength(obs, src)
     ca, sa = math.cos(obs[n.O_ALPHA]), math.sin(obs[n.O_ALPHA])
     cb, sb = math.cos(obs[n.O_BETA]), math.sin(obs[n.O_BETA])

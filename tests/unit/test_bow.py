@@ -1,4 +1,4 @@
-"""The bow wave of a follower: its body against the Rankine oval, its lift against the horseshoe, and what a leader feels of it."""
+"""The bow wave of a follower: its body against the Rankine oval, its lift against the horseshoe, and what a leader feels."""
 
 from __future__ import annotations
 
@@ -38,14 +38,14 @@ def test_ahead_of_the_nose_it_is_the_blunt_bodys_source() -> None:
     assert 60.0 - a == pytest.approx(0.375, rel=0.01)
     for d in (1.0, 3.0, 9.0):
         assert induced(a + d, 0.0, 0.0, V * area, a, -a, 0.0)[0] == pytest.approx(V * (0.375 / d) ** 2, rel=0.02)
-        u, v, w = induced(a, d * 0.6, -d * 0.8, V * area, a, -a, 0.0)
+        _, v, w = induced(a, d * 0.6, -d * 0.8, V * area, a, -a, 0.0)
         assert math.hypot(v, w) == pytest.approx(V * (0.375 / d) ** 2, rel=0.02) and v / w == pytest.approx(-0.75)
 
 
 def test_far_ahead_lift_is_an_upwash_of_its_moment() -> None:
     """Of a horseshoe of moment Gamma b, at x ahead on its axis: the bound vortex less the trailing ones, Gamma b / (8 pi x^2) far
     away; the body's part apart."""
-    src, obs = bow_vector(RECEIVER, 0.3, 0.0), np.zeros(n.NO)
+    src, obs = bow_vector(RECEIVER, 1e-3, 0.0), np.zeros(n.NO)
     assert src[K_BODY] > 0.0 and src[K_WING + 3] == pytest.approx(math.pi / 4.0 * 10.363)
     obs[n.O_V], obs[n.O_RHO], obs[n.O_MASS] = V, 0.59, 5000.0
     obs[n.O_LIFT] = 5000.0 * n.G0

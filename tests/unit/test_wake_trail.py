@@ -128,7 +128,7 @@ def test_elements_drift_with_the_gusts_of_their_places() -> None:
 
 
 def test_decay_is_the_published_one() -> None:
-    """Sarpkaya's life times at the joints of his three laws; the circulation of what is met far behind falls by exp(-0.45 t/T)."""
+    """Sarpkaya's life times at the joints of his three laws; what is met far behind falls by exp(-0.45 t/T)."""
     assert lifespan(0.2535) == pytest.approx(2.25, abs=0.01) and lifespan(0.26) == pytest.approx(2.2077, abs=1e-3)
     assert lifespan(0.01211) == pytest.approx(lifespan(0.01209), abs=0.02)
     assert lifespan(0.0005) == 9.0
