@@ -293,6 +293,7 @@ CONTEXTS = (
         ("plant", "tanker"),
         (
             SLOW,
+            LEVEL,
             *health("tanker", ("imu", "air", "att", "gnss")),
             *gate(("tanker",)),
             *(Situation(why, keys, (f"tanker.{s}",)) for why, keys, s in CHOICES),
