@@ -62,7 +62,7 @@ class WakeCoupling(Coupling):
             if self._due:
                 self._shed(t)
             trail_on_airframe(
-                lead.s, lead.obs, self.source, t.nodes, t.fade, m.s, x.points, x.weight, x.n_span, x.n_frame, m.wind,
+                lead.s, lead.obs, self.source, t.parts, m.s, x.points, x.weight, x.n_span, x.n_frame, m.wind,
                 m.probe_wake,
             )  # fmt: skip
         else:

@@ -58,13 +58,14 @@ def linear_mix(h: Arr, x: Arr, out: Arr) -> None:
         for j in range(1, h.shape[1]):
             acc[:] = 0.0
             for i in range(j + 1):
-                g = h[c, j, i, 0]
+                g, line = h[c, j, i, 0], x[c, i]
+                now = line[taps : taps + m]
                 for t in range(m):
-                    acc[t] += g * x[c, i, t + taps]
+                    acc[t] += g * now[t]
                 for k in range(1, taps + 1):
-                    g = h[c, j, i, k]
+                    g, before, after = h[c, j, i, k], line[taps - k : taps - k + m], line[taps + k : taps + k + m]
                     for t in range(m):
-                        acc[t] += g * (x[c, i, t + taps - k] + x[c, i, t + taps + k])
+                        acc[t] += g * (before[t] + after[t])
             for t in range(m):
                 out[t, j, c] = acc[t]
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from sim_plant.kernels import layout as n
 from sim_plant.wind.config import Wake
-from sim_plant.wind.trail_kernel import H_POS, NHIST, lie, note
+from sim_plant.wind.trail_kernel import H_POS, NHIST, cut, lie, note
 from sim_plant.wind.vortex import K_WING, source_strength
 
 Arr = NDArray[np.float64]
@@ -38,14 +38,15 @@ def lifespan(eps: float) -> float:
 
 
 class Trail:
-    """The vortices of one aircraft: `nodes` [4, len(AWAY), 4] (trail_kernel.lie), `fade` [1/s] of their circulation."""
+    """The vortices of one aircraft: `nodes` [4, len(AWAY), 4] (trail_kernel.lie), the `parts` between them (cut), and the decay
+    `fade` [1/s] of their circulation."""
 
     def __init__(self, cfg: Wake, source: Arr, dt: float) -> None:
         """dt: [s] between calls of `shed`."""
         self._cfg, self._src, self._dt = cfg, source, dt
         self._hist = np.zeros((RING, NHIST))
         self._k = 0
-        self.nodes = np.zeros((4, len(AWAY), 4))
+        self.nodes, self.parts = np.zeros((4, len(AWAY), 4)), np.zeros((4, len(AWAY) - 1, 9))
         self.fade = 0.0
 
     def begin(self, s: Arr, obs: Arr, calm: Arr) -> None:
@@ -72,3 +73,4 @@ class Trail:
         slope = rate / speed if cfg.sink else 0.0
         rolled = max(1.0, ROLL_UP * speed * b * b / max(gamma, 1.0))
         lie(self._hist, self._k, self._dt, AWAY, speed, slope, rolled, self.fade, cfg.meander, self.nodes)
+        cut(self.nodes, self.fade, self.parts)

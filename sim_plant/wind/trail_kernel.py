@@ -84,43 +84,55 @@ def lie(
 
 
 @jit
-def piece(x: float, y: float, z: float, a: Arr, b: Arr, far: bool, core2: float, nu: float) -> V3:
-    """Velocity over circulation [1/m] at a point [m] of the straight vortex from node a to node b [4], to infinity if `far`;
-    circulation along it, core^2 [m^2], viscosity [m^2/s]: as vortex.leg, the age that of its middle."""
-    dx, dy, dz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
-    long = math.sqrt(dx * dx + dy * dy + dz * dz)
-    if long < 1e-6:
-        return 0.0, 0.0, 0.0
-    dx, dy, dz = dx / long, dy / long, dz / long
-    px, py, pz = x - a[0], y - a[1], z - a[2]
-    along = px * dx + py * dy + pz * dz
-    hx, hy, hz = px - along * dx, py - along * dy, pz - along * dz
-    h2 = hx * hx + hy * hy + hz * hz
-    near = along / math.sqrt(h2 + along * along + 1e-18)
-    rest = along - long
-    end = -1.0 if far else rest / math.sqrt(h2 + rest * rest + 1e-18)
-    f = (near - end) / (4.0 * math.pi * (h2 + core2))
-    age = 0.5 * (a[3] + b[3])
-    if nu > 0.0 and age > 0.0:
-        old = h2 / (4.0 * nu * age)
-        if old < 40.0:
-            f *= 1.0 - math.exp(-old)
-    return f * (dy * hz - dz * hy), f * (dz * hx - dx * hz), f * (dx * hy - dy * hx)
+def cut(nodes: Arr, fade: float, parts: Arr) -> None:
+    """Fill parts [4, m - 1, 9] with the straight vortices between nodes [4, m, 4]: start [m, NED], unit vector, length [m], share
+    of the circulation left after its age at decay `fade` [1/s], over 4 pi, left legs negative; age of its middle [s]."""
+    for leg in range(4):
+        for j in range(parts.shape[1]):
+            a, b, out = nodes[leg, j], nodes[leg, j + 1], parts[leg, j]
+            dx, dy, dz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+            long = max(math.sqrt(dx * dx + dy * dy + dz * dz), 1e-9)
+            age = 0.5 * (a[3] + b[3])
+            out[0], out[1], out[2] = a[0], a[1], a[2]
+            out[3], out[4], out[5], out[6] = dx / long, dy / long, dz / long, long
+            out[7] = (1.0 if leg % 2 else -1.0) * math.exp(-fade * age) / (4.0 * math.pi)
+            out[8] = age
 
 
 @jit
-def trail_velocity(x: float, y: float, z: float, nodes: Arr, gamma: Arr, fade: float, src: Arr) -> V3:
-    """Velocity [m/s, NED] at a point [m, NED from the cg of who sheds] of its four vortices; gamma [2]: wing, tail [m^2/s]."""
+def trail_velocity(x: float, y: float, z: float, parts: Arr, gw: float, gt: float, src: Arr) -> V3:
+    """Velocity [m/s, NED] at a point [m, NED from the cg of who sheds] of its four vortices of `parts`, the last of each to
+    infinity; circulation [m^2/s] of wing and tail; core and ageing as in vortex.leg, the age that of a part's middle."""
     u = v = w = 0.0
-    last = nodes.shape[1] - 2
+    last = parts.shape[1] - 1
+    nu4 = 4.0 * src[K_NU]
     for leg in range(4):
         core = src[(K_WING if leg < 2 else K_TAIL) + 4]
-        g = gamma[leg // 2] * (1.0 if leg % 2 else -1.0)
+        core2, gamma = core * core, gw if leg < 2 else gt
+        px, py, pz = x - parts[leg, 0, 0], y - parts[leg, 0, 1], z - parts[leg, 0, 2]
+        p2 = px * px + py * py + pz * pz
+        near = math.sqrt(p2 + 1e-18)
         for j in range(last + 1):
-            a, b = nodes[leg, j], nodes[leg, j + 1]
-            g_here = g * math.exp(-0.5 * fade * (a[3] + b[3])) if fade > 0.0 else g
-            du, dv, dw = piece(x, y, z, a, b, j == last, core * core, src[K_NU])
-            u, v, w = u + g_here * du, v + g_here * dv, w + g_here * dw
+            dx, dy, dz, long = parts[leg, j, 3], parts[leg, j, 4], parts[leg, j, 5], parts[leg, j, 6]
+            along = px * dx + py * dy + pz * dz
+            h2 = max(0.0, p2 - along * along)
+            rest = along - long
+            if j < last:
+                qx, qy, qz = x - parts[leg, j + 1, 0], y - parts[leg, j + 1, 1], z - parts[leg, j + 1, 2]
+                p2 = qx * qx + qy * qy + qz * qz
+                far = math.sqrt(p2 + 1e-18)
+                ends = (along * far - rest * near) / (near * far)
+            else:
+                qx, qy, qz, far = px, py, pz, near
+                ends = along / near + 1.0
+            f = gamma * parts[leg, j, 7] * ends / (h2 + core2)
+            old = nu4 * parts[leg, j, 8]
+            if h2 < 40.0 * old:
+                f *= 1.0 - math.exp(-h2 / old)
+            u += f * (dy * pz - dz * py)
+            v += f * (dz * px - dx * pz)
+            w += f * (dx * py - dy * px)
+            px, py, pz, near = qx, qy, qz, far
     return u, v, w
 
 
@@ -129,8 +141,7 @@ def trail_on_airframe(
     st: Arr,
     obs: Arr,
     src: Arr,
-    nodes: Arr,
-    fade: float,
+    parts: Arr,
     sr: Arr,
     points: Arr,
     weight: Arr,
@@ -139,18 +150,17 @@ def trail_on_airframe(
     wind: Arr,
     probe_wake: Arr,
 ) -> None:
-    """vortex.wake_on_airframe with vortices that lie at `nodes`; the bound ones as there."""
+    """vortex.wake_on_airframe with vortices that lie as `parts` say; the bound ones as there."""
     t00, t01, t02, t10, t11, t12, t20, t21, t22 = quat_dcm(st[0], st[1], st[2], st[3])
     c00, c01, c02, c10, c11, c12, c20, c21, c22 = quat_dcm(sr[0], sr[1], sr[2], sr[3])
     ox, oy, oz = sr[10] - st[10], sr[11] - st[11], sr[12] - st[12]
     gw, gt = source_strength(obs, src)
-    gamma = np.array([gw, gt])
     for i in range(points.shape[0]):
         bx, by, bz = points[i, 0], points[i, 1], points[i, 2]
         dn = ox + c00 * bx + c01 * by + c02 * bz
         de = oy + c10 * bx + c11 * by + c12 * bz
         dd = oz + c20 * bx + c21 * by + c22 * bz
-        un, ue, ud = trail_velocity(dn, de, dd, nodes, gamma, fade, src)
+        un, ue, ud = trail_velocity(dn, de, dd, parts, gw, gt, src)
         x = t00 * dn + t10 * de + t20 * dd
         y = t01 * dn + t11 * de + t21 * dd
         z = t02 * dn + t12 * de + t22 * dd

@@ -55,7 +55,7 @@ def met(t: Trail | None, s: Arr, obs: Arr, at: tuple[float, float, float]) -> Ar
     if t is None:
         wake_on_airframe(s, obs, SRC, r, *one, wind, probe)
     else:
-        trail_on_airframe(s, obs, SRC, t.nodes, t.fade, r, *one, wind, probe)
+        trail_on_airframe(s, obs, SRC, t.parts, r, *one, wind, probe)
     return wind[:3]
 
 
@@ -135,12 +135,12 @@ def test_decay_is_the_published_one() -> None:
     eps = np.array([lifespan(e) for e in (0.02, 0.1, 0.2)])
     assert np.allclose(eps**0.25 * np.exp(-0.70 * eps), (0.02, 0.1, 0.2), rtol=1e-9)
     edr = 0.01
-    t, _, obs, w0 = begun(Wake(source="tanker", path="flown", edr_m2ps3=edr))
+    t, _, obs, w0 = begun(Wake(source="tanker", path="flown", sink=False, edr_m2ps3=edr))
     life = lifespan((edr * B) ** (1.0 / 3.0) / w0) * B / w0  # [s]
     assert t.fade == pytest.approx(0.45 / life)
     gamma, x = np.array(source_strength(obs, SRC)), -0.5 * (AWAY[9] + AWAY[10])
-    z = float(np.interp(-x, AWAY, t.nodes[0, :, 2]))
-    full, faded = (np.array(trail_velocity(x, 0.0, z, t.nodes, gamma, f, SRC)) for f in (0.0, t.fade))
+    z = float(t.nodes[0, 0, 2])
+    full, faded = (np.array(trail_velocity(x, 0.0, z, q.parts, *gamma, SRC)) for q in (begun(STRAIGHT)[0], t))
     assert faded[2] / full[2] == pytest.approx(math.exp(t.fade * x / V), rel=0.01)
     spans, cores = SRC[[K_WING + 3, K_TAIL + 3]], SRC[[K_WING + 4, K_TAIL + 4]]
     half, up = 0.5 * spans, np.array([0.0, t.nodes[2, 0, 2] - t.nodes[0, 0, 2]])  # the tail's lie higher
