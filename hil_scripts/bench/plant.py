@@ -34,7 +34,8 @@ EVERY_AIR = {
 
 
 def step_us(batch_steps: int = 400) -> dict[str, float]:
-    """Microseconds per step, median of alternating batches: `plant`, `air`, `dynamics` per aircraft and tick, JSBSim's aircraft by name.
+    """Microseconds per step, median of alternating batches: `plant`, `air`, `dynamics` per aircraft and tick,
+    JSBSim's aircraft by name.
 
     Raises RuntimeError when JSBSim cannot load, initialise or trim an aircraft.
     """

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from sim_plant.kernels import layout as n
 from sim_plant.wind.config import Wake
-from sim_plant.wind.trail_kernel import H_POS, NHIST, cut, lie, note
+from sim_plant.wind.trail_kernel import H_POS, NHIST, lie, note
 from sim_plant.wind.vortex import K_WING, source_strength
 
 Arr = NDArray[np.float64]
@@ -65,12 +65,13 @@ class Trail:
         self._lie(obs)
 
     def _lie(self, obs: Arr) -> None:
-        speed, cfg = float(obs[n.O_V]), self._cfg
-        gamma, b = source_strength(obs, self._src)[0], float(self._src[K_WING + 3])
-        rate = gamma / (2.0 * math.pi * b)  # [m/s] at which the pair sinks far behind
-        if cfg.edr_m2ps3 > 0.0 and rate > 0.0 and self._k % 100 == 0:
-            self.fade = DECAY * rate / b / lifespan((cfg.edr_m2ps3 * b) ** (1.0 / 3.0) / rate)
-        slope = rate / speed if cfg.sink else 0.0
-        rolled = max(1.0, ROLL_UP * speed * b * b / max(gamma, 1.0))
-        lie(self._hist, self._k, self._dt, AWAY, speed, slope, rolled, self.fade, cfg.meander, self.nodes)
-        cut(self.nodes, self.fade, self.parts)
+        cfg = self._cfg
+        if cfg.edr_m2ps3 > 0.0 and self._k % 100 == 0:
+            b = float(self._src[K_WING + 3])
+            rate = source_strength(obs, self._src)[0] / (2.0 * math.pi * b)  # [m/s] at which the pair sinks far behind
+            if rate > 0.0:
+                self.fade = DECAY * rate / b / lifespan((cfg.edr_m2ps3 * b) ** (1.0 / 3.0) / rate)
+        lie(
+            self._hist, self._k, self._dt, AWAY, obs, self._src, cfg.sink, ROLL_UP, self.fade, cfg.meander, self.nodes,
+            self.parts,
+        )  # fmt: skip

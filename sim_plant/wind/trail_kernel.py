@@ -40,25 +40,46 @@ def note(s: Arr, src: Arr, calm: Arr, free: Arr, row: Arr) -> None:
 
 
 @jit
+def cut(nodes: Arr, fade: float, parts: Arr) -> None:
+    """Fill parts [4, m - 1, 9] with the straight vortices between nodes [4, m, 4]: start [m, NED], unit vector, length [m], share
+    of the circulation left after its age at decay `fade` [1/s], over 4 pi, left legs negative; age of its middle [s]."""
+    for leg in range(4):
+        for j in range(parts.shape[1]):
+            a, b, out = nodes[leg, j], nodes[leg, j + 1], parts[leg, j]
+            dx, dy, dz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+            long = max(math.sqrt(dx * dx + dy * dy + dz * dz), 1e-9)
+            age = 0.5 * (a[3] + b[3])
+            out[0], out[1], out[2] = a[0], a[1], a[2]
+            out[3], out[4], out[5], out[6] = dx / long, dy / long, dz / long, long
+            out[7] = (1.0 if leg % 2 else -1.0) * math.exp(-fade * age) / (4.0 * math.pi)
+            out[8] = age
+
+
+@jit
 def lie(
     hist: Arr,
     k: int,
     dt: float,
     away: Arr,
-    speed: float,
-    slope: float,
-    rolled: float,
+    obs: Arr,
+    src: Arr,
+    sink: bool,
+    roll_up: float,
     fade: float,
     meander: float,
     nodes: Arr,
+    parts: Arr,
 ) -> None:
     """Fill nodes [4, m, 4]: places of the four vortices at distances `away` [m] behind their roots, from the cg now [m, NED], and
-    their age [s].
+    their age [s]; and the parts between them (cut).
 
     hist [r, NHIST], newest row k % r, dt [s] apart. Since it was shed an element has drifted with the air of its place (calm,
-    and `meander` times its gust) and sunk along the body's down axis: slope (x - e (1 - exp(-x/e))), e = `rolled` [m], less by
-    the decay `fade` [1/s].
+    and `meander` times its gust) and, with `sink`, sunk along the body's down axis: gamma / (2 pi b V) (x - e (1 - exp(-x/e))),
+    e = roll_up V b^2 / gamma [m], less by the decay `fade` [1/s].
     """
+    gamma, b, speed = source_strength(obs, src)[0], src[K_WING + 3], obs[n.O_V]
+    slope = gamma / (2.0 * math.pi * b * speed) if sink else 0.0
+    rolled = max(1.0, roll_up * speed * b * b / max(gamma, 1.0))
     size = hist.shape[0]
     now = k % size
     for j in range(away.shape[0]):
@@ -81,22 +102,7 @@ def lie(
                 nodes[leg, j, i] = place + hist[p, c] + f * (hist[q, c] - hist[p, c])
         for leg in range(4):
             nodes[leg, j, 3] = age
-
-
-@jit
-def cut(nodes: Arr, fade: float, parts: Arr) -> None:
-    """Fill parts [4, m - 1, 9] with the straight vortices between nodes [4, m, 4]: start [m, NED], unit vector, length [m], share
-    of the circulation left after its age at decay `fade` [1/s], over 4 pi, left legs negative; age of its middle [s]."""
-    for leg in range(4):
-        for j in range(parts.shape[1]):
-            a, b, out = nodes[leg, j], nodes[leg, j + 1], parts[leg, j]
-            dx, dy, dz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
-            long = max(math.sqrt(dx * dx + dy * dy + dz * dz), 1e-9)
-            age = 0.5 * (a[3] + b[3])
-            out[0], out[1], out[2] = a[0], a[1], a[2]
-            out[3], out[4], out[5], out[6] = dx / long, dy / long, dz / long, long
-            out[7] = (1.0 if leg % 2 else -1.0) * math.exp(-fade * age) / (4.0 * math.pi)
-            out[8] = age
+    cut(nodes, fade, parts)
 
 
 @jit
