@@ -56,7 +56,7 @@ def air(
 ) -> None:
     """The plant's turbulence, wakes and density beside their closed forms, as pictures in both themes."""
     kernels()
-    from hil_scripts.launch.airpictures import draw
+    from hil_scripts.air.pictures import draw
 
     for path in draw(out):
         print(path)

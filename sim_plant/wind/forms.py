@@ -12,15 +12,14 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.polynomial import polynomial as poly
 from numpy.typing import NDArray
 
 from sim_plant.rng import generator
 from sim_plant.wind.air import linear_block
 from sim_plant.wind.dryden import discretise, noise_factor, stationary_draw
+from sim_plant.wind.span_kernel import KARMAN
 
 Arr = NDArray[np.float64]
-KARMAN = 1.339  # [-] MIL-F-8785C 3.7.1.2
 # corners of zero, pole, zero, ...: least largest error of |.|^2 against (1 + w^2)^(1/6), 0.02 <= w <= 400
 SIXTH = (2.03023, 2.7682, 15.5037, 22.067, 132.22287, 193.23943)
 
@@ -39,7 +38,7 @@ def _product(corners: list[float]) -> Arr:
     """Coefficients, ascending, of prod (1 + s / corner)."""
     out = np.ones(1)
     for x in corners:
-        out = poly.polymul(out, np.array([1.0, 1.0 / x]))
+        out = np.append(out, 0.0) + np.append(0.0, out / x)
     return out
 
 

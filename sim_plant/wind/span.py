@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from sim_plant.kernels.dense import lower_factor
 from sim_plant.wind.air import linear_mix
-from sim_plant.wind.forms import KARMAN
+from sim_plant.wind.span_kernel import correlate
 
 Arr = NDArray[np.float64]
 TAPS = 128  # ticks to each side: what two lines have in common beyond the spectrum is decided within some of their distances
@@ -19,35 +19,11 @@ PERIOD = 1 << 14  # ticks over which correlations are summed: more than ten scal
 RIDGE = 1e-9  # [-] added to unit spectra: lines far closer than their distance from the others stay apart in rounding
 
 
-def correlations(spectrum: str, r: Arr, L: float) -> tuple[Arr, Arr]:
-    """Longitudinal f and lateral g correlation [-] of isotropic turbulence at distances r [m], scale length L [m].
-
-    Dryden exp(-r/L), von Karman by the modified Bessel function K_1/3 of r/(1.339 L); g = f + r/2 df/dr.
-    """
-    if spectrum == "dryden":
-        f = np.exp(-r / L)
-        return f, f * (1.0 - 0.5 * r / L)
-    from scipy.special import gamma, kv  # slow to import: only where such lines are laid
-
-    z = np.maximum(r / (KARMAN * L), 1e-12)
-    c = 2.0 ** (2.0 / 3.0) / gamma(1.0 / 3.0)
-    third = np.cbrt(z)
-    f = c * third * kv(1.0 / 3.0, z)
-    return f, f - 0.5 * c * third * z * kv(2.0 / 3.0, z)
-
-
 def cross_spectra(spectrum: str, y: Arr, step_m: float, L: float) -> Arr:
     """Sampled cross spectra [3, len(y), PERIOD/2 + 1] of u, v, w on lines `y` [m] apart, variance 1."""
-    x = np.arange(PERIOD // 2 + 1) * step_m
-    out = np.zeros((3, len(y), len(x)))
-    for i, side in enumerate(y.tolist()):
-        r = np.hypot(x, side)
-        f, g = correlations(spectrum, r, L)
-        r2 = np.maximum(r * r, 1e-300)
-        for axis, share in enumerate((x * x / r2, side * side / r2, 0.0)):
-            half = np.where(r > 0.0, g + (f - g) * share, 1.0)
-            out[axis, i] = np.fft.rfft(np.concatenate([half, half[-2:0:-1]])).real
-    return out
+    half = np.zeros((3, len(y), PERIOD // 2 + 1))
+    correlate(spectrum == "von_karman", y, step_m, L, half)
+    return np.ascontiguousarray(np.fft.rfft(np.concatenate([half, half[:, :, -2:0:-1]], axis=2)).real)
 
 
 def factors(spectrum: str, y: Arr, step_m: float, lengths: Arr) -> Arr:

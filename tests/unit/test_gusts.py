@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_continuous_lyapunov
 from scipy.stats import chi2
 
-from hil_scripts.launch import gustlaw
+from hil_scripts.air import law as gustlaw
 from sim_plant.kernels import layout as n
 from sim_plant.wind.config import Dryden
 from sim_plant.wind.extent import Filtered, sigma_p

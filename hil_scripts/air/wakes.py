@@ -94,9 +94,9 @@ def bow(axes: list[Any]) -> None:
     for ac, at, colour in ((tanker, (0.0, 0.0), "C1"), (record("learjet24"), (AT[0], AT[2]), "C2")):
         for b in ac.structure.bars:
             axes[0].plot([at[0] + b[0], at[0] + b[3]], [at[1] + b[2], at[1] + b[5]], colour, lw=3, alpha=0.6)
-    boom, at = tanker.boom, record("learjet24").receptacle
-    assert boom is not None and at is not None
-    tip = (AT[0] + at.position_m[0], AT[2] + at.position_m[2])
+    boom, hole = tanker.boom, record("learjet24").receptacle
+    assert boom is not None and hole is not None
+    tip = (AT[0] + hole.position_m[0], AT[2] + hole.position_m[2])
     axes[0].plot([boom.pivot_m[0], tip[0]], [boom.pivot_m[2], tip[1]], "C3", lw=2)
     axes[0].set(xlim=(-48.0, 20.0), ylim=(12.0, -12.0), xlabel="ahead of the tanker's cg [m]", ylabel="below it [m]")
     axes[0].set_title("Air moved by a receiver in contact [m/s]")

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hil_scripts.launch import gustlaw
+from hil_scripts.air import law as gustlaw
+from hil_scripts.air.wakes import bow, wake
 from hil_scripts.launch.plate import plates
-from hil_scripts.launch.wakepictures import bow, wake
 from sim_plant.kernels import layout as n
 from sim_plant.kernels.atmosphere import isa
 from sim_plant.wind.config import Dryden
