@@ -57,9 +57,9 @@ def wake(axes: list[Any]) -> None:
     ahead = np.array([math.cos(last), math.sin(last)])
     right = np.array([-ahead[1], ahead[0]])
     for leg in range(2):
-        p = turn.nodes[leg, :12, :2]
+        p = turn.nodes[leg, :9, :2]
         axes[0].plot(-(p @ ahead), p @ right, "C0", label=None if leg else "flown")
-        axes[0].plot(AWAY[:12], np.full(12, p[0] @ right), "C1--", label=None if leg else "straight")
+        axes[0].plot(AWAY[:9], np.full(9, p[0] @ right), "C1--", label=None if leg else "straight")
     axes[0].set(xlabel="behind [m]", ylabel="to the right [m]", title="25° of bank, from above")
     unit = np.random.default_rng(3).standard_normal(RING)
     slow = np.convolve(unit, np.exp(-np.arange(300) / 270.0))[:RING]

@@ -15,7 +15,7 @@ from sim_plant.wind.vortex import K_WING, source_strength
 Arr = NDArray[np.float64]
 RING = 1024  # ticks of path kept; what is older goes straight on
 # [m] behind the roots: dense where a receiver flies
-AWAY = np.array([0.0, 6.0, 14.0, 24.0, 36.0, 54.0, 84.0, 140.0, 240.0, 420.0, 720.0, 1200.0, 1900.0])
+AWAY = np.array([0.0, 10.0, 22.0, 36.0, 60.0, 110.0, 220.0, 450.0, 950.0, 1900.0])
 # [-] the sheet is rolled up after 0.28 A/C_L spans of wing (Spreiter and Sacks, J. Aeronaut. Sci. 18 (1951) 21), here in V b^2 /
 # gamma with b = pi/4 of the span
 ROLL_UP = 0.28 * (4.0 / math.pi) * (8.0 / math.pi**2)

@@ -127,11 +127,13 @@ def trail_velocity(x: float, y: float, z: float, parts: Arr, gw: float, gt: floa
                 qx, qy, qz = x - parts[leg, j + 1, 0], y - parts[leg, j + 1, 1], z - parts[leg, j + 1, 2]
                 p2 = qx * qx + qy * qy + qz * qz
                 far = math.sqrt(p2 + 1e-18)
-                ends = (along * far - rest * near) / (near * far)
+                over = near * far
+                ends = along * far - rest * near
             else:
                 qx, qy, qz, far = px, py, pz, near
-                ends = along / near + 1.0
-            f = gamma * parts[leg, j, 7] * ends / (h2 + core2)
+                over = near
+                ends = along + near
+            f = gamma * parts[leg, j, 7] * ends / (over * (h2 + core2))
             old = nu4 * parts[leg, j, 8]
             if h2 < 40.0 * old:
                 f *= 1.0 - math.exp(-h2 / old)

@@ -84,7 +84,8 @@ def oval(x: float, y: float, z: float, flux: float, fore: float, aft: float, bel
     dz = z - below
     h2 = y * y + dz * dz + 1e-6
     a, b = x - fore, x - aft
-    ra, rb = (a * a + h2) ** 1.5, (b * b + h2) ** 1.5
+    ra2, rb2 = a * a + h2, b * b + h2
+    ra, rb = ra2 * math.sqrt(ra2), rb2 * math.sqrt(rb2)
     side = f / ra - f / rb
     return f * a / ra - f * b / rb, side * y, side * dz
 
