@@ -15,7 +15,7 @@ from flightsw.cli import SigningKey, Version, make
 from hil_scripts.campaign.cli import campaign
 from hil_scripts.launch import screen
 from hil_scripts.shell import Json, RunDir, fail, kernels, scenario_names
-from hil_scripts.tools_cli import allan, bench, case, estimate, hash_, keys, pictures
+from hil_scripts.tools_cli import air, allan, bench, case, estimate, hash_, keys, pictures
 
 app = make("Software in the loop: plant, onboard software and ground on this machine.", no_args_is_help=True)
 
@@ -210,6 +210,7 @@ def replay(run: RunDir, json_: Json = False) -> None:
 for name, each in (
     ("pictures", pictures),
     ("allan", allan),
+    ("air", air),
     ("hash", hash_),
     ("keys", keys),
     ("case", case),

@@ -1,4 +1,4 @@
-"""`sil pictures`, `allan`, `hash`, `keys`, `case`, `bench`, `estimate`: what is measured, shown and looked up beside flying."""
+"""`sil pictures`, `allan`, `air`, `hash`, `keys`, `case`, `bench`, `estimate`: what is measured and shown beside flying."""
 
 from __future__ import annotations
 
@@ -48,6 +48,17 @@ def allan(
     from hil_scripts.launch.allan import draw
 
     for path in draw(out, hours):
+        print(path)
+
+
+def air(
+    out: Annotated[Path, typer.Option(help="Folder for air-*.png and air-*-light.png.")] = Path("docs/img"),
+) -> None:
+    """The plant's turbulence, wakes and density beside their closed forms, as pictures in both themes."""
+    kernels()
+    from hil_scripts.air.pictures import draw
+
+    for path in draw(out):
         print(path)
 
 

@@ -104,13 +104,32 @@ def _wind(sc: Scenario, formation: int, members: int) -> None:
     w = sc.wind
     if w.prevailing == "sounding":
         refuse("wind.constant_mps", w.constant_mps, "with wind.prevailing = 'sounding'", default=(0.0, 0.0))
-    else:
+    elif w.density != "sounding":
         refuse("wind.sounding", w.sounding, f"with wind.prevailing = {w.prevailing!r}", default=type(w)().sounding)
+    d = w.dryden
+    if d.level != "none":
+        for key, value, default in (
+            ("sigma_mps", d.sigma_mps, 0.0),
+            ("L_m", d.L_m, type(d)().L_m),
+            ("step", d.step, ()),
+        ):
+            refuse(f"wind.dryden.{key}", value, f"with wind.dryden.level = {d.level!r}", default=default)
+    if d.over != "point" and members > formation:
+        raise ConfigError(
+            f"wind.dryden.over = {d.over!r}: allowed: with aircraft of model = {formation_models()} alone"
+        )
     if members < 2:
         refuse("wind.dryden.independent", w.dryden.independent, "with one aircraft", default=False)
     if not w.wake.source:
         refuse("wind.wake", w.wake, "without wind.wake.source")
-    elif formation < 2 or members > formation:
+    elif w.wake.path == "straight":
+        flown = type(w.wake)()
+        for key in ("sink", "meander", "edr_m2ps3"):
+            why = "with wind.wake.path = 'straight'"
+            refuse(f"wind.wake.{key}", getattr(w.wake, key), why, default=getattr(flown, key))
+    if not w.bow.source:
+        refuse("wind.bow", w.bow, "without wind.bow.source")
+    if w.wake.source and (formation < 2 or members > formation):
         who = (
             "another aircraft"
             if formation < 2

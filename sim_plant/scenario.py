@@ -167,6 +167,10 @@ class Scenario:
             raise ConfigError(
                 f"wind.wake.source = {self.wind.wake.source!r}: allowed: the first aircraft, {names[0]!r}"
             )
+        if self.wind.bow.source and self.wind.bow.source not in names[1:]:
+            raise ConfigError(
+                f"wind.bow.source = {self.wind.bow.source!r}: allowed: an aircraft that follows the first, {', '.join(names[1:])}"
+            )
         for key in self.sensors:
             if key not in names:
                 raise ConfigError(f"sensors.{key}: no such aircraft; allowed: {', '.join(names)}{near(key, names)}")
@@ -183,6 +187,8 @@ class Scenario:
             k.check_has_table(a)
             if EARTHS[self.earth].round and not k.round_earth:
                 raise ConfigError(f"earth = {self.earth!r}: allowed with {at}.model = {a.model!r}: flat")
+            if self.wind.density != "isa" and not k.any_density:
+                raise ConfigError(f"wind.density = {self.wind.density!r}: allowed with {at}.model = {a.model!r}: isa")
             refs = {"start.relative_to": a.start.relative_to, "tacan_to": a.tacan_to}
             if not k.formation:
                 for key, ref in (refs | {"rel_nav_to": a.rel_nav_to, "boom_to": a.boom_to}).items():

@@ -16,16 +16,35 @@ from sim_plant.world import World
 
 BATCHES = 10
 PLANT = "plant"
+AIR = "air"  # the plant with every model of the air on
 DYNAMICS = "dynamics"  # the same without sensors, which JSBSim's aircraft do not have either
 AIRCRAFT = ("737", "B747")  # the 737 as shipped polls input sockets in every run(); the B747 has none
 
+EVERY_AIR = {
+    "wind.dryden.sigma_mps": 0.0,
+    "wind.dryden.level": "moderate",
+    "wind.dryden.model": "von_karman",
+    "wind.dryden.over": "field",
+    "wind.wake.path": "flown",
+    "wind.wake.meander": 1.0,
+    "wind.wake.edr_m2ps3": 1e-3,
+    "wind.bow.source": "receiver",
+    "wind.density": "sounding",
+}
+
 
 def step_us(batch_steps: int = 400) -> dict[str, float]:
-    """Microseconds per step, median of alternating batches: `plant` per aircraft and tick, JSBSim's aircraft by name.
+    """Microseconds per step, median of alternating batches: `plant`, `air`, `dynamics` per aircraft and tick,
+    JSBSim's aircraft by name.
 
     Raises RuntimeError when JSBSim cannot load, initialise or trim an aircraft.
     """
-    steppers = {PLANT: _plant(), DYNAMICS: _plant(sensors=False), **{name: _jsbsim(name) for name in AIRCRAFT}}
+    steppers = {
+        PLANT: _plant(),
+        AIR: _plant(sets=EVERY_AIR),
+        DYNAMICS: _plant(sensors=False),
+        **{name: _jsbsim(name) for name in AIRCRAFT},
+    }
     taken: dict[str, list[float]] = {name: [] for name in steppers}
     for batch in range(BATCHES + 1):
         for name, (step, per_step) in steppers.items():
@@ -37,9 +56,9 @@ def step_us(batch_steps: int = 400) -> dict[str, float]:
     return {name: float(np.median(t)) * 1e6 for name, t in taken.items()}
 
 
-def _plant(seed: int = 1, sensors: bool = True) -> tuple[Callable[[], Any], int]:
+def _plant(seed: int = 1, sensors: bool = True, sets: dict[str, Any] | None = None) -> tuple[Callable[[], Any], int]:
     """One tick of the refuelling world in trim, and how many aircraft that is."""
-    world = World(load_scenario("refueling"), seed)
+    world = World(load_scenario("refueling", sets), seed)
     cmds = [world.trim_cmd(i) for i in range(len(world.members))]
     if not sensors:
         for m in world.members:

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hil_scripts.launch.plate import plates
 from sim_plant.sensors.errors import Errors
 from sim_plant.sensors.terms import GRADES, PAPER, Terms, group_terms
 
 Arr = NDArray[np.float64]
 RATE_HZ = 100.0
 GRADED = tuple(g for g in GRADES if g != PAPER)
-LOOK = {"": ("#111318", "#e6e6e6"), "-light": ("#ffffff", "#222222")}  # ending of the file: ground, ink
 
 
 def deviation(x: Arr, m: NDArray[np.int64]) -> Arr:
@@ -50,40 +50,18 @@ def curve(grade: str, family: str, seed: int, hours: float) -> tuple[Arr, Arr, A
 
 def draw(out: Path, hours: float = 4.0) -> list[Path]:
     """Picture of every grade's gyro and accelerometer beside its closed form, one file per theme; the files written."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
-    out.mkdir(parents=True, exist_ok=True)
     names = {"gyro": "gyro [rad/s]", "acc": "accelerometer [m/s²]"}
     curves = {(g, f): curve(g, f, 1, hours) for g in GRADED for f in names}
-    files = []
-    for ending, (ground, ink) in LOOK.items():
-        style = {
-            "axes.edgecolor": ink,
-            "axes.labelcolor": ink,
-            "xtick.color": ink,
-            "ytick.color": ink,
-            "text.color": ink,
-        }
-        with plt.rc_context(
-            cast(Any, style | {"figure.facecolor": ground, "axes.facecolor": ground, "savefig.facecolor": ground})
-        ):
-            fig, axes = plt.subplots(1, 2, figsize=(10.0, 4.2), layout="constrained")
-            for ax, (family, title) in zip(axes, names.items(), strict=True):
-                for i, grade in enumerate(GRADED):
-                    tau, got, _ = curves[grade, family]
-                    terms = group_terms("imu", grade, {}, "")
-                    assert terms is not None
-                    ax.loglog(
-                        tau, theory(terms.columns[family], tau), color=f"C{i}", lw=1.5, label=f"{grade}, closed form"
-                    )
-                    ax.loglog(tau, got, ".", color=f"C{i}", ms=5)
-                ax.set(xlabel="cluster time [s]", title=f"Allan deviation, {title}")
-                ax.grid(alpha=0.25)
-            axes[0].legend(frameon=False)
-            files.append(out / f"allan{ending}.png")
-            fig.savefig(files[-1], dpi=100)
-            plt.close(fig)
-    return files
+
+    def panels(axes: list[Any]) -> None:
+        for ax, (family, title) in zip(axes, names.items(), strict=True):
+            for i, grade in enumerate(GRADED):
+                tau, got, _ = curves[grade, family]
+                terms = group_terms("imu", grade, {}, "")
+                assert terms is not None
+                ax.loglog(tau, theory(terms.columns[family], tau), color=f"C{i}", lw=1.5, label=f"{grade}, closed form")
+                ax.loglog(tau, got, ".", color=f"C{i}", ms=5)
+            ax.set(xlabel="cluster time [s]", title=f"Allan deviation, {title}")
+        axes[0].legend(frameon=False)
+
+    return plates(out, "allan", panels)

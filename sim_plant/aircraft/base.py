@@ -17,7 +17,7 @@ from sim_plant.aircraft.kind import Setup
 from sim_plant.kernels import layout as n
 from sim_plant.sensors.base import View
 from sim_plant.sensors.suite import sensors_of
-from sim_plant.wind.config import Wake
+from sim_plant.wind.config import Bow, Wake
 from sim_plant.wind.field import AirMass
 from sim_plant.wind.wake import Exposure
 
@@ -114,4 +114,8 @@ class Member(ABC):
 
     def wake_source(self, wake: Wake) -> Arr | None:
         """Source vector (wind/vortex.py) of the wake it sheds; None: this kind sheds none."""
+        return None
+
+    def bow_source(self, bow: Bow) -> Arr | None:
+        """The same of what it does to the air ahead of it; None: nothing. Raises ConfigError for a body it cannot have."""
         return None

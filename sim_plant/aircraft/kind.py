@@ -66,7 +66,7 @@ class Kind:
     [aircraft.plant]. `carries`: sensors, of OWN; `surfaces`: those that can jam, of SURFACES; `takes`: of OPTIONS;
     `mismatch`: keys of [aircraft.mismatch] it obeys.
     `formation`: flies with others: started relative to one, in the leader's gusts and wake, at its boom, tuned to its TACAN.
-    `round_earth`: flies over any earth (earth/model.py), not only the flat one.
+    `round_earth`: flies over any earth (earth/model.py), not only the flat one. `any_density`: in air of any temperature.
     """
 
     record: type[Airframe]
@@ -78,6 +78,7 @@ class Kind:
     mismatch: tuple[str, ...] = ()
     formation: bool = False
     round_earth: bool = False
+    any_density: bool = False
 
     def __post_init__(self) -> None:
         """Raises ConfigError for a name that is none of those."""

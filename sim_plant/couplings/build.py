@@ -8,6 +8,7 @@ from flightsw.strict import ConfigError
 from sim_plant.aircraft.base import Member
 from sim_plant.couplings.base import Coupling
 from sim_plant.couplings.boom import BoomCoupling
+from sim_plant.couplings.bow import BowCoupling
 from sim_plant.couplings.relative import RelativeMotion, pairs
 from sim_plant.couplings.traffic import Traffic
 from sim_plant.couplings.tuning import MemberTarget, Tuning
@@ -21,9 +22,13 @@ def build_couplings(sc: Scenario, members: Sequence[Member], air: AirMass, seed:
     named = {m.cfg.name: m for m in members}
     out: list[Coupling] = [RelativeMotion(lead, m) for lead, m in pairs(members)]
     if sc.wind.wake.source:
-        wake = WakeCoupling(sc.wind.wake, members)
+        wake = WakeCoupling(sc.wind.wake, members, air, dt_s)
         air.disturb(wake)
         out.append(wake)
+    if sc.wind.bow.source:
+        bow = BowCoupling(sc.wind.bow, named[sc.wind.bow.source], members[0])
+        air.disturb(bow)
+        out.append(bow)
     traffic = Traffic(sc.traffic, sc.track, air.steady(sc.traffic.alt_m), seed, dt_s) if sc.traffic.on else None
     if traffic is not None:
         out.append(traffic)

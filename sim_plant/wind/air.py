@@ -45,13 +45,40 @@ def linear_block(x: Arr, phi: Arr, chol: Arr, c: Arr, noise: Arr, tmp: Arr, out:
 
 
 @jit
-def lay_gust(cs: float, sn: float, gust: Arr, at: int, ring: Arr, k: int) -> None:
-    """Store the gust of tick k, gust[at] = (u, v, w) [m/s], in the ring buffer `ring` [m, 3] in NED: u lies along the
-    horizontal unit vector (cs, sn) north, east, v to the right of it.
+def linear_mix(h: Arr, x: Arr, out: Arr) -> None:
+    """out [m, lines, c] <- filters even in time: sum over l <= j, n of h[c, j, l, |n|] x[c, l, t + n]; line 0 is copied.
+
+    h [c, lines, lines, taps + 1], x [c, lines, m + 2 taps]. The inner loop runs over time: its order of sums is fixed.
     """
-    i = k % ring.shape[0]
-    u, v = gust[at, 0], gust[at, 1]
-    ring[i, 0], ring[i, 1], ring[i, 2] = u * cs - v * sn, u * sn + v * cs, gust[at, 2]
+    taps, m = h.shape[3] - 1, out.shape[0]
+    acc = np.zeros(m)
+    for c in range(h.shape[0]):
+        for t in range(m):
+            out[t, 0, c] = x[c, 0, t + taps]
+        for j in range(1, h.shape[1]):
+            acc[:] = 0.0
+            for i in range(j + 1):
+                g, line = h[c, j, i, 0], x[c, i]
+                now = line[taps : taps + m]
+                for t in range(m):
+                    acc[t] += g * now[t]
+                for k in range(1, taps + 1):
+                    g, before, after = h[c, j, i, k], line[taps - k : taps - k + m], line[taps + k : taps + k + m]
+                    for t in range(m):
+                        acc[t] += g * (before[t] + after[t])
+            for t in range(m):
+                out[t, j, c] = acc[t]
+
+
+@jit
+def lay_gusts(cs: float, sn: float, gust: Arr, at: int, rings: Arr, k: int) -> None:
+    """Store the gusts of tick k, gust[at, line] = (u, v, w) [m/s], in the ring buffers `rings` [lines, m, 3] in NED: u lies along
+    the horizontal unit vector (cs, sn) north, east, v to the right of it.
+    """
+    i = k % rings.shape[1]
+    for line in range(rings.shape[0]):
+        u, v = gust[at, line, 0], gust[at, line, 1]
+        rings[line, i, 0], rings[line, i, 1], rings[line, i, 2] = u * cs - v * sn, u * sn + v * cs, gust[at, line, 2]
 
 
 @jit

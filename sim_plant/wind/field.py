@@ -11,15 +11,16 @@ from numpy.typing import NDArray
 
 from sim_plant.kernels import layout as n
 from sim_plant.rng import BLOCK, generator
-from sim_plant.wind.air import free_air, gauss_markov_block, lay_gust
-from sim_plant.wind.config import Dryden, Wind
-from sim_plant.wind.dryden import DrydenSeries
+from sim_plant.wind.air import free_air, gauss_markov_block
+from sim_plant.wind.config import Wind
+from sim_plant.wind.extent import Over, extent, lines
+from sim_plant.wind.gusts import RING, Gusts
 from sim_plant.wind.prevailing import constant_table, sounding_table
 
 if TYPE_CHECKING:
     from sim_plant.aircraft.base import Member
 
-RING = 1024  # ticks of gust history kept: at 100 Hz and 195 m/s about 2 km behind the leader
+Arr = NDArray[np.float64]
 
 
 class Disturbance(Protocol):
@@ -27,43 +28,6 @@ class Disturbance(Protocol):
 
     def over(self, m: Member) -> None:
         """Add to m.wind, fill m.probe_wake."""
-
-
-class _Gusts:
-    """A gust series at the intensity of the time, and the ring buffer of what its owner has flown through."""
-
-    def __init__(self, owner: str, series: DrydenSeries, level: IntensityProfile, tick: int) -> None:
-        """owner: name of the aircraft that lays it; tick: that of the first row."""
-        self.owner, self.series, self.level, self.tick = owner, series, level, tick
-        self.ring = np.zeros((RING, 3))
-        self.seen = np.zeros(n.NO)  # observation of the owner
-        self._at = BLOCK - 1
-
-    def lay(self, along: tuple[float, float], k: int) -> None:
-        """The gust of tick k, with u along the unit vector `along` (north, east)."""
-        self._at += 1
-        if self._at == BLOCK:
-            rows = self.series.advance()
-            if self.level.steps:
-                rows *= self.level.factors(self.tick, len(rows))[:, None]
-            self.tick += len(rows)
-            self._at = 0
-        lay_gust(*along, self.series.rows, self._at, self.ring, k)
-
-
-class IntensityProfile:
-    """Turbulence intensity against time as a factor on a series of the reference intensity."""
-
-    def __init__(self, d: Dryden, dt_s: float) -> None:
-        self.steps, self._dt = d.step, dt_s
-        self.reference = max((d.sigma_mps, *(s.sigma_mps for s in d.step)))
-        self._times = np.array([s.t_s for s in d.step])
-        self._levels = np.array([d.sigma_mps, *(s.sigma_mps for s in d.step)])
-
-    def factors(self, tick: int, count: int) -> NDArray[np.float64]:
-        """Factors [count] of the ticks from `tick` on."""
-        t = (tick + np.arange(count)) * self._dt
-        return np.asarray(self._levels[np.searchsorted(self._times, t, side="right")] / max(self.reference, 1e-12))
 
 
 class AirMass:
@@ -79,17 +43,15 @@ class AirMass:
         self._table = (
             sounding_table(cfg.sounding) if cfg.prevailing == "sounding" else constant_table(*cfg.constant_mps)
         )
-        d = cfg.dryden
-        self._aligned = d.axes == "track"
-        level = IntensityProfile(d, dt_s)
-        self._gusts: dict[str, _Gusts] = {}  # whose gusts an aircraft meets
+        self._cfg, self._seed = cfg.dryden, seed
+        self._aligned = cfg.dryden.axes == "track"
+        self._owner: dict[str, str] = {}  # whose gusts an aircraft meets
         first: dict[bool, str] = {}
         for name, formation in aloft:
-            owner = name if d.independent else first.setdefault(formation, name)
-            if owner == name:
-                series = DrydenSeries(seed, f"{name}.dryden", d.V_mps, d.L_m, level.reference, dt_s)
-                self._gusts[name] = _Gusts(name, series, level, 1 - RING if formation else 0)
-            self._gusts[name] = self._gusts[owner]
+            self._owner[name] = name if cfg.dryden.independent else first.setdefault(formation, name)
+        self._formation = dict(aloft)
+        self._gusts: dict[str, Gusts] = {}
+        self._over: dict[str, Over] = {}
         self._disturbances: list[Disturbance] = []
         self._slow_cfg, self._sines, self._dt = cfg.slow, cfg.sine, dt_s
         self._slow = np.zeros((BLOCK, 3))  # north, east, down [m/s]
@@ -112,18 +74,34 @@ class AirMass:
         free_air(m.height_m, self._table, self._zero, 0, self._calm, 0, 0.0, m.free)
         self._disturbed(m)
 
+    def calm(self, height_m: float, out: Arr) -> None:
+        """out [3] <- wind [m/s, NED] at a height without gusts and wakes, now."""
+        free_air(height_m, self._table, self._slow, self._slow_at % BLOCK, self._calm, 0, 0.0, out)
+
     def steady(self, alt_m: float) -> tuple[float, float]:
         """Prevailing wind [m/s] north, east (towards) at a height [m]."""
         h, north, east = self._table.T
         return float(np.interp(alt_m, h, north)), float(np.interp(alt_m, h, east))
 
     def fill_history(self, members: Sequence[Member]) -> None:
-        """Let the series of formations run through the buffer before tick 0, so that a follower has gusts to meet at once."""
+        """Lay the gusts of `members`, those of formations through the buffer before tick 0, so that a follower has gusts to meet
+        at once. Raises ConfigError for a member that cannot feel them as the scenario says."""
+        d = self._cfg
         for m in members:
-            g = self._gusts[m.cfg.name]
-            if g.owner == m.cfg.name:
-                for k in range(g.tick, 0):
-                    g.lay(self._axes(m), k)
+            name = m.cfg.name
+            if self._owner[name] != name:
+                continue
+            meet = [x for x in members if self._owner[x.cfg.name] == name]
+            tick = 1 - RING if self._formation[name] else 0
+            across, ahead = lines(d, meet, self._dt)
+            g = Gusts(name, d, self._seed, self._dt, tick, m.height_m, across, ahead)
+            for x in meet:
+                self._gusts[x.cfg.name] = g
+                over = extent(d, x, g, self._seed, self._dt)
+                if over is not None:
+                    self._over[x.cfg.name] = over
+            for k in range(g.tick, g.ahead):
+                g.lay(self._axes(m), k, m.height_m)
 
     def begin(self) -> None:
         """Go to the next tick; before the first `step` of it."""
@@ -133,12 +111,15 @@ class AirMass:
         """Wind on `m` at tick k: fills m.free, m.wind, m.probe_wake. In scenario order; each observes before the next."""
         g, lag = self._gusts[m.cfg.name], 0.0
         if g.owner == m.cfg.name:
-            g.lay(self._axes(m), k)
+            g.lay(self._axes(m), k + g.ahead, m.height_m)
             g.seen = m.obs
         else:
             lag = max(0.0, -m.view.rel[n.R_XI]) / max(1.0, float(g.seen[n.O_V])) * self._rate
         free_air(m.height_m, self._table, self._slow, self._slow_at, g.ring, k, lag, m.free)
         self._disturbed(m)
+        over = self._over.get(m.cfg.name)
+        if over is not None:
+            over.turn(m.s, k, lag, m.wind, m.probe_wake)
 
     def _axes(self, m: Member) -> tuple[float, float]:
         return m.track() if self._aligned else (1.0, 0.0)
@@ -146,6 +127,7 @@ class AirMass:
     def _disturbed(self, m: Member) -> None:
         m.wind[0:3] = m.free
         m.wind[3:6] = 0.0
+        m.probe_wake[:] = 0.0
         for d in self._disturbances:
             d.over(m)
 

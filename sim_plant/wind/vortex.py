@@ -13,8 +13,9 @@ from sim_plant.kernels.rot import quat_dcm
 
 Arr = NDArray[np.float64]
 V3 = tuple[float, float, float]
-# wake source vector: wing (x, y, z, vortex span, core), tail (same), eddy viscosity, tail lift / weight
-K_WING, K_TAIL, K_NU, K_TAIL_FRAC, NK = 0, 5, 10, 11, 12
+# wake source vector: wing (x, y, z, vortex span, core), tail (same), eddy viscosity, tail lift / weight; body: flux over speed
+# [m^2] (0 = none), x of its source and of its sink, z
+K_WING, K_TAIL, K_NU, K_TAIL_FRAC, K_BODY, NK = 0, 5, 10, 11, 12, 16
 
 
 @jit
@@ -77,6 +78,19 @@ def horseshoe(
 
 
 @jit
+def oval(x: float, y: float, z: float, flux: float, fore: float, aft: float, below: float) -> V3:
+    """Velocity [m/s] at a point [m] by a source of `flux` [m^3/s] at (fore, 0, below) and as much a sink at (aft, 0, below)."""
+    f = flux / (4.0 * math.pi)
+    dz = z - below
+    h2 = y * y + dz * dz + 1e-6
+    a, b = x - fore, x - aft
+    ra2, rb2 = a * a + h2, b * b + h2
+    ra, rb = ra2 * math.sqrt(ra2), rb2 * math.sqrt(rb2)
+    side = f / ra - f / rb
+    return f * a / ra - f * b / rb, side * y, side * dz
+
+
+@jit
 def source_strength(obs: Arr, src: Arr) -> tuple[float, float]:
     """Circulation [m^2/s] of wing and tail: lift / (rho V vortex span); the tail carries K_TAIL_FRAC of the weight."""
     tail = src[K_TAIL_FRAC] * obs[n.O_MASS] * n.G0
@@ -86,14 +100,32 @@ def source_strength(obs: Arr, src: Arr) -> tuple[float, float]:
 
 @jit
 def wake_velocity(x: float, y: float, z: float, obs: Arr, src: Arr) -> V3:
-    """Wake velocity [m/s, source body axes] at a point [m, source body axes] behind the aircraft observed in `obs`."""
+    """Velocity [m/s, source body axes] at a point [m, same] by wing and tail, or wing and body, of who is observed in `obs`."""
     gw, gt = source_strength(obs, src)
     ca, sa = math.cos(obs[n.O_ALPHA]), math.sin(obs[n.O_ALPHA])
     cb, sb = math.cos(obs[n.O_BETA]), math.sin(obs[n.O_BETA])
     d0, d1, d2 = -ca * cb, -sb, -sa * cb
     a0, a1, a2 = horseshoe(x, y, z, src, K_WING, gw, d0, d1, d2, src[K_NU], obs[n.O_V])
-    b0, b1, b2 = horseshoe(x, y, z, src, K_TAIL, gt, d0, d1, d2, src[K_NU], obs[n.O_V])
+    if src[K_BODY] > 0.0:
+        b0, b1, b2 = oval(x, y, z, src[K_BODY] * obs[n.O_V], src[K_BODY + 1], src[K_BODY + 2], src[K_BODY + 3])
+    else:
+        b0, b1, b2 = horseshoe(x, y, z, src, K_TAIL, gt, d0, d1, d2, src[K_NU], obs[n.O_V])
     return a0 + b0, a1 + b1, a2 + b2
+
+
+@jit
+def feel(i: int, n_span: int, weight: Arr, un: float, ue: float, ud: float, wy: float, wz: float, wind: Arr) -> None:
+    """Add the air [m/s] met at point i of an airframe, NED and along its y and z, to the effective wind [NW]: wing stations are
+    the first n_span; weight as in wake.airframe_points."""
+    wt = weight[i, 0]
+    wind[0] += wt * un
+    wind[1] += wt * ue
+    wind[2] += wt * ud
+    if i < n_span:
+        wind[n.W_ROT] += weight[i, 1] * wz
+    else:
+        wind[n.W_ROT + 1] -= weight[i, 2] * wz
+        wind[n.W_ROT + 2] += weight[i, 2] * wy
 
 
 @jit
@@ -109,12 +141,12 @@ def wake_on_airframe(
     wind: Arr,
     probe_wake: Arr,
 ) -> None:
-    """Add the wake of source aircraft (`st`, `obs`, `src`) to the effective wind of `sr`; fill its probes' wake.
+    """Add the wake of source aircraft (`st`, `obs`, `src`) to the effective wind of `sr`, and to its probes' air.
 
     points [m, 3] (body of `sr`): n_span wing stations, then fuselage stations up to n_frame, then probes.
     weight [n_frame, 3]: weight in the mean; least-squares slope against y (wing); against x (fuselage). Effective wind:
     translation = weighted mean [NED]; p = dWz/dy on the wing, q = -dWz/dx and r = dWy/dx on the fuselage: one
-    gradient per lifting surface (lee.md E23). wind [NW] is added to, probe_wake [m - n_frame, 3] (NED) is overwritten.
+    gradient per lifting surface (lee.md E23). wind [NW] and probe_wake [m - n_frame, 3] (NED) are added to.
     """
     t00, t01, t02, t10, t11, t12, t20, t21, t22 = quat_dcm(st[0], st[1], st[2], st[3])
     c00, c01, c02, c10, c11, c12, c20, c21, c22 = quat_dcm(sr[0], sr[1], sr[2], sr[3])
@@ -133,16 +165,10 @@ def wake_on_airframe(
         )
         un, ue, ud = t00 * u + t01 * v + t02 * w, t10 * u + t11 * v + t12 * w, t20 * u + t21 * v + t22 * w
         if i >= n_frame:
-            probe_wake[i - n_frame, 0], probe_wake[i - n_frame, 1], probe_wake[i - n_frame, 2] = un, ue, ud
+            probe_wake[i - n_frame, 0] += un
+            probe_wake[i - n_frame, 1] += ue
+            probe_wake[i - n_frame, 2] += ud
             continue
-        wt = weight[i, 0]
-        wind[0] += wt * un
-        wind[1] += wt * ue
-        wind[2] += wt * ud
         wy = c01 * un + c11 * ue + c21 * ud
         wz = c02 * un + c12 * ue + c22 * ud
-        if i < n_span:
-            wind[n.W_ROT] += weight[i, 1] * wz
-        else:
-            wind[n.W_ROT + 1] -= weight[i, 2] * wz
-            wind[n.W_ROT + 2] += weight[i, 2] * wy
+        feel(i, n_span, weight, un, ue, ud, wy, wz, wind)

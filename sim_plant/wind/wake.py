@@ -18,12 +18,14 @@ WING_SHARE = 0.8  # [-] share of the wing in the mean wind; fuselage nose and ta
 
 @dataclass(frozen=True)
 class Exposure:
-    """Where an aircraft feels a wake: points [m, 3] (body), weights [n_frame, 3], number of wing stations, of airframe points."""
+    """Where an aircraft feels a wake: points [m, 3] (body), weights [n_frame, 3], number of wing stations, of airframe points,
+    span [m]."""
 
     points: Arr
     weight: Arr
     n_span: int
     n_frame: int
+    span_m: float
 
 
 def source_vector(ac: Aircraft, core_wing_m: float, core_tail_m: float, nu_m2ps: float, tail_lift_frac: float) -> Arr:
@@ -36,6 +38,36 @@ def source_vector(ac: Aircraft, core_wing_m: float, core_tail_m: float, nu_m2ps:
     v[k.K_TAIL + 3] = math.pi / 4.0 * (ac.wake.tail_span_m or ac.geometry.b_m / 3.0)
     v[k.K_TAIL + 4], v[k.K_NU], v[k.K_TAIL_FRAC] = core_tail_m, nu_m2ps, tail_lift_frac
     return v
+
+
+def bow_vector(ac: Aircraft, core_m: float, radius_m: float) -> Arr:
+    """Source vector of an aircraft's bow wave: all lift on its wing, its body a Rankine oval as long as the longest bar of its
+    file; radius_m: 0 = that bar's. Raises ValueError without a bar along the body, or with one as thick as it is long."""
+    bars = [b for b in ac.structure.bars if b[0] != b[3]]
+    if not bars:
+        raise ValueError("no bar along the body in its [structure]")
+    x0, _, z0, x1, _, z1, r = max(bars, key=lambda b: abs(b[0] - b[3]))
+    half, mid = 0.5 * abs(x0 - x1) + r, 0.5 * (x0 + x1)
+    v = source_vector(ac, core_m, core_m, 0.0, 0.0)
+    v[k.K_BODY], a = oval(half, radius_m or r)
+    v[k.K_BODY + 1 :] = mid + a, mid - a, 0.5 * (z0 + z1)
+    return v
+
+
+def oval(half_m: float, radius_m: float) -> tuple[float, float]:
+    """Rankine oval of this half length and radius [m]: flux over speed [m^2], and place +-a [m] of source and sink.
+
+    (l^2 - a^2)^2 = l r^2 sqrt(r^2 + a^2), flux pi r^2 sqrt(1 + (r/a)^2) V (Milne-Thomson, Theoretical Hydrodynamics, 5th ed.,
+    15.24). Raises ValueError unless it is longer than thick.
+    """
+    if not 0.0 < radius_m < 0.9 * half_m:
+        raise ValueError(f"radius {radius_m:g} m; allowed: above 0, below {0.9 * half_m:g}")
+    lo, hi = 0.0, half_m  # the difference of the sides falls
+    for _ in range(60):
+        a = 0.5 * (lo + hi)
+        over = (half_m**2 - a * a) ** 2 > half_m * radius_m**2 * math.sqrt(radius_m**2 + a * a)
+        lo, hi = (a, hi) if over else (lo, a)
+    return math.pi * radius_m**2 * math.sqrt(1.0 + (radius_m / a) ** 2), a
 
 
 def airframe_points(ac: Aircraft, probes: Arr) -> Exposure:
@@ -58,4 +90,4 @@ def airframe_points(ac: Aircraft, probes: Arr) -> Exposure:
     weight[:N_SPAN, 1] = ell * y / np.sum(ell * y * y)
     x = frame[:, 0] - frame[:, 0].mean()
     weight[N_SPAN:, 2] = x / np.sum(x * x)
-    return Exposure(np.ascontiguousarray(np.vstack([wing, frame, probes])), weight, N_SPAN, n_frame)
+    return Exposure(np.ascontiguousarray(np.vstack([wing, frame, probes])), weight, N_SPAN, n_frame, ac.geometry.b_m)

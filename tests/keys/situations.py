@@ -72,6 +72,7 @@ def silent(who: str, *groups: str, start_s: float = 0.8, each_s: float = 0.4) ->
 NOW = ("plant.event.0.t_s=0.5", "plant.event.1.t_s=0.5")
 PUFF = '[{axis = "down", size_mps = -2.0, start_s = 0.5, length_s = 1.0, shape = "one_cosine"}]'
 SLOW = Situation("slow variation of the wind", r"wind\.slow\.(tau_s|from_zero)", ("plant.wind.slow.sigma_mps=2.0",))
+LEVEL = Situation("turbulence by name", r"wind\.dryden\.level", ("plant.wind.dryden.sigma_mps=0.0",))
 DRYDEN = Situation(
     "turbulence, not along north",
     r"wind\.dryden\..*",
@@ -166,6 +167,7 @@ CONTEXTS = (
         ("plant", "alexis"),
         (
             SLOW,
+            LEVEL,
             DRYDEN,
             Situation("sensors with a bias", r"noise\.bias_scale", ("plant.sensors.alexis.imu.acc_bias_std=0.05",)),
             Situation("the events happen", r"event\..*", NOW),
@@ -199,6 +201,7 @@ CONTEXTS = (
         ("plant", "twinjet"),
         (
             SLOW,
+            LEVEL,
             DRYDEN,
             Situation("sensors with a bias", r"noise\.bias_scale", ("plant.sensors.twinjet.imu.acc_bias_std=0.05",)),
             *health("twinjet", ("imu", "air", "att", "gnss")),
@@ -255,6 +258,13 @@ CONTEXTS = (
         ("plant", "tanker", "receiver"),
         (
             SLOW,
+            LEVEL,
+            Situation(
+                "a wake that lies where it was flown",
+                r"wind\.wake\.(sink|meander|edr_m2ps3)",
+                ("plant.wind.wake.path=flown",),
+            ),
+            Situation("a bow wave", r"wind\.bow\.(core_m|radius_m)", ("plant.wind.bow.source=receiver",)),
             Situation(
                 "in the wake's core", r"wind\.wake\.nu_m2ps", ("plant.aircraft.receiver.start.xi_m=[-36.0, 4.0, 1.0]",)
             ),
@@ -283,6 +293,7 @@ CONTEXTS = (
         ("plant", "tanker"),
         (
             SLOW,
+            LEVEL,
             *health("tanker", ("imu", "air", "att", "gnss")),
             *gate(("tanker",)),
             *(Situation(why, keys, (f"tanker.{s}",)) for why, keys, s in CHOICES),

@@ -47,6 +47,8 @@ VALUES: dict[str, tuple[Any, ...]] = {
     "Start.V_mps": (190.0, 72.0, 21.0),
     "Wind.sounding": ("missing.txt",),
     "Wake.source": ("", "nobody"),
+    "Bow.source": ("receiver", "nobody"),
+    "Bow.radius_m": (1.0,),
     "TrafficCfg.name": ("other",),
     "TrafficCfg.on": (True, False),
     "Event.target": ("reference", "tanker", "nobody"),

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from sim_plant.aircraft.sixdof.wing import beyond, slope_factor, wave_drag
 from sim_plant.kernels import layout as n
-from sim_plant.kernels.atmosphere import isa
+from sim_plant.kernels.air import air
 from sim_plant.kernels.earth import air_height, weight
 from sim_plant.kernels.jit import jit
 from sim_plant.kernels.rot import quat_dcm
@@ -57,7 +57,7 @@ def loads(
     cb = math.sqrt(uw2) / v_air
     ca, sa = ub / math.sqrt(uw2), wb / math.sqrt(uw2)
 
-    _, _, rho, a = isa(air_height(-x[n.S_P + 2], par))
+    _, _, rho, a = air(air_height(-x[n.S_P + 2], par), par)
     qs = 0.5 * rho * v_air * v_air * par[n.P_S]
     hb, hc = 0.5 * par[n.P_B] / v_air, 0.5 * par[n.P_C] / v_air
     pr, qr, rr = p - w[3], q - w[4], r - w[5]

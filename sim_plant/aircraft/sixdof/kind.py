@@ -26,4 +26,5 @@ KIND = Kind(
     mismatch=("mass", "inertia", "thrust", "lag", "servo"),
     formation=True,
     round_earth=True,
+    any_density=True,
 )

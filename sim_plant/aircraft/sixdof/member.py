@@ -16,9 +16,10 @@ from sim_plant.aircraft.sixdof.params import mistaken, parameter_vector, perturb
 from sim_plant.aircraft.sixdof.trim import throttle_for, trim
 from sim_plant.kernels import layout as n
 from sim_plant.kernels.rot import quat_dcm
-from sim_plant.wind.config import Wake
+from sim_plant.wind.config import Bow, Wake
 from sim_plant.wind.field import AirMass
-from sim_plant.wind.wake import airframe_points, source_vector
+from sim_plant.wind.wake import airframe_points, bow_vector, source_vector
+from sim_plant.wind.warmth import warmed, warmth
 
 
 class SixDofMember(Member):
@@ -31,6 +32,8 @@ class SixDofMember(Member):
         self._record = ac
         par = parameter_vector(ac, setup.sc.earth, setup.sc.origin.lat_deg, cfg.airframe == "full")
         self.par = mistaken(perturb(par, cfg.aero_error_frac, setup.seed, cfg.name), cfg.mismatch)
+        if setup.sc.wind.density == "sounding":
+            self.par = warmed(self.par, warmth(setup.sc.wind.sounding))
         self.engines = len(ac.engine.y_m)
         self.c = np.zeros(n.NC)
         self._scratch = np.zeros((4, n.NS))
@@ -60,6 +63,13 @@ class SixDofMember(Member):
     def wake_source(self, wake: Wake) -> Arr | None:
         """The wake of wing and tail."""
         return source_vector(self._record, wake.core_wing_m, wake.core_tail_m, wake.nu_m2ps, wake.tail_lift_frac)
+
+    def bow_source(self, bow: Bow) -> Arr | None:
+        """Its wing and fuselage. Raises ConfigError for a radius its file does not allow."""
+        try:
+            return bow_vector(self._record, bow.core_m, bow.radius_m)
+        except ValueError as e:
+            raise ConfigError(f"wind.bow.radius_m = {bow.radius_m:g}: {self.cfg.file!r}: {e}") from None
 
     def start(self, air: AirMass, other: Member | None) -> None:
         """Trimmed flight in the mean wind, wake included. Raises ConfigError where there is no trim."""

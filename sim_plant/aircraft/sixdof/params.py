@@ -76,6 +76,7 @@ def parameter_vector(
             EARTHS[earth].vector(lat0_deg),
             stall_vector(ac),
             effects_vector(ac, full),
+            [0.0, 0.0],  # no ascent: wind/warmth.py adds one
             [len(i.mass_kg), nm, nh],
             *columns,
             e.lapse_mach,

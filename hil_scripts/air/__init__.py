@@ -1,0 +1,1 @@
+"""The air of the plant beside its closed forms: laws and pictures."""
