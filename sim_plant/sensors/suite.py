@@ -49,7 +49,7 @@ def build_sensors(
         terms = group_terms(cls.group, grade, cfg.terms, f"{at}.terms")
         noise = errors(cls.group, cfg, std, bias) if std and grade == PAPER else None
         if terms is None:
-            return cls(at, cfg.rate_hz, cfg.latency_ms, base_hz, noise, len(std))
+            return cls(at, cfg.rate_hz, cfg.latency_ms, base_hz, noise, len(std) or cls.exact)
         latency = cfg.latency_ms if terms.latency_ms is None else terms.latency_ms
         graded = Errors(seed, name, cls.group, terms, 1.0 / cfg.rate_hz, probes, common.scale, common.bias_scale)
         s = cls(at, cfg.rate_hz, latency, base_hz, noise, graded.width)
