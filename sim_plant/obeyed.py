@@ -85,6 +85,7 @@ def _sensors(sc: Scenario, a: AircraftCfg) -> None:
                 f"sensors.{a.name}.{f.name}",
                 getattr(suite, f.name),
                 f"on an aircraft that carries {', '.join(sorted(have))}",
+                ("grade",) if f.name in kind_of(a).carries else (),  # paper takes a radio altimeter out
             )
     for group in sorted(have & FAMILIES.keys()):
         cfg, at = getattr(suite, group), f"sensors.{a.name}.{group}"

@@ -21,6 +21,7 @@ from sim_plant.failures.script import ACTIONS, PLANT, SENSORS, Event, check_even
 from sim_plant.obeyed import check_obeyed, refuse
 from sim_plant.sensors.config import Latency, NoiseCfg, NonNeg, Suite
 from sim_plant.sensors.over import asked, lay_over
+from sim_plant.sensors.terms import PAPER, grade_of
 from sim_plant.wind.config import Wind
 
 __all__ = ["ACTIONS", "SENSORS", "Event", "Scenario", "dump", "load_scenario"]
@@ -198,6 +199,9 @@ class Scenario:
     def groups(self, a: AircraftCfg) -> set[str]:
         """Sensor groups an aircraft carries: those of its kind, air data, and those its place among the others asks for."""
         have = {*kind_of(a).carries, "air"}
+        suite = self.suite(a.name)
+        if grade_of(suite.radalt.grade, suite.grade) == PAPER:
+            have.discard("radalt")
         if a.rel_nav_to:
             have.add("rel")
         if a.boom_to or any(other.boom_to == a.name for other in self.aircraft):

@@ -10,18 +10,11 @@ from flightsw.strict import ConfigError, OneOf, Range
 from sim_plant.aircraft.kind import SURFACES
 from sim_plant.sensors.config import NonNeg
 
-SENSORS = ("imu", "baro", "mag", "gnss", "air", "att", "rel", "fuel", "boom", "tacan")
-STAMPED = ("gnss", "air", "att", "rel", "fuel", "boom", "tacan")  # whose samples carry a time of their own on the wire
-SCALED = (
-    "air",
-    "imu",
-    "baro",
-    "mag",
-    "gnss",
-    "rel",
-    "fuel",
-    "boom",
-)  # whose readings are numbers, not an attitude or a reply
+SENSORS = ("imu", "baro", "mag", "gnss", "air", "att", "rel", "fuel", "boom", "tacan", "radalt")
+# whose samples carry a time of their own on the wire
+STAMPED = ("gnss", "air", "att", "rel", "fuel", "boom", "tacan", "radalt")
+# whose readings are numbers, not an attitude or a reply
+SCALED = ("air", "imu", "baro", "mag", "gnss", "rel", "fuel", "boom", "radalt")
 _ACTION = "WKF_ACTION_"
 ACTIONS: dict[str, int] = {e.name.removeprefix(_ACTION).lower(): v for v, e in ENUMS["WKF_ACTION"].items()}
 CMD_REFUEL: int = VALUES["MAV_CMD_USER_1"]  # what an action is sent as

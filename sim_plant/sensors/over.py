@@ -51,6 +51,7 @@ KEYS: dict[str, dict[str, tuple[tuple[str, str], ...]]] = {
     },
     "fuel": {"std_kg": (("mass", "white"),), "bias_std_kg": (("mass", "constant"),)},
     "boom": {},
+    "radalt": {},
 }
 
 
