@@ -177,7 +177,7 @@ def send(
         str | None,
         typer.Option(
             "--type",
-            help="inject: off stuck garbage wrong|bias slow|drift delayed intermittent blocked iced ... (FAILURE_TYPE), ok|clear ends it",
+            help="inject: off stuck garbage wrong|bias slow|drift delayed intermittent blocked iced, ok|clear ends it",
         ),
     ] = None,
     unit: Annotated[str, typer.Option(help="inject: what fails")] = "airspeed",
