@@ -13,16 +13,23 @@ if TYPE_CHECKING:
     from sim_plant.scenario import Scenario
 
 
-def dump(sc: Scenario, seed: int) -> str:
-    """The resolved scenario as TOML text that `load_scenario` reads back to an equal record, with the seed of the
-    run. Left out is what a grade has put itself in the place of."""
-    tree = to_dict(sc)
-    tree["meta"]["seed"] = seed
+def tree_of(sc: Scenario) -> dict[str, Any]:
+    """The scenario as plain tables that read back to an equal record: without what a grade stands in the place of, which
+    beside it would be an order."""
+    tree: dict[str, Any] = to_dict(sc)
     for suite in tree["sensors"].values():
         for group, g in suite.items():
             if isinstance(g, dict) and grade_of(g.get("grade", ""), suite["grade"]) != PAPER:
                 for k in replaced_by_grade(group):
                     g.pop(k, None)
+    return tree
+
+
+def dump(sc: Scenario, seed: int) -> str:
+    """The resolved scenario as TOML text that `load_scenario` reads back to an equal record, with the seed of the
+    run."""
+    tree = tree_of(sc)
+    tree["meta"]["seed"] = seed
     out = [f"{_key(k)} = {_value(v)}" for k, v in tree.items() if isinstance(v, str)]
     for key, v in tree.items():
         if isinstance(v, str):

@@ -21,8 +21,9 @@ from typing import Any
 from flightsw.aircraft import load_airframe
 from flightsw.files import write_whole
 from flightsw.process.config import flight_tree, load_flight
-from flightsw.strict import ConfigError, changed, near, to_dict
+from flightsw.strict import ConfigError, changed, near
 from hil_scripts.launch import tomlout
+from sim_plant.dump import tree_of
 from sim_plant.obeyed import refuse
 from sim_plant.scenario import Link, load_scenario
 
@@ -146,7 +147,7 @@ def resolve(
         plant_sets["clock.mode"] = "realtime"
     scenario = load_scenario(str(path), plant_sets)
     scenario.load_aircraft()
-    resolved = to_dict(scenario)
+    resolved = tree_of(scenario)
     if scenario.meta.duration_s < full_s:
         # the bounds hold for the whole flight; a run folder must fly again without being judged by them
         resolved["expect"] = {}

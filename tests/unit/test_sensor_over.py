@@ -7,7 +7,9 @@ from typing import Any
 
 import pytest
 
-from flightsw.strict import ConfigError
+from flightsw.strict import ConfigError, convert
+from hil_scripts.launch import tomlout
+from hil_scripts.launch.runfolder import resolve
 from sim_plant.dump import dump
 from sim_plant.scenario import Scenario, load_scenario
 from sim_plant.sensors.config import Imu, Suite
@@ -44,6 +46,15 @@ def test_latency_is_obeyed_and_the_record_of_the_run_reads_back(tmp_path: Path) 
     (tmp_path / "scenario.toml").write_text(text)
     back = load_scenario(str(tmp_path / "scenario.toml"))
     assert back == sc and dump(back, 1) == text
+
+
+def test_what_the_launcher_leaves_in_the_run_folder_flies_the_same(tmp_path: Path) -> None:
+    sets = [f"plant.{ME}.grade=mems", f"plant.{ME}.imu.gyro_std=0.5", f"plant.{ME}.gnss.{LATENCY}=70.0"]
+    plan = resolve("airdata", 1, sets, None)
+    (tmp_path / "scenario.toml").write_text(tomlout.dumps(plan.scenario))
+    back, flown = load_scenario(str(tmp_path / "scenario.toml")), convert(plan.scenario, Scenario, "plan")
+    assert back == flown and terms(back, "imu").columns["gyro"].white == 0.5
+    assert terms(back, "air") == group_terms("air", "mems", {}, "") and terms(back, "gnss").latency_ms == 70.0
 
 
 def test_a_grade_from_outside_replaces_the_paper_numbers_of_the_file_and_not_what_is_set_with_it() -> None:
