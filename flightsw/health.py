@@ -19,6 +19,7 @@ from flightsw.types import (
     UPD_GNSS,
     UPD_IMU,
     UPD_PEER,
+    UPD_RADALT,
     UPD_REL,
     Health,
     SensorFrame,
@@ -27,6 +28,7 @@ from flightsw.types import (
 
 SENSORS = HF_IMU | HF_AIR | HF_ATT | HF_GNSS | HF_REL | HF_PEER
 WHOLE_PROBE, AIR_V, AIR_BETA, AIR_ALPHA = 0, 1, 2, 4
+RADALT_MAX_M = 762.0  # [m] 2500 ft: no such set measures beyond
 FAR_M = 1e7  # [m] no local position is farther away
 START_US = 5_000_000  # [us] grace before a group that never came counts as lost
 Age = Annotated[float, Range(0.01, 60.0), IN_FLIGHT]
@@ -139,6 +141,9 @@ class HealthMonitor:
             last = self._last_us.get(flag, self._t0_us + START_US)
             if flag & self.watch and f.t_us - last > age * 1e6:
                 failed |= flag
+        if f.updated & UPD_RADALT and self._refuses_radalt(f):
+            updated &= ~UPD_RADALT
+            h.rejected += 1
         before = h.failed & SENSORS
         if failed != before:
             self._report(failed, before)
@@ -187,6 +192,16 @@ class HealthMonitor:
             serves = self.air_used & ~lost if self.air_used else not lost
             serving += bool(serves) and f.air_mask >> i & 1
         return serving > 0
+
+    def _refuses_radalt(self, f: SensorFrame) -> bool:
+        """Whether the radio altimeter's new sample is out of range or stuck; said when it begins and ends. No mission depends
+        on it, and above its range it is silent: it has no age."""
+        alive = self._moving("radio altimeter", (f.radalt_m,))
+        bad = not (alive and 0.0 <= f.radalt_m <= RADALT_MAX_M)
+        if bad != self.out.radalt_bad:
+            self.out.radalt_bad = bad
+            self.texts.append(Text(4, "radio altimeter refused") if bad else Text(5, "radio altimeter back"))
+        return bad
 
     def _moving(self, channel: str, value: tuple[float, ...]) -> bool:
         """False once the same bits have come `stuck_samples` times in a row: real noise never repeats."""

@@ -34,6 +34,7 @@ UPD_BOOM = 256
 UPD_PEER = 512
 UPD_TACAN = 1024
 UPD_RADAR = 2048
+UPD_RADALT = 4096
 
 
 @dataclass(slots=True)
@@ -147,6 +148,9 @@ class SensorFrame:
     radar_t_us: int = 0
     radar_y_m: float = 0.0  # [m] receiver off the refuelling track, left of +x (rendezvous frame)
     radar_sigma_m: float = 0.0  # [m]
+    # radio altimeter
+    radalt_t_us: int = 0
+    radalt_m: float = 0.0  # [m] above the ground
     # data link
     peer: PeerState = field(default_factory=PeerState)
     # commands and changes of parameters that arrived with this tick
@@ -244,6 +248,7 @@ class Health:
     """Which inputs are usable, and what else is wrong. HF_* bits in all but `kept_out`."""
 
     failed: int = 0  # input stale, out of range or stuck; last guard acted
+    radalt_bad: bool = False  # the radio altimeter's last reading was refused
     held: int = 0  # input that arrives, and that navigation keeps out because the others contradict it
     condition: int = 0  # of the aircraft: navigation, limits, fuel
     kept_out: int = 0  # bit = WKF_READING

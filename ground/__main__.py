@@ -176,7 +176,8 @@ def send(
     kind: Annotated[
         str | None,
         typer.Option(
-            "--type", help="inject: off stuck garbage wrong|bias slow|drift delayed intermittent, ok|clear ends it"
+            "--type",
+            help="inject: off stuck garbage wrong|bias slow|drift delayed intermittent blocked iced, ok|clear ends it",
         ),
     ] = None,
     unit: Annotated[str, typer.Option(help="inject: what fails")] = "airspeed",

@@ -6,6 +6,8 @@ import json
 from typing import TYPE_CHECKING, Any
 
 from flightsw.strict import to_dict
+from sim_plant.sensors.over import replaced_by_grade
+from sim_plant.sensors.terms import PAPER, grade_of
 
 if TYPE_CHECKING:
     from sim_plant.scenario import Scenario
@@ -13,9 +15,14 @@ if TYPE_CHECKING:
 
 def dump(sc: Scenario, seed: int) -> str:
     """The resolved scenario as TOML text that `load_scenario` reads back to an equal record, with the seed of the
-    run."""
+    run. Left out is what a grade has put itself in the place of."""
     tree = to_dict(sc)
     tree["meta"]["seed"] = seed
+    for suite in tree["sensors"].values():
+        for group, g in suite.items():
+            if isinstance(g, dict) and grade_of(g.get("grade", ""), suite["grade"]) != PAPER:
+                for k in replaced_by_grade(group):
+                    g.pop(k, None)
     out = [f"{_key(k)} = {_value(v)}" for k, v in tree.items() if isinstance(v, str)]
     for key, v in tree.items():
         if isinstance(v, str):

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from flightsw.strict import ConfigError, changed
 from sim_plant.aircraft.kind import formation_models, kind_of
 from sim_plant.sensors.config import Suite
+from sim_plant.sensors.over import replaced_by_grade
 from sim_plant.sensors.terms import FAMILIES, PAPER, grade_of, group_terms
 
 if TYPE_CHECKING:
@@ -84,6 +85,7 @@ def _sensors(sc: Scenario, a: AircraftCfg) -> None:
                 f"sensors.{a.name}.{f.name}",
                 getattr(suite, f.name),
                 f"on an aircraft that carries {', '.join(sorted(have))}",
+                ("grade",) if f.name in kind_of(a).carries else (),  # paper takes a radio altimeter out
             )
     for group in sorted(have & FAMILIES.keys()):
         cfg, at = getattr(suite, group), f"sensors.{a.name}.{group}"
@@ -93,6 +95,9 @@ def _sensors(sc: Scenario, a: AircraftCfg) -> None:
             why = f"with {at} of grade {grade!r}: its terms have times of their own"
             refuse(f"{at}.tau_s", getattr(cfg, "tau_s", 0.0), why, default=0.0)
             refuse("noise.tau_s", sc.noise.tau_s, why, default=0.0)
+            stands, kept = replaced_by_grade(group), {f.name for f in fields(cfg)}
+            why = f"with {at} of grade {grade!r}, which stands in its place; set it as one of {at}.terms"
+            refuse(at, cfg, why, tuple(sorted(kept - set(stands))))
     if sc.traffic.on and a.tacan_to == sc.traffic.name:
         refuse(
             f"sensors.{a.name}.radar.sigma_m", suite.radar.sigma_m, "of a receiver in [traffic]: its y_sigma_m is the reading's",

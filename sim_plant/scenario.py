@@ -11,7 +11,7 @@ from flightsw.aircraft import Airframe, load_airframe
 from flightsw.aircraft.base import DEFAULT_MODEL
 from flightsw.files import beside
 from flightsw.plugins import AIRCRAFT, PartOf
-from flightsw.strict import ConfigError, OneOf, Range, load, near
+from flightsw.strict import ConfigError, OneOf, Range, apply_overrides, convert, near, read_toml
 from sim_plant.aircraft.kind import formation_models, kind_of
 from sim_plant.aircraft.mismatch import Mismatch
 from sim_plant.couplings.traffic_config import Track, TrafficCfg
@@ -20,6 +20,8 @@ from sim_plant.earth.model import EARTHS
 from sim_plant.failures.script import ACTIONS, PLANT, SENSORS, Event, check_event
 from sim_plant.obeyed import check_obeyed, refuse
 from sim_plant.sensors.config import Latency, NoiseCfg, NonNeg, Suite
+from sim_plant.sensors.over import asked, lay_over
+from sim_plant.sensors.terms import PAPER, grade_of
 from sim_plant.wind.config import Wind
 
 __all__ = ["ACTIONS", "SENSORS", "Event", "Scenario", "dump", "load_scenario"]
@@ -203,6 +205,9 @@ class Scenario:
     def groups(self, a: AircraftCfg) -> set[str]:
         """Sensor groups an aircraft carries: those of its kind, air data, and those its place among the others asks for."""
         have = {*kind_of(a).carries, "air"}
+        suite = self.suite(a.name)
+        if grade_of(suite.radalt.grade, suite.grade) == PAPER:
+            have.discard("radalt")
         if a.rel_nav_to:
             have.add("rel")
         if a.boom_to or any(other.boom_to == a.name for other in self.aircraft):
@@ -262,6 +267,10 @@ def load_scenario(name: str, overrides: dict[str, Any] | None = None) -> Scenari
     if not path.exists():
         have = sorted(p.stem for p in HERE.glob("*.toml"))
         raise ConfigError(f"scenario {str(path)!r} does not exist; available: {', '.join(have)}{near(path.stem, have)}")
-    sc = load(path, Scenario, overrides)
+    sets = overrides or {}
+    tree, file = read_toml(path), read_toml(path)
+    apply_overrides(tree, sets, str(path))
+    lay_over(tree, file, asked(sets), str(path))
+    sc = convert(tree, Scenario, str(path))
     aircraft = tuple(replace(a, file=beside(path, a.file)) for a in sc.aircraft)
     return replace(sc, aircraft=aircraft, wind=replace(sc.wind, sounding=beside(path, sc.wind.sounding)))

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from flightsw.aircraft import Airframe
 from flightsw.icd.codec_receive import BARO_BITS, IMU_BITS, MAG_BITS, finite
 from flightsw.icd.geo import DEFAULT_ORIGIN, Origin, WireMap
+from flightsw.icd.radalt import distance
 from flightsw.icd.scaling import COMP_AUTOPILOT, COMP_PLANT, FUEL_KG_PER_ML, GROUND_SYSID, PROBES, ControlScale
 from flightsw.icd.stamps import boot_ms
 from flightsw.icd.texts import Joiner
@@ -22,6 +23,7 @@ from flightsw.types import (
     UPD_GNSS,
     UPD_IMU,
     UPD_MAG,
+    UPD_RADALT,
     UPD_RADAR,
     UPD_REL,
     UPD_TACAN,
@@ -45,6 +47,7 @@ _BOOM = BY_NAME["BOOM_STATE"]
 _FUEL = BY_NAME["FUEL_STATUS"]
 _TACAN = BY_NAME["TACAN"]
 _RADAR = BY_NAME["CREW_RADAR"]
+_RADALT = BY_NAME["DISTANCE_SENSOR"]
 _TRUTH = BY_NAME["TRUTH"]
 _U16 = 0xFFFF
 _CMD_SHUTDOWN = 246  # MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN
@@ -118,6 +121,8 @@ class PlantCodec:
             out.append(self.send.pack(_TACAN, frame.tacan_t_us, d or 0.0, b or 0.0, flags))
         if up & UPD_RADAR:
             out.append(self.send.pack(_RADAR, frame.radar_t_us, frame.radar_y_m, frame.radar_sigma_m))
+        if up & UPD_RADALT:
+            out.append(self.send.pack(_RADALT, *distance(frame.radalt_t_us, frame.radalt_m)))
         out.extend(extra)
         fields = (
             (IMU_BITS if up & UPD_IMU else 0) | (MAG_BITS if up & UPD_MAG else 0) | (BARO_BITS if up & UPD_BARO else 0)

@@ -11,6 +11,7 @@ import math
 
 from flightsw.icd.codec_orders import COMMANDS_MAX, OrdersIn
 from flightsw.icd.geo import Origin, WireMap
+from flightsw.icd.radalt import height
 from flightsw.icd.scaling import FUEL_KG_PER_ML, PROBES
 from flightsw.icd.stamps import Samples, from_boot_ms
 from flightsw.icd.wire import BY_NAME, Counters, Packet, split, table
@@ -24,6 +25,7 @@ from flightsw.types import (
     UPD_IMU,
     UPD_MAG,
     UPD_PEER,
+    UPD_RADALT,
     UPD_RADAR,
     UPD_REL,
     UPD_TACAN,
@@ -32,7 +34,7 @@ from flightsw.types import (
 
 ACCEPT = table((
     "HIL_SENSOR", "HIL_GPS", "ATTITUDE_QUATERNION", "AIR_DATA", "REL_NAV", "BOOM_STATE", "FUEL_STATUS", "TACAN", "CREW_RADAR",
-    "FOLLOW_TARGET", "WIND_COV", "COMMAND_LONG", "COMMAND_INT", "COMMAND_ACK", "STATUSTEXT",
+    "DISTANCE_SENSOR", "FOLLOW_TARGET", "WIND_COV", "COMMAND_LONG", "COMMAND_INT", "COMMAND_ACK", "STATUSTEXT",
 ))  # fmt: skip
 HIL_SENSOR = BY_NAME["HIL_SENSOR"]
 _FOLLOW = BY_NAME["FOLLOW_TARGET"]
@@ -86,6 +88,7 @@ class FlightReceiver:
             BY_NAME["FUEL_STATUS"].id: self._fuel,
             BY_NAME["TACAN"].id: self._tacan,
             BY_NAME["CREW_RADAR"].id: self._radar,
+            BY_NAME["DISTANCE_SENSOR"].id: self._radalt,
             _FOLLOW.id: self._peer_state,
             _WIND.id: self._peer_wind,
             BY_NAME["COMMAND_LONG"].id: self.orders.command,
@@ -272,6 +275,17 @@ class FlightReceiver:
         f.radar_t_us = t
         f.radar_y_m, f.radar_sigma_m = lateral, sigma
         f.updated |= UPD_RADAR
+
+    def _radalt(self, p: Packet, f: SensorFrame) -> None:
+        h = height(p[1])
+        if h is None:
+            self.count.unknown += 1
+            return
+        t = self._stamp(p[0].id, from_boot_ms(p[1][0], self._now_us - self.offset_us))
+        if t < 0:
+            return
+        f.radalt_t_us, f.radalt_m = t, h
+        f.updated |= UPD_RADALT
 
     def _is_peer(self, sysid: int) -> bool:
         return sysid == self.peer_sysid if self.peer_sysid else sysid != self.sysid

@@ -8,6 +8,7 @@ import math
 
 from flightsw.icd.context import MODE_BASE, Context, Encoder
 from flightsw.icd.dialect import VALUES
+from flightsw.icd.radalt import distance
 from flightsw.icd.scaling import FUEL_KG_PER_ML
 from flightsw.icd.stamps import EPOCH_US, boot_ms
 from flightsw.icd.wire import BY_NAME
@@ -19,6 +20,7 @@ NO_GPS, NO_FIX, FIX = (VALUES[f"GPS_FIX_TYPE_{n}"] for n in ("NO_GPS", "NO_FIX",
 IN_AIR, NOT_KNOWN = VALUES["MAV_LANDED_STATE_IN_AIR"], VALUES["MAV_LANDED_STATE_UNDEFINED"]
 IMU, MAG, BARO = 0x3F, 0x1C0, 0xA00  # HIGHRES_IMU_UPDATED_FLAGS
 GNSS_OLD_US = 1_000_000  # [us] a fix older than that is none
+RADALT_OLD_US = 500_000  # [us] a height older than that is not sent again
 NAN = math.nan
 
 
@@ -82,6 +84,12 @@ def _mode(s: Snapshot, c: Context) -> bytes:
     return c.send.named("CURRENT_MODE", custom_mode=mode, intended_custom_mode=mode)
 
 
+def _radalt(s: Snapshot, c: Context) -> bytes:
+    if s.health.radalt_bad or c.radalt_us < 0 or s.t_us - c.radalt_us > RADALT_OLD_US:
+        return b""
+    return c.send.pack(_S["DISTANCE_SENSOR"], *distance(s.sensors.radalt_t_us, s.sensors.radalt_m))
+
+
 ENCODERS: dict[str, Encoder] = {
     "SYSTEM_TIME": _time,
     "GPS_RAW_INT": _gps,
@@ -91,4 +99,5 @@ ENCODERS: dict[str, Encoder] = {
     "EXTENDED_SYS_STATE": _extended,
     "FUEL_STATUS": _fuel,
     "CURRENT_MODE": _mode,
+    "DISTANCE_SENSOR": _radalt,
 }

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from flightsw.icd.geo import WireMap
 from flightsw.icd.wire import Counters, Sender
-from flightsw.types import UPD_BARO, UPD_FUEL, UPD_GNSS, UPD_IMU, UPD_MAG, SensorFrame, Snapshot, Timing
+from flightsw.types import UPD_BARO, UPD_FUEL, UPD_GNSS, UPD_IMU, UPD_MAG, UPD_RADALT, SensorFrame, Snapshot, Timing
 
 MODE_BASE = 1000  # custom_mode of phase 0: ArduPilot's and PX4's numbers are others
 
@@ -35,6 +35,7 @@ class Context:
     baro_us: int = -1
     gnss_us: int = -1
     fuel_us: int = -1
+    radalt_us: int = -1
 
     def see(self, f: SensorFrame) -> None:
         """Note which readings came with frame `f`."""
@@ -49,6 +50,8 @@ class Context:
             self.gnss_us = t
         if new & UPD_FUEL:
             self.fuel_us = t
+        if new & UPD_RADALT:
+            self.radalt_us = t
 
 
 Encoder = Callable[[Snapshot, Context], bytes]

@@ -39,6 +39,7 @@ COMMON: dict[str, tuple[float, int]] = {
     "EXTENDED_SYS_STATE": (0.5, 9),
     "FUEL_STATUS": (0.5, 5),
     "CURRENT_MODE": (0.5, 7),
+    "DISTANCE_SENSOR": (10.0, 0),  # of aircraft with a radio altimeter, within its range
 }
 RELATIVE, LEADING = "RELATIVE_STATE", "MISSION_STATUS"
 

@@ -21,7 +21,15 @@ if TYPE_CHECKING:
     from sim_plant.scenario import AircraftCfg, Scenario
 
 SURFACES = ("aileron", "elevator", "rudder")  # in the order of the state vector
-OWN = ("imu", "baro", "mag", "gnss", "att", "fuel")  # sensor groups of an aircraft by itself, besides air-data probes
+OWN = (
+    "imu",
+    "baro",
+    "mag",
+    "gnss",
+    "att",
+    "fuel",
+    "radalt",
+)  # sensor groups of an aircraft by itself, besides air-data probes
 OPTIONS = ("fuel_kg", "aero_error_frac", "airframe")  # keys of [[aircraft]] not every kind obeys
 R = TypeVar("R", bound=Airframe)
 T = TypeVar("T")

@@ -13,11 +13,12 @@ from flightsw.types import ACCEPTED, DENIED, UNSUPPORTED
 from sim_plant.failures.judge_other import judge_part, judge_sensor
 from sim_plant.failures.numbers import (
     AIR_DEFAULT,
+    BLOCKED,
     DELAY_S,
     DELAYED,
-    FROZEN,
     GARBAGE,
     GROUPS,
+    ICED,
     INTERMITTENT,
     KIND,
     SCALE,
@@ -28,7 +29,7 @@ from sim_plant.failures.numbers import (
     Fitted,
     Verdict,
 )  # fmt: skip
-from sim_plant.failures.script import CHANNELS, CMD_INJECT_FAILURE, Event
+from sim_plant.failures.script import CHANNELS, CMD_INJECT_FAILURE, ICE_MAX, Event
 
 
 def judge(command: int, params: tuple[float, ...], aircraft: str, fitted: Fitted) -> Verdict:
@@ -51,15 +52,20 @@ def judge(command: int, params: tuple[float, ...], aircraft: str, fitted: Fitted
     if not group:
         return judge_part(unit, kind, instance, value, for_s, aircraft, fitted)
     if kind not in KIND:
-        return Verdict(UNSUPPORTED, f"failure type {kind}: allowed 0 to {INTERMITTENT}, {SPIKE} to {STAMP} of a sensor")
+        allowed = f"0 to {INTERMITTENT}, {SPIKE} to {STAMP}, {BLOCKED}, {ICED} of a sensor"
+        return Verdict(UNSUPPORTED, f"failure type {kind}: allowed {allowed}")
+    if kind == BLOCKED and value:
+        return Verdict(DENIED, f"value {value:g}: failure type {kind} takes none")
     if group != "air":
         return judge_sensor(group, kind, channel, value, for_s, aircraft, fitted)
     if not 0 <= instance <= probes:
         return Verdict(DENIED, f"instance {instance}: {aircraft} has probes 1 to {probes}, 0 = all")
     if not 0 <= channel <= len(CHANNELS):
         return Verdict(DENIED, f"channel {channel}: allowed 1 V, 2 alpha, 3 beta, 0 = all")
-    if kind in (FROZEN, STAMP) and (instance or channel):
+    if kind == STAMP and (instance or channel):
         return Verdict(DENIED, f"failure type {kind} of the air data: of all probes and channels at once, or of none")
+    if kind in (BLOCKED, ICED) and channel:
+        return Verdict(DENIED, f"failure type {kind} of the air data: of a pitot tube, channel 0")
     if value and not channel and kind in AIR_DEFAULT and kind != SCALE:
         return Verdict(DENIED, f"value {value:g} without a channel: V and angles have different units")
     values: tuple[float, ...] = ()
@@ -81,6 +87,10 @@ def judge(command: int, params: tuple[float, ...], aircraft: str, fitted: Fitted
         values = (value or SHARE,)
     elif kind == STAMP:
         values = (value or STAMP_S,)
+    elif kind == ICED and value:
+        if not 0.0 < value <= ICE_MAX:
+            return Verdict(DENIED, f"rate {value:g} 1/s: allowed above 0, up to {ICE_MAX:g}")
+        values = (value,)
     name = CHANNELS[channel - 1] if channel else ""
     # values in TOML-ready form: the same event written into a scenario makes the same fault
     event = Event(

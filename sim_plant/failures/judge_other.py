@@ -30,7 +30,7 @@ from sim_plant.failures.numbers import (
     default,
 )  # fmt: skip
 from sim_plant.failures.schedule import CLEAR
-from sim_plant.failures.script import RANGES, SCALED, STAMPED, Event
+from sim_plant.failures.script import PORTS, RANGES, SCALED, STAMPED, Event
 
 LEAK_KGPS = 1.0
 SURFACE = {OK: CLEAR, STUCK: "jam", SLOW: "slow", HARDOVER: "hardover", FLOAT: "float", PLAY: "play"}
@@ -50,6 +50,8 @@ def judge_sensor(
     """A sensor other than the air data: as a whole, or one column of its reading."""
     rate, samples, columns = fitted.rates_hz[group], 0, fitted.columns.get(group, 0)
     values: tuple[float, ...] = ()
+    if group not in PORTS.get(KIND[kind], (group,)):
+        return Verdict(UNSUPPORTED, f"failure type {kind} of {group}: it has no tube or port that could")
     if not 0 <= channel <= columns:
         return Verdict(DENIED, f"channel {channel}: allowed 1 to {columns} of {group}, 0 = all")
     if kind in SIZES or kind == SCALE:

@@ -16,7 +16,7 @@ UNIT_FUEL, UNIT_MOTOR, UNIT_SERVO, UNIT_LINK = (
     102,
     105,
 )  # FAILURE_UNIT_SYSTEM_BATTERY, _MOTOR, _SERVO, _MAVLINK_SIGNAL
-UNIT_ATT, UNIT_GAUGE, UNIT_BOOM = 64, 65, 66  # of the house's own
+UNIT_ATT, UNIT_GAUGE, UNIT_BOOM, UNIT_RADALT = 64, 65, 66, 67  # of the house's own
 GROUPS = {
     0: "imu",
     1: "imu",
@@ -29,9 +29,10 @@ GROUPS = {
     UNIT_ATT: "att",
     UNIT_GAUGE: "fuel",
     UNIT_BOOM: "boom",
+    UNIT_RADALT: "radalt",
 }  # FAILURE_UNIT_SENSOR_*
 OK, OFF, STUCK, GARBAGE, WRONG, SLOW, DELAYED, INTERMITTENT = range(8)  # FAILURE_TYPE
-SPIKE, SCALE, FROZEN, STAMP, HARDOVER, FLOAT, PLAY = range(64, 71)  # of the house's own
+SPIKE, SCALE, FROZEN, STAMP, HARDOVER, FLOAT, PLAY, BLOCKED, ICED = range(64, 73)  # of the house's own
 KIND = {
     OK: CLEAR,
     OFF: "off",
@@ -45,6 +46,8 @@ KIND = {
     SCALE: "scale",
     FROZEN: "frozen",
     STAMP: "stamp",
+    BLOCKED: "blocked",
+    ICED: "iced",
 }
 _DEG = math.radians(1.0)
 # per channel V, alpha, beta: what a type does if no value is given (the source's fault sizes; the rest our choice)
@@ -65,6 +68,8 @@ _WRONG = {
     "rel": (3.0,) * 3 + (0.3,) * 3,  # [m, m/s]
     "fuel": (100.0,),  # [kg]
     "tacan": (500.0,),  # [m]
+    "radalt": (5.0,),  # [m]
+    "boom": (_DEG, _DEG, 0.5),  # [rad, m]
 }
 SIZES = {WRONG: 1.0, SLOW: 0.05, GARBAGE: 10.0, SPIKE: 10.0}  # [-] of those
 DELAY_S = STAMP_S = 1.0

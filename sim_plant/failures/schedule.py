@@ -12,12 +12,13 @@ from sim_plant.aircraft.base import Member
 from sim_plant.aircraft.kind import SURFACES
 from sim_plant.failures.actuators import Bent, Held
 from sim_plant.failures.parts import CLEARS, check_part, power_of
-from sim_plant.failures.script import BENDS, CHANNELS, ENGINE_KINDS, Event
+from sim_plant.failures.script import BENDS, CHANNELS, ENGINE_KINDS, ICE, PORTS, Event
 from sim_plant.rng import generator
 from sim_plant.scenario import Scenario
 from sim_plant.sensors.airdata import ORDER, AirSensor, Cells
 from sim_plant.sensors.base import Sensor
 from sim_plant.sensors.faulty import Delay, Drift, Flicker, Garbage
+from sim_plant.sensors.ports import Pitot, StaticPort, Still, Tubes
 
 HALF = 0.5  # [-] share of samples an intermittent fault loses if nothing is said
 
@@ -47,7 +48,7 @@ def columns_of(e: Event, s: Sensor, at: str) -> list[int]:
     probes = s.columns // len(CHANNELS)
     if e.index >= probes:
         raise ConfigError(f"{at}.index = {e.index}: {s.key} has probes 0 to {probes - 1} ({', '.join(s.names)})")
-    channels = [CHANNELS.index(e.channel)] if e.channel else range(len(CHANNELS))
+    channels = [CHANNELS.index(e.channel)] if e.channel else range(1 if e.kind in PORTS else len(CHANNELS))
     return [len(CHANNELS) * p + c for p in ([e.index] if e.index >= 0 else range(probes)) for c in channels]
 
 
@@ -171,6 +172,12 @@ class FaultPlan:
             process = Drift(row, t_us)
         elif e.kind == "garbage":
             process = Garbage(row, rng)
+        elif e.kind in PORTS:
+            tubes = tuple(c // len(CHANNELS) for c in columns)
+            rate = (e.value[0] if e.value else ICE) if e.kind == "iced" else 0.0
+            process = Pitot(tubes, rate, t_us) if isinstance(s, AirSensor) else StaticPort()
+        elif e.kind == "frozen" and (e.index >= 0 or e.channel):
+            process = Still(columns)
         elif e.kind == "delayed":
             process = Delay(e.samples)
         elif e.kind == "intermittent":
@@ -222,6 +229,21 @@ class FaultPlan:
         if isinstance(s, AirSensor):
             s.cells = sorted((p for p in processes if isinstance(p, Cells)), key=lambda c: ORDER.index(c.kind))
         s.refresh()
+        self._ports(e.target, [a.process for a in mine])
+
+    def _ports(self, target: str, faults: list[Any]) -> None:
+        """What stands between the air and the air data and the barometer: they share a static port."""
+        closed = [p for p in faults if isinstance(p, StaticPort)]
+        pitots = [p for p in faults if isinstance(p, Pitot)]
+        for s in self._sensors[target].values():
+            if isinstance(s, AirSensor):
+                tubes = [Tubes(pitots, closed[0] if closed else None)] if pitots or closed else []
+                s.before = [*tubes, *(p for p in faults if isinstance(p, Still))]
+            elif s.group == "baro":
+                s.before = [*closed[:1]]
+            else:
+                continue
+            s.refresh()
 
 
 CLEAR = "clear"

@@ -10,16 +10,20 @@ from flightsw.strict import ConfigError, OneOf, Range
 from sim_plant.aircraft.kind import SURFACES
 from sim_plant.sensors.config import NonNeg
 
-SENSORS = ("imu", "baro", "mag", "gnss", "air", "att", "rel", "fuel", "boom", "tacan")
-STAMPED = ("gnss", "air", "att", "rel", "fuel", "boom", "tacan")  # whose samples carry a time of their own on the wire
-SCALED = ("air", "imu", "baro", "mag", "gnss", "rel", "fuel")  # whose readings are numbers, not an attitude or a reply
+SENSORS = ("imu", "baro", "mag", "gnss", "air", "att", "rel", "fuel", "boom", "tacan", "radalt")
+# whose samples carry a time of their own on the wire
+STAMPED = ("gnss", "air", "att", "rel", "fuel", "boom", "tacan", "radalt")
+# whose readings are numbers, not an attitude or a reply
+SCALED = ("air", "imu", "baro", "mag", "gnss", "rel", "fuel", "boom", "radalt")
 _ACTION = "WKF_ACTION_"
 ACTIONS: dict[str, int] = {e.name.removeprefix(_ACTION).lower(): v for v, e in ENUMS["WKF_ACTION"].items()}
 CMD_REFUEL: int = VALUES["MAV_CMD_USER_1"]  # what an action is sent as
 SENSOR_KINDS = (
     "dropout", "off", "bias", "drift", "garbage", "scale", "stuck", "delayed", "intermittent", "spike",
-    "frozen", "stamp",
+    "frozen", "stamp", "blocked", "iced",
 )  # fmt: skip
+PORTS = {"blocked": ("air", "baro"), "iced": ("air",)}  # faults of pitot tubes and static port, and of which sensor
+ICE, ICE_MAX = 1.0 / 60.0, 100.0  # [1/s] share of the impact pressure an icing tube loses, and the most
 BENDS = ("hardover", "float", "slow", "play")
 SURFACE_KINDS = ("jam", *BENDS)
 ENGINE_KINDS = ("engine_off", "thrust_loss")
@@ -30,7 +34,9 @@ FIELDS = {  # what a kind takes besides t_s, kind, target
     "command": ("action", "command", "params"),
     **dict.fromkeys(("dropout", "off", "stuck"), _FAULT),
     **dict.fromkeys(("bias", "drift", "garbage", "scale", "intermittent"), (*_FAULT, "value")),
-    "frozen": ("for_s", "sensor"),
+    "frozen": _FAULT,
+    "blocked": ("for_s", "sensor", "index"),
+    "iced": ("for_s", "sensor", "index", "value"),
     "stamp": ("for_s", "sensor", "value"),
     "delayed": (*_FAULT, "samples"),
     "spike": ("sensor", "index", "channel", "value"),
@@ -58,7 +64,10 @@ class Event:
     (uniform within +-value is added, fresh each sample); scale (reading times value); stuck (last value, fresh stamps);
     delayed (`samples` samples late, fresh stamps); intermittent (value = share of the samples lost, mean outage [s]; default
     0.5, outages independent); spike (value is added once); frozen (the truth stands still, the sensor's own errors go
-    on); stamp (the time of the samples is off by value [s]). Air data: index = one probe, channel = V, alpha or beta only.
+    on: a vane frozen in its bearing); stamp (the time of the samples is off by value [s]). Air data: index = one probe,
+    channel = V, alpha or beta only. blocked: of air a pitot tube and its drain (total pressure trapped: the airspeed rises
+    in a climb), of baro the static port (barometer still, airspeeds wrong with height); iced: of air, the tube closes,
+    value = share of the impact pressure lost per second, default 1/60.
     link_loss: the radio is dead; link_poor: intermittently, value = share of the time, mean outage [s]. Surfaces: jam
     (frozen); hardover (to the stop, value = 1 or -1: which); float (free in the flow, value = ratio); slow (value =
     rate [rad/s]); play (value = gap [rad]). Engines, index = which, -1 = all: engine_off; thrust_loss (value = share
@@ -154,8 +163,14 @@ def _check_fault(at: str, e: Event) -> None:
             raise ConfigError(f"{at}.{key} = {got}: only sensor = 'air' has probes and channels, got {e.sensor!r}")
         if e.kind == "scale" and e.sensor not in SCALED:
             raise ConfigError(f"{at}.kind = 'scale': allowed with sensor = {', '.join(SCALED)}, got {e.sensor!r}")
+    if e.sensor not in PORTS.get(e.kind, (e.sensor,)):
+        raise ConfigError(f"{at}.sensor = {e.sensor!r}: {e.kind} is of sensor = {' or '.join(PORTS[e.kind])}")
     if e.kind in NEED_VALUE and not e.value:
         raise ConfigError(f"{at}: a {e.kind} event needs value")
+    if e.kind == "iced" and e.value and not (len(e.value) == 1 and 0.0 < e.value[0] <= ICE_MAX):
+        raise ConfigError(
+            f"{at}.value = {list(e.value)}: an iced event takes one rate above 0, up to {ICE_MAX:g} per s"
+        )
     if e.kind == "garbage" and min(e.value) < 0.0:
         raise ConfigError(f"{at}.value = {list(e.value)}: a garbage event needs half widths of 0 or more")
     if e.kind == "delayed" and e.samples < 1:

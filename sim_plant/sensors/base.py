@@ -15,6 +15,7 @@ from sim_plant.sensors.faulty import Delay, Drift, Flicker, Garbage
 
 if TYPE_CHECKING:
     from sim_plant.sensors.errors import Errors
+    from sim_plant.sensors.ports import Before
 
 
 class View:
@@ -57,6 +58,7 @@ class Sensor:
 
     group = ""  # name in the scenario
     bit = 0  # SensorFrame.updated
+    exact = 0  # columns of its reading that faults can change, if paper gives it no errors of its own
 
     def __init__(
         self, key: str, rate_hz: float, latency_ms: float, base_hz: int, noise: NoiseRows | None, columns: int
@@ -80,6 +82,7 @@ class Sensor:
         self.flickers: list[Flicker] = []
         self.factors: list[float] | None = None  # of the reading, column by column
         self.frozen = False  # the truth stands still
+        self.before: list[Before] = []  # what else stands between the truth and the sensor
         self._still: View | None = None
         self.stamp_us = 0  # the samples' time is off by
 
@@ -97,6 +100,8 @@ class Sensor:
             # errors are drawn also while a fault hides them: a fault must not reshuffle the rest of the run
             e = self.noise.next() if self.noise is not None else []
             out = False
+            if self.faulty:
+                view = self.shown(view, t_us)
             if self.graded is not None:
                 e, out = self.graded.add(e, t_us, view), self.graded.lost()
             if not self.faulty:
@@ -118,8 +123,7 @@ class Sensor:
             frame.updated |= self.bit
 
     def _faulty_sample(self, t_us: int, view: View, e: list[float], out: bool) -> None:
-        if self.frozen:
-            view = self._still = self._still or view.still()
+        e = e or [0.0] * self.columns
         for extra in (self.offset, self.spike):
             if extra is not None:
                 e = [a + b for a, b in zip(e, extra, strict=True)]
@@ -138,6 +142,14 @@ class Sensor:
         value = before if frozen else self.sample(view, e)
         if value is not None and (value := self.alter(value, frozen)) is not None:
             self._queue.append((t_us, value))
+
+    def shown(self, view: View, t_us: int) -> View:
+        """The truth as it reaches the sensor at t_us."""
+        if self.frozen:
+            view = self._still = self._still or view.still()
+        for b in self.before:
+            view = b.act(view, t_us)
+        return view
 
     def row(self, view: View) -> list[float]:
         """The reading without error, in the columns of the error row; zeros out of reach."""
@@ -160,6 +172,6 @@ class Sensor:
         """Recompute the summary flag after a fault field changed."""
         self.faulty = self.dropped or self.stuck or self.offset is not None or self.spike is not None
         self.faulty = self.faulty or bool(self.errors or self.delays or self.flickers)
-        self.faulty = self.faulty or self.factors is not None or self.frozen or self.stamp_us != 0
+        self.faulty = self.faulty or self.factors is not None or self.frozen or self.stamp_us != 0 or bool(self.before)
         if not self.frozen:
             self._still = None

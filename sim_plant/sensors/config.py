@@ -137,6 +137,19 @@ class BoomSignal:
 
 
 @dataclass(frozen=True)
+class Radalt:
+    """Radio altimeter, carried by a kind that has one where its grade is not paper: the works have none."""
+
+    rate_hz: Rate = 25.0
+    latency_ms: Latency = 0.0
+    range_max_m: Annotated[float, Range(1.0, 655.0)] = (
+        655.0  # such a set measures to 760 m; DISTANCE_SENSOR's cm end here
+    )
+    grade: OwnGrade = ""  # "": that of the aircraft
+    terms: dict[str, Any] = field(default_factory=dict)  # single terms (sensors/terms.py) over the grade's
+
+
+@dataclass(frozen=True)
 class Tacan:
     """Slant range, one reply per interval; defaults rivard.md section 4."""
 
@@ -172,6 +185,7 @@ class Suite:
     att: Att = field(default_factory=Att)
     rel: Rel = field(default_factory=Rel)
     fuel: Fuel = field(default_factory=Fuel)
+    radalt: Radalt = field(default_factory=Radalt)
     boom: BoomSignal = field(default_factory=BoomSignal)
     tacan: Tacan = field(default_factory=Tacan)
     radar: Radar = field(default_factory=Radar)

@@ -38,6 +38,7 @@ TRUE: dict[str, Callable[[View], list[float]]] = {  # the measured quantity, in 
     "fuel": lambda v: [v.s[n.S_FUEL]],
     "air": lambda v: v.o[n.O_PROBE : n.O_PROBE + 3 * v.probes],
     "rel": lambda v: v.rel[0:6],
+    "radalt": lambda v: [-v.s[n.S_P + 2]],
     "boom": lambda v: v.boom[n.R_EL : n.R_EXT + 1],
 }
 

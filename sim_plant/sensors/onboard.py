@@ -11,6 +11,7 @@ from flightsw.types import (
     UPD_GNSS,
     UPD_IMU,
     UPD_MAG,
+    UPD_RADALT,
     Quat,
     SensorFrame,
 )
@@ -110,3 +111,20 @@ class FuelSensor(Sensor):
 
     def fill(self, frame: SensorFrame, t_us: int, value: tuple[float, float]) -> None:
         frame.fuel_kg, frame.fuel_flow_kgps, frame.fuel_t_us = value[0], value[1], t_us
+
+
+class RadaltSensor(Sensor):
+    """Radio altimeter: height above the ground [m], which is level at height 0; silent beyond its range, and never below 0."""
+
+    group, bit = "radalt", UPD_RADALT
+    range_max_m = math.inf
+
+    def sample(self, view: View, e: list[float]) -> tuple[float] | None:
+        h = -view.s[n.S_P + 2]
+        return (max(0.0, h + e[0]),) if h <= self.range_max_m else None
+
+    def row(self, view: View) -> list[float]:
+        return [-view.s[n.S_P + 2]]
+
+    def fill(self, frame: SensorFrame, t_us: int, value: tuple[float]) -> None:
+        (frame.radalt_m,), frame.radalt_t_us = value, t_us

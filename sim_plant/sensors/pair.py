@@ -28,15 +28,18 @@ class RelSensor(Sensor):
 
 
 class BoomSensor(Sensor):
-    """Boom signal: contact, inside the envelope, elevation and azimuth [rad], extension [m]."""
+    """Boom signal: contact, inside the envelope, elevation and azimuth [rad], extension [m]. Error row: the last three."""
 
-    group, bit = "boom", UPD_BOOM
+    group, bit, exact = "boom", UPD_BOOM, 3
 
     def sample(self, view: View, e: list[float]) -> tuple[bool, bool, float, float, float]:
         r = view.boom
         if not e:
             return view.contact, view.inside, r[n.R_EL], r[n.R_AZ], r[n.R_EXT]
         return view.contact, view.inside, r[n.R_EL] + e[0], r[n.R_AZ] + e[1], r[n.R_EXT] + e[2]
+
+    def row(self, view: View) -> list[float]:
+        return view.boom[n.R_EL : n.R_EXT + 1]
 
     def fill(self, frame: SensorFrame, t_us: int, value: tuple[bool, bool, float, float, float]) -> None:
         frame.boom_contact, frame.boom_inside, frame.boom_elevation, frame.boom_azimuth, frame.boom_extension_m = value

@@ -10,7 +10,15 @@ from sim_plant.sensors.airdata import AirSensor
 from sim_plant.sensors.base import Sensor
 from sim_plant.sensors.config import NoiseCfg, Suite
 from sim_plant.sensors.errors import Errors
-from sim_plant.sensors.onboard import AttitudeSensor, BaroSensor, FuelSensor, GnssSensor, ImuSensor, MagSensor
+from sim_plant.sensors.onboard import (
+    AttitudeSensor,
+    BaroSensor,
+    FuelSensor,
+    GnssSensor,
+    ImuSensor,
+    MagSensor,
+    RadaltSensor,
+)
 from sim_plant.sensors.pair import BoomSensor, RelSensor
 from sim_plant.sensors.tacan import RadarSensor, TacanSensor
 from sim_plant.sensors.terms import PAPER, grade_of, group_terms
@@ -49,7 +57,7 @@ def build_sensors(
         terms = group_terms(cls.group, grade, cfg.terms, f"{at}.terms")
         noise = errors(cls.group, cfg, std, bias) if std and grade == PAPER else None
         if terms is None:
-            return cls(at, cfg.rate_hz, cfg.latency_ms, base_hz, noise, len(std))
+            return cls(at, cfg.rate_hz, cfg.latency_ms, base_hz, noise, len(std) or cls.exact)
         latency = cfg.latency_ms if terms.latency_ms is None else terms.latency_ms
         graded = Errors(seed, name, cls.group, terms, 1.0 / cfg.rate_hz, probes, common.scale, common.bias_scale)
         s = cls(at, cfg.rate_hz, latency, base_hz, noise, graded.width)
@@ -79,6 +87,10 @@ def build_sensors(
     )
     fit(AttitudeSensor, u.att, [u.att.std] * 3, [u.att.bias_std] * 3)
     fit(FuelSensor, u.fuel, [u.fuel.std_kg], [u.fuel.bias_std_kg])
+    if "radalt" in groups:
+        radalt = make(RadaltSensor, u.radalt, [], [])
+        radalt.range_max_m = u.radalt.range_max_m
+        out.append(radalt)
     if probes:
         out.append(
             make(

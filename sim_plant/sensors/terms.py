@@ -42,6 +42,7 @@ FAMILIES: dict[str, dict[str, tuple[tuple[int, ...], tuple[str, ...]]]] = {
     "fuel": {"mass": ((0,), (*DRAWN, *SHAPED))},
     "air": {"V": ((0,), (*DRAWN, *SHAPED)), "alpha": ((1,), (*DRAWN, *SHAPED)), "beta": ((2,), (*DRAWN, *SHAPED))},
     "rel": {"pos": ((0, 1, 2), (*DRAWN, *SHAPED, "align")), "vel": ((3, 4, 5), (*DRAWN, *SHAPED, "align"))},
+    "radalt": {"height": ((0,), (*DRAWN, *SHAPED))},
     "boom": {"angle": ((0, 1), (*DRAWN, *SHAPED)), "extension": ((2,), (*DRAWN, *SHAPED))},
 }
 

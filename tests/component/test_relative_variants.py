@@ -122,7 +122,7 @@ def test_square_root_and_covariance_form_agree(white: dict[str, dict[str, np.nda
     assert np.abs(white["ukf_rotational"]["rot"] - white["rotational"]["rot"]).max() < 1e-6
 
 
-@pytest.mark.parametrize("seeds", [(11, 12, 13, 14)])
+@pytest.mark.parametrize("seeds", [(11, 12, 13)])
 def test_rotational_wind_follows_the_wake_and_what_it_does_to_station_keeping(seeds: tuple[int, ...]) -> None:
     """q_eff is about -0.02 rad/s at contact. Exact model: its error is well below not estimating it; effect on the loop."""
     q, without, xi = [], [], []
@@ -214,7 +214,7 @@ def test_adapted_wind_noise_is_within_ten_per_cent_of_the_tuned_filter(sigma: fl
     """Same parameters at two turbulence levels, both aircraft; reference: q_wind scaled with the true sigma."""
     ways: dict[str, dict[str, Any]] = {"single": {"nav__adapt_wind": "single"}, "bank": {"nav__adapt_wind": "bank"}}
     log = Rig(
-        3, 60.0, plant={"wind.dryden.sigma_mps": sigma, "noise.bias_scale": 0.0},
+        3, 45.0, plant={"wind.dryden.sigma_mps": sigma, "noise.bias_scale": 0.0},
         tanker_shadows={**ways, "tuned": {"nav__q_wind": 0.33 * factor}},
         shadows={**ways, "tuned": {"nav__q_wind": 0.40 * factor}},
     ).run()  # fmt: skip

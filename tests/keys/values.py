@@ -22,7 +22,7 @@ ELSEWHERE = {
     "LinkConfig.startup_timeout_s": "wall clock of the onboard process (flightsw.process.loop, tests/component)",
     "LinkConfig.peer_timeout_s": "wall clock of the onboard process (flightsw.process.loop, tests/component)",
     **dict.fromkeys(
-        [f"{s}.terms" for s in ("Air", "Att", "Baro", "BoomSignal", "Fuel", "Gnss", "Imu", "Mag", "Rel")],
+        [f"{s}.terms" for s in ("Air", "Att", "Baro", "BoomSignal", "Fuel", "Gnss", "Imu", "Mag", "Radalt", "Rel")],
         "a table of terms: each drawn, and refused by name, in tests/unit/test_sensor_grades.py",
     ),
 }

@@ -57,7 +57,7 @@ main()
 def test_forked_and_started_afresh_leave_the_same_bytes(tmp_path: Path, port_offset: int) -> None:
     args = [
         "run",
-        "rendezvous",
+        "windshear",
         "--duration",
         "0.5",
         "--no-rrd",

@@ -16,25 +16,19 @@ LOGS = ("link_alexis.tlog", "link_reference.tlog", "tlm.tlog", "truth.tlog")
 
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory: pytest.TempPathFactory, next_port_offset: Callable[[], int]) -> dict[str, Path]:
-    """The same flight with separate processes, in one process, and in one process with another seed."""
+    """The same flight with separate processes and in one process."""
     base = tmp_path_factory.mktemp("gust")
     out = {}
-    for name, seed, flags in (
-        ("sockets", 5, ("--port-offset", next_port_offset())),
-        ("single", 5, ("--in-process",)),
-        ("other", 6, ("--in-process",)),
-    ):
+    for name, flags in (("sockets", ("--port-offset", next_port_offset())), ("single", ("--in-process",))):
         out[name] = base / name
-        ended = sil("run", "gust", "--seed", seed, "--duration", SECONDS, "--no-rrd", "--out", out[name], *flags)
+        ended = sil("run", "gust", "--seed", 5, "--duration", SECONDS, "--no-rrd", "--out", out[name], *flags)
         assert ended.code == 0, ended.text
     return out
 
 
 @pytest.mark.parametrize("log", LOGS)
 def test_one_seed_one_result(runs: dict[str, Path], log: str) -> None:
-    same = (runs["sockets"] / log).read_bytes()
-    assert same == (runs["single"] / log).read_bytes()
-    assert same != (runs["other"] / log).read_bytes()
+    assert (runs["sockets"] / log).read_bytes() == (runs["single"] / log).read_bytes()
 
 
 def test_replay_repeats_every_output(runs: dict[str, Path]) -> None:

@@ -239,7 +239,7 @@ def test_failure_words_and_numbers() -> None:
     assert inject(None, "off", to=1).target == 1
     assert CHANNELS == {"all": 0, "V": 1, "alpha": 2, "beta": 3}
     assert PROBES == {"all": 0, "nose": 1, "left": 2, "right": 3}
-    assert UNITS["airspeed"] == 8 and TYPES["intermittent"] == 7 and len(TYPES) == 15
+    assert UNITS["airspeed"] == 8 and TYPES["intermittent"] == 7 and len(TYPES) == 17
 
 
 @pytest.mark.parametrize(

@@ -17,6 +17,7 @@ from ground.metrics import compute
 from ground.rrd import convert
 from ground.rrd.blueprint import NoTabError
 from ground.views.windshear.read import KD, VA, WX, Downburst, H, X, flights, has_windshear
+from ground.views.windshear.signals import radio_heights
 from sim_plant.wind.microburst import Microburst
 from sim_plant.wind.microburst_kernel import wind
 from tests.drawn import are_signals
@@ -27,9 +28,10 @@ SECONDS = 66.0
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The approach and the begin of the escape."""
+    """The approach and the begin of the escape, with a radio altimeter, which moves nothing."""
     out = tmp_path_factory.mktemp("ws") / "run"
-    ended = sil("run", "windshear", "--duration", SECONDS, "--in-process", "--no-rrd", "--out", out)
+    radio = ("--set", "plant.sensors.twinjet.radalt.grade=tactical")
+    ended = sil("run", "windshear", "--duration", SECONDS, "--in-process", "--no-rrd", *radio, "--out", out)
     assert ended.code == 0, ended.text
     return out
 
@@ -59,6 +61,15 @@ def test_flight_and_thresholds_are_read_from_the_run(run: Path) -> None:
     assert f.dt == pytest.approx(0.02) and f.abort > 0
     assert f.true[0, X] == pytest.approx(-4500.0) and f.true[0, H] == pytest.approx(350.0)
     assert np.abs(f.x[:, KD] - 1.0).max() < 0.3 and np.abs(f.x[100:, VA] - f.true[100:, VA]).max() < 2.0
+
+
+def test_the_height_by_radio_is_a_signal(run: Path) -> None:
+    """Ten a second, within scale, constant and noise of the grade."""
+    [f] = flights(run, load(run / "truth.tlog"), load(run / "tlm.tlog"))
+    [s] = radio_heights(Run(run))
+    true = np.interp(s.t_us, f.t_us, f.true[:, H])
+    assert s.path == "nav/twinjet/radio_height" and len(s.t_us) > 10 * SECONDS - 20
+    assert 0.1 < np.abs(s.values - true).max() < 0.04 * 350.0 + 3.0
 
 
 def test_the_hazard_index_is_the_energy_it_costs(run: Path) -> None:

@@ -185,7 +185,7 @@ def test_delay_is_a_shift(x: list[int], n: int) -> None:
     assert [d.push(v) for v in x] == ([x[0]] * n + x)[: len(x)]
 
 
-@pytest.mark.parametrize("sensor", ["gnss", "imu", "att", "rel", "baro"])
+@pytest.mark.parametrize("sensor", ["gnss", "imu", "att", "rel", "baro", "boom"])
 @pytest.mark.parametrize(
     "event",
     [
@@ -221,7 +221,7 @@ def test_other_sensors_take_the_group_kinds(sensor: str, event: dict[str, Any]) 
         ({"kind": "intermittent", "value": [0.5, 0.0]}, r"mean outage in s"),
         ({"kind": "stuck", "sensor": "gnss", "index": 1}, r"event\[0\]\.index = 1: only sensor = 'air'.*'gnss'"),
         ({"kind": "off", "sensor": "imu", "channel": "V"}, r"event\[0\]\.channel = 'V': only sensor = 'air'"),
-        ({"kind": "scale", "sensor": "boom", "value": [2.0]}, r"kind = 'scale': allowed with sensor = air"),
+        ({"kind": "scale", "sensor": "att", "value": [2.0]}, r"kind = 'scale': allowed with sensor = air"),
         ({"kind": "link_loss", "sensor": "", "index": 1}, r"event\[0\]\.index = 1: a link_loss event has none"),
         ({"kind": "wobble"}, r"kind = 'wobble': allowed: command, dropout, off, bias, drift"),
     ],

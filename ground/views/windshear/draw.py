@@ -28,7 +28,7 @@ from ground.views.windshear.read import (
     X,
     flights,
 )
-from ground.views.windshear.signals import of_flight
+from ground.views.windshear.signals import of_flight, radio_heights
 
 DEG = SHOWN["rad"]
 Made = dict[str, Signal]  # by path
@@ -52,6 +52,8 @@ def draw(sink: Sink, run: Run) -> None:
         _wind(sink, f, made)
         _hazard(sink, f, made)
         _flight(sink, f, made)
+    for s in radio_heights(run):
+        _line(sink, s, "height by radio", COMMAND, 0.8)
 
 
 def _at(x: np.ndarray, h: np.ndarray) -> np.ndarray:

@@ -39,7 +39,10 @@ def layout(run: Run, look: Look) -> Layout:
             name="Windshear",
         ),
         rrb.Horizontal(
-            rrb.Vertical(_pair(p, one, "height", "height [m]"), _pair(p, one, "airspeed", "airspeed [m/s]")),
+            rrb.Vertical(
+                p.plot("height [m]", [f"{k}/{one}/height" for k in ("truth", "nav")] + [f"nav/{one}/radio_height"]),
+                _pair(p, one, "airspeed", "airspeed [m/s]"),
+            ),
             rrb.Vertical(_pair(p, one, "alpha", "incidence [deg]"), _pair(p, one, "path", "air-path angle [deg]")),
             rrb.Vertical(
                 p.plot("thrust [kN]", [f"truth/{one}/thrust", f"nav/{one}/thrust", f"ctrl/{one}/thrust"]),

@@ -25,6 +25,7 @@ from ground.views.windshear.read import (
     WindshearFlight,
     X,
     flights,
+    names,
 )
 
 SOURCE = "windshear"
@@ -37,9 +38,19 @@ KILO = 1e3  # the message and the flight have thrust in kN
 def signals(run: Run) -> Iterator[Signal]:
     """{truth, nav}/<aircraft>/{along, height, airspeed, path, thrust, w_x, w_h}, nav's <key>_sigma; F_quick and F_slow of
     both: hazard index in the low-pass of the caution, of the abort; truth's climb; nav's scale/{lift, drag}, monitor,
-    turbulence, nis; guid's alert, law, climb; ctrl's thrust, elevator."""
+    turbulence, nis, radio_height; guid's alert, law, climb; ctrl's thrust, elevator."""
     for f in flights(run.folder, run.truth, run.tlm):
         yield from of_flight(f)
+    yield from radio_heights(run)
+
+
+def radio_heights(run: Run) -> Iterator[Signal]:
+    """nav/<aircraft>/radio_height of those that have a radio altimeter: as read, in no estimate."""
+    for sysid, name in names(run.folder, run.tlm).items():
+        radio = run.tlm.get(sysid, "DISTANCE_SENSOR")
+        if radio is not None:
+            height = 0.01 * radio["current_distance"].astype(np.float64)
+            yield Signal(f"nav/{name}/radio_height", radio.t_us, height, "m", source=SOURCE)
 
 
 def of_flight(f: WindshearFlight) -> Iterator[Signal]:

@@ -15,7 +15,7 @@ from sim_plant.failures.script import Event
 FILE = Path(__file__).with_name("faults.toml")
 # closing begins when pre-contact has been watched, and the turn when the straight leg has: every moment lies within 355 s
 SETTINGS = ("plant.event.1.t_s=240.0", "tanker.guid.first_leg_s=325.0")
-SIZED = ("bias", "drift", "scale", "spike", "garbage")
+SIZED = ("bias", "drift", "scale", "spike", "garbage", "iced")
 FIELDS = ("target", "kind", "sensor", "surface", "index", "channel", "value", "samples", "for_s")
 
 

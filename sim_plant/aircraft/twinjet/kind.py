@@ -23,4 +23,7 @@ def _table() -> type:
     return TwinJetTable
 
 
-KIND = Kind(TwinJet, _build, _table, surfaces=("elevator",), mismatch=("mass", "inertia", "thrust", "lag"))
+KIND = Kind(
+    TwinJet, _build, _table, carries=("imu", "baro", "gnss", "att", "radalt"), surfaces=("elevator",),
+    mismatch=("mass", "inertia", "thrust", "lag"),
+)  # fmt: skip

@@ -1,0 +1,1 @@
+"""Report on the refuelling by grade of sensors and level of turbulence."""

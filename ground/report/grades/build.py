@@ -1,0 +1,85 @@
+"""The refuelling by grade of sensors and level of turbulence as a page: outcomes, station keeping, estimates."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from ground.report import page as p
+from ground.report.build import load_all, provenance, warnings, write_page
+from ground.report.load import Campaign
+
+PAGE = "grades.html"
+TITLE = "Grades of sensors: what the refuelling makes of them"
+PURPOSE = (
+    "The refuelling is flown whole, plant and onboard processes, with every sensor of both aircraft of one grade, in each level "
+    "of turbulence. Contact is held on the straight leg and in the turn; the truth judges."
+)
+OUTCOMES = {
+    "kept": "kept",
+    "left": "left in time",
+    "late": "late",
+    "silent": "silent",
+    "keep_out": "keep-out",
+    "upset": "upset",
+    "lost": "lost",
+    "not_reached": "not reached",
+}
+HOLD = tuple(
+    (f"contact.{stat}_m.{x}", f"{words} {x}, m") for stat, words in (("rms", "RMS"), ("p95", "95 %")) for x in "xyz"
+)
+ESTIMATE = (
+    *((f"relative.rms_m.{x}", f"position {x}, m") for x in "xyz"),
+    ("relative.inside_3sigma_pct", "inside 3σ, %"),
+    *((f"wind.rms_mps.{x}", f"wind {x}, m/s") for x in "ned"),
+    ("wind.inside_3sigma_pct", "inside 3σ, %"),
+)
+READING = """
+An outcome is that of the fault matrix, with no fault but the grade and the air: kept is never further than 2 m from the contact
+point with contact not left; left in time is announced before the limit; silent is beyond it for 1 s with nothing said. Not
+reached: the receiver did not report contact in the time it had. Shares are of all runs, with Wilson intervals at 95 %.
+
+Station keeping and estimates are of the time in contact: from the receiver's first report of it until it was left, the flight
+ended or the watch was over, of runs with at least 5 s of it; their number stands in the table. A run gives one figure; the
+interval is over runs, by Student's t. RMS over runs is the root of the mean square; 95 % is the mean of the runs' 95th
+percentiles. Runs that left early are in it with the time they had: read it beside the outcomes.
+
+Inside 3σ: share of the errors of all three axes within three times the sigma published with them, both as sent at 10 Hz. Of a
+Gaussian error with an honest sigma 99.7 % are inside. Slow errors of a sensor are one draw a run: the share differs from run to
+run.
+"""
+
+
+def grades_report(folders: Sequence[Path], out: Path) -> Path:
+    """Write `out`/grades.html from a campaign folder; returns the page. Raises ReportError."""
+    found = load_all(folders, ("grades",))
+    return write_page(out, PAGE, lambda: _text(next(iter(found.values()))))
+
+
+def _text(c: Campaign) -> str:
+    chapters = [
+        ("outcomes", "Outcomes", _table(c, "", tuple((f"is.{k}", w) for k, w in OUTCOMES.items()), c.runs)),
+        ("hold", "Station keeping in contact", _table(c, "with contact", HOLD, _held(c))),
+        ("estimates", "Errors of the estimates in contact", _table(c, "with contact", ESTIMATE, _held(c))),
+        ("reading", "How to read this", "".join(p.paragraph(t) for t in READING.strip().split("\n\n"))),
+        ("provenance", "Provenance", provenance([c])),
+    ]
+    body = warnings(c) + "\n".join(p.section(*x) for x in chapters)
+    return p.document(TITLE, PURPOSE, [(a, t) for a, t, _ in chapters], body)
+
+
+def _held(c: Campaign) -> Callable[[str], int]:
+    return lambda case: c.stat(case, "contact.s").n
+
+
+def _table(c: Campaign, which: str, columns: tuple[tuple[str, str], ...], runs: Callable[[str], int]) -> str:
+    """A row per grade below a head per level of turbulence; runs: how many the row is of."""
+    lines = []
+    for sigma in dict.fromkeys(c.meta["cases"][x]["sigma_mps"] for x in c.cases):
+        lines.append(p.group(f"turbulence of {sigma:g} m/s", 2 + len(columns)))
+        for case in c.cases:
+            if c.meta["cases"][case]["sigma_mps"] == sigma:
+                cells = "".join(p.cell(c.stat(case, value)) for value, _ in columns)
+                lines.append(p.text(c.meta["cases"][case]["grade"], "name") + p.plain(runs(case)) + cells)
+    head = [("grade", ""), (f"runs {which}".strip(), "num"), *((words, "num") for _, words in columns)]
+    return p.table(head, lines)
