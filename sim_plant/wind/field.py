@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from flightsw.strict import ConfigError
 from sim_plant.kernels import layout as n
 from sim_plant.rng import BLOCK, generator
 from sim_plant.wind.air import free_air, gauss_markov_block
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from sim_plant.aircraft.base import Member
 
 Arr = NDArray[np.float64]
+SPEED_OFF = 0.3  # [-] of the airspeed: the filters' may be off by, with a level by name
 
 
 class Disturbance(Protocol):
@@ -91,6 +93,12 @@ class AirMass:
             name = m.cfg.name
             if self._owner[name] != name:
                 continue
+            V = float(m.view.o[n.O_V])
+            if d.level != "none" and not abs(d.V_mps - V) <= SPEED_OFF * V:
+                raise ConfigError(
+                    f"wind.dryden.V_mps = {d.V_mps:g} with wind.dryden.level = {d.level!r}: allowed: {1.0 - SPEED_OFF:g} to "
+                    f"{1.0 + SPEED_OFF:g} of the {V:.1f} m/s with which {name!r} meets the gusts"
+                )
             meet = [x for x in members if self._owner[x.cfg.name] == name]
             tick = 1 - RING if self._formation[name] else 0
             across, ahead = lines(d, meet, self._dt)

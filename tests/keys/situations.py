@@ -72,7 +72,14 @@ def silent(who: str, *groups: str, start_s: float = 0.8, each_s: float = 0.4) ->
 NOW = ("plant.event.0.t_s=0.5", "plant.event.1.t_s=0.5")
 PUFF = '[{axis = "down", size_mps = -2.0, start_s = 0.5, length_s = 1.0, shape = "one_cosine"}]'
 SLOW = Situation("slow variation of the wind", r"wind\.slow\.(tau_s|from_zero)", ("plant.wind.slow.sigma_mps=2.0",))
-LEVEL = Situation("turbulence by name", r"wind\.dryden\.level", ("plant.wind.dryden.sigma_mps=0.0",))
+
+
+def level(V: float) -> Situation:
+    """Met at the airspeed V [m/s]."""
+    sets = ("plant.wind.dryden.sigma_mps=0.0", f"plant.wind.dryden.V_mps={V}")
+    return Situation("turbulence by name", r"wind\.dryden\.level", sets)
+
+
 DRYDEN = Situation(
     "turbulence, not along north",
     r"wind\.dryden\..*",
@@ -167,7 +174,7 @@ CONTEXTS = (
         ("plant", "alexis"),
         (
             SLOW,
-            LEVEL,
+            level(20.0),
             DRYDEN,
             Situation("sensors with a bias", r"noise\.bias_scale", ("plant.sensors.alexis.imu.acc_bias_std=0.05",)),
             Situation("the events happen", r"event\..*", NOW),
@@ -201,7 +208,7 @@ CONTEXTS = (
         ("plant", "twinjet"),
         (
             SLOW,
-            LEVEL,
+            level(75.0),
             DRYDEN,
             Situation("sensors with a bias", r"noise\.bias_scale", ("plant.sensors.twinjet.imu.acc_bias_std=0.05",)),
             *health("twinjet", ("imu", "air", "att", "gnss")),
@@ -258,7 +265,7 @@ CONTEXTS = (
         ("plant", "tanker", "receiver"),
         (
             SLOW,
-            LEVEL,
+            level(195.0),
             Situation(
                 "a wake that lies where it was flown",
                 r"wind\.wake\.(sink|meander|edr_m2ps3)",
@@ -293,7 +300,7 @@ CONTEXTS = (
         ("plant", "tanker"),
         (
             SLOW,
-            LEVEL,
+            level(203.7),
             *health("tanker", ("imu", "air", "att", "gnss")),
             *gate(("tanker",)),
             *(Situation(why, keys, (f"tanker.{s}",)) for why, keys, s in CHOICES),

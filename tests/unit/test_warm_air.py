@@ -56,9 +56,10 @@ def test_an_aircraft_flies_in_it() -> None:
         ("gust", {"wind.density": "sounding"}, r"wind\.density = 'sounding': allowed with .*isa"),
         ("refueling", {"wind.dryden.level": "light"}, r"wind\.dryden\.sigma_mps = 0\.39.*level = 'light'"),
         ("refueling", {"wind.dryden.level": "heavy"}, r"wind\.dryden\.level.*light"),
+        ("gust", {"wind.dryden.level": "light"}, r"wind\.dryden\.V_mps = 195 with .*level.*of the 19\.7 m/s"),
         ("windshear", {"wind.dryden.over": "field"}, r"wind\.dryden\.over = 'field'"),
     ],
 )
 def test_what_cannot_be_obeyed_is_refused(scenario: str, sets: dict[str, object], says: str) -> None:
     with pytest.raises(ConfigError, match=says):
-        load_scenario(scenario, sets)
+        World(load_scenario(scenario, sets))
