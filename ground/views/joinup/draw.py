@@ -30,6 +30,9 @@ ROOT = "truth/receiver/join"
 TANKER_M, RECEIVER_M = 41.5, 13.2  # lengths
 STRETCH_M = 450.0  # what the two views show
 CORE = (230, 90, 90)
+# the tanker and its name in full, and the stretch behind it [m]
+ABOVE_M = rrb.VisualBounds2D(x_range=[-160.0, 240.0], y_range=[-50.0, STRETCH_M])
+SIDE_M = rrb.VisualBounds2D(x_range=[-STRETCH_M, 75.0], y_range=[-60.0, 90.0])
 # signal without the aircraft -> label, colour, how long a row may still change [us]
 LINES: dict[str, tuple[str, Color, int]] = {
     "truth/join/distance": ("distance", COLOR["receiver"], 0),
@@ -115,8 +118,10 @@ def layout(run: Run, look: Look) -> Layout:
 def joinup_tab(p: Plots) -> rrb.Vertical:
     """Plots and views of this module."""
     above, side = (
-        rrb.Spatial2DView(origin="/", contents=[f"{ROOT}/{k}/**"], name=title, overrides=past(f"{ROOT}/{k}/path"))
-        for k, title in (("above", "last stretch from above, tanker's axes [m]"), ("side", "from the side [m]"))
+        rrb.Spatial2DView(
+            origin="/", contents=[f"{ROOT}/{k}/**"], name=title, overrides=past(f"{ROOT}/{k}/path"), visual_bounds=seen
+        )
+        for k, title, seen in (("above", "from above, tanker's axes [m]", ABOVE_M), ("side", "from the side [m]", SIDE_M))
     )
     return rrb.Vertical(
         rrb.Horizontal(above, side, column_shares=[1.0, 1.6]),

@@ -18,6 +18,7 @@ from ground.views.refueling.aircraft import NAMES, RECEIVER, TANKER
 
 ENROUTE, JOIN_UP, OBSERVATION, CONTACT, LEG = 20, 21, 1, 5, 10  # WKF_PHASE
 WAKE_OF = "kc135r"
+HALF_WAY_M = 200.0
 Flat = dict[str, Any]
 
 
@@ -47,6 +48,16 @@ def has_joinup(tlm: Columns) -> bool:
     """True if the receiver's mission began en route."""
     status = tlm.get(RECEIVER, "MISSION_STATUS")
     return status is not None and first_us(status, ENROUTE) is not None
+
+
+def half_way_s(truth: Columns, tlm: Columns) -> float | None:
+    """Time [s] of the join-up at which the receiver is HALF_WAY_M behind the tanker; None without one that comes so far."""
+    status, true = tlm.get(RECEIVER, "MISSION_STATUS"), truth.get(RECEIVER, "TRUTH")
+    if status is None or true is None:
+        return None
+    joining = hold(true.t_us, status.t_us, status["phase"]) == JOIN_UP
+    there = true.t_us[joining & (true["xi"][:, 0] > -HALF_WAY_M)]
+    return float(there[0]) * 1e-6 if len(there) else None
 
 
 def join_metrics(truth: Columns, tlm: Columns) -> Flat:

@@ -31,6 +31,12 @@ class Joinup(View):
         """See ground.views.joinup.signals."""
         return list(signals(run))
 
+    def moment(self, run: Run) -> float | None:
+        """On the last stretch, the tanker ahead and in sight."""
+        from ground.views.joinup.figures import half_way_s
+
+        return half_way_s(run.truth, run.tlm)
+
     def layout(self, run: Run, look: Look) -> Layout:
         """The tab Join-up, and the plan of a rendezvous up to there."""
         from ground.views.joinup.draw import layout
