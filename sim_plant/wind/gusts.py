@@ -75,10 +75,15 @@ class Gusts:
         if across is not None:
             across.settle(d.model, d.V_mps * dt_s, self.lengths, count)
         self.rings = np.zeros((lines, RING, 3))
-        self.ring = self.rings[0]
         self.seen = np.zeros(n.NO)  # observation of the owner
         self._rows = np.zeros((1, lines, 3))
         self._at = 0
+
+    @property
+    def ring(self) -> Arr:
+        """History of the centre's line [RING, 3] (m/s, NED)."""
+        # not kept: in a copy of a flight a kept view would be an array of its own
+        return self.rings[0]
 
     def lay(self, along: tuple[float, float], k: int, height_m: float) -> None:
         """The gusts met at tick k, with u along the unit vector `along` (north, east), by an owner at this height [m]."""

@@ -113,7 +113,7 @@ def test_a_misspelt_name_is_answered_with_the_closest(
 
 
 HINT = re.compile(
-    r"\b(plant|tanker|receiver|alexis|reference|twinjet)\.((?:[A-Za-z]\w*\.)*[A-Za-z]\w*)=([^\s`\"']*[^\s`\"'.,)])"
+    r"\b(plant|tanker|receiver|alexis|reference|twinjet)\.((?:[A-Za-z]\w*\.)*[A-Za-z]\w*)=(\[.*\]|[^\s`\"']*[^\s`\"'.,)])"
 )
 HOME = {"alexis": "gust", "reference": "gust", "twinjet": "windshear"}  # scenario of an aircraft; else: refueling
 TEXTS = (
