@@ -31,12 +31,12 @@ hypothesis.settings.load_profile("wakefield")
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:
-    """Every second worker imports the test modules from the last to the first: two that start together on a fresh checkout
-    rewrite the assertions of one half each and read the other's byte code for the rest."""
-    worker = os.environ.get("PYTEST_XDIST_WORKER", "gw0")
-    if int(worker[2:]) % 2 and session.config.args == ["tests"]:
+    """Each worker imports a part of the test modules of its own first: workers that start together on a fresh checkout rewrite the
+    assertions of one part each and read the others' byte code for the rest."""
+    worker, count = (os.environ.get(f"PYTEST_XDIST_WORKER{end}", none) for end, none in (("", "gw0"), ("_COUNT", "1")))
+    if worker != "gw0" and session.config.args == ["tests"]:  # the first part is where the collection begins
         files = sorted(ROOT.joinpath("tests").rglob("test_*.py"))
-        for path in reversed(files[len(files) // 2 :]):
+        for path in files[int(worker[2:]) * len(files) // int(count) :]:
             with contextlib.suppress(Exception):  # told when it is collected
                 importlib.import_module(".".join(path.relative_to(ROOT).with_suffix("").parts))
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import runpy
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -24,10 +25,12 @@ from hil_scripts.studies.sevil import dynamic as sevil_dynamic
 from hil_scripts.studies.sevil import faults as sevil_faults
 from hil_scripts.studies.sevil import static as sevil_static
 from hil_scripts.studies.sevil import study as sevil
+from hil_scripts.studies.sevil.flight import fly_air
 
 pytestmark = pytest.mark.usefixtures("small_pictures")
 
 LEE = runpy.run_path(str(Path(__file__).with_name("test_report_lee.py")))
+LEGS_S = (30.0, 10.0, 20.0, 10.0, 30.0)
 SHORT = {"legs_s": (30.0, 10.0, 10.0, 10.0, 20.0), "faults": False}
 SMALL: dict[str, dict[str, Any]] = {
     "static": {"points": 25}, "algorithms": {"points": 25}, "probes": {"points": 5}, "two_faults": {"windows": 500},
@@ -61,13 +64,17 @@ STUDIES = (
 
 
 @pytest.fixture(scope="module")
-def campaigns(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
-    """Folders of a few cases of each study, one run each; the closed loop with three."""
+def campaigns(tmp_path_factory: pytest.TempPathFactory) -> Iterator[list[Path]]:
+    """Folders of a few cases of each study, one run each; the closed loop with three. Kinematic flights are short ones."""
     root = tmp_path_factory.mktemp("campaigns")
     rough = next(c for c in sevil.TABLE.cases if c.name == "fdi_refuelling")
     table = STUDIES[0].cases + (Case(rough.name, rough.params | SHORT),)
     studies = (replace(STUDIES[0], cases=table), *STUDIES[1:])
-    return [run_campaign(s, 3 if s is LOOP else 1, 1, root / s.name, workers=0, progress=False).folder for s in studies]
+    with pytest.MonkeyPatch.context() as m:
+        m.setattr(sevil_dynamic, "fly_air", lambda c, seed: fly_air(replace(c, legs_s=LEGS_S), seed))
+        yield [
+            run_campaign(s, 3 if s is LOOP else 1, 1, root / s.name, workers=0, progress=False).folder for s in studies
+        ]
 
 
 @pytest.fixture(scope="module")
