@@ -31,8 +31,8 @@ hypothesis.settings.load_profile("wakefield")
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:
-    """Each worker imports a part of the test modules of its own first: workers that start together on a fresh checkout rewrite the
-    assertions of one part each and read the others' byte code for the rest."""
+    """Each worker imports a part of the test modules of its own first: those that start together on a fresh checkout rewrite
+    the assertions of one part each and read the others' byte code for the rest."""
     worker, count = (os.environ.get(f"PYTEST_XDIST_WORKER{end}", none) for end, none in (("", "gw0"), ("_COUNT", "1")))
     if worker != "gw0" and session.config.args == ["tests"]:  # the first part is where the collection begins
         files = sorted(ROOT.joinpath("tests").rglob("test_*.py"))
