@@ -217,8 +217,8 @@ def _tanker(sink: Sink, run: Path, alpha: float) -> None:
     dots = rr.Points2D(v.centre, colors=[VORTEX], radii=rr.Radius.ui_points(2.0))
     sink.whole(f"{TANKER_MAP}/vortices", dots)
     left, right = v.centre[:2][np.argsort(v.centre[:2, 0])]
-    # names stand apart however small the view is: outwards of the wing's, above the tail's
-    at = np.stack([left + (-14.0, 4.0), right + (14.0, 4.0), v.centre[2:].mean(axis=0) - (0.0, 13.0)])
+    # names stand apart however small the view is: below the wing's, above the tail's
+    at = np.stack([left + (0.0, 1.0), right + (0.0, 1.0), v.centre[2:].mean(axis=0) - (0.0, 9.0)])
     names = ["wing", "wing", "tail vortices"]
     text = rr.Points2D(at, colors=[VORTEX], radii=rr.Radius.ui_points(0.0), labels=names, show_labels=True)
     sink.whole(f"{TANKER_MAP}/names", text)
