@@ -239,7 +239,7 @@ class FaultPlan:
                 tubes = [Tubes(pitots, closed[0] if closed else None)] if pitots or closed else []
                 s.before = [*tubes, *(p for p in faults if isinstance(p, Still))]
             elif s.group == "baro":
-                s.before = [*closed[:1]]
+                s.before = [*closed]  # one that closes a closed port traps what is in it
             else:
                 continue
             s.refresh()
