@@ -14,12 +14,12 @@ AIR: dict[str, Any] = {
     "wind.dryden.sigma_mps": 0.0, "wind.dryden.level": "moderate", "wind.dryden.model": "von_karman", "wind.wake.path": "flown",
     "wind.wake.meander": 1.0, "wind.bow.source": "receiver", "wind.density": "sounding", "wind.slow.sigma_mps": 1.0,
 }  # fmt: skip
-BEGUN, AT, LATER, END = 0.1, 20, 0.5, 120  # [s], ticks
+BEGUN, AT, LATER, END = 0.1, 20, 0.5, 62  # [s], ticks: past the end of a block of gusts
 FAULTS = (
     {"sensor": "air", "kind": "blocked", "index": 0},
     {"sensor": "air", "kind": "iced", "index": 1, "value": [0.5]},
     {"sensor": "air", "kind": "frozen", "index": 2, "channel": "alpha"},
-    {"sensor": "baro", "kind": "blocked", "for_s": 0.7},
+    {"sensor": "baro", "kind": "blocked", "for_s": 0.5},
     {"sensor": "gnss", "kind": "garbage", "value": [1.0]},
     {"sensor": "att", "kind": "intermittent"},
     {"kind": "slow", "surface": "elevator"},
