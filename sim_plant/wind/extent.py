@@ -87,7 +87,7 @@ class Filtered:
         tau = 4.0 * span_m / (math.pi * V)
         self._e = math.exp(-dt / tau)  # of p and q
         self._c = np.array([_lag(tau, V, dt), _lag(0.75 * tau, V, dt)])
-        self._slow = np.full((2, 2), math.nan)
+        self._slow = np.full((3, 3), math.nan)
 
     def turn(self, s: Arr, k: int, lag: float, wind: Arr, probe: Arr) -> None:
         """p of its own draws, q and r of the gusts met."""
