@@ -15,7 +15,7 @@ from flightsw.aircraft.structure import Bar
 from sim_plant.aircraft.base import Member
 from sim_plant.couplings.relative import pairs
 from sim_plant.kernels import layout as n
-from sim_plant.kernels.atmosphere import RHO0, isa
+from sim_plant.kernels.atmosphere import RHO0
 from sim_plant.kernels.rot import quat_dcm
 
 HOLD_S = 3.0  # [s] from surprise to the recovery's effect
@@ -52,7 +52,7 @@ class Watch:
         load = -o[2] / n.G0
         if not limit.load_g[0] <= load <= limit.load_g[1]:
             return f"broke up: load factor {load:.2f}, its structure bears {limit.load_g[0]:g} to {limit.load_g[1]:g}"
-        _, _, rho, sound = isa(height)
+        _, _, rho, sound = self.m.air(height)
         eas, mach = o[n.O_V] * math.sqrt(rho / RHO0), o[n.O_V] / sound
         if eas > limit.dive_eas_mps:
             return f"broke up: {eas:.0f} m/s equivalent airspeed, its structure bears {limit.dive_eas_mps:g}"

@@ -20,7 +20,7 @@ USUAL = 2  # [-] system id that fails where none is named
 ALIASES = {"bias": "wrong", "drift": "slow", "clear": "ok"}
 PROBES = {"all": 0, "nose": 1, "left": 2, "right": 3}
 CHANNELS = {"all": 0, "V": 1, "alpha": 2, "beta": 3}
-NO_VALUE = ("ok", "off", "stuck")
+NO_VALUE = ("ok", "off", "stuck", "frozen", "blocked")
 
 
 def _choice(name: str, word: str, known: dict[str, int]) -> int:

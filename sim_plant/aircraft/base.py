@@ -15,6 +15,7 @@ from flightsw.types import SensorFrame
 from sim_plant.actuators import CommandPath, Values
 from sim_plant.aircraft.kind import Setup
 from sim_plant.kernels import layout as n
+from sim_plant.kernels.atmosphere import isa
 from sim_plant.sensors.base import View
 from sim_plant.sensors.suite import sensors_of
 from sim_plant.wind.config import Bow, Wake
@@ -111,6 +112,10 @@ class Member(ABC):
     @abstractmethod
     def advance(self, jam: list[float]) -> None:
         """Fly one tick with `path.current` in force; jam [3]: 1 = aileron (or what is in its place), elevator, rudder frozen."""
+
+    def air(self, height_m: float) -> tuple[float, float, float, float]:
+        """Temperature [K], pressure [Pa], density [kg/m^3], speed of sound [m/s] it meets at a height [m]."""
+        return isa(height_m)
 
     def wake_source(self, wake: Wake) -> Arr | None:
         """Source vector (wind/vortex.py) of the wake it sheds; None: this kind sheds none."""

@@ -53,8 +53,6 @@ class Bent:
             return self._travel[self._value > 0.0]
         if self._last is None:
             self._last, self._flow = x, self._off(view)
-        if self._last is None:
-            self._last, self._flow = x, self._off(view)
         if self._kind == "float":  # trimmed: the tab holds it where it was, and the flow moves it from there
             free = self._last + self._value * (self._off(view) - self._flow)
             return min(max(free, self._travel[0]), self._travel[1])

@@ -21,6 +21,8 @@ from sim_plant.failures.numbers import (
     ICED,
     INTERMITTENT,
     KIND,
+    NO_VALUE,
+    OK,
     SCALE,
     SHARE,
     SPIKE,
@@ -49,14 +51,18 @@ def judge(command: int, params: tuple[float, ...], aircraft: str, fitted: Fitted
         return Verdict(UNSUPPORTED, f"failure unit {unit}: {aircraft} has {', '.join(fitted.units()) or 'none'}")
     if for_s < 0.0:
         return Verdict(DENIED, f"duration {for_s:g} s: 0 or more")
+    if for_s and kind in (OK, SPIKE):
+        return Verdict(DENIED, f"duration {for_s:g} s: failure type {kind} lasts no time")
     if not group:
         return judge_part(unit, kind, instance, value, for_s, aircraft, fitted)
     if kind not in KIND:
         allowed = f"0 to {INTERMITTENT}, {SPIKE} to {STAMP}, {BLOCKED}, {ICED} of a sensor"
         return Verdict(UNSUPPORTED, f"failure type {kind}: allowed {allowed}")
-    if kind == BLOCKED and value:
+    if value and kind in NO_VALUE:
         return Verdict(DENIED, f"value {value:g}: failure type {kind} takes none")
     if group != "air":
+        if instance not in (0, 1):
+            return Verdict(DENIED, f"instance {instance}: {aircraft} has one {group}, 1, 0 = all")
         return judge_sensor(group, kind, channel, value, for_s, aircraft, fitted)
     if not 0 <= instance <= probes:
         return Verdict(DENIED, f"instance {instance}: {aircraft} has probes 1 to {probes}, 0 = all")

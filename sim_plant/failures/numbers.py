@@ -49,6 +49,7 @@ KIND = {
     BLOCKED: "blocked",
     ICED: "iced",
 }
+NO_VALUE = (OK, OFF, STUCK, FROZEN, BLOCKED)  # types of a sensor's failure that have no size
 _DEG = math.radians(1.0)
 # per channel V, alpha, beta: what a type does if no value is given (the source's fault sizes; the rest our choice)
 AIR_DEFAULT = {

@@ -76,40 +76,39 @@ class FaultPlan:
         self._members = {m.cfg.name: m for m in members}
         self._sensors, self._rate, self._seed = sensors, sc.clock.base_rate_hz, seed
         self._active: list[Active] = []
-        self._plan: dict[int, list[tuple[bool, Event]]] = {}
-        self._name: dict[int, str] = {}
+        self._plan: dict[int, list[tuple[bool, Event, str]]] = {}  # tick -> begins or ends, what, name of its generator
         self._injected = 0
         for i, e in enumerate(sc.event):
             if e.kind == "command":
                 continue
-            self._name[id(e)] = f"{e.target}.{e.sensor}.fault{i}"
+            name = f"{e.target}.{e.sensor}.fault{i}"
             if e.sensor:
                 if e.sensor not in sensors[e.target]:
                     raise ConfigError(
                         f"event[{i}].sensor = {e.sensor!r}: {e.target} carries {', '.join(sensors[e.target])}"
                     )
-                self._start(e, 0, f"event[{i}]")  # tried out, for its errors
-            self._schedule(e, round(e.t_s * self._rate))
+                self._start(e, 0, f"event[{i}]", name)  # tried out, for its errors
+            self._schedule(e, round(e.t_s * self._rate), name)
         for i, e in enumerate(sc.event):
             for m in members:
                 if e.target == m.cfg.name:
                     check_part(f"event[{i}]", e, m)
 
-    def _schedule(self, e: Event, start: int) -> None:
-        self._plan.setdefault(start, []).append((True, e))
+    def _schedule(self, e: Event, start: int, name: str) -> None:
+        self._plan.setdefault(start, []).append((True, e, name))
         if e.for_s > 0.0 and e.kind != "spike":
             end = start + max(1, round(e.for_s * self._rate))
-            self._plan.setdefault(end, []).append((False, e))
+            self._plan.setdefault(end, []).append((False, e, name))
 
     def inject(self, e: Event, k: int) -> None:
         """Start a fault of a sensor at tick k (not yet stepped). One of the same kind and place is replaced."""
-        self._name[id(e)] = f"{e.target}.{e.sensor}.inject{self._injected}"
+        name = f"{e.target}.{e.sensor}.inject{self._injected}"
         self._injected += 1
-        self._schedule(e, k)
+        self._schedule(e, k, name)
 
     def clear(self, e: Event, k: int) -> None:
         """End at tick k every fault of the sensor, probe and channel that `e` names (kind "clear" of no scenario)."""
-        self._plan.setdefault(k, []).append((False, e))
+        self._plan.setdefault(k, []).append((False, e, ""))
 
     def wider(self, e: Event) -> bool:
         """Whether a fault under way reaches beyond the columns `e` names, so that clearing those would not end it."""
@@ -121,14 +120,14 @@ class FaultPlan:
 
     def step(self, k: int) -> None:
         """Apply what starts or ends at tick k."""
-        for begin, e in self._plan.pop(k, ()):
+        for begin, e, name in self._plan.pop(k, ()):
             if begin and e.kind == "spike":
                 s = self._sensors[e.target][e.sensor]
                 s.spike = _row(e, s, columns_of(e, s, e.target), e.target)
                 s.refresh()
             elif begin:
-                new = self._start(e, round(k * 1e6 / self._rate), e.target)
-                if ".inject" in self._name[id(e)]:
+                new = self._start(e, round(k * 1e6 / self._rate), e.target, name)
+                if ".inject" in name:
                     self._active = [a for a in self._active if not _same(a.event, e)]
                 self._active.append(new)
             else:
@@ -147,9 +146,9 @@ class FaultPlan:
             return a.event.surface == e.surface if e.surface else a.event.kind in CLEARS.get(e.kind, ())
         return a.columns <= frozenset(columns_of(e, self._sensors[e.target][e.sensor], e.target))
 
-    def _start(self, e: Event, t_us: int, at: str) -> Active:
-        """An event as it begins at t_us. Raises ConfigError if it does not fit its sensor."""
-        rng = generator(self._seed, self._name[id(e)])
+    def _start(self, e: Event, t_us: int, at: str, name: str) -> Active:
+        """An event as it begins at t_us, its draws of the generator `name`. Raises ConfigError if it does not fit its sensor."""
+        rng = generator(self._seed, name)
         if not e.sensor:
             m = self._members[e.target]
             made: Any = None
@@ -240,7 +239,7 @@ class FaultPlan:
                 tubes = [Tubes(pitots, closed[0] if closed else None)] if pitots or closed else []
                 s.before = [*tubes, *(p for p in faults if isinstance(p, Still))]
             elif s.group == "baro":
-                s.before = [*closed[:1]]
+                s.before = [*closed]  # one that closes a closed port traps what is in it
             else:
                 continue
             s.refresh()

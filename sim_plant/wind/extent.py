@@ -15,7 +15,7 @@ from sim_plant.rng import BLOCK, generator
 from sim_plant.wind.air import gauss_markov_block
 from sim_plant.wind.config import Dryden
 from sim_plant.wind.extent_kernel import field_gusts, filtered_gusts
-from sim_plant.wind.gusts import RING, Gusts
+from sim_plant.wind.gusts import Gusts
 from sim_plant.wind.span import Across
 from sim_plant.wind.wake import Exposure
 
@@ -54,7 +54,7 @@ def places(span_m: float, wing_x_m: float, nose_x_m: float, tail_x_m: float, pro
 
 class Over(Protocol):
     """What adds to the effective wind [NW] and to the probes' [m, 3] (m/s, NED) of an aircraft of state s [NS], at tick k, `lag`
-    ticks behind whoever lays the gusts."""
+    ticks (at most Gusts.most) behind whoever lays the gusts."""
 
     def turn(self, s: Arr, k: int, lag: float, wind: Arr, probe: Arr) -> None: ...
 
@@ -69,11 +69,10 @@ class Field:
         at = {y: i for i, y in enumerate(g.across.y_m)}
         self._line = np.array([at[round(y, 6)] for y in p.points[:, 1].tolist()])
         self._late = -p.points[:, 0] / step_m
-        self._most = float(RING - 2 - 2 * g.ahead)  # what the buffer holds for the hindmost place
 
     def turn(self, s: Arr, k: int, lag: float, wind: Arr, probe: Arr) -> None:
         """Each place's gust less the centre's, and the slopes of what the places meet."""
-        field_gusts(s, self._g.rings, k, min(lag, self._most), self._line, self._late, self._p.weight, wind, probe)
+        field_gusts(s, self._g.rings, k, lag, self._line, self._late, self._p.weight, wind, probe)
 
 
 class Filtered:
@@ -88,7 +87,7 @@ class Filtered:
         tau = 4.0 * span_m / (math.pi * V)
         self._e = math.exp(-dt / tau)  # of p and q
         self._c = np.array([_lag(tau, V, dt), _lag(0.75 * tau, V, dt)])
-        self._slow = np.full((2, 2), math.nan)
+        self._slow = np.full((3, 3), math.nan)
 
     def turn(self, s: Arr, k: int, lag: float, wind: Arr, probe: Arr) -> None:
         """p of its own draws, q and r of the gusts met."""
@@ -99,7 +98,7 @@ class Filtered:
         g = self._g
         p = sigma_p(g.sigma_w(k), float(g.lengths[2]), self._b) * float(self._rows[self._at, 0])
         self._at += 1
-        filtered_gusts(s, g.ring, k, min(lag, float(RING - 2)), p, self._c, self._slow, wind)
+        filtered_gusts(s, g.ring, k, lag, p, self._c, self._slow, wind)
 
 
 def _lag(tau: float, V: float, dt: float) -> tuple[float, float, float, float]:

@@ -62,18 +62,20 @@ def filtered_gusts(q: Arr, ring: Arr, k: int, lag: float, p: float, c: Arr, slow
     """Add p [rad/s], and q and r by the lagged slopes of w and v, to the effective wind [NW].
 
     c [2, 4]: of q and of r: the lag's decay per tick, its weights of the last and the present value (exact for straight lines
-    between ticks), 1/(tau V); slow [2, 2]: w and v last met, and behind their lags, started on them. In frozen air
-    the rate met is V times the slope along x: q = -dWz/dx = -(w - slow)/(tau V), r = dWy/dx = (v - slow)/(tau V).
+    between ticks), 1/(tau V); slow [3, 3]: gust last met, and behind the lags of q and of r, NED, started on it: a turning
+    airframe sees no slope in air that has none. In frozen air the rate met is V times the slope along x:
+    q = -dWz/dx = -(w - slow)/(tau V), r = dWy/dx = (v - slow)/(tau V).
     """
     _, c01, c02, _, c11, c12, _, c21, c22 = quat_dcm(q[0], q[1], q[2], q[3])
     a, b, d = met(ring, k, lag)
-    wy = c01 * a + c11 * b + c21 * d
-    wz = c02 * a + c12 * b + c22 * d
     if math.isnan(slow[0, 0]):
-        slow[0, :], slow[1, :] = wz, wy
-    slow[0, 1] = c[0, 0] * slow[0, 1] + c[0, 1] * slow[0, 0] + c[0, 2] * wz
-    slow[1, 1] = c[1, 0] * slow[1, 1] + c[1, 1] * slow[1, 0] + c[1, 2] * wy
-    slow[0, 0], slow[1, 0] = wz, wy
+        slow[:, 0], slow[:, 1], slow[:, 2] = a, b, d
+    for i in range(2):
+        e, last, now = c[i, 0], c[i, 1], c[i, 2]
+        slow[1 + i, 0] = e * slow[1 + i, 0] + last * slow[0, 0] + now * a
+        slow[1 + i, 1] = e * slow[1 + i, 1] + last * slow[0, 1] + now * b
+        slow[1 + i, 2] = e * slow[1 + i, 2] + last * slow[0, 2] + now * d
+    slow[0, 0], slow[0, 1], slow[0, 2] = a, b, d
     wind[n.W_ROT] += p
-    wind[n.W_ROT + 1] -= (wz - slow[0, 1]) * c[0, 3]
-    wind[n.W_ROT + 2] += (wy - slow[1, 1]) * c[1, 3]
+    wind[n.W_ROT + 1] -= (c02 * (a - slow[1, 0]) + c12 * (b - slow[1, 1]) + c22 * (d - slow[1, 2])) * c[0, 3]
+    wind[n.W_ROT + 2] += (c01 * (a - slow[2, 0]) + c11 * (b - slow[2, 1]) + c21 * (d - slow[2, 2])) * c[1, 3]

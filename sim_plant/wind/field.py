@@ -122,7 +122,7 @@ class AirMass:
             g.lay(self._axes(m), k + g.ahead, m.height_m)
             g.seen = m.obs
         else:
-            lag = max(0.0, -m.view.rel[n.R_XI]) / max(1.0, float(g.seen[n.O_V])) * self._rate
+            lag = min(g.most, max(0.0, -m.view.rel[n.R_XI]) / max(1.0, float(g.seen[n.O_V])) * self._rate)
         free_air(m.height_m, self._table, self._slow, self._slow_at, g.ring, k, lag, m.free)
         self._disturbed(m)
         over = self._over.get(m.cfg.name)

@@ -5,6 +5,8 @@ The air is frozen: a row laid at tick k is met by whoever comes to that place la
 
 from __future__ import annotations
 
+from bisect import bisect_right
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -28,8 +30,13 @@ class IntensityProfile:
     def __init__(self, d: Dryden, dt_s: float) -> None:
         self.steps, self._dt = d.step, dt_s
         self.reference = max((d.sigma_mps, *(s.sigma_mps for s in d.step)))
-        self._times = np.array([s.t_s for s in d.step])
+        self._at = [s.t_s for s in d.step]
+        self._times = np.array(self._at)
         self._levels = np.array([d.sigma_mps, *(s.sigma_mps for s in d.step)])
+
+    def now(self, tick: int) -> float:
+        """Factor of one tick."""
+        return float(self._levels[bisect_right(self._at, tick * self._dt)]) / max(self.reference, 1e-12)
 
     def factors(self, tick: int, count: int) -> NDArray[np.float64]:
         """Factors [count] of the ticks from `tick` on."""
@@ -57,6 +64,7 @@ class Gusts:
     ) -> None:
         """owner: name of the aircraft that lays it; tick: that of the first row; height [m] it starts at."""
         self.owner, self.tick, self.ahead, self.across = owner, tick, ahead, across
+        self.most = float(RING - 2 - 2 * ahead)  # [ticks] a follower's lag: what the ring holds for its hindmost place
         self._d, self._time = d, IntensityProfile(d, dt_s)
         lines = 1 if across is None else len(across.y_m)
         self.sigma, self.lengths = np.full(3, self._time.reference), np.full(3, d.L_m)
@@ -97,8 +105,7 @@ class Gusts:
 
     def sigma_w(self, k: int) -> float:
         """1-sigma [m/s] of the vertical gust at tick k."""
-        factor = float(self._time.factors(k, 1)[0]) if self._time.steps else 1.0
-        return float(self.sigma[2]) * factor
+        return float(self.sigma[2]) * (self._time.now(k) if self._time.steps else 1.0)
 
     def _advance(self, height_m: float) -> None:
         if self._named:

@@ -41,6 +41,7 @@ def factors(spectrum: str, y: Arr, step_m: float, lengths: Arr) -> Arr:
                 if not lower_factor(np.ascontiguousarray(ratio), low[k]):
                     raise ArithmeticError(f"lines at {y.tolist()} m: no coherence of {spectrum}")
             out[axis] = np.fft.irfft(low, axis=0)[: TAPS + 1].transpose(1, 2, 0)
+    out[..., TAPS] *= 0.5  # both ends of a period are one tick of it
     return out
 
 

@@ -36,7 +36,7 @@ CASES: list[tuple[Callable[..., Any], tuple[Any, ...]]] = [
     (lay_gusts, (0.6, 0.8, R.normal(size=(4, 3, 3)), 2, RINGS, 70)),
     (met, (RINGS[0], 5, 7.3)),
     (field_gusts, (STATE, RINGS, 70, 9.4, ON, R.normal(size=8), WEIGHT, np.zeros(6), np.zeros((2, 3)))),
-    (filtered_gusts, (STATE, RINGS[0], 70, 9.4, 0.01, R.normal(size=(2, 4)), np.full((2, 2), np.nan), np.zeros(6))),
+    (filtered_gusts, (STATE, RINGS[0], 70, 9.4, 0.01, R.normal(size=(2, 4)), np.full((3, 3), np.nan), np.zeros(6))),
     (correlate, (True, np.array([0.0, 14.1]), 1.95, 762.0, np.zeros((3, 2, 40)))),
     (correlate, (False, np.array([0.0, 14.1]), 1.95, 533.4, np.zeros((3, 2, 40)))),
     (note, (STATE, SRC, R.normal(size=3), R.normal(size=3), np.zeros(NHIST))),

@@ -62,6 +62,21 @@ def test_three_stations_are_enough_for_an_elliptic_load(degree: int) -> None:
     assert felt(field)[0][2] == pytest.approx(0.8 * {2: 0.25, 4: 0.125}.get(degree, 0.0), abs=1e-6)
 
 
+def test_a_follower_beyond_what_is_kept_meets_the_oldest_air_and_not_what_is_laid_ahead() -> None:
+    """3 km behind in gusts that grow by 1 m/s a tick: the centre's is from the far end of the buffer."""
+    sets = {"wind.dryden.over": "field", "wind.wake.source": "", "aircraft.receiver.start.xi_m": [-3000.0, 0.0, 8.5]}
+    w = World(load_scenario("refueling", sets))
+    g = w.air._gusts["receiver"]
+    w.sense()
+    rows = np.arange(RING)
+    g.rings[:, rows % RING, 2] = (g.ahead - (g.ahead - rows) % RING).astype(float)  # row k + ahead, ..., the oldest
+    calm = np.zeros(3)
+    w.air.calm(w.members[1].height_m, calm)
+    w.air.step(w.members[1], 0)
+    gust = w.members[1].free[2] - calm[2]
+    assert gust == pytest.approx(-g.most) and g.most == RING - 2 - 2 * g.ahead > 950
+
+
 def test_probes_in_flight_meet_the_gusts_of_their_own_places() -> None:
     """Receiver, a second of light turbulence: what the nose meets the centre does x / V later; tips differ; and without
     extent all meet the same."""

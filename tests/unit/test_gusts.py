@@ -126,6 +126,8 @@ def test_filters_across_give_the_coherence_of_isotropic_turbulence(spectrum: str
                 want = gustlaw.coherence(spectrum, axis, om, abs(y[i] - y[j]), L, V)
                 assert np.allclose(got[axis, i, j], want, atol=off), (axis, i, j)
             assert np.allclose(got[axis, 3, 3], 1.0, atol=off)
+        if len(om) == 4:  # each line its whole spectrum, to rounding, at the filters' own frequencies
+            assert np.allclose(np.einsum("aiio->aio", got), 1.0, atol=1e-8)
 
 
 def test_drawn_lines_are_as_coherent_as_they_should_be() -> None:
@@ -149,6 +151,18 @@ def test_drawn_lines_are_as_coherent_as_they_should_be() -> None:
                 assert abs(got[:, b].mean() - want.mean()) < 4.0 * sigma + 0.01
         for b in bands(om):
             within(np.abs(f[:, b, 2, axis]) ** 2 / s[b], f"line {'uvw'[axis]}")
+
+
+def test_a_rolling_airframe_meets_no_slope_in_air_that_has_none() -> None:
+    """30 deg/s of roll in a gust that is the same everywhere: q and r stay nothing."""
+    g = Gusts("test", Dryden(), 9, DT, 0, 7010.0)
+    over, s, wind, probe = Filtered(g, 9, "test", 10.36, V, DT), np.zeros(n.NS), np.zeros(n.NW), np.zeros((0, 3))
+    g.rings[:] = (1.0, 3.0, -2.0)
+    for k in range(60):
+        half = 0.5 * math.radians(30.0) * k * DT
+        s[0], s[1] = math.cos(half), math.sin(half)
+        over.turn(s, k, 0.0, wind, probe)
+    assert np.abs(wind[n.W_ROT :]).max() < 1e-12
 
 
 @pytest.mark.parametrize("b", [39.88, 10.36])

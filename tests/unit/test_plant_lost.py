@@ -17,6 +17,7 @@ from scipy.optimize import lsq_linear
 from flightsw.aircraft import load_aircraft, load_airframe
 from flightsw.types import ActuatorCmd
 from sim_plant.kernels import layout as n
+from sim_plant.kernels.atmosphere import isa
 from sim_plant.kernels.rot import quat_dcm
 from sim_plant.lost import HOLD_S, AircraftLostError, Collision, Watch, bars_of, distance
 from sim_plant.scenario import load_scenario
@@ -34,7 +35,7 @@ def flying(name: str = "kc135r", height: float = 7010.0, V: float = 195.0) -> An
     s, o = [0.0] * n.NS, [0.0] * n.NO
     s[0], s[n.S_P + 2], o[2], o[n.O_V] = 1.0, -height, -n.G0, V
     ac = load_airframe(name)
-    return SimpleNamespace(view=SimpleNamespace(s=s, o=o), ac=ac, cfg=SimpleNamespace(name=name))
+    return SimpleNamespace(view=SimpleNamespace(s=s, o=o), ac=ac, cfg=SimpleNamespace(name=name), air=isa)
 
 
 @pytest.mark.parametrize("name", ["kc135r", "learjet24", "twinjet", "alexis"])

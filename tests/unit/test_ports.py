@@ -105,6 +105,13 @@ def test_a_blocked_static_port_holds_the_height_and_takes_from_the_airspeed_in_a
     assert np.allclose(V[34:], f["true_V"][34:])
 
 
+def test_a_port_closed_twice_keeps_what_the_first_has_trapped() -> None:
+    """From 0.5 to 1.2 s and from 1.1 s on, the climb at 1 s between: one height, one pressure for the airspeeds."""
+    twice = ({"kind": "blocked", "sensor": "baro", "for_s": 0.7}, {"kind": "blocked", "sensor": "baro", "t_s": 1.1})
+    f, once = fly(*twice, seconds=1.5), fly({"kind": "blocked", "sensor": "baro"}, seconds=1.5)
+    assert np.array_equal(f["height"], once["height"]) and np.array_equal(f["V"], once["V"])
+
+
 def test_both_blocked_shows_one_airspeed_whatever_the_height() -> None:
     both = ({"kind": "blocked", "sensor": "air"}, {"kind": "blocked", "sensor": "baro"})
     f = fly(*both)

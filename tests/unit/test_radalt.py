@@ -82,7 +82,23 @@ def test_the_message_is_the_standard_s() -> None:
     assert f.updated & UPD_RADALT and (f.radalt_t_us, f.radalt_m) == (20_000, pytest.approx(123.46))
 
 
-@pytest.mark.parametrize("change", [{"orientation": 0}, {"type": 0}, {"current_distance": 65530}])
+def test_a_height_beyond_what_the_message_can_say_is_refused_not_read_as_its_most() -> None:
+    """700 m: beyond the most in the standard's words, no 655 m on board; at 655 m it is one."""
+    sc, sent = load_scenario("windshear"), []
+    for k, h in enumerate((655.0, 700.0)):
+        at = 20_000 * (k + 1)
+        data = PlantCodec(sc.load_aircraft()[0], 5).sensors(
+            SensorFrame(t_us=at, updated=UPD_RADALT, radalt_t_us=at, radalt_m=h)
+        )
+        [first, *_] = common.MAVLink(None).parse_buffer(data) or []
+        board, f = FlightCodec(sc.load_aircraft()[0], 5), SensorFrame()
+        board.decode(data, f)
+        kept, health = HealthMonitor(HealthParams(), 0).step(f)
+        sent.append((first.current_distance > first.max_distance, bool(kept.updated & UPD_RADALT), health.radalt_bad))
+    assert sent == [(False, True, False), (True, False, True)]
+
+
+@pytest.mark.parametrize("change", [{"orientation": 0}, {"type": 0}])
 def test_another_sensor_s_distance_is_no_height(change: dict[str, int]) -> None:
     fields: dict[str, Any] = {"max_distance": 65500, "current_distance": 100, "type": 3, "orientation": 25} | change
     board, f = FlightCodec(load_scenario("windshear").load_aircraft()[0], 5), SensorFrame()

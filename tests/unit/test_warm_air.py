@@ -11,6 +11,7 @@ from flightsw.strict import ConfigError
 from sim_plant.kernels import layout as n
 from sim_plant.kernels.air import air
 from sim_plant.kernels.atmosphere import isa
+from sim_plant.lost import Watch
 from sim_plant.scenario import load_scenario
 from sim_plant.wind.prevailing import read_sounding
 from sim_plant.wind.warmth import warmed, warmth
@@ -48,6 +49,18 @@ def test_an_aircraft_flies_in_it() -> None:
     assert 0.002 < abs(ratio - 1.0) < 0.1
     assert obs["sounding"][n.O_PRESS] == obs["isa"][n.O_PRESS]
     assert obs["sounding"][n.O_ALPHA] != obs["isa"][n.O_ALPHA]  # trimmed at it
+
+
+def test_mach_at_which_it_breaks_up_is_that_of_its_air() -> None:
+    """Between the limit by the ascent's speed of sound and by the standard's, high enough for Mach to come first."""
+    m, h = World(load_scenario("refueling", {"wind.density": "sounding"})).members[0], 11_000.0
+    levels, watch = read_sounding(OUN).air, Watch(m, 0.01)
+    warm = np.interp(h, levels[:, 0], [t - isa(x)[0] for x, _, t in levels.tolist()])
+    true, standard = math.sqrt(1.4 * 287.05287 * (isa(h)[0] + warm)), isa(h)[3]
+    assert abs(true / standard - 1.0) > 1e-3
+    m.view.s[n.S_P + 2] = -h
+    m.view.o[n.O_V] = m.ac.structure.dive_mach * 0.5 * (true + standard)
+    assert ("Mach" in watch.step()) == (true < standard)
 
 
 @pytest.mark.parametrize(

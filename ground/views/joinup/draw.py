@@ -121,7 +121,10 @@ def joinup_tab(p: Plots) -> rrb.Vertical:
         rrb.Spatial2DView(
             origin="/", contents=[f"{ROOT}/{k}/**"], name=title, overrides=past(f"{ROOT}/{k}/path"), visual_bounds=seen
         )
-        for k, title, seen in (("above", "from above, tanker's axes [m]", ABOVE_M), ("side", "from the side [m]", SIDE_M))
+        for k, title, seen in (
+            ("above", "from above, tanker's axes [m]", ABOVE_M),
+            ("side", "from the side [m]", SIDE_M),
+        )
     )
     return rrb.Vertical(
         rrb.Horizontal(above, side, column_shares=[1.0, 1.6]),

@@ -15,6 +15,7 @@ from sim_plant.aircraft.sixdof.observe import observe
 from sim_plant.aircraft.sixdof.params import mistaken, parameter_vector, perturb
 from sim_plant.aircraft.sixdof.trim import throttle_for, trim
 from sim_plant.kernels import layout as n
+from sim_plant.kernels.air import air
 from sim_plant.kernels.rot import quat_dcm
 from sim_plant.wind.config import Bow, Wake
 from sim_plant.wind.field import AirMass
@@ -59,6 +60,9 @@ class SixDofMember(Member):
         vn, ve = self.s.item(n.S_V) - self.wind.item(0), self.s.item(n.S_V + 1) - self.wind.item(1)
         h = math.sqrt(vn * vn + ve * ve)
         return vn / h, ve / h
+
+    def air(self, height_m: float) -> tuple[float, float, float, float]:
+        return air(height_m, self.par)
 
     def wake_source(self, wake: Wake) -> Arr | None:
         """The wake of wing and tail."""
