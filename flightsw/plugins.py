@@ -160,15 +160,16 @@ def made(
     return new
 
 
-def refuse_ignored(place: str, name: str, obeys: tuple[str, ...], record: object, default: object) -> None:
+def refuse_ignored(place: str, name: str, obeys: tuple[str, ...], record: object, default: object = None) -> None:
     """Raises ConfigError for a key of a table that somebody else's part does not obey and that is not as by default.
 
-    place: key that names the part, in the table; obeys: keys read (dotted, a table's own for all of it), or EVERY_KEY.
+    place: key that names the part, in the table; obeys: keys read (dotted, a table's own for all of it), or EVERY_KEY; default:
+    the record where nobody sets a key, None: as its class has it.
     """
     table, _, key = place.rpartition(".")
     if ":" not in name or EVERY_KEY[0] in obeys:
         return
-    if (idle := changed(record, default, (key, *obeys))) is not None:
+    if (idle := changed(record, type(record)() if default is None else default, (key, *obeys))) is not None:
         raise ConfigError(
             f"{table}.{idle[0]} = {idle[1]!r}: not obeyed by {place} = {name!r}, which obeys {', '.join(obeys) or 'none'}; "
             "allowed: left out"

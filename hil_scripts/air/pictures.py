@@ -42,6 +42,7 @@ def bins(x: Arr, y: Arr | None = None) -> tuple[Arr, Arr]:
 
 
 def levels(axes: list[Any]) -> None:
+    """Intensity [m/s] and scale length [m] of the levels against height [m] (docs/air.md 1, 2)."""
     h = np.geomspace(3.0, 24e3, 600)
     for i, level in enumerate(LEVELS):
         both = [strength(level, "dryden", x) for x in h.tolist()]
@@ -61,6 +62,7 @@ def levels(axes: list[Any]) -> None:
 
 
 def spectra() -> Callable[[list[Any]], None]:
+    """What draws the spectra of u and w as flown beside their closed forms (docs/air.md 3)."""
     drawn = {}
     for model in SPECTRA:
         series = ShapedSeries(3, "picture", model, V, np.full(3, LENGTH_FT[model] * FT), DT, 1000)
@@ -80,6 +82,7 @@ def spectra() -> Callable[[list[Any]], None]:
 
 
 def turning() -> Callable[[list[Any]], None]:
+    """What draws the spectra of rotational gusts beside those of MIL-F-8785C (docs/air.md 4)."""
     d = Dryden(sigma_mps=2.1, over="mil")
     drawn = {}
     for who, b in SPANS.items():
@@ -112,6 +115,7 @@ def turning() -> Callable[[list[Any]], None]:
 
 
 def across() -> Callable[[list[Any]], None]:
+    """What draws the coherence of lines side by side beside theory (docs/air.md 5)."""
     y = (0.0, 5.2, 14.1)
     drawn: dict[str, Arr] = {}
     for model in SPECTRA:
@@ -139,6 +143,7 @@ def across() -> Callable[[list[Any]], None]:
 
 
 def density(axes: list[Any]) -> None:
+    """How warm [K] two ascents are, and how much denser the standard believed on board is (docs/air.md 6)."""
     for i, name in enumerate(ASCENTS):
         a = read_sounding(name).air
         a = a[a[:, 0] < 14e3]

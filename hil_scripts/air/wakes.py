@@ -21,6 +21,7 @@ AT = (-36.0, 0.0, 8.5)  # [m] of a receiver in contact, tanker's axes
 
 
 def record(name: str) -> Aircraft:
+    """A six-DOF aircraft's file."""
     ac = load_airframe(name)
     assert isinstance(ac, Aircraft)
     return ac
@@ -52,6 +53,7 @@ def trail(cfg: Wake, bank: float = 0.0, gust: Arr | None = None) -> Trail:
 
 
 def wake(axes: list[Any]) -> None:
+    """A flown wake from above in a turn, from the side in gusts, and its circulation against age (docs/air.md 7)."""
     turn = trail(Wake(path="flown", sink=False), math.radians(25.0))
     last = -0.5 * math.pi + n.G0 * math.tan(math.radians(25.0)) / V * (RING - 1) * DT
     ahead = np.array([math.cos(last), math.sin(last)])

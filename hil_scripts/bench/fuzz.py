@@ -114,7 +114,8 @@ def _udp_ports(pid: int) -> set[int]:
     return {int(r[1].rpartition(":")[2], 16) for r in rows if r[9] in inodes}
 
 
-def _rss_mb(pid: int) -> float:
+def rss_mb(pid: int) -> float:
+    """Resident memory of a process [MB]; 0 if it is gone."""
     try:
         return int(Path(f"/proc/{pid}/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6
     except (OSError, IndexError):
@@ -158,7 +159,7 @@ def fly(folder: Path, scenario: str, duration: float, packets: int, offset: int,
         if flight.poll() is not None:
             raise RuntimeError(flight.communicate()[0])
         pids = _programs(run) | {"live": live.pid}
-        before = {name: _rss_mb(pid) for name, pid in pids.items()}
+        before = {name: rss_mb(pid) for name, pid in pids.items()}
         sysids = json.loads((run / "meta.json").read_text())["aircraft"]
         ports = {"record": GROUND_PORT + offset, "live": OPERATOR_PORT + offset, "orders": plant_command_port(offset)}
         for name, sysid in sysids.items():
@@ -166,7 +167,7 @@ def fly(folder: Path, scenario: str, duration: float, packets: int, offset: int,
         own = _udp_ports(pids["sim_plant"]) - set(ports.values())
         ports |= {f"plant{k or ''}": port for k, port in enumerate(sorted(own))}
         for out.sent in _fire(ports, packets, datagrams, flight):
-            now = {name: _rss_mb(pid) for name, pid in pids.items()}
+            now = {name: rss_mb(pid) for name, pid in pids.items()}
             out.grown = {n: round(max(now[n] - before[n], out.grown.get(n, 0.0)), 1) for n in now}
         out.in_flight = flight.poll() is None
         out.text, _ = flight.communicate(timeout=LATE_S)

@@ -30,6 +30,8 @@ class NoiseCfg:
 
 @dataclass(frozen=True)
 class Imu:
+    """Body rates [rad/s] and specific force [m/s^2], body axes; 1-sigma per sample and constant of a run."""
+
     rate_hz: Rate = 100.0
     latency_ms: Latency = 0.0
     gyro_std: NonNeg = 0.0131  # [rad/s] per sample
@@ -43,6 +45,8 @@ class Imu:
 
 @dataclass(frozen=True)
 class Baro:
+    """Pressure altitude [m]."""
+
     rate_hz: Rate = 20.0
     latency_ms: Latency = 0.0
     alt_std_m: NonNeg = 0.5
@@ -54,6 +58,8 @@ class Baro:
 
 @dataclass(frozen=True)
 class Mag:
+    """Magnetic field [gauss], body axes."""
+
     rate_hz: Rate = 20.0
     latency_ms: Latency = 0.0
     std_gauss: NonNeg = 0.002
@@ -65,6 +71,8 @@ class Mag:
 
 @dataclass(frozen=True)
 class Gnss:
+    """Position [m] and velocity [m/s], NED."""
+
     rate_hz: Rate = 20.0
     latency_ms: Latency = 0.0
     pos_std_m: NonNeg = 0.5
@@ -79,6 +87,8 @@ class Gnss:
 
 @dataclass(frozen=True)
 class Air:
+    """Airspeed [m/s], incidence and sideslip [rad] of every probe."""
+
     rate_hz: Rate = 20.0
     latency_ms: Latency = 0.0
     V_std_mps: NonNeg = 0.2
@@ -94,6 +104,8 @@ class Air:
 
 @dataclass(frozen=True)
 class Att:
+    """Attitude, an error [rad] about each body axis."""
+
     rate_hz: Rate = 20.0
     latency_ms: Latency = 0.0
     std: NonNeg = 0.0035  # [rad] about each body axis
@@ -105,6 +117,8 @@ class Att:
 
 @dataclass(frozen=True)
 class Rel:
+    """Place [m] and its rate [m/s] in the leader's body axes."""
+
     rate_hz: Rate = 20.0
     latency_ms: Latency = 0.0
     pos_std_m: NonNeg = 0.5
@@ -119,6 +133,8 @@ class Rel:
 
 @dataclass(frozen=True)
 class Fuel:
+    """Mass of fuel [kg]."""
+
     rate_hz: Rate = 1.0
     latency_ms: Latency = 0.0
     std_kg: NonNeg = 5.0
@@ -130,6 +146,8 @@ class Fuel:
 
 @dataclass(frozen=True)
 class BoomSignal:
+    """Contact, envelope, elevation and azimuth [rad], extension [m]; paper has no errors."""
+
     rate_hz: Rate = 20.0
     latency_ms: Latency = 0.0
     grade: OwnGrade = ""  # "": that of the aircraft

@@ -47,15 +47,10 @@ def build_sensors(
     own tau_s wins over the common one.
     """
 
-    def errors(group: str, cfg: Any, std: list[float], bias: list[float]) -> NoiseRows:
-        tau = cfg.tau_s if cfg.tau_s > 0.0 else common.tau_s
-        scaled = [x * common.scale for x in std], [x * common.bias_scale for x in bias]
-        return NoiseRows(seed, f"{name}.{group}", *scaled, tau_s=tau, period_s=1.0 / cfg.rate_hz)
-
     def make(cls: type[S], cfg: Any, std: list[float], bias: list[float]) -> S:
         at, grade = f"sensors.{name}.{cls.group}", grade_of(cfg.grade, suite.grade)
         terms = group_terms(cls.group, grade, cfg.terms, f"{at}.terms")
-        noise = errors(cls.group, cfg, std, bias) if std and grade == PAPER else None
+        noise = _paper(seed, f"{name}.{cls.group}", cfg, common, std, bias) if std and grade == PAPER else None
         if terms is None:
             return cls(at, cfg.rate_hz, cfg.latency_ms, base_hz, noise, len(std) or cls.exact)
         latency = cfg.latency_ms if terms.latency_ms is None else terms.latency_ms
@@ -112,6 +107,13 @@ def build_sensors(
     if has_boom:
         out.append(make(BoomSensor, u.boom, [], []))
     return out
+
+
+def _paper(seed: int, at: str, cfg: Any, common: NoiseCfg, std: list[float], bias: list[float]) -> NoiseRows:
+    """Errors of the works: white or coloured, and a constant of the run."""
+    tau = cfg.tau_s if cfg.tau_s > 0.0 else common.tau_s
+    scaled = [x * common.scale for x in std], [x * common.bias_scale for x in bias]
+    return NoiseRows(seed, at, *scaled, tau_s=tau, period_s=1.0 / cfg.rate_hz)
 
 
 def tacan_sensors(

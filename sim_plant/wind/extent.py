@@ -17,14 +17,13 @@ from sim_plant.wind.config import Dryden
 from sim_plant.wind.extent_kernel import field_gusts, filtered_gusts
 from sim_plant.wind.gusts import Gusts
 from sim_plant.wind.span import Across
-from sim_plant.wind.wake import Exposure
+from sim_plant.wind.wake import WING_SHARE, Exposure
 
 if TYPE_CHECKING:
     from sim_plant.aircraft.base import Member
 
 Arr = NDArray[np.float64]
 NODE = math.sqrt(0.5)  # [-] of the half span: outer nodes of Gauss' rule of three for an elliptic load
-WING_SHARE = 0.8  # [-] of the wing in the mean wind; nose and tail carry the rest (wake.py)
 
 
 @dataclass(frozen=True)
@@ -56,7 +55,9 @@ class Over(Protocol):
     """What adds to the effective wind [NW] and to the probes' [m, 3] (m/s, NED) of an aircraft of state s [NS], at tick k, `lag`
     ticks (at most Gusts.most) behind whoever lays the gusts."""
 
-    def turn(self, s: Arr, k: int, lag: float, wind: Arr, probe: Arr) -> None: ...
+    def turn(self, s: Arr, k: int, lag: float, wind: Arr, probe: Arr) -> None:
+        """Add what a tick brings."""
+        ...
 
 
 class Field:

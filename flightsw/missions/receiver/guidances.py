@@ -76,22 +76,18 @@ BESIDE = ("V_mps", "alt_m", "track_point_m")  # keys the mission on its way to t
 def make_refuel_path(p: RefuelParams, around: Surroundings | None) -> RefuelPath:
     """The guidance p.path names. Raises ConfigError, for way-points that cannot be flown too."""
     path = made(REFUEL, RefuelPath, p.path, "guid.path", p, around)  # type: ignore[type-abstract]
-    _refuse(path, p)
+    refuse_ignored("guid.path", p.path, path.obeys, p)
     return path
 
 
 def use_refuel_path(path: RefuelPath, p: RefuelParams) -> None:
     """Fly by these parameters from now on. Raises ConfigError for a key the path does not obey."""
-    _refuse(path, p)
+    refuse_ignored("guid.path", p.path, path.obeys, p)
     path.use(p)
 
 
 def make_join_path(p: JoinUpParams) -> JoinPath:
     """The guidance p.path names. Raises ConfigError."""
     path = made(JOIN, JoinPath, p.path, "join.guid.path", p)  # type: ignore[type-abstract]
-    refuse_ignored("join.guid.path", p.path, (*BESIDE, *path.obeys), p, JoinUpParams())
+    refuse_ignored("join.guid.path", p.path, (*BESIDE, *path.obeys), p)
     return path
-
-
-def _refuse(path: RefuelPath, p: RefuelParams) -> None:
-    refuse_ignored("guid.path", p.path, path.obeys, p, RefuelParams())

@@ -175,15 +175,11 @@ BESIDE = ("V_mps", "alt_m", "turn_rate_degps")  # keys the missions read themsel
 def make_path(p: RacetrackParams) -> PathGuidance:
     """The guidance p.path names. Raises ConfigError."""
     path = made(OURS, PathGuidance, p.path, "guid.path", p)  # type: ignore[type-abstract]
-    _refuse(path, p)
+    refuse_ignored("guid.path", p.path, (*BESIDE, *path.obeys), p)
     return path
 
 
 def use_path(path: PathGuidance, p: RacetrackParams) -> None:
     """Fly by these parameters from now on. Raises ConfigError for a key the path does not obey."""
-    _refuse(path, p)
+    refuse_ignored("guid.path", p.path, (*BESIDE, *path.obeys), p)
     path.use(p)
-
-
-def _refuse(path: PathGuidance, p: RacetrackParams) -> None:
-    refuse_ignored("guid.path", p.path, (*BESIDE, *path.obeys), p, RacetrackParams())

@@ -168,11 +168,11 @@ OURS = {"inversion": WindshearControl}
 def make_law(p: NidParams, ac: TwinJet) -> PathLaw:
     """The law p.law names. Raises ConfigError."""
     law = made(OURS, PathLaw, p.law, "ctrl.law", p, ac)  # type: ignore[type-abstract]
-    refuse_ignored("ctrl.law", p.law, law.obeys, p, NidParams())
+    refuse_ignored("ctrl.law", p.law, law.obeys, p)
     return law
 
 
 def use_law(law: PathLaw, p: NidParams) -> None:
     """Fly by these gains from now on. Raises ConfigError for a key the law does not obey."""
-    refuse_ignored("ctrl.law", p.law, law.obeys, p, NidParams())
+    refuse_ignored("ctrl.law", p.law, law.obeys, p)
     law.use(p)

@@ -69,15 +69,11 @@ BESIDE = (
 def make_path(p: WindshearGuidanceParams) -> ShearPath:
     """The guidance p.path names. Raises ConfigError; ValueError for speeds that are not in order."""
     path = made(OURS, ShearPath, p.path, "guid.path", p)  # type: ignore[type-abstract]
-    _refuse(path, p)
+    refuse_ignored("guid.path", p.path, (*BESIDE, *path.obeys), p)
     return path
 
 
 def use_path(path: ShearPath, p: WindshearGuidanceParams) -> None:
     """Fly by these parameters from now on. Raises ConfigError for a key the path does not obey."""
-    _refuse(path, p)
+    refuse_ignored("guid.path", p.path, (*BESIDE, *path.obeys), p)
     path.use(p)
-
-
-def _refuse(path: ShearPath, p: WindshearGuidanceParams) -> None:
-    refuse_ignored("guid.path", p.path, (*BESIDE, *path.obeys), p, WindshearGuidanceParams())

@@ -62,6 +62,7 @@ class SixDofMember(Member):
         return vn / h, ve / h
 
     def air(self, height_m: float) -> tuple[float, float, float, float]:
+        """See Member; with the ascent's temperature if the scenario has one."""
         return air(height_m, self.par)
 
     def wake_source(self, wake: Wake) -> Arr | None:
