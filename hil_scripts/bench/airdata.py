@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from flightsw.missions.receiver.mission import ReceiverMission
+from flightsw.types import SensorFrame
 from hil_scripts.bench.row import Row
 from hil_scripts.launch.inproc import InProcess
 from hil_scripts.launch.runfolder import make_folder, resolve
@@ -17,23 +18,24 @@ FLIGHT_S = 20.0
 DROP = 40  # steps of start-up
 
 
-def step_us() -> tuple[float, float]:
-    """Median and 99th percentile [us] of one air-data step, measured in `airdata` flown in this process."""
+def step_us(flight_s: float = FLIGHT_S) -> tuple[float, float]:
+    """Median and 99th percentile [us] of one air-data step, measured in `airdata` flown in this process for flight_s [s]."""
     took: list[float] = []
     with tempfile.TemporaryDirectory() as tmp:
-        plan = resolve("airdata", 1, [], FLIGHT_S)
+        plan = resolve("airdata", 1, [], flight_s)
         flight = InProcess(plan, make_folder(plan, Path(tmp) / "run"))
         missions = [getattr(node.app, "mission", None) for node in flight.nodes]
         air = next(m.air for m in missions if isinstance(m, ReceiverMission) and m.air is not None)
         step = air.step
 
-        def timed(*args: object) -> None:
+        def timed(*args: object) -> SensorFrame:
             t0 = time.perf_counter()
-            step(*args)  # type: ignore[arg-type]
+            out = step(*args)  # type: ignore[arg-type]
             took.append(time.perf_counter() - t0)
+            return out
 
         air.step = timed  # type: ignore[method-assign, assignment]
-        for _ in range(round(FLIGHT_S * 100)):
+        for _ in range(round(flight_s * 100)):
             flight.tick()
         flight.close()
     us = np.array(took[DROP:]) * 1e6
