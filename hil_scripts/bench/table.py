@@ -161,10 +161,10 @@ def loop_timing(log: Path) -> list[dict[str, Any]]:
 def show(console: Console, rows: list[Row], timing: list[dict[str, Any]]) -> None:
     """Print the tables."""
     t = Table(title="sil bench", title_justify="left")
-    t.add_column("measured", no_wrap=True)
-    t.add_column("value", justify="right")
-    t.add_column("unit")
-    t.add_column("wanted")
+    t.add_column("measured", overflow="fold")
+    t.add_column("value", justify="right", no_wrap=True, min_width=9)
+    t.add_column("unit", no_wrap=True)
+    t.add_column("wanted", no_wrap=True, min_width=7)
     for r in rows:
         t.add_row(r.what, f"{r.value:.2f}" if r.value < 100 else f"{r.value:.0f}", r.unit, r.goal)
     console.print(t)
