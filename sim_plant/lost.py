@@ -131,10 +131,9 @@ def distance(p: Point, q: Point, u: Point, v: Point) -> float:
 
     tries = [(0.0, across(0.0)), (1.0, across(1.0)), (along(0.0), 0.0), (along(1.0), 1.0)]
     det = a * c - b * b
-    if det > 1e-12 * a * c:
-        s, t = (b * ew - c * dw) / det, (a * ew - b * dw) / det
-        if 0.0 <= s <= 1.0 and 0.0 <= t <= 1.0:
-            tries.append((s, t))
+    if det > 0.0:  # nearly parallel: t is rough, but the best s for it is not, and no try is nearer than the truth
+        t = clip((a * ew - b * dw) / det)
+        tries.append((along(t), t))
     return min(math.hypot(*(w[i] + s * d[i] - t * e[i] for i in range(3))) for s, t in tries)
 
 

@@ -10,7 +10,7 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
 
@@ -110,9 +110,13 @@ def test_ground_and_rubbish() -> None:
 
 @settings(max_examples=200, deadline=None)
 @given(point, point, point, point)
+@example(
+    np.array([0.0, 6.1e-5, 0.0]), np.array([6.1e-5, 1.0, 20.0]), np.array([0.0, 1.0, 20.0]), np.array([1e-9, 0.0, 0.0])
+)  # antiparallel but for 6e-5 of 20 m
 def test_distance_of_segments_against_a_minimiser(p: Any, q: Any, u: Any, v: Any) -> None:
-    """Least squares within bounds of |p + s d - u - t e|: an independent solver of the same problem."""
-    best = lsq_linear(np.stack([q - p, u - v], axis=1), u - p, bounds=(0.0, 1.0), tol=1e-14)
+    """Least squares within bounds of |p + s d - u - t e|: an independent solver of the same problem, of finitely many steps (the
+    trust-region one can search a line without end where the segments are parallel)."""
+    best = lsq_linear(np.stack([q - p, u - v], axis=1), u - p, bounds=(0.0, 1.0), method="bvls", tol=1e-14, max_iter=50)
     found = distance(p, q, u, v)
     assert found == pytest.approx(math.sqrt(2.0 * best.cost), abs=1e-5)
     assert found == pytest.approx(distance(u, v, q, p), abs=1e-9)
