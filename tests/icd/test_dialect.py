@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import re
 import xml.etree.ElementTree as ET
 from pathlib import Path
@@ -12,6 +13,7 @@ from pymavlink.dialects.v20 import common, development
 
 from flightsw.icd import codec_receive, dialect, gen, wire
 from flightsw.missions.receiver.airdata.reports import FdiStatus, WakeFix
+from flightsw.missions.receiver.integrity.report import IntegrityReport, integrity_values
 from flightsw.process import services
 
 from .conftest import extreme
@@ -96,6 +98,28 @@ def test_air_data_messages_have_a_field_for_every_value_of_their_type(name: str)
     renamed |= dict.fromkeys(("cov_yy", "cov_yz", "cov_zz"), "cov")
     assert {renamed.get(f.name, f.name) for f in dataclasses.fields(kind)} == set(slots)
     assert wire.BY_NAME[name].size <= 255
+
+
+def test_integrity_on_the_wire_has_no_infinity_and_the_stock_decoder_reads_it() -> None:
+    r = IntegrityReport(
+        20_000, (0.9, 1.1, math.inf), (10.0, 3.0, math.inf), (0.2, 0.3, math.nan), (-35.5, 0.25, 8.5), 5, 8, 2,
+        (0.4, 0.0, math.inf, 2.5),
+    )  # fmt: skip
+    [values] = integrity_values(r)
+    [m] = mav.MAVLink(None).parse_buffer(wire.Sender(2, 1).pack(wire.BY_NAME["INTEGRITY_STATUS"], *values))
+    got = {k: getattr(m, k) for k in m.get_fieldnames()}
+    want = {
+        "pl": (0.9, 1.1, 1e9),
+        "al": (10.0, 3.0, 1e9),
+        "sigma": (0.2, 0.3, 1e9),
+        "pos": r.pos,
+        "ratio": (0.4, 0.0, 1e9, 2.5),
+    }
+    assert got == {
+        "time_usec": 20_000, "used": 5, "excluded": 8, "undecided": 2, **{k: pytest.approx(v) for k, v in want.items()}
+    }  # fmt: skip
+    [nothing] = integrity_values(IntegrityReport())
+    assert nothing[1:10] == (1e9,) * 9 and not any(nothing[10:])
 
 
 def test_generated_files_are_current(capsys: pytest.CaptureFixture[str]) -> None:

@@ -18,6 +18,7 @@ from flightsw.missions.receiver.airdata.reports import REPORTS
 from flightsw.missions.receiver.boom import Surroundings
 from flightsw.missions.receiver.estimator import RelativeNav
 from flightsw.missions.receiver.guidances import make_refuel_path, use_refuel_path
+from flightsw.missions.receiver.integrity.report import REPORTS as INTEGRITY
 from flightsw.missions.receiver.refuel import ACTIONS, FROM, NAMES, TAKES, RefuelParams
 from flightsw.missions.receiver.station_keeping import ReceiverCtrlParams, make_station_keeping
 from flightsw.missions.receiver.tanker_link import turn_rate
@@ -186,7 +187,7 @@ SPEC = MissionSpec(
     ActuatorModel,
     phases=tuple(range(len(NAMES))),
     orders=ORDERS,
-    reports=REPORTS,
+    reports=(*REPORTS, *INTEGRITY),
     sends_relative=True,
     files=("tanker",),
 )
