@@ -223,6 +223,7 @@ class NavState:
     rel_sigma: Vec3 = ZERO3  # [m] 1-sigma, tanker body axes
     rel_att_sigma: Vec3 = ZERO3  # [rad] of rel_euler
     rel_held: bool = False  # the position is good without the relative sensor or without the data link
+    rel_doubt: str = ""  # why the relative position does not serve the phase; empty: it does, or nobody looks
     peer_age_s: float = 1e9
     wind_rot: Vec3 = ZERO3  # [rad/s] effective rotational wind, own body axes (where it is estimated)
     wind_rot_sigma: Vec3 = ZERO3  # [rad/s]

@@ -18,7 +18,10 @@ from flightsw.missions.receiver.airdata.reports import REPORTS
 from flightsw.missions.receiver.boom import Surroundings
 from flightsw.missions.receiver.estimator import RelativeNav
 from flightsw.missions.receiver.guidances import make_refuel_path, use_refuel_path
+from flightsw.missions.receiver.integrity.integrity import Integrity
+from flightsw.missions.receiver.integrity.params import IntegrityParams
 from flightsw.missions.receiver.integrity.report import REPORTS as INTEGRITY
+from flightsw.missions.receiver.integrity.report import IntegrityReport
 from flightsw.missions.receiver.refuel import ACTIONS, FROM, NAMES, TAKES, RefuelParams
 from flightsw.missions.receiver.station_keeping import ReceiverCtrlParams, make_station_keeping
 from flightsw.missions.receiver.tanker_link import turn_rate
@@ -53,13 +56,14 @@ MAV_CMD_USER_1 = 31010
 
 @dataclass(frozen=True)
 class ReceiverParams:
-    """[nav], [ctrl], [guid] and [airdata] of a receiver flight file."""
+    """[nav], [ctrl], [guid], [airdata] and [integrity] of a receiver flight file."""
 
     tanker: str = "kc135r"
     nav: NavParams = field(default_factory=lambda: NavParams(q_rate=0.1, q_wind=0.40))
     ctrl: ReceiverCtrlParams = field(default_factory=lambda: ReceiverCtrlParams(ScheduleParams(mass_kg=5200.0)))
     guid: RefuelParams = field(default_factory=RefuelParams)
     airdata: AirDataParams = field(default_factory=AirDataParams)
+    integrity: IntegrityParams = field(default_factory=IntegrityParams)
 
 
 class ReceiverMission(Mission[ActuatorModel]):
@@ -76,6 +80,9 @@ class ReceiverMission(Mission[ActuatorModel]):
         elif p.airdata.on is None and (idle := changed(p.airdata, AirDataParams())) is not None:
             raise ConfigError(f"airdata.{idle[0]} = {idle[1]!r}: nothing obeys it without airdata.on = true")
         tanker = load_aircraft(p.tanker)
+        if not p.integrity.on and (idle := changed(p.integrity, IntegrityParams())) is not None:
+            raise ConfigError(f"integrity.{idle[0]} = {idle[1]!r}: nothing obeys it without integrity.on = true")
+        self.integrity = Integrity(p.integrity, tanker, ac) if p.integrity.on else None
         self.guid = make_refuel_path(p.guid, Surroundings(tanker, ac))
         self.ctrl = make_station_keeping(ac, tanker, p.ctrl, period_s, ReceiverParams().ctrl)
         self.V0 = float(np.mean(p.ctrl.schedule.V_mps))
@@ -103,9 +110,15 @@ class ReceiverMission(Mission[ActuatorModel]):
 
     def navigate(self, f: SensorFrame, mean: np.ndarray, updated: int, health: Health) -> NavState:
         """One estimator step; mean [4]: mean controls that acted since the last one."""
+        guard = self.integrity
+        if guard is not None:
+            f, updated, health = guard.step(f, updated, health, self.nav.peer, self.guid.phase)
         if self.air is not None:
             f = self.air.step(f, self.nav, health, updated)
-        return self.nav.step(f, mean, health, updated)
+        nav = self.nav.step(f, mean, health, updated)
+        if guard is not None:
+            guard.publish(nav, self.nav.rejoined)
+        return nav
 
     @property
     def saturated(self) -> bool:
@@ -114,8 +127,9 @@ class ReceiverMission(Mission[ActuatorModel]):
 
     @property
     def reports(self) -> Reports:
-        """What the air data say of themselves, where they are used."""
-        return {} if self.air is None else self.air.reports
+        """What air data and integrity say of themselves, where they are used."""
+        out = {} if self.air is None else self.air.reports
+        return out if self.integrity is None else {**out, IntegrityReport: self.integrity.out}
 
     def exercise(self) -> None:
         """Start-up search and monitor of the air data."""
@@ -174,6 +188,8 @@ class ReceiverMission(Mission[ActuatorModel]):
         out, self.guid.texts = self.guid.texts, []
         if self.air is not None and self.air.texts:
             out, self.air.texts = out + self.air.texts, []
+        if self.integrity is not None and self.integrity.texts:
+            out, self.integrity.texts = out + self.integrity.texts, []
         return out
 
 
