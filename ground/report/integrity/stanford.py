@@ -41,7 +41,7 @@ DARK = Theme("#12171c", "#e4e8ec", "#9aa7b3", "#2a323a", "#f0867d", "#2f567f", "
 def stanford(truth: Columns, tlm: Columns, *, dark: bool = False) -> bytes | None:
     """PNG of the run's protection levels [m] over its true errors [m], with the alert limits met as lines; None without samples.
 
-    Below the diagonal a level is misleading; within the dashed square all is well. Samples without a level are counted, not drawn.
+    Below the diagonal a level is misleading; within the dashed square all is well. Samples without a level are counted alone.
     """
     j = judge(truth, tlm)
     if j is None or not len(j.t_us):
@@ -93,14 +93,17 @@ def _panel(ax: Axes, j: Judged, i: int, theme: Theme) -> None:
         ax.pcolormesh(edges, edges, np.ma.masked_equal(n, 0), cmap=shade, norm=LogNorm(1, max(n.max(), 2)), zorder=2)
     ax.fill_between([0, top], [0, top], color=theme.bad, alpha=0.10, lw=0, zorder=1)
     ax.plot([0, top], [0, top], color=theme.bad, lw=1.1, zorder=3)
-    ax.annotate("misleading", (0.97 * top, 0.04 * top), ha="right", fontsize=8.5, color=theme.bad)
+    ax.annotate(
+        "misleading", (0.97 * top, 0.92 * top), rotation=45, ha="right", va="top", fontsize=8.5, color=theme.bad
+    )
     for limit in al:
         if limit <= top:
             ax.plot([0, limit, limit], [limit, limit, 0], color=theme.ink, lw=1.0, ls="--", zorder=4)
             ax.annotate(
                 f"AL {limit:g}", (limit, limit), (3, 2), textcoords="offset points", fontsize=8, color=theme.ink
             )
-    said = ", ".join(f"{v} {k}" for k, v in counts(j, i).items() if v)
+    n_of = [f"{v} {k}" for k, v in counts(j, i).items() if v]
+    said = "\n".join(", ".join(n_of[k : k + 3]) for k in (0, 3))
     ax.set_title(f"{AXES[i]}\n{said}", fontsize=9, loc="left", color=theme.soft)
     ax.set(xlim=(0, top), ylim=(0, top), aspect="equal")
     ax.set_xlabel("true error [m]", fontsize=9.5, color=theme.ink)
