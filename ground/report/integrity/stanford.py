@@ -47,7 +47,7 @@ def stanford(truth: Columns, tlm: Columns, *, dark: bool = False) -> bytes | Non
     if j is None or not len(j.t_us):
         return None
     theme = DARK if dark else LIGHT
-    fig = Figure(figsize=(13.2, 4.6), layout=LAYOUT, facecolor=theme.paper)
+    fig = Figure(figsize=(13.2, 5.2), layout=LAYOUT, facecolor=theme.paper)
     for i, ax in enumerate(fig.subplots(1, 3, squeeze=False)[0]):
         _panel(ax, j, i, theme)
     fig.set_dpi(DPI)
@@ -94,7 +94,7 @@ def _panel(ax: Axes, j: Judged, i: int, theme: Theme) -> None:
     ax.fill_between([0, top], [0, top], color=theme.bad, alpha=0.10, lw=0, zorder=1)
     ax.plot([0, top], [0, top], color=theme.bad, lw=1.1, zorder=3)
     ax.annotate(
-        "misleading", (0.97 * top, 0.92 * top), rotation=45, ha="right", va="top", fontsize=8.5, color=theme.bad
+        "misleading", (0.36 * top, 0.26 * top), rotation=45, ha="right", va="center", fontsize=8.5, color=theme.bad
     )
     for limit in al:
         if limit <= top:
