@@ -53,4 +53,4 @@ def tab(p: Plots) -> Tab:
         name="Sources of the relative position",
         time_view=p.time,
     )
-    return rrb.Vertical(*axes, tests, lanes, name="Integrity", row_shares=[1, 1, 1, 1, 0.9])
+    return rrb.Vertical(*axes, tests, lanes, name="Integrity", row_shares=[1, 1, 1, 1, 1.7])
