@@ -268,6 +268,9 @@ class Health:
     condition: int = 0  # of the aircraft: navigation, limits, fuel
     kept_out: int = 0  # bit = WKF_READING
     refused: tuple[int, ...] = ()  # readings refused by navigation so far, per WKF_READING
+    ratios: tuple[
+        float, ...
+    ] = ()  # [-] of the last reading, per WKF_READING: above 1 it is refused; empty: none is judged
     reason: str = ""
     bad_packets: int = 0  # dropped: CRC, length, unknown id
     rejected: int = 0  # samples rejected by range, age or order

@@ -69,5 +69,5 @@ def make_app(cfg: FlightConfig) -> App:
             f"link.peer_sysid = {cfg.link.peer_sysid}: mission {cfg.app.mission!r} listens to no other aircraft"
         )
     if cfg.link.raw_fix and not app.mission.may_watch & HF_GNSS:
-        raise ConfigError(f"link.raw_fix = true: mission {cfg.app.mission!r} has no GNSS receiver")
+        raise ConfigError(f"link.raw_fix = true: mission {cfg.app.mission!r} depends on no GNSS")
     return app
