@@ -10,7 +10,7 @@ from filterpy.kalman import KalmanFilter
 from scipy.stats import chi2, multivariate_normal
 
 from flightsw.missions.receiver.integrity import kernel
-from flightsw.missions.receiver.integrity.layout import BOOM, GNSS, NB, REL, XI, V
+from flightsw.missions.receiver.integrity.layout import AB, BOOM, GNSS, NB, REL, XI, V
 from flightsw.missions.receiver.refuel import CONTACT, PRECONTACT
 from tests.unit.integrity_draws import Fault, Seen, draw
 
@@ -29,7 +29,9 @@ def test_prediction_and_correction_equal_filterpy() -> None:
     decay, q, dt, accel2 = rng.uniform(0.5, 1.0, NB), rng.uniform(0.0, 0.1, (2, NB)), 0.05, 0.09
     decay[XI], decay[V] = 1.0, 1.0
     F = np.diag(decay)
-    F[XI, V] = dt * np.eye(3)
+    F[XI, V] = F[V, AB] = dt * np.eye(3)
+    a, u = np.array([0.3, -0.2, 1.0]), np.zeros(NB)
+    u[XI], u[V] = 0.5 * dt * dt * a, dt * a
     Q = np.zeros((NB, NB))
     Q[XI, XI], Q[V, V] = np.eye(3) * dt**3 / 3.0, np.eye(3) * dt
     Q[XI, V] = Q[V, XI] = np.eye(3) * dt**2 / 2.0
@@ -44,8 +46,9 @@ def test_prediction_and_correction_equal_filterpy() -> None:
         twin.x, twin.P, twin.F, twin.Q = X[m].copy(), P[m].copy(), F, accel2 * Q + np.diag(q[m])
         twin.H, twin.R = H, np.diag(r)
         twin.predict()
+        twin.x += u
         twins.append(twin)
-    kernel.predict(X, P, decay, q, accel2, dt)
+    kernel.predict(X, P, decay, q, a, accel2, dt)
     for m, twin in enumerate(twins):
         np.testing.assert_allclose(X[m], twin.x, rtol=0.0, atol=1e-12)
         np.testing.assert_allclose(P[m], twin.P, rtol=0.0, atol=1e-12)

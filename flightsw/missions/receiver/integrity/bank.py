@@ -15,6 +15,7 @@ import numpy as np
 
 from flightsw.missions.receiver.integrity import kernel
 from flightsw.missions.receiver.integrity.layout import (
+    AB,
     AT,
     B_XI,
     BOOM,
@@ -89,6 +90,7 @@ class Bank:
         var[G], tau[G] = (own * h * h, own * h * h, own * v * v), p.gnss_tau_s
         var[GV], tau[GV] = 2.0 * p.gnss_vel_slow_mps**2, p.gnss_tau_s
         var[AT], tau[AT] = p.att_rad**2, p.att_tau_s
+        var[AB], tau[AB] = p.accel_slow**2, p.accel_tau_s
         var[OW], tau[OW] = p.wake_slow_m**2, p.wake_tau_s
         return var, tau
 
@@ -168,14 +170,15 @@ class Bank:
                 self._q[m, POSITION[k]] += WALK[k][min(length, 1)] ** 2 * dt
                 self._q[m, RATE[k]] += RATE_WALK**2 * dt
 
-    def predict(self, t_us: int) -> None:
-        """Carry everything to t_us; a slot whose time is over begins anew."""
+    def predict(self, t_us: int, acc: np.ndarray, density: float) -> None:
+        """Carry everything to t_us with the acceleration acc [3] m/s^2 of the way since the last, known to `density` [m/s^2 per
+        sqrt(Hz)]; a slot whose time is over begins anew."""
         dt = (t_us - self.t_us) * 1e-6
         self.t_us = t_us
         if dt <= 0.0:
             return
         self._prepare(dt)
-        kernel.predict(self.X, self.P, self._decay, self._q, self.p.accel**2, dt)
+        kernel.predict(self.X, self.P, self._decay, self._q, acc, density * density, dt)
         for slot, (k, _) in enumerate(self.slots):
             if (t_us - self.born_us[slot]) * 1e-6 >= 2.0 * self.p.fork_s[k]:
                 self._fork(slot, t_us)

@@ -10,18 +10,24 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from flightsw.aircraft import Aircraft
+from flightsw.kernels.atmosphere import G0
+from flightsw.kernels.rotations import dcm_from_quat, to_child, to_parent, vec3
 from flightsw.missions.receiver.integrity.bank import Bank, Verdict
-from flightsw.missions.receiver.integrity.layout import BOOM, GNSS, NAMES, REL, SOURCES, WAKE, XI
+from flightsw.missions.receiver.integrity.layout import BOOM, GNSS, NAMES, REL, SOURCES, WAKE
 from flightsw.missions.receiver.integrity.params import IntegrityParams
-from flightsw.missions.receiver.integrity.readings import Readings
+from flightsw.missions.receiver.integrity.readings import Past, Readings
 from flightsw.missions.receiver.integrity.report import IntegrityReport
 from flightsw.missions.receiver.refuel import (
     CONTACT,
     DISCONNECT,
     HOLD,
+    INIT,
     OBSERVATION,
     PRECONTACT,
     TO_CONTACT,
@@ -29,7 +35,8 @@ from flightsw.missions.receiver.refuel import (
 )
 from flightsw.missions.receiver.tanker_link import PeerTracker
 from flightsw.sixdof.estimator_core import failed_bits
-from flightsw.types import HF_REL, UPD_FIX, UPD_GNSS, UPD_REL, Health, NavState, SensorFrame, Text, Vec3
+from flightsw.sixdof.layout import TK, TK_DCM, TK_RATE
+from flightsw.types import HF_REL, UPD_FIX, UPD_GNSS, UPD_IMU, UPD_REL, Health, NavState, SensorFrame, Text, Vec3
 
 CRITICAL, WARNING, NOTICE = 2, 4, 5  # MAV_SEVERITY
 NEAR = (TO_PRECONTACT, PRECONTACT, TO_CONTACT, DISCONNECT, HOLD)  # phases held to the limit of closing in
@@ -46,7 +53,8 @@ class Integrity:
     def __init__(self, p: IntegrityParams, tanker: Aircraft, receiver: Aircraft) -> None:
         self.p = p
         self.bank = Bank(p, WAKE)
-        self.rows = Readings(p, tanker, receiver)
+        self.rows, self.past = Readings(p, tanker, receiver), Past()
+        self._tk, self._R, self._acc, self._e = np.zeros(TK), np.zeros(9), np.zeros(3), np.zeros(3)
         self.out = IntegrityReport()
         self.texts: list[Text] = []
         self.excluded = self.undecided = 0
@@ -57,6 +65,7 @@ class Integrity:
         self._live_us = [-1] * SOURCES  # when one was last heard, taken or not,
         self._taken_us = [-1] * SOURCES  # and taken
         self._wild = [0] * SOURCES  # spikes in a row
+        self._wait_us = -1
         self._calm_s = self._over_s = 0.0
         limits = ((OBSERVATION, p.al_observation_m), (CONTACT, p.al_latched_m), *((k, p.al_closing_m) for k in NEAR))
         self._limit = dict(limits)
@@ -83,12 +92,16 @@ class Integrity:
         if updated & UPD_GNSS:
             self._own.append((f.gnss_t_us, f.gnss_pos_n, f.gnss_vel_n))
         if not self.ready:
-            if not (new & UPD_REL and f.rel_valid and not peer.coasting and peer.t_us > 0):
+            # until navigation is valid nobody flies the aircraft, and then it is caught first: no motion the bank expects
+            self._wait_us = f.t_us if phase == INIT or self._wait_us < 0 else self._wait_us
+            if (f.t_us - self._wait_us) * 1e-6 < self.p.settle_s or not (
+                new & UPD_REL and f.rel_valid and not peer.coasting and peer.t_us > 0
+            ):
                 return f, updated, health
             self.bank.start(f.t_us, f.rel_pos_t, f.rel_vel_t, self.excluded)
             self.ready = True
         dt = (f.t_us - self.bank.t_us) * 1e-6
-        self.bank.predict(f.t_us)
+        self._move(f, new, peer, dt)
         self._listen(f, new, peer)
         live = self._live(f.t_us)
         verdict = self.bank.judge(live)
@@ -97,11 +110,34 @@ class Integrity:
         self._rule(dt, al)
         return self._feed(f, updated, health, live & ~self.excluded)
 
+    def _move(self, f: SensorFrame, new: int, peer: PeerTracker, dt: float) -> None:
+        """Predict over the step by own specific force and the tanker's transmitted acceleration.
+
+        xi'' = C (a_R - a_T) - 2 w x xi' - w x (w x xi), w' being unknown; C, w, a_T the tanker's. What its model lacks of
+        a_T, for long, is a state.
+        """
+        known = bool(new & UPD_IMU and f.gyro_count) and not peer.coasting and dt > 0.0
+        a = self._acc
+        a[:] = 0.0
+        if known:
+            peer.stage(f.t_us, self._tk)
+            dcm_from_quat(np.array(f.att_q_nb), self._R)
+            to_parent(self._R, np.array(f.acc_mean_b), a)
+            a -= peer.acceleration
+            a[2] += G0
+            C, w, b = self._tk[TK_DCM], self._tk[TK_RATE].tolist(), self.bank
+            to_child(C, a, self._e)
+            v, around = b.v, cross(w, b.xi)
+            for i, (coriolis, inwards) in enumerate(zip(cross(w, v), cross(w, around), strict=True)):
+                a[i] = self._e[i] - 2.0 * coriolis - inwards
+        self.bank.predict(f.t_us, a, self.p.accel if known else self.p.accel_blind)
+        self.past.add(dt, vec3(a))
+
     # --- readings -----------------------------------------------------------------------------------------------------
     def _listen(self, f: SensorFrame, updated: int, peer: PeerTracker) -> None:
         rows, linked = self.rows, not peer.coasting
         if updated & UPD_REL and f.rel_valid and f.rel_t_us > self._used_us[REL]:
-            rows.relative(f)
+            rows.relative(f, self.past)
             self._take(REL, f.rel_t_us, f.t_us)
         if (
             updated & UPD_FIX
@@ -109,10 +145,10 @@ class Integrity:
             and f.fix.t_us > self._used_us[GNSS]
             and (own := self._fix_at(f.fix.t_us)) is not None
         ):
-            rows.gnss(f, own[0], own[1], peer, self.bank.X[0, XI])
+            rows.gnss(f, own[0], own[1], peer, self.past)
             self._take(GNSS, f.fix.t_us, f.t_us)
         if f.boom_contact and linked and f.boom_t_us > self._used_us[BOOM]:
-            rows.latched(f, peer)
+            rows.latched(f, peer, self.past)
             self._take(BOOM, f.boom_t_us, f.t_us)
         elif not f.boom_contact and self._live_us[BOOM] >= 0:
             self._live_us[BOOM] = self._taken_us[BOOM] = -1
@@ -219,3 +255,8 @@ class Integrity:
 def less(a: Vec3, b: Vec3) -> Vec3:
     """a - b."""
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
+
+def cross(a: Sequence[float], b: Sequence[float]) -> Vec3:
+    """a x b."""
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]

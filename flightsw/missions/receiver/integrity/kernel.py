@@ -11,36 +11,42 @@ import math
 import numpy as np
 
 from flightsw.kernels.jit import jit
-from flightsw.missions.receiver.integrity.layout import B_V, B_XI
+from flightsw.missions.receiver.integrity.layout import B_AB, B_V, B_XI
 
 
 @jit
-def predict(X: np.ndarray, P: np.ndarray, decay: np.ndarray, q: np.ndarray, accel2: float, dt: float) -> None:
-    """All filters dt [s] on: xi' = v, v' white of density accel2 [m^2/s^3], the errors first-order Gauss-Markov.
+def predict(
+    X: np.ndarray, P: np.ndarray, decay: np.ndarray, q: np.ndarray, a: np.ndarray, accel2: float, dt: float
+) -> None:  # fmt: skip
+    """All filters dt [s] on: xi' = v, v' = a + its slow error + white of density accel2 [m^2/s^3], the errors first-order
+    Gauss-Markov.
 
-    X [M,n], P [M,n,n]; decay [n] their phi over dt, q [M,n] variance added over dt.
+    X [M,n], P [M,n,n]; a [3] m/s^2; decay [n] their phi over dt, q [M,n] variance added over dt.
     """
     n = X.shape[1]
     for m in range(X.shape[0]):
         x, p = X[m], P[m]
         for i in range(3):
-            x[B_XI + i] += dt * x[B_V + i]
+            x[B_XI + i] += dt * (x[B_V + i] + 0.5 * dt * a[i])
+            x[B_V + i] += dt * (a[i] + x[B_AB + i])
             for j in range(n):
                 p[B_XI + i, j] += dt * p[B_V + i, j]
+                p[B_V + i, j] += dt * p[B_AB + i, j]
         for i in range(n):
             for k in range(3):
                 p[i, B_XI + k] += dt * p[i, B_V + k]
+                p[i, B_V + k] += dt * p[i, B_AB + k]
         for i in range(n):
             x[i] *= decay[i]
             for j in range(n):
                 p[i, j] *= decay[i] * decay[j]
             p[i, i] += q[m, i]
         for i in range(3):
-            a, b = B_XI + i, B_V + i
+            k, b = B_XI + i, B_V + i
             p[b, b] += accel2 * dt
-            p[a, a] += accel2 * dt * dt * dt / 3.0
-            p[a, b] += 0.5 * accel2 * dt * dt
-            p[b, a] += 0.5 * accel2 * dt * dt
+            p[k, k] += accel2 * dt * dt * dt / 3.0
+            p[k, b] += 0.5 * accel2 * dt * dt
+            p[b, k] += 0.5 * accel2 * dt * dt
 
 
 @jit

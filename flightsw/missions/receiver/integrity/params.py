@@ -47,7 +47,12 @@ class IntegrityParams:
     # wake position from air data: slow error, and one that lasts as long as turbulence over the probes
     wake_slow_m: Pos = 0.3
     wake_tau_s: Pos = 60.0
-    accel: Pos = 0.3  # [m/s^2 per sqrt(Hz)] of the relative motion, unmodelled
+    # [m/s^2 per sqrt(Hz)] what is not known of the relative acceleration: the tanker's in gusts, and all of it without an
+    # accelerometer
+    accel: Pos = 0.3
+    accel_slow: Pos = 0.6  # [m/s^2] lasting error of the tanker's transmitted acceleration, its model's
+    accel_tau_s: Pos = 30.0
+    accel_blind: Pos = 1.0
     # bounds (Gaussian quantiles): nothing wrong; one source wrong
     k_fault_free: Risk = 5.33
     k_missed: Risk = 3.1
@@ -64,6 +69,7 @@ class IntegrityParams:
     al_closing_m: Limit = 3.0
     al_latched_m: Limit = 2.0
     over_s: Annotated[float, Range(0.0, 60.0)] = 0.5
+    settle_s: Annotated[float, Range(0.0, 60.0)] = 5.0  # from the first phase to the bank's start
     live_s: Annotated[float, Range(0.05, 10.0)] = 0.5  # a source not heard for so long is not there
     stand_in_s: Annotated[float, Range(0.05, 10.0)] = (
         0.2  # age of the relative sensor beyond which the bank stands in for it
