@@ -203,6 +203,28 @@ def test_weather_is_alike_for_every_barometer_and_no_satellite_s() -> None:
     assert abs(sky - errors("baro", {"alt": same}, 3).add([], 0, here)[0]) > 1e-6
 
 
+def test_scale_is_a_share_of_the_reading_drawn_once_per_run() -> None:
+    share, view = [], View(0)
+    for s in range(400):
+        err = errors("fuel", {"mass": {"scale": 0.02}}, s)
+        for view.s[S_FUEL] in (500.0, 2000.0):
+            share.append(err.add([], 0, view)[0] / view.s[S_FUEL])
+    x = np.array(share).reshape(400, 2)
+    assert np.allclose(x[:, 0], x[:, 1], atol=1e-12)
+    assert chi2.ppf(0.0005, 400) < np.sum(x[:, 0] ** 2) / 0.0004 < chi2.ppf(0.9995, 400)
+
+
+@pytest.mark.parametrize(
+    ("xi", "factor"), [([-30.0, 0.0, 10.0], 1.3675), ([-30.0, 0.0, -10.0], 1.0), ([-80.0, 0.0, 20.0], 1.0)]
+)
+def test_an_aircraft_above_takes_from_the_sky_by_its_nearness(xi: list[float], factor: float) -> None:
+    """Own errors grow linearly to `blocked` = 2 where it is; beside it, above it and beyond 50 m they do not."""
+    err, view = errors("gnss", {"blocked": 2.0, "pos_h": {"white": 1.0}}), View(0)
+    view.rel[0:3] = xi
+    x = np.array([err.add([], 0, view)[:2] for _ in range(2000)])
+    assert chi2.ppf(0.0005, 4000) < np.sum(x**2) / factor**2 < chi2.ppf(0.9995, 4000)
+
+
 def test_outages_take_the_set_share() -> None:
     err = errors("gnss", {"outage_per_h": 360.0, "outage_s": 2.0}, period=0.1)
     lost = np.mean([err.lost() for _ in range(60_000)])
