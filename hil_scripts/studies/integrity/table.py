@@ -23,7 +23,7 @@ FIELDS = ("target", "kind", "sensor", "surface", "index", "channel", "value", "s
 class Moment:
     """A state of the flying system faults are put into. t_s [s]; limit_m: largest distance from the station that is safe [m];
     phase: the receiver's, by its word in WKF_PHASE; station_m [3]: where it is held, in the tanker's axes; only: sensors whose
-    faults are flown there, () for all."""
+    faults are flown there, () for all; settings: of the scenario, in the file those beside SETTINGS."""
 
     scenario: str
     t_s: float
@@ -48,7 +48,8 @@ class Fault:
 def _moments(data: dict[str, Any]) -> dict[str, Moment]:
     out = {}
     for name, t in data["moment"].items():
-        out[name] = Moment(**{**t, "station_m": tuple(t["station_m"]), "only": tuple(t.get("only", ()))})
+        more = {k: tuple(t[k]) for k in ("station_m", "only") if k in t}
+        out[name] = Moment(**{**t, **more, "settings": (*SETTINGS, *t.get("settings", ()))})
     return out
 
 
