@@ -14,7 +14,8 @@ from xdist.scheduler import LoadScopeScheduling
 
 ROOT = Path(__file__).resolve().parent.parent
 SHARED = 'scope="module"'
-FORKING = re.compile(r"^from tests\.(forks|sil\.launch) import .*\b(Forked|apart|start)\b", re.MULTILINE)
+FORKS = r"tests\.(forks|sil\.launch|component\.test_flight_process)"
+FORKING = re.compile(rf"^from {FORKS} import .*\b(Flight|Forked|apart|start)\b", re.MULTILINE)
 TOGETHER = "forks of one prepared process"  # unit of all files whose programs are: one of it is enough
 # units of more than five seconds of processor time, longest first: none of them may come last. A head is enough
 HEAVY: tuple[str, ...] = (
