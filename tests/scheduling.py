@@ -19,7 +19,6 @@ FORKING = re.compile(rf"^from {FORKS} import .*\b(Flight|Forked|apart|start)\b",
 TOGETHER = "forks of one prepared process"  # unit of all files whose programs are: one of it is enough
 # units of more than five seconds of processor time, longest first: none of them may come last. A head is enough
 HEAVY: tuple[str, ...] = (
-    TOGETHER,
     "tests/component/test_relative_variants.py",
     "tests/unit/test_studies_hoffmann.py",
     "tests/sil/test_airdata.py",
@@ -71,7 +70,9 @@ def unit(nodeid: str) -> str:
 
 
 def rank(name: str) -> int:
-    """Place of a unit in HEAVY; behind all of them if it is none."""
+    """Place of a unit in HEAVY, the longest before it; behind all of them if it is none."""
+    if name == TOGETHER:
+        return -1
     return next((i for i, head in enumerate(HEAVY) if name.startswith(head)), len(HEAVY))
 
 
