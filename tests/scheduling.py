@@ -6,6 +6,7 @@ so a file whose fixtures live for a module is one unit here, and every other tes
 
 from __future__ import annotations
 
+import re
 from functools import cache
 from pathlib import Path
 
@@ -13,11 +14,13 @@ from xdist.scheduler import LoadScopeScheduling
 
 ROOT = Path(__file__).resolve().parent.parent
 SHARED = 'scope="module"'
+FORKS = r"tests\.(forks|sil\.launch|component\.test_flight_process)"
+FORKING = re.compile(rf"^from {FORKS} import .*\b(Flight|Forked|apart|start)\b", re.MULTILINE)
+TOGETHER = "forks of one prepared process"  # unit of all files whose programs are: one of it is enough
 # units of more than five seconds of processor time, longest first: none of them may come last. A head is enough
 HEAVY: tuple[str, ...] = (
     "tests/component/test_relative_variants.py",
     "tests/unit/test_studies_hoffmann.py",
-    "tests/sil/test_windshear.py",
     "tests/sil/test_airdata.py",
     "tests/unit/test_wake_position.py",
     "tests/unit/test_estimate_log.py",
@@ -25,10 +28,8 @@ HEAVY: tuple[str, ...] = (
     "tests/unit/test_report_sevil.py",
     "tests/unit/test_studies_lee.py",
     "tests/sil/test_processors.py",
-    "tests/sil/test_gust.py",
     "tests/component/test_gust_faults.py",
     "tests/browser/test_pages.py",
-    "tests/sil/test_repeatable.py",
     "tests/unit/test_campaign.py",
     "tests/unit/test_report_hoffmann.py",
     "tests/unit/test_report_jing.py",
@@ -52,22 +53,26 @@ HEAVY: tuple[str, ...] = (
 
 
 @cache
-def shares(path: str) -> bool:
-    """Whether the tests of a file share fixtures."""
+def text(path: str) -> str:
+    """Source of a test file, "" if there is none."""
     try:
-        return SHARED in (ROOT / path).read_text(encoding="utf-8")
+        return (ROOT / path).read_text(encoding="utf-8")
     except OSError:
-        return False
+        return ""
 
 
 def unit(nodeid: str) -> str:
     """Name of the unit a test belongs to: its file, or itself."""
     path = nodeid.partition("::")[0]
-    return path if shares(path) else nodeid
+    if FORKING.search(text(path)):
+        return TOGETHER
+    return path if SHARED in text(path) else nodeid
 
 
 def rank(name: str) -> int:
-    """Place of a unit in HEAVY; behind all of them if it is none."""
+    """Place of a unit in HEAVY, the longest before it; behind all of them if it is none."""
+    if name == TOGETHER:
+        return -1
     return next((i for i, head in enumerate(HEAVY) if name.startswith(head)), len(HEAVY))
 
 

@@ -149,3 +149,12 @@ def names(data: bytes) -> list[str]:
 def fields(data: bytes, name: str) -> list[dict[str, Any]]:
     """Fields of every message `name` in a datagram."""
     return [p[0].to_dict(p[1]) for p in wire.split(data, wire.SPECS, wire.Counters()) if p[0].name == name]
+
+
+def fly_fake() -> None:
+    """The real command `flightsw` with the fake application. For a process of its own: its next application is fake too."""
+    from flightsw import __main__ as program
+    from flightsw.process import node
+
+    node.make_app = lambda *_: FakeApp()  # type: ignore[assignment, return-value]
+    program.main()

@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import json
-import os
 import signal
-import subprocess
-import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -20,10 +17,10 @@ from flightsw.icd.wire import Sender
 from flightsw.process.config import load_flight
 from flightsw.process.node import Node
 from flightsw.process.replay import replay
+from tests.forks import Forked
 
-from .flight_fakes import FakeApp, FakePlant, config, fields, names
+from .flight_fakes import FakeApp, FakePlant, config, fields, fly_fake, names
 
-HERE = Path(__file__).resolve().parent
 FLIGHT = """
 [app]
 name = "receiver"
@@ -39,20 +36,6 @@ w_pos_m = [0.6, 0.5, 0.4]
 [ctrl.schedule]
 V_mps = [180.0, 200.0]
 """
-# the real command with the fake application
-RUNNER = f"""
-import sys
-sys.path.insert(0, {str(HERE)!r})
-import importlib.util
-spec = importlib.util.spec_from_file_location("flight_fakes", {str(HERE / "flight_fakes.py")!r})
-fakes = importlib.util.module_from_spec(spec)
-sys.modules["flight_fakes"] = fakes
-spec.loader.exec_module(fakes)
-import flightsw.process.node
-flightsw.process.node.make_app = lambda cfg: fakes.FakeApp()
-from flightsw.__main__ import main
-main()
-"""
 
 
 class Flight:
@@ -60,14 +43,9 @@ class Flight:
 
     def __init__(self, folder: Path, offset: int, *args: str) -> None:
         (folder / "flight.toml").write_text(FLIGHT)
-        argv = [sys.executable, "-c", RUNNER, "--config", str(folder / "flight.toml"), "--run-dir", str(folder)]
-        self.popen = subprocess.Popen(
-            [*argv, "--port-offset", str(offset), *args],
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-            env=os.environ.copy(),
-        )
+        self.out, self.words = folder / "stdout.txt", folder / "stderr.txt"
+        argv = ("--config", folder / "flight.toml", "--run-dir", folder, "--port-offset", offset, *args)
+        self.popen = Forked("flightsw.__main__", *argv, out=self.out, err=self.words, call=fly_fake)
         self.plant = FakePlant()
         self.link = UdpLink(0, "plant of the test")
         self.to = ("127.0.0.1", plant_port(2, offset))
@@ -103,22 +81,17 @@ class Flight:
     def err(self) -> str:
         if self.popen.poll() is None:
             self.popen.kill()
-        assert self.popen.stderr is not None
-        return self.popen.stderr.read()
+        self.popen.wait()
+        return self.words.read_text()
 
     def accounts(self) -> dict[str, float]:
         """Last line of an ended process on stdout."""
-        assert self.popen.stdout is not None
-        return dict(json.loads(self.popen.stdout.read().splitlines()[-1])["accounts"])
+        return dict(json.loads(self.out.read_text().splitlines()[-1])["accounts"])
 
     def close(self) -> None:
         if self.popen.poll() is None:
             self.popen.kill()
             self.popen.wait()
-        assert self.popen.stderr is not None
-        self.popen.stderr.close()
-        assert self.popen.stdout is not None
-        self.popen.stdout.close()
         self.link.close()
 
 

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import contextlib
 import json
-import os
-import subprocess
-import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import pytest
 from typer.testing import CliRunner
 
 from hil_scripts import sil as launcher
+from tests.forks import Forked
 
 TIMEOUT_S = 240.0  # generous: a cold machine compiles kernels first
 
@@ -28,10 +27,6 @@ class Ended:
     text: str
 
 
-def command(*args: object) -> list[str]:
-    return [sys.executable, "-m", "hil_scripts.sil", *(str(a) for a in args)]
-
-
 def sil(*args: object, cwd: Path | None = None) -> Ended:
     """Call `sil ARGS` here: no new interpreter, nothing imported twice. Runs of several processes start them all the same."""
     with contextlib.chdir(cwd or Path.cwd()):
@@ -41,12 +36,17 @@ def sil(*args: object, cwd: Path | None = None) -> Ended:
     return Ended(r.exit_code, r.output)
 
 
-def start(*args: object, out: Path) -> subprocess.Popen[bytes]:
-    """Start `sil ARGS`; its words go to the file `out`."""
-    with out.open("wb") as f:
-        return subprocess.Popen(
-            command(*args), stdout=f, stderr=subprocess.STDOUT, env={**os.environ, "COLUMNS": "200"}
-        )
+def start(*args: object, out: Path, first: Callable[[], object] | None = None) -> Forked:
+    """Start `sil ARGS`, after a call of `first`; its words go to the file `out`."""
+    with pytest.MonkeyPatch.context() as m:
+        m.setenv("COLUMNS", "200")
+        return Forked("hil_scripts.sil", *args, out=out, first=first)
+
+
+def apart(*args: object, out: Path, first: Callable[[], object] | None = None) -> Ended:
+    """`sil ARGS` in a process of its own, to its end: whose runs of several processes fork them, as a user's do."""
+    code = start(*args, out=out, first=first).wait(TIMEOUT_S)
+    return Ended(code, out.read_text())
 
 
 def wait_for(condition: Callable[[], bool], seconds: float = TIMEOUT_S) -> bool:

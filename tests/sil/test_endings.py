@@ -9,14 +9,14 @@ import os
 import resource
 import shutil
 import signal
-import subprocess
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 import pytest
 
 from flightsw.icd.tlog import read
-from tests.sil.launch import processes, sil, start, summary, wait_for
+from tests.sil.launch import apart, processes, start, summary, wait_for
 
 ONE = "rendezvous"  # one aircraft: a process less to start
 TWO = "refueling"
@@ -36,7 +36,7 @@ class Flight:
         self.run, self.words = tmp / "run", tmp / "words.txt"
         self.logs = logs(self.run, scenario)
         args = ("run", scenario, "--duration", 100000, "--no-rrd", "--out", self.run, "--port-offset", offset)
-        self.sil: subprocess.Popen[bytes] = start(*args, out=self.words)
+        self.sil = start(*args, out=self.words)
 
     def airborne(self) -> bool:
         """Wait until every log holds something: what a killed process has not written yet is lost."""
@@ -155,14 +155,11 @@ def test_stopped_during_start_up(tmp_path: Path, port_offset: int, at: str, sign
 def test_a_full_disk_is_named_with_its_file(tmp_path: Path, port_offset: int, flags: tuple[str, ...]) -> None:
     """A limit on file size stands for the full disk: writing on fails in the same call, with another reason."""
     run = tmp_path / "run"
-    limit = resource.getrlimit(resource.RLIMIT_FSIZE)
+    hard = resource.getrlimit(resource.RLIMIT_FSIZE)[1]
     args = ("run", ONE, "--duration", 100000, "--no-rrd", "--out", run, *flags)
     args += () if flags else ("--port-offset", port_offset)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (400_000, limit[1]))
-    try:
-        ended = sil(*args)
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, limit)
+    full = partial(resource.setrlimit, resource.RLIMIT_FSIZE, (400_000, hard))
+    ended = apart(*args, out=tmp_path / "words.txt", first=full)
     assert ended.code == 1, ended.text
     assert ".tlog: cannot be written" in ended.text and "Traceback" not in ended.text
     assert summary(run)["run.outcome"] == "failed"

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from ground.columns import load
-from tests.sil.launch import sil, summary
+from tests.sil.launch import apart, sil, summary
 
 SECONDS = 4.0
 LOGS = ("link_alexis.tlog", "link_reference.tlog", "tlm.tlog", "truth.tlog")
@@ -21,7 +21,8 @@ def runs(tmp_path_factory: pytest.TempPathFactory, next_port_offset: Callable[[]
     out = {}
     for name, flags in (("sockets", ("--port-offset", next_port_offset())), ("single", ("--in-process",))):
         out[name] = base / name
-        ended = sil("run", "gust", "--seed", 5, "--duration", SECONDS, "--no-rrd", "--out", out[name], *flags)
+        args = ("run", "gust", "--seed", 5, "--duration", SECONDS, "--no-rrd", "--out", out[name], *flags)
+        ended = sil(*args) if "--in-process" in flags else apart(*args, out=base / "words.txt")
         assert ended.code == 0, ended.text
     return out
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.sil.launch import sil, summary
+from tests.sil.launch import apart, sil, summary
 
 SECONDS = 3.0
 SEED = 5
@@ -26,7 +26,8 @@ def runs(tmp_path_factory: pytest.TempPathFactory, next_port_offset: Callable[[]
         ("tuned", SEED, ("--in-process", "--set", "receiver.nav.q_wind=0.4")),
     ):
         out[name] = base / name
-        ended = sil("run", "refueling", "--seed", seed, "--duration", SECONDS, "--no-rrd", "--out", out[name], *flags)
+        args = ("run", "refueling", "--seed", seed, "--duration", SECONDS, "--no-rrd", "--out", out[name], *flags)
+        ended = sil(*args) if "--in-process" in flags else apart(*args, out=base / "words.txt")
         assert ended.code == 0, ended.text
     return out
 

@@ -12,11 +12,7 @@ from typing import Any
 
 import matplotlib
 import numpy as np
-import pandas as pd
-import polars as pl
 import pytest
-from mcap.reader import make_reader
-from pyulog import ULog
 from typer.testing import CliRunner
 
 import hil_scripts
@@ -115,6 +111,8 @@ def test_signals_are_what_the_logs_hold(run: Run) -> None:
 
 
 def test_a_run_is_tables_words_and_settings(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    import polars as pl  # slow to import: only where it is needed
+
     both = run.align("alexis/nav/V")
     table = run.frame("alexis/nav/V", "alexis/truth/V", "alexis/guid/phase")
     assert list(table.columns) == ["nav/alexis/V", "truth/alexis/V", "guid/alexis/phase"] and table.index.name == "t"
@@ -136,18 +134,24 @@ def test_exports_are_read_by_the_tools_they_are_for(run: Run, tmp_path: Path, to
     assert said.exit_code == 0, said.output
     wind, words = run["nav/alexis/wind"], run.events("phase")[0].text
     if to in ("parquet", "csv"):
+        import pandas as pd
+
         read: Any = getattr(pd, f"read_{to}")
         table, texts = read(out / f"nav.alexis.NAV_STATE.{to}"), read(out / f"texts.{to}")
         t, north, found = table["t"].to_numpy(), table["wind/n"].to_numpy(), list(texts["text"])
         index = pd.read_csv(out / "signals.csv").set_index(["file", "column"])
         assert index.loc[(f"nav.alexis.NAV_STATE.{to}", "wind/n"), "unit"] == "m/s"
     elif to == "mcap":
+        from mcap.reader import make_reader
+
         with out.open("rb") as f:
             reader = make_reader(f)
             rows = [json.loads(m.data) for _, _, m in reader.iter_messages(topics=["/nav/alexis/NAV_STATE"])]
             found = [json.loads(m.data)["message"] for _, _, m in reader.iter_messages(topics=["/texts"])]
         t, north = (np.array([r[k] for r in rows]) for k in ("t", "wind/n"))
     else:
+        from pyulog import ULog
+
         log = ULog(str(out))
         data = log.get_dataset("nav_alexis_NAV_STATE").data
         t, north = data["timestamp"] / 1e6, data["wind_n"]

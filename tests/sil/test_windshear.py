@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from ground.columns import load
-from tests.sil.launch import sil, summary
+from tests.sil.launch import apart, sil, summary
 
 SECONDS = 4.0
 LOGS = ("link_twinjet.tlog", "tlm.tlog", "truth.tlog")
@@ -22,7 +22,8 @@ def runs(tmp_path_factory: pytest.TempPathFactory, next_port_offset: Callable[[]
     out = {}
     for name, flags in (("sockets", ("--port-offset", next_port_offset())), ("single", ("--in-process",))):
         out[name] = base / name
-        ended = sil("run", "windshear", "--seed", 5, "--duration", SECONDS, "--no-rrd", "--out", out[name], *flags)
+        args = ("run", "windshear", "--seed", 5, "--duration", SECONDS, "--no-rrd", "--out", out[name], *flags)
+        ended = sil(*args) if "--in-process" in flags else apart(*args, out=base / "words.txt")
         assert ended.code == 0, ended.text
     return out
 
@@ -76,7 +77,8 @@ def test_an_aircraft_that_is_lost_leaves_whole_logs_and_figures(tmp_path: Path, 
     near = "plant.aircraft.twinjet.start.pos_n_m=[-700.0, 0.0, -150.8]"  # on the slope, just before the burst
     flags = ("--set", "twinjet.guid.escape.law=continue", "--set", near)
     for name, more in (("one", ("--in-process",)), ("many", ("--no-rrd", "--port-offset", port_offset))):
-        ended = sil("run", "windshear", "--out", tmp_path / name, *flags, *more)
+        args = ("run", "windshear", "--out", tmp_path / name, *flags, *more)
+        ended = sil(*args) if "--in-process" in more else apart(*args, out=tmp_path / "words.txt")
         assert ended.code == 1 and "Traceback" not in ended.text, ended.text
         s = summary(tmp_path / name)
         assert s["run.outcome"] == "lost" and "twinjet hit the ground at t = " in s["run.reason"]

@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 import pytest
-import sympy as sp
 
 from flightsw.aircraft import load_aircraft
 from flightsw.sixdof.schedule import weights
@@ -37,6 +36,8 @@ def printed(y: object, v: object, yd: object, vn: object, *, fixed: tuple[str, .
 
 def test_E12_weights_of_the_third_and_fifth_nominal() -> None:
     """(2.40), (2.47): u3 denominator must be (y2-y1)(y2-y3)(V1-V2); u5 numerator (yc-y1)(yc-y2)(Vc-V2)."""
+    import sympy as sp  # slow to import: only where it is needed
+
     y, v = sp.symbols("y v")
     yd, vn = sp.symbols("y1:4"), sp.symbols("V1:3")
     total = sp.simplify(sum(printed(y, v, yd, vn, fixed=("u3", "u5"))))  # type: ignore[arg-type]

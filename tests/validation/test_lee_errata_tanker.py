@@ -141,7 +141,7 @@ def test_E01_side_force_follows_the_rudder_and_one_area_serves_force_and_moment(
     def side_and_roll(da: float, dr: float, thrust: float) -> tuple[float, float]:
         s = f.s.copy()
         s[n.S_T] = thrust
-        out = loads(s[: n.N_RIGID], da, f.u[1], dr, np.zeros(6), MASS, par)
+        out = loads(s[: n.N_RIGID], float(da), f.u[1], float(dr), np.zeros(6), MASS, par)
         sb, cb = math.sin(out[7]), math.cos(out[7])
         ca, sa = math.cos(out[8]), math.sin(out[8])
         side = -(-ca * sb * (out[0] - thrust) + cb * out[1] - sa * sb * out[2])  # Lee's S: positive to the left

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import tomllib
 from dataclasses import dataclass
+from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
@@ -102,10 +103,8 @@ class WindshearFlight:
 
     def low(self, tau_s: float) -> Array:
         """True hazard index [N] in a first-order low-pass, as the alerting takes its own."""
-        from scipy import signal
-
         a = -math.expm1(-self.dt / tau_s)
-        return np.asarray(signal.lfilter([a], [1.0, a - 1.0], self.F))
+        return np.fromiter(accumulate(self.F.tolist(), lambda low, f: low + a * (f - low), initial=0.0), float)[1:]
 
     def first(self, mask: NDArray[np.bool_]) -> int:
         """First row where `mask` holds, -1: none."""

@@ -57,8 +57,8 @@ def expected(
     xi_dot [N,3] m/s in F and omega [N,3] rad/s in body axes, zero if None."""
     n = len(xi)
 
-    def rows(a: Arr | None) -> Arr:
-        return np.zeros((n, 3)) if a is None else np.ascontiguousarray(np.broadcast_to(a, (n, 3)), dtype=np.float64)
+    def rows(a: Arr | None) -> Arr:  # writable, whatever is given: one compiled kernel
+        return np.array(np.broadcast_to(0.0 if a is None else a, (n, 3)), np.float64, order="C")
 
     out = np.empty((n, 9))
     wk = wake_vector(wake or WakeParams())

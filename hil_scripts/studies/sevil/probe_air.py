@@ -118,8 +118,8 @@ def plant_readings(
     xi = np.ascontiguousarray(np.atleast_2d(xi), dtype=np.float64)
     count, k = len(xi), len(probes_m)
 
-    def rows(a: Arr | None) -> Arr:
-        return np.zeros((count, 3)) if a is None else np.ascontiguousarray(np.broadcast_to(a, (count, 3)), np.float64)
+    def rows(a: Arr | None) -> Arr:  # writable, whatever is given: one compiled kernel
+        return np.array(np.broadcast_to(0.0 if a is None else a, (count, 3)), np.float64, order="C")
 
     w = np.zeros((count, k, 3))
     if air is not None:

@@ -93,7 +93,7 @@ def expected_readings(spec: MapSpec, points: Arr, wind: Arr | None = None) -> Ar
     out = np.zeros((len(points), 9))
     for i, (y, z) in enumerate(points):
         xi = np.array([spec.x_m, y, z])
-        wi = np.ascontiguousarray(w[i])
+        wi = np.array(w[i])  # writable, as everywhere: one kernel
         probe_readings(xi, e, zero, spec.V_mps, spec.rho_kgpm3, wi, zero, probes, wk, 1.0, 1.0, out[i])
     return out
 
