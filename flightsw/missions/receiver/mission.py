@@ -26,6 +26,9 @@ from flightsw.sixdof.actuators import ActuatorModel
 from flightsw.sixdof.command import ScheduleParams
 from flightsw.sixdof.estimator_core import NavParams
 from flightsw.sixdof.layout import TK, TK_DCM, TK_VN
+from flightsw.sixdof.windcal.feed import make_wind_calibration
+from flightsw.sixdof.windcal.params import WindCalParams
+from flightsw.sixdof.windcal.record import WindReport
 from flightsw.strict import ConfigError, changed
 from flightsw.terms import Laws
 from flightsw.types import (
@@ -52,13 +55,14 @@ MAV_CMD_USER_1 = 31010
 
 @dataclass(frozen=True)
 class ReceiverParams:
-    """[nav], [ctrl], [guid] and [airdata] of a receiver flight file."""
+    """[nav], [ctrl], [guid], [airdata] and [wind_calibration] of a receiver flight file."""
 
     tanker: str = "kc135r"
     nav: NavParams = field(default_factory=lambda: NavParams(q_rate=0.1, q_wind=0.40))
     ctrl: ReceiverCtrlParams = field(default_factory=lambda: ReceiverCtrlParams(ScheduleParams(mass_kg=5200.0)))
     guid: RefuelParams = field(default_factory=RefuelParams)
     airdata: AirDataParams = field(default_factory=AirDataParams)
+    wind_calibration: WindCalParams = field(default_factory=WindCalParams)
 
 
 class ReceiverMission(Mission[ActuatorModel]):
@@ -69,6 +73,7 @@ class ReceiverMission(Mission[ActuatorModel]):
     def __init__(self, ac: Aircraft, p: ReceiverParams, period_s: float) -> None:
         """Raises ConfigError for way-points that cannot be flown."""
         self.nav = RelativeNav(ac, p.nav, p.airdata.aid if p.airdata.on else None)
+        self.wind = make_wind_calibration(ac, p.wind_calibration, behind=True)
         self.air: AirData | None = None
         if p.airdata.on:
             self.air = AirData(ac, p.airdata)
@@ -98,13 +103,18 @@ class ReceiverMission(Mission[ActuatorModel]):
             u, throttle = self.ctrl.step(nav, g, act, psi_dot, V_t, -nav.pos_n[2], dt)
         else:
             u, throttle = self.ctrl.trim_command(self.V0, self.h0)
+        if self.wind is not None:  # after the law: that goes by the estimator's own wind
+            self.wind.publish(nav)
         return nav, g, u, throttle
 
     def navigate(self, f: SensorFrame, mean: np.ndarray, updated: int, health: Health) -> NavState:
         """One estimator step; mean [4]: mean controls that acted since the last one."""
         if self.air is not None:
             f = self.air.step(f, self.nav, health, updated)
-        return self.nav.step(f, mean, health, updated)
+        nav = self.nav.step(f, mean, health, updated)
+        if self.wind is not None:
+            self.wind.feed(f, updated, health, self.nav.core)
+        return nav
 
     @property
     def saturated(self) -> bool:
@@ -113,8 +123,9 @@ class ReceiverMission(Mission[ActuatorModel]):
 
     @property
     def reports(self) -> Reports:
-        """What the air data say of themselves, where they are used."""
-        return {} if self.air is None else self.air.reports
+        """What the air data say of themselves, where they are used, and the wind estimate of the sensors, where there is one."""
+        out: Reports = {} if self.air is None else self.air.reports
+        return out if self.wind is None else out | {WindReport: self.wind.report()}
 
     def exercise(self) -> None:
         """Start-up search and monitor of the air data."""
