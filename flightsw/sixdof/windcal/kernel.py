@@ -146,7 +146,7 @@ def expected(x: np.ndarray, v: np.ndarray, R: np.ndarray, h: np.ndarray, H: np.n
         u[1] = d[1] + e2 * d[0] - e0 * d[2]
         u[2] = d[2] + e0 * d[1] - e1 * d[0]
         if pas == 0:
-            _derivative(u, x, R, behind, H)
+            _derivative(u, d, x, R, behind, H)
     V = math.sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2])
     h[Z_V] = (1.0 + x[SCALE]) * V + x[OFFSET] + x[OFFSET_GM]
     h[Z_BETA] = math.asin(u[1] / V) + x[BETA] + x[BETA_GM]
@@ -154,8 +154,8 @@ def expected(x: np.ndarray, v: np.ndarray, R: np.ndarray, h: np.ndarray, H: np.n
 
 
 @jit
-def _derivative(u: np.ndarray, x: np.ndarray, R: np.ndarray, behind: bool, H: np.ndarray) -> None:
-    """H [3,n] <- derivative of `expected` at the air velocity u [3]."""
+def _derivative(u: np.ndarray, y: np.ndarray, x: np.ndarray, R: np.ndarray, behind: bool, H: np.ndarray) -> None:
+    """H [3,n] <- derivative of `expected` at the air velocity u [3] = (1 + [a]x) y, y [3] as the attitude reference has it."""
     n = x.shape[0]
     V = math.sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2])
     flat = u[0] * u[0] + u[2] * u[2]
@@ -167,21 +167,20 @@ def _derivative(u: np.ndarray, x: np.ndarray, R: np.ndarray, behind: bool, H: np
         D[Z_BETA, j] = -s * D[Z_V, j] / (V * c)
     D[Z_BETA, 1] += 1.0 / (V * c)
     D[Z_ALPHA, 0], D[Z_ALPHA, 1], D[Z_ALPHA, 2] = -u[2] / flat, 0.0, u[0] / flat
+    e0, e1, e2 = x[ATT] + x[ATT_GM], x[ATT + 1] + x[ATT_GM + 1], x[ATT + 2] + x[ATT_GM + 2]
     for r in range(3):
         for i in range(n):
             H[r, i] = 0.0
+        D0, D1, D2 = D[r, 0], D[r, 1], D[r, 2]
+        # a x y = -[y]x a, and D (a x y) = (D x a) y
+        H[r, ATT] = H[r, ATT_GM] = D2 * y[1] - D1 * y[2]
+        H[r, ATT + 1] = H[r, ATT_GM + 1] = D0 * y[2] - D2 * y[0]
+        H[r, ATT + 2] = H[r, ATT_GM + 2] = D1 * y[0] - D0 * y[1]
+        D[r, 0], D[r, 1], D[r, 2] = D0 + D1 * e2 - D2 * e1, D1 + D2 * e0 - D0 * e2, D2 + D0 * e1 - D1 * e0
         for i in range(3):
             g = -(D[r, 0] * R[i] + D[r, 1] * R[3 + i] + D[r, 2] * R[6 + i])
             H[r, SLOW_N + i] = H[r, GUST_N + i] = H[r, VEL + i] = g
-        # a x u = -[u]x a
-        a0 = D[r, 2] * u[1] - D[r, 1] * u[2]
-        a1 = D[r, 0] * u[2] - D[r, 2] * u[0]
-        a2 = D[r, 1] * u[0] - D[r, 0] * u[1]
-        H[r, ATT] = H[r, ATT_GM] = a0
-        H[r, ATT + 1] = H[r, ATT_GM + 1] = a1
-        H[r, ATT + 2] = H[r, ATT_GM + 2] = a2
-        if behind:
-            for i in range(3):
+            if behind:
                 H[r, WAKE + i] = -D[r, i]
     k = 1.0 + x[SCALE]
     for i in range(n):
