@@ -175,6 +175,7 @@ def test_a_spike_is_left_out_and_a_lasting_lie_begins_anew() -> None:
     e.air[60:, 0] = 60.0
     c = WindCalibrator(P, 0.0, False)
     list(fly(c, e, DT, 1e9))
+    assert [t.text for t in c.tell()] == ["air data contradict the wind estimate, it begins anew"] and not c.tell()
     assert c.out.restarts == 1 and c.out.refused >= P.restart_s / DT
 
 

@@ -184,7 +184,7 @@ class ReceiverMission(Mission[ActuatorModel]):
         out, self.guid.texts = self.guid.texts, []
         if self.air is not None and self.air.texts:
             out, self.air.texts = out + self.air.texts, []
-        return out
+        return out if self.wind is None else out + self.wind.tell()
 
 
 ORDERS = choices(MAV_CMD_USER_1, ACTIONS, FROM.__getitem__, TAKES)

@@ -126,7 +126,7 @@ class TankerMission(Mission[ActuatorModel]):
     def texts(self) -> list[Text]:
         """Messages since the last call."""
         out, self.guid.texts = self.guid.texts, []
-        return out
+        return out if self.wind is None else out + self.wind.tell()
 
 
 def speed_command(c: Command, guid: PathGuidance, envelope: Envelope, turn_rate_degps: float) -> tuple[int, str]:

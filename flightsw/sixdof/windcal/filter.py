@@ -36,7 +36,7 @@ from flightsw.sixdof.windcal.layout import (
 )
 from flightsw.sixdof.windcal.params import WindCalParams
 from flightsw.sixdof.windcal.record import WindReport
-from flightsw.types import NavState, SensorFrame
+from flightsw.types import NavState, SensorFrame, Text
 
 START_MPS = 20.0  # [m/s] of a wind nothing is known of
 TRAIL = 21  # raw winds held: one second at 20 Hz
@@ -58,6 +58,7 @@ class WindCalibrator:
         self._use, self._W = np.zeros(3, dtype=np.int64), np.zeros(n)
         self.wind, self.cov = np.zeros(3), np.zeros((3, 3))
         self.out = WindReport()
+        self.texts: list[Text] = []
         self._begin()
 
     def _begin(self) -> None:
@@ -183,6 +184,7 @@ class WindCalibrator:
         sane = math.isfinite(float(self.x.sum()) + float(self.P.sum()))
         if not sane or self.t - self.taken_t > p.restart_s:
             o.restarts += 1
+            self.texts.append(Text(4, "air data contradict the wind estimate, it begins anew"))
             self._begin()
 
     # --- what is published --------------------------------------------------------------------------------------------
@@ -202,6 +204,11 @@ class WindCalibrator:
         nav.wind_sigma = (s[0], s[1], s[2])
         sound = nav.valid and max(s) <= self.p.sigma_max_mps and now - self.taken_t <= STALE_S
         o.valid = nav.wind_valid = sound
+
+    def tell(self) -> list[Text]:
+        """Messages since the last call."""
+        out, self.texts = self.texts, []
+        return out
 
     def report(self) -> WindReport:
         """The record of the moment, its calibration filled in."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -55,6 +56,7 @@ class Refueling(View):
     """Station keeping, boom, the two aircraft."""
 
     aircraft = NAMES
+    own_time = frozenset({"WIND_CALIBRATION"})
     commands = (
         *ORDERS,
         Command(
@@ -95,17 +97,30 @@ class Refueling(View):
         draw(sink, run)
 
     def words(self, heard: Heard) -> list[Words]:
-        """Where the receiver is, and how far from where it should be."""
-        rel = heard.get("RELATIVE_STATE")
-        if rel is None:
-            return []
-        error = [p - c for p, c in zip(rel["pos"], rel["cmd_pos"], strict=True)]
-        place = " ".join(f"{p:+.2f}" for p in rel["pos"]) + " m (tanker axes)"
-        off = " ".join(f"{e:+.2f}" for e in error) + " m (estimated)"
-        return [
-            Words(label, "RELATIVE_STATE", text if rel["valid"] else NOT_VALID)
-            for label, text in (("position", place), ("error", off))
-        ]
+        """Where the receiver is, and how far from where it should be; what an aircraft has learnt of its sensors."""
+        return _position(heard) + _sensors(heard)
+
+
+def _position(heard: Heard) -> list[Words]:
+    rel = heard.get("RELATIVE_STATE")
+    if rel is None:
+        return []
+    error = [p - c for p, c in zip(rel["pos"], rel["cmd_pos"], strict=True)]
+    place = " ".join(f"{p:+.2f}" for p in rel["pos"]) + " m (tanker axes)"
+    off = " ".join(f"{e:+.2f}" for e in error) + " m (estimated)"
+    return [
+        Words(label, "RELATIVE_STATE", text if rel["valid"] else NOT_VALID)
+        for label, text in (("position", place), ("error", off))
+    ]
+
+
+def _sensors(heard: Heard) -> list[Words]:
+    c = heard.get("WIND_CALIBRATION")
+    if c is None:
+        return []
+    heading, sigma = math.degrees(c["attitude"][2]), math.degrees(c["attitude_sigma"][2])
+    text = f"airspeed {c['airspeed']:+.1f} +-{c['airspeed_sigma']:.1f} m/s, heading {heading:+.2f} +-{sigma:.2f} deg"
+    return [Words("sensors", "WIND_CALIBRATION", text if c["valid"] else NOT_VALID)]
 
 
 VIEW = Refueling()
