@@ -53,6 +53,7 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         ring(r, 4), ring(r, 5), ring(r, 4), r.normal(size=3), r.uniform(0.1, 0.5), 0.05, z(5), z(3), z(9), air(r)
     ],
     "sixdof.windcal.kernel.raw_wind": lambda r: [air(r), velocity(r), body(r), z(3)],
+    "sixdof.windcal.kernel.model": lambda r: [0.05, np.r_[1e9, r.uniform(1, 100, N - 1)], r.uniform(0, 1, N), 0.1, z(N), z(N)],
     "sixdof.windcal.kernel.predict": lambda r: [state(r), cov(r), *factors(r)],
     "sixdof.windcal.kernel.expected": lambda r: [state(r), velocity(r), body(r), z(3), z(3, N)],
     "sixdof.windcal.kernel._derivative": lambda r: [velocity(r), velocity(r), state(r), body(r), True, z(3, N)],

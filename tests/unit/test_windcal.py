@@ -12,14 +12,19 @@ from filterpy.kalman import KalmanFilter
 from scipy.stats import chi2
 
 from flightsw.aircraft import load_aircraft
+from flightsw.icd.wire import BY_NAME, Sender
 from flightsw.sixdof.windcal import kernel
 from flightsw.sixdof.windcal.feed import make_wind_calibration
 from flightsw.sixdof.windcal.filter import WindCalibrator
 from flightsw.sixdof.windcal.histories import Histories
 from flightsw.sixdof.windcal.layout import N_BEHIND, N_FREE, WAKE, Z_ALPHA, Z_BETA, Z_V
 from flightsw.sixdof.windcal.params import WindCalParams
+from flightsw.sixdof.windcal.record import report_values
 from flightsw.strict import ConfigError
 from flightsw.types import UPD_AIR, UPD_ATT, UPD_GNSS, SensorFrame
+from ground.link.packets import decode
+from ground.views.base import NOT_VALID
+from ground.views.refueling.view import VIEW
 from tests.unit.windcal_synth import RATE, Errors, dcm, drawn, fly, quaternion
 
 DT = 0.4  # [s]
@@ -188,6 +193,15 @@ def test_readings_kept_out_are_not_used_and_sigma_grows() -> None:
     assert abs(after.error[0]) < 0.1 and after.nav.wind_sigma[0] > before[0] and c.out.refused == 0
 
 
+def test_nothing_is_forgotten_while_all_air_data_are_kept_out() -> None:
+    c, step = WindCalibrator(P, 0.0, False), WindCalibrator.step
+    steps = fly(c, Errors(300), DT, 10.0)
+    known = [next(steps) for _ in range(250)] and c.report().scale_sigma
+    c.step = lambda f, updated, air, probes: step(c, f, updated, air, probes, 0b111)  # type: ignore[method-assign, assignment]
+    assert not list(steps)[-1].nav.wind_valid
+    assert c.out.restarts == 0 and c.report().scale_sigma == pytest.approx(known) and known < 0.5 * P.V_scale
+
+
 def test_losing_probes_opens_the_estimate() -> None:
     c, f = WindCalibrator(P, 0.0, False), Errors(100)
     list(fly(c, f, DT, 1e9, probes=3))
@@ -227,3 +241,20 @@ def test_keys_that_nothing_obeys_are_refused_by_name() -> None:
     with pytest.raises(ConfigError, match=r"wind_calibration\.wake_down_mps = 4\.0: allowed for a receiver only"):
         make_wind_calibration(ac, replace(WindCalParams(on=True), wake_down_mps=4.0))
     assert make_wind_calibration(ac, WindCalParams(on=True, wake_down_mps=4.0), behind=True) is not None
+
+
+# --- on the wire ------------------------------------------------------------------------------------------------------
+def test_what_was_learnt_goes_down_and_is_on_the_monitor() -> None:
+    c, e = WindCalibrator(P, 0.0, False), Errors(40, scale=0.01)
+    list(fly(c, e, DT, 1e9))
+    r = c.report()
+    packet = Sender(1, 1).pack(BY_NAME["WIND_CALIBRATION"], *next(report_values(r)))
+    m = decode(packet)
+    assert m["wind"] == pytest.approx(r.wind, rel=1e-6) and m["wind_cov"][3] == pytest.approx(c.P[1, 1], rel=1e-6)
+    assert (m["scale"], m["vanes_sigma"][1]) == pytest.approx((r.scale, r.vanes_sigma[1]), rel=1e-6)
+    assert m["attitude_sigma"] == pytest.approx(r.attitude_sigma, rel=1e-6)
+    assert (m["valid"], m["restarts"], m["nis_dof"]) == (1, 0, 3)
+    (line,) = VIEW.words({"WIND_CALIBRATION": m})  # type: ignore[arg-type]
+    assert line.label == "sensors" and line.text.startswith("airspeed ") and " heading " in line.text
+    (line,) = VIEW.words({"WIND_CALIBRATION": m | {"valid": 0}})  # type: ignore[arg-type]
+    assert line.text == NOT_VALID

@@ -149,5 +149,5 @@ SPEC = MissionSpec(
     ActuatorModel,
     phases=PHASES,
     orders=(Order(MAV_CMD_DO_CHANGE_SPEED, "speed", frozenset(PHASES), besides=SPEED),),
-    reports=(report("WIND_CALIBRATION", WindReport, report_values, rate_hz=1.0, offset=3),),
+    reports=(report("WIND_CALIBRATION", WindReport, report_values, rate_hz=1.0, offset=7),),
 )

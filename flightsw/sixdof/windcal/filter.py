@@ -15,7 +15,7 @@ import numpy as np
 from flightsw.kernels.linalg import inner, matvec
 from flightsw.kernels.rotations import vec3
 from flightsw.sixdof.windcal.histories import Histories
-from flightsw.sixdof.windcal.kernel import correct, expected, gust_size, predict, push, raw_wind, total
+from flightsw.sixdof.windcal.kernel import correct, expected, gust_size, model, predict, push, raw_wind, total
 from flightsw.sixdof.windcal.layout import (
     ALPHA,
     ALPHA_GM,
@@ -31,8 +31,12 @@ from flightsw.sixdof.windcal.layout import (
     SCALE,
     SLOW,
     SLOW_D,
+    SLOW_E,
+    SLOW_N,
     VEL,
     WAKE,
+    Z_ALPHA,
+    Z_V,
 )
 from flightsw.sixdof.windcal.params import WindCalParams
 from flightsw.sixdof.windcal.record import WindReport
@@ -68,7 +72,8 @@ class WindCalibrator:
         self.trail = np.full((TRAIL, 4), np.nan)
         self.sums = np.array([self.p.gust_mps**2, 1.0]) * (LEARNT_S * 20.0 * 1.8)
         self.probes = 0
-        self.taken_t = self.first_t = -math.inf
+        self.taken_t = -math.inf  # [s] when all readings that might be were taken
+        self.off_s = 0.0  # [s] a reading has been refused without a break
 
     # --- one step -----------------------------------------------------------------------------------------------------
     def step(
@@ -82,7 +87,7 @@ class WindCalibrator:
         t = h.align(p.V_lag_s, p.vane_lag_s)
         if math.isnan(t):
             return
-        V = float(h.z[0])
+        V = float(h.z[Z_V])
         if not 20.0 < V < 400.0:
             return
         # the probes are ahead: what they feel reaches the aircraft as a whole later
@@ -91,24 +96,24 @@ class WindCalibrator:
             self._start(t, probes)
         self._learn(t, V)
         dt = max(t - self.t, 0.0)
-        self._model(dt, V)
+        self._model(dt)
         predict(self.x, self.P, self._f, self._q)
         self.t = max(t, self.t)
         if probes != self.probes:
             self._regroup(probes)
-        self._correct(probes, out)
+        self._correct(probes, out, dt)
 
     def _start(self, t: float, probes: int) -> None:
         """First reading: prior of every state."""
         p, h, sd, tau = self.p, self.past, self.sd, self.tau
-        self.t = self.first_t = self.taken_t = t
+        self.t = self.taken_t = t
         self.probes = probes
         share = 1.0 / math.sqrt(probes)
         sd[:] = 0.0
         sd[GUST] = math.sqrt(self.sums[0] / self.sums[1])
         sd[SLOW_D], tau[SLOW_D] = p.slow_down_mps, p.slow_down_tau_s
         sd[SCALE], sd[OFFSET], sd[OFFSET_GM] = p.V_scale * share, p.V_offset_mps * share, p.V_gm_mps * share
-        upwash = p.vane_scale * abs(float(h.z[2]))
+        upwash = p.vane_scale * abs(float(h.z[Z_ALPHA]))
         sd[ALPHA], sd[BETA] = math.hypot(p.vane_offset, upwash) * share, p.vane_offset * share
         sd[ALPHA_GM] = sd[BETA_GM] = p.vane_gm * share
         sd[ATT : ATT + 3], sd[ATT_GM : ATT_GM + 3] = p.att_constant, p.att_gm
@@ -122,10 +127,9 @@ class WindCalibrator:
             sd[WAKE + 2], tau[WAKE + 2] = p.wake_down_mps, p.wake_down_tau_s
         self.x[:] = 0.0
         self.P[:] = np.diag(sd * sd)
-        for i in (0, 1):
-            self.P[i, i] = START_MPS**2
+        self.P[SLOW_N, SLOW_N] = self.P[SLOW_E, SLOW_E] = START_MPS**2
         raw_wind(h.z, h.v, h.R, self.wind)
-        self.x[:2] = self.wind[:2]  # a place to linearise at; its error is START_MPS all the same
+        self.x[SLOW_N:SLOW_D] = self.wind[:2]  # a place to linearise at; its error is START_MPS all the same
 
     def _learn(self, t: float, V: float) -> None:
         """Size of gusts from the raw wind's differences."""
@@ -145,20 +149,16 @@ class WindCalibrator:
         """[m/s] per axis, as learnt."""
         return math.sqrt(max(self.sums[0] / self.sums[1], 1e-4))
 
-    def _model(self, dt: float, V: float) -> None:
+    def _model(self, dt: float) -> None:
         """Factors and noise of a step of dt [s]."""
-        f, q = self._f, self._q
-        np.exp(-dt / self.tau, out=f)
-        np.sqrt(1.0 - f * f, out=q)
-        q *= self.sd
-        q[:2] = self.p.slow_q_mps * math.sqrt(dt)
+        model(dt, self.tau, self.sd, self.p.slow_q_mps, self._f, self._q)
 
     def _regroup(self, probes: int) -> None:
         """Another number of probes has another mean error."""
         p = self.p
         more = abs(1.0 / probes - 1.0 / self.probes)
         self.probes = probes
-        upwash = p.vane_scale * abs(float(self.past.z[2]))
+        upwash = p.vane_scale * abs(float(self.past.z[Z_ALPHA]))
         alpha = math.hypot(p.vane_offset, upwash)
         for i, s in ((SCALE, p.V_scale), (OFFSET, p.V_offset_mps), (ALPHA, alpha), (BETA, p.vane_offset)):
             self.P[i, i] += s * s * more
@@ -166,10 +166,10 @@ class WindCalibrator:
             self.P[i, i] += s * s * more
             self.sd[i] = s / math.sqrt(probes)
 
-    def _correct(self, probes: int, out: int) -> None:
+    def _correct(self, probes: int, out: int, dt: float) -> None:
         h, p, o, use = self.past, self.p, self.out, self._use
         expected(self.x, h.v, h.R, self.h, self.H)
-        r, V = self._r, float(h.z[0])
+        r, V = self._r, float(h.z[Z_V])
         vane = p.vane_white**2 / probes + p.att_white**2 + (p.vel_white_mps / V) ** 2
         r[0], r[1], r[2] = p.V_white_mps**2 / probes + p.vel_white_mps**2, vane, vane
         np.subtract(h.z, self.h, out=self._nu)
@@ -179,10 +179,11 @@ class WindCalibrator:
         refused = int(np.count_nonzero(use == 1))
         o.nis_dof = int(np.count_nonzero(use == 2))
         o.refused += refused
+        self.off_s = self.off_s + min(dt, 1.0) if refused else 0.0
         if not refused and o.nis_dof:
             self.taken_t = self.t
         sane = math.isfinite(float(self.x.sum()) + float(self.P.sum()))
-        if not sane or self.t - self.taken_t > p.restart_s:
+        if not sane or self.off_s > p.restart_s:
             o.restarts += 1
             self.texts.append(Text(4, "air data contradict the wind estimate, it begins anew"))
             self._begin()
@@ -196,8 +197,8 @@ class WindCalibrator:
         if math.isnan(self.t):
             o.valid = nav.wind_valid = False
             return
-        h, V = self.past, max(float(self.past.z[0]), 1.0)
-        self._model(max(now - self.t, 0.0), V)
+        h = self.past
+        self._model(max(now - self.t, 0.0))
         total(self.x, self.P, self._f, self._q, h.now, self.wind, self.cov)
         nav.wind_n = vec3(self.wind)
         s = [math.sqrt(max(float(self.cov[i, i]), 0.0)) for i in range(3)]
@@ -220,7 +221,7 @@ class WindCalibrator:
         o.offset, o.offset_sigma = float(x[OFFSET]), _root(P[OFFSET, OFFSET])
         a = self._W
         a[:] = 0.0
-        a[SCALE], a[OFFSET], a[OFFSET_GM] = float(self.past.z[0]), 1.0, 1.0
+        a[SCALE], a[OFFSET], a[OFFSET_GM] = float(self.past.z[Z_V]), 1.0, 1.0
         o.airspeed, o.airspeed_sigma = self._along(a)
         (a0, s0), (b0, s1) = self._pair(ALPHA, ALPHA_GM), self._pair(BETA, BETA_GM)
         o.vanes, o.vanes_sigma = (a0, b0), (s0, s1)

@@ -8,7 +8,7 @@ from flightsw.kernels.atmosphere import G0
 from flightsw.kernels.linalg import inner
 from flightsw.kernels.rotations import dcm_from_quat, to_parent
 from flightsw.sixdof.windcal.kernel import aligned, between, push
-from flightsw.sixdof.windcal.layout import ATTITUDE, H_AIR, H_QUAT, H_VEL, MOTION, READINGS, T
+from flightsw.sixdof.windcal.layout import ATTITUDE, H_AIR, H_QUAT, H_VEL, MOTION, READINGS, Z_V, T
 from flightsw.types import UPD_AIR, UPD_ATT, UPD_GNSS, SensorFrame
 
 VEL = slice(H_VEL, H_VEL + 3)
@@ -83,7 +83,7 @@ class Histories:
         t = self.air_t - V_lag
         if not self.motion[-1, T] - self._fix_t <= FIX_MAX_S:
             return np.nan
-        self.z[0] = self.readings[-1, H_AIR]
+        self.z[Z_V] = self.readings[-1, H_AIR + Z_V]
         held = aligned(
             self.motion, self.attitude, self.readings, self._fix, t, vane_lag, self._row, self.v, self.R, self.z
         )

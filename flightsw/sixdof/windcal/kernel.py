@@ -22,6 +22,7 @@ from flightsw.sixdof.windcal.layout import (
     OFFSET,
     OFFSET_GM,
     SCALE,
+    SLOW_E,
     SLOW_N,
     VEL,
     WAKE,
@@ -106,6 +107,16 @@ def raw_wind(z: np.ndarray, v: np.ndarray, R: np.ndarray, w: np.ndarray) -> None
 
 
 @jit
+def model(dt: float, tau: np.ndarray, sd: np.ndarray, slow_q: float, f: np.ndarray, q: np.ndarray) -> None:
+    """f [n], q [n] <- factors and noise of a step of dt [s]: first order of time constants tau [n] [s] (infinite: constant) and
+    stationary sigmas sd [n]; the slow wind's horizontal parts walk by slow_q [m/s] per sqrt(s)."""
+    for i in range(tau.shape[0]):
+        f[i] = math.exp(-dt / tau[i])
+        q[i] = sd[i] * math.sqrt(-math.expm1(-2.0 * dt / tau[i]))
+    q[SLOW_N] = q[SLOW_E] = slow_q * math.sqrt(dt)
+
+
+@jit
 def predict(x: np.ndarray, P: np.ndarray, f: np.ndarray, q: np.ndarray) -> None:
     """x [n], P [n,n] <- x', P' of x_i' = f_i x_i + q_i n_i, n white of unit variance (first order, every state its own)."""
     n = x.shape[0]
@@ -134,19 +145,19 @@ def expected(x: np.ndarray, v: np.ndarray, R: np.ndarray, h: np.ndarray, H: np.n
         s = v[i] - x[VEL + i] - x[SLOW_N + i]
         slow[i] = s
         air[i] = s - x[GUST_N + i]
-    u, d = np.empty(3), np.empty(3)
+    u, y = np.empty(3), np.empty(3)
     for pas in range(2):
         a = slow if pas == 0 else air
         for i in range(3):
-            d[i] = R[3 * i] * a[0] + R[3 * i + 1] * a[1] + R[3 * i + 2] * a[2]
+            y[i] = R[3 * i] * a[0] + R[3 * i + 1] * a[1] + R[3 * i + 2] * a[2]
             if behind:
-                d[i] -= x[WAKE + i]
+                y[i] -= x[WAKE + i]
         e0, e1, e2 = x[ATT] + x[ATT_GM], x[ATT + 1] + x[ATT_GM + 1], x[ATT + 2] + x[ATT_GM + 2]
-        u[0] = d[0] + e1 * d[2] - e2 * d[1]
-        u[1] = d[1] + e2 * d[0] - e0 * d[2]
-        u[2] = d[2] + e0 * d[1] - e1 * d[0]
+        u[0] = y[0] + e1 * y[2] - e2 * y[1]
+        u[1] = y[1] + e2 * y[0] - e0 * y[2]
+        u[2] = y[2] + e0 * y[1] - e1 * y[0]
         if pas == 0:
-            _derivative(u, d, x, R, behind, H)
+            _derivative(u, y, x, R, behind, H)
     V = math.sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2])
     h[Z_V] = (1.0 + x[SCALE]) * V + x[OFFSET] + x[OFFSET_GM]
     h[Z_BETA] = math.asin(u[1] / V) + x[BETA] + x[BETA_GM]

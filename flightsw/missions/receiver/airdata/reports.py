@@ -73,5 +73,5 @@ def fdi_values(f: FdiStatus) -> Packets:
 REPORTS = (
     report("FDI_STATUS", FdiStatus, fdi_values, rate_hz=10.0),
     report("WAKE_POSITION", WakeFix, wake_values, rate_hz=10.0),
-    report("WIND_CALIBRATION", WindReport, report_values, rate_hz=1.0, offset=3),
+    report("WIND_CALIBRATION", WindReport, report_values, rate_hz=1.0, offset=7),
 )
