@@ -197,7 +197,7 @@ class FlightApp:
         c.step(self.nav, self.mission.saturated, dt)
         h.condition = c.flags
         if r is not None:
-            h.held, h.kept_out, h.refused = r.flags, r.mask, r.counts
+            h.held, h.kept_out, h.refused, h.ratios = r.flags, r.mask, r.counts, r.ratios
         for source in (self.health, c) if r is None else (self.health, r, c):
             if source.texts:
                 texts += source.texts

@@ -16,12 +16,14 @@ from flightsw.types import (
     HF_REL,
     UPD_AIR,
     UPD_ATT,
+    UPD_FIX,
     UPD_GNSS,
     UPD_IMU,
     UPD_PEER,
     UPD_RADALT,
     UPD_REL,
     Health,
+    PeerFix,
     SensorFrame,
     Text,
 )
@@ -144,6 +146,9 @@ class HealthMonitor:
         if f.updated & UPD_RADALT and self._refuses_radalt(f):
             updated &= ~UPD_RADALT
             h.rejected += 1
+        if f.updated & UPD_FIX and not self._takes_fix(f.fix):
+            updated &= ~UPD_FIX
+            h.rejected += 1
         before = h.failed & SENSORS
         if failed != before:
             self._report(failed, before)
@@ -174,6 +179,11 @@ class HealthMonitor:
         alive = self._moving("peer", q.vel_n + q.q_nb)
         state = _inside(q.vel_n, p.speed_max_mps) and _inside(q.pos_n, FAR_M) and _unit(q.q_nb)
         return alive and state and _inside(q.acc_n, p.acc_max_mps2) and _inside(q.w_b, p.rate_max_radps)
+
+    def _takes_fix(self, q: PeerFix) -> bool:
+        """Whether another aircraft's fix is in range and alive. No mission depends on it, so it has no age here."""
+        alive = self._moving("peer's fix", q.pos_n + q.vel_n)
+        return alive and _inside(q.vel_n, self.p.speed_max_mps) and _inside(q.pos_n, FAR_M)
 
     def _judge_air(self, f: SensorFrame) -> bool:
         """Mark each refused reading; the group is good while one probe is good in all three, or where readings

@@ -259,6 +259,11 @@ class Refusals:
         """Readings refused so far, per WKF_READING."""
         return tuple(int(n) for n in self.gate.groups[:, REFUSALS].tolist())
 
+    @property
+    def ratios(self) -> tuple[float, ...]:
+        """AidStatus.ratio of every sensor, per WKF_READING; 0: nothing offered."""
+        return tuple(np.sqrt(self.gate.groups[:, RATIO]).tolist())
+
     def status(self, k: int) -> AidStatus:
         """Of sensor k."""
         g = self.gate

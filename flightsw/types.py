@@ -35,6 +35,7 @@ UPD_PEER = 512
 UPD_TACAN = 1024
 UPD_RADAR = 2048
 UPD_RADALT = 4096
+UPD_FIX = 8192
 
 
 @dataclass(slots=True)
@@ -50,6 +51,18 @@ class PeerState:
     wind_n: Vec3 = ZERO3  # [m/s] the sender's wind estimate
     wind_valid: bool = False
     pos_sigma: Vec3 = ZERO3  # [m] the sender's 1-sigma of pos_n
+
+
+@dataclass(slots=True)
+class PeerFix:
+    """Another aircraft's GNSS fix as its receiver gave it (not its estimate), with the time of the sample."""
+
+    t_us: int = 0
+    pos_n: Vec3 = ZERO3  # [m] local navigation frame
+    vel_n: Vec3 = ZERO3  # [m/s]
+    # 1-sigma as the receiver states it; 0: it states none
+    pos_sigma: Vec3 = ZERO3  # [m] NED
+    vel_sigma: Vec3 = ZERO3  # [m/s] NED
 
 
 # MAV_RESULT
@@ -153,6 +166,7 @@ class SensorFrame:
     radalt_m: float = 0.0  # [m] above the ground
     # data link
     peer: PeerState = field(default_factory=PeerState)
+    fix: PeerFix = field(default_factory=PeerFix)
     # commands and changes of parameters that arrived with this tick
     commands: list[Command] = field(default_factory=list)
     settings: list[Setting] = field(default_factory=list)
@@ -209,6 +223,7 @@ class NavState:
     rel_sigma: Vec3 = ZERO3  # [m] 1-sigma, tanker body axes
     rel_att_sigma: Vec3 = ZERO3  # [rad] of rel_euler
     rel_held: bool = False  # the position is good without the relative sensor or without the data link
+    rel_doubt: str = ""  # why the relative position does not serve the phase; empty: it does, or nobody looks
     peer_age_s: float = 1e9
     wind_rot: Vec3 = ZERO3  # [rad/s] effective rotational wind, own body axes (where it is estimated)
     wind_rot_sigma: Vec3 = ZERO3  # [rad/s]
@@ -253,6 +268,9 @@ class Health:
     condition: int = 0  # of the aircraft: navigation, limits, fuel
     kept_out: int = 0  # bit = WKF_READING
     refused: tuple[int, ...] = ()  # readings refused by navigation so far, per WKF_READING
+    ratios: tuple[
+        float, ...
+    ] = ()  # [-] of the last reading, per WKF_READING: above 1 it is refused; empty: none is judged
     reason: str = ""
     bad_packets: int = 0  # dropped: CRC, length, unknown id
     rejected: int = 0  # samples rejected by range, age or order

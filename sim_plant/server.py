@@ -11,7 +11,7 @@ from flightsw.icd.geo import Origin
 from flightsw.icd.tlog import FLUSH_US, TlogWriter
 from flightsw.strict import ConfigError
 from flightsw.types import ACCEPTED, ActuatorCmd
-from sim_plant.couplings.radio import Radio
+from sim_plant.couplings.radio import FIXES, Radio
 from sim_plant.failures.desk import CommandDesk
 from sim_plant.scenario import Scenario, dump, load_scenario
 from sim_plant.truth import Truth
@@ -155,6 +155,7 @@ class PlantServer:
         before = self._replies[i]
         if before is not None:  # real time: several replies in one tick; none of their packets may get lost
             reply.link, reply.orders = before.link + reply.link, before.orders + reply.orders
+            reply.fixes = before.fixes + reply.fixes
             if before.cmd is not None and before.cmd.t_us > cmd.t_us:
                 reply.cmd = before.cmd
         for ack in reply.acks:
@@ -178,7 +179,9 @@ class PlantServer:
         for i, r in enumerate(self._replies):
             cmds.append(r.cmd if r is not None else None)
             if r is not None:
-                self.radio.send(i, self.tick, r.link, self.world.link_up(i))
+                up = self.world.link_up(i)
+                self.radio.send(i, self.tick, r.link, up)
+                self.radio.send(i, self.tick, r.fixes, up, FIXES)
                 for order in r.orders:
                     self._answers[i] += self.desk.take(order, trusted=True)
             self._replies[i] = None

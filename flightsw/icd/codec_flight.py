@@ -6,15 +6,17 @@ import math
 
 from flightsw.aircraft import Airframe
 from flightsw.icd.codec_receive import PEER_ALL, FlightReceiver
-from flightsw.icd.geo import DEFAULT_ORIGIN, Origin
+from flightsw.icd.geo import DEFAULT_ORIGIN, Origin, to_geodetic
 from flightsw.icd.scaling import COMP_AUTOPILOT, COMP_PLANT, ControlScale
 from flightsw.icd.texts import answer
 from flightsw.icd.wire import BY_NAME, Sender
-from flightsw.types import Ack, ActuatorCmd, Command, NavState
+from flightsw.types import Ack, ActuatorCmd, Command, NavState, SensorFrame
 
 _ACTUATORS = BY_NAME["HIL_ACTUATOR_CONTROLS"]
 _FOLLOW = BY_NAME["FOLLOW_TARGET"]
 _WIND = BY_NAME["WIND_COV"]
+_FIX = BY_NAME["RAW_FIX"]
+_NOT_STATED = (math.nan,) * 6  # HIL_GPS has no accuracies, only dilutions of precision
 
 
 class FlightCodec(FlightReceiver):
@@ -87,6 +89,11 @@ class FlightCodec(FlightReceiver):
             s[2] * s[2],
             PEER_ALL if nav.valid else 0,
         ) + pack(_WIND, t_us, *wind_fields(nav, alt))
+
+    def fix(self, f: SensorFrame) -> bytes:
+        """RAW_FIX of a frame's GNSS reading as it came, in the plant's time as in `peer`, for the other aircraft."""
+        t_us = max(f.gnss_t_us - self.offset_us, 0)
+        return self.send.pack(_FIX, t_us, *to_geodetic(f.gnss_pos_n, self.origin), *f.gnss_vel_n, *_NOT_STATED)
 
     def order(self, c: Command) -> bytes:
         """COMMAND_LONG that hands a command on to the plant."""

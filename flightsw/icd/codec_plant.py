@@ -32,12 +32,15 @@ from flightsw.types import (
     SensorFrame,
 )
 
-ACCEPT = table(("HIL_ACTUATOR_CONTROLS", "FOLLOW_TARGET", "WIND_COV", "COMMAND_ACK", "STATUSTEXT", "COMMAND_LONG"))
+ACCEPT = table((
+    "HIL_ACTUATOR_CONTROLS", "FOLLOW_TARGET", "WIND_COV", "RAW_FIX", "COMMAND_ACK", "STATUSTEXT", "COMMAND_LONG",
+))  # fmt: skip
 _ACTUATORS = BY_NAME["HIL_ACTUATOR_CONTROLS"]
 _ACK = BY_NAME["COMMAND_ACK"]
 _ACK_FIELDS = _ACK.pick("command", "result", "target_system", "target_component", "result_param2")
 _TEXT = BY_NAME["STATUSTEXT"]
 _ORDER = BY_NAME["COMMAND_LONG"]
+_FIX = BY_NAME["RAW_FIX"]
 _SENSOR = BY_NAME["HIL_SENSOR"]
 _GPS = BY_NAME["HIL_GPS"]
 _ATT = BY_NAME["ATTITUDE_QUATERNION"]
@@ -55,11 +58,12 @@ _CMD_SHUTDOWN = 246  # MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN
 
 @dataclass(slots=True)
 class Reply:
-    """A decoded reply. `link`: raw FOLLOW_TARGET and WIND_COV packets for the radio; `orders`: raw COMMAND_LONG handed on to the
-    plant; `cmd` None: nothing usable."""
+    """A decoded reply. `link`: raw FOLLOW_TARGET and WIND_COV packets for the radio; `fixes`: raw RAW_FIX, sent on their own;
+    `orders`: raw COMMAND_LONG handed on to the plant; `cmd` None: nothing usable."""
 
     cmd: ActuatorCmd | None = None
     link: list[bytes] = field(default_factory=list)
+    fixes: list[bytes] = field(default_factory=list)
     acks: list[Ack] = field(default_factory=list)
     orders: list[bytes] = field(default_factory=list)
 
@@ -211,6 +215,8 @@ class PlantCodec:
             elif spec is _TEXT:
                 f = spec.to_dict(v)
                 reasons[f["id"]] = texts.take(sysid, compid, f["text"], f["id"], f["chunk_seq"]) or ""
+            elif spec is _FIX:
+                out.fixes.append(datagram[start:stop])
             elif spec is _ORDER:
                 out.orders.append(datagram[start:stop])
             else:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 
 from flightsw.icd.codec_orders import COMMANDS_MAX, OrdersIn
-from flightsw.icd.geo import Origin, WireMap
+from flightsw.icd.geo import Origin, WireMap, to_local
 from flightsw.icd.radalt import height
 from flightsw.icd.scaling import FUEL_KG_PER_ML, PROBES
 from flightsw.icd.stamps import Samples, from_boot_ms
@@ -20,6 +20,7 @@ from flightsw.types import (
     UPD_ATT,
     UPD_BARO,
     UPD_BOOM,
+    UPD_FIX,
     UPD_FUEL,
     UPD_GNSS,
     UPD_IMU,
@@ -34,11 +35,12 @@ from flightsw.types import (
 
 ACCEPT = table((
     "HIL_SENSOR", "HIL_GPS", "ATTITUDE_QUATERNION", "AIR_DATA", "REL_NAV", "BOOM_STATE", "FUEL_STATUS", "TACAN", "CREW_RADAR",
-    "DISTANCE_SENSOR", "FOLLOW_TARGET", "WIND_COV", "COMMAND_LONG", "COMMAND_INT", "COMMAND_ACK", "STATUSTEXT",
+    "DISTANCE_SENSOR", "FOLLOW_TARGET", "WIND_COV", "RAW_FIX", "COMMAND_LONG", "COMMAND_INT", "COMMAND_ACK", "STATUSTEXT",
 ))  # fmt: skip
 HIL_SENSOR = BY_NAME["HIL_SENSOR"]
 _FOLLOW = BY_NAME["FOLLOW_TARGET"]
 _WIND = BY_NAME["WIND_COV"]
+_FIX = BY_NAME["RAW_FIX"]
 
 # HIL_SENSOR_UPDATED bits of each group
 IMU_BITS = 0x3F  # gyroscopes and accelerometers
@@ -52,6 +54,8 @@ _ATT = BY_NAME["ATTITUDE_QUATERNION"].pick("time_boot_ms", "q1", "q2", "q3", "q4
 _FUEL = BY_NAME["FUEL_STATUS"].pick("remaining_fuel", "flow_rate")
 _PEER_COV = _FOLLOW.pick("position_cov")
 _PEER = _FOLLOW.pick("timestamp", "lat", "lon", "alt", "vel", "acc", "attitude_q", "rates", "est_capabilities")
+_FIX_STATE = _FIX.pick("time_usec", "lat", "lon", "alt", "vel")
+_FIX_SIGMAS = _FIX.pick("pos_sigma", "vel_sigma")
 _PEER_WIND = _WIND.pick("time_usec", "wind_x", "wind_y", "wind_z")
 
 
@@ -73,6 +77,7 @@ class FlightReceiver:
         self.sysid = sysid
         self.peer_sysid = peer_sysid
         self.count = Counters()
+        self.origin = origin
         self.map = WireMap(origin)
         self.offset_us = 0
         self.orders = OrdersIn(sysid, self.count)
@@ -91,6 +96,7 @@ class FlightReceiver:
             BY_NAME["DISTANCE_SENSOR"].id: self._radalt,
             _FOLLOW.id: self._peer_state,
             _WIND.id: self._peer_wind,
+            _FIX.id: self._peer_fix,
             BY_NAME["COMMAND_LONG"].id: self.orders.command,
             BY_NAME["COMMAND_INT"].id: self.orders.command,
             BY_NAME["COMMAND_ACK"].id: self.orders.answer,
@@ -322,3 +328,22 @@ class FlightReceiver:
             return
         f.peer.wind_n = (x, y, z)
         f.peer.wind_valid = True
+
+    def _peer_fix(self, p: Packet, f: SensorFrame) -> None:
+        if not self._is_peer(p[2]):
+            self.count.unknown += 1
+            return
+        v = _FIX_STATE(p[1])
+        lat, lon, alt = v[1:4]
+        if not finite(v[1:]) or abs(lat) > 90.0 or abs(lon) > 180.0:
+            self.count.non_finite += 1
+            return
+        t = self._stamp(p[0].id, v[0])
+        if t < 0:
+            return
+        fix = f.fix
+        fix.t_us = t
+        fix.pos_n, fix.vel_n = to_local(lat, lon, alt, self.origin), v[4:7]
+        n, e, d, vn, ve, vd = (s if 0.0 <= s < math.inf else 0.0 for s in _FIX_SIGMAS(p[1]))
+        fix.pos_sigma, fix.vel_sigma = (n, e, d), (vn, ve, vd)
+        f.updated |= UPD_FIX

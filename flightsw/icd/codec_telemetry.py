@@ -8,12 +8,23 @@ from flightsw.icd import codec_stock
 from flightsw.icd.codec_flight import wind_fields
 from flightsw.icd.codec_terms import control_terms
 from flightsw.icd.context import MODE_BASE, Context, Encoder
+from flightsw.icd.dialect import VALUES
 from flightsw.icd.stamps import boot_ms
 from flightsw.icd.wire import BY_NAME, Sender
 from flightsw.types import HF_AIR, HF_ATT, HF_GNSS, HF_IMU, HF_NAV, HF_REL, GroupCost, Snapshot
 
 PHASE_BREAKAWAY = 8  # WKF_PHASE
 READINGS = 12  # WKF_READING
+RATIO_MAX = 1e9  # [-] of a reading that was no number
+# readings behind the test ratios of ESTIMATOR_STATUS
+_VELOCITY, _POSITION, _AIRSPEED = (
+    tuple(VALUES[f"WKF_READING_{name}"] for name in names)
+    for names in (
+        ("GNSS_VELOCITY", "REL_VELOCITY", "GNSS_RATE"),
+        ("GNSS_POSITION", "REL_POSITION", "WAKE", "GNSS_DIFFERENCE"),
+        ("AIRSPEED",),
+    )
+)
 _TAU = 2.0 * math.pi
 
 
@@ -147,6 +158,11 @@ def _sys_status(s: Snapshot, c: Context) -> bytes:
     )
 
 
+def _test_ratio(ratios: tuple[float, ...], kinds: tuple[int, ...]) -> float:
+    """Largest innovation test ratio of the sensors of some kinds, 0 if none is judged."""
+    return min(max((ratios[k] for k in kinds), default=0.0), RATIO_MAX) if ratios else 0.0
+
+
 def _estimator(s: Snapshot, c: Context) -> bytes:
     n = s.nav
     flags = 0
@@ -154,15 +170,15 @@ def _estimator(s: Snapshot, c: Context) -> bytes:
         flags = 0x37 | (0x8 if n.rel_valid else 0)
     if s.health.flags & HF_GNSS:
         flags |= 0x400
-    ratio = n.nis / n.nis_dof if n.nis_dof else 0.0
+    vel, pos, tas = (_test_ratio(s.health.ratios, kinds) for kinds in (_VELOCITY, _POSITION, _AIRSPEED))
     return c.send.named(
         "ESTIMATOR_STATUS",
         time_usec=s.t_us,
         flags=flags,
-        vel_ratio=ratio,
-        pos_horiz_ratio=ratio,
-        pos_vert_ratio=ratio,
-        tas_ratio=ratio,
+        vel_ratio=vel,
+        pos_horiz_ratio=pos,
+        pos_vert_ratio=pos,
+        tas_ratio=tas,
         pos_horiz_accuracy=math.hypot(n.pos_sigma[0], n.pos_sigma[1]),
         pos_vert_accuracy=n.pos_sigma[2],
     )

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Protocol
 from flightsw.process.config import FlightConfig
 from flightsw.strict import ConfigError
 from flightsw.terms import Laws
-from flightsw.types import HF_PEER, ActuatorCmd, SensorFrame, Snapshot, Vec3
+from flightsw.types import HF_GNSS, HF_PEER, ActuatorCmd, SensorFrame, Snapshot, Vec3
 
 if TYPE_CHECKING:
     from flightsw.missions.base import Report
@@ -68,4 +68,6 @@ def make_app(cfg: FlightConfig) -> App:
         raise ConfigError(
             f"link.peer_sysid = {cfg.link.peer_sysid}: mission {cfg.app.mission!r} listens to no other aircraft"
         )
+    if cfg.link.raw_fix and not app.mission.may_watch & HF_GNSS:
+        raise ConfigError(f"link.raw_fix = true: mission {cfg.app.mission!r} depends on no GNSS")
     return app

@@ -71,6 +71,7 @@ class LinkConfig:
     delay_ticks: Annotated[int, Range(0, 20)] = 1  # transport delay the control law allows for
     broadcast_peer: bool = False  # send own state to the other aircraft
     peer_rate_hz: Annotated[int, Range(1, 100)] = 20
+    raw_fix: bool = False  # and every GNSS fix as it came
     peer_sysid: Annotated[int, Range(0, 250)] = 0  # whose state to accept; 0 = any other aircraft
     operators: Annotated[tuple[int, int], Range(1, 255)] = (
         STATIONS  # system ids from, to, that may command; the others may look
@@ -82,6 +83,8 @@ class LinkConfig:
             parse_target(text)
         if not self.broadcast_peer and self.peer_rate_hz != LinkConfig.peer_rate_hz:
             raise ValueError(f"peer_rate_hz = {self.peer_rate_hz}: allowed with broadcast_peer = true")
+        if self.raw_fix and not self.broadcast_peer:
+            raise ValueError("raw_fix = true: allowed with broadcast_peer = true")
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,7 @@ from flightsw.process.parameters import parameters
 from flightsw.process.recorder import Heard
 from flightsw.process.services import CMD_SHUTDOWN, PACKETS_MAX, Services
 from flightsw.process.telemetry import Telemetry
-from flightsw.types import Ack, Command, SensorFrame, Settled, Snapshot
+from flightsw.types import UPD_GNSS, Ack, Command, SensorFrame, Settled, Snapshot
 
 GROUND_MAX = 32  # [datagram] of the ground that wait for a tick
 MAX_HEARD = 1000  # [datagram] kept for the log between two ticks
@@ -96,6 +96,8 @@ class Node:
         self.exec.add("app", 1, 0, self._run_app)
         if cfg.link.broadcast_peer:
             self.exec.add("peer", max(1, base // cfg.link.peer_rate_hz), 0, self._run_peer)
+        if cfg.link.raw_fix:
+            self.exec.add("fix", 1, 0, self._run_fix)
         self.tick = 0
         self.t_us = -1  # [us] sample time of the last tick
         self.dt_s = 0.0
@@ -317,3 +319,7 @@ class Node:
     def _run_peer(self) -> None:
         if self._snap is not None:
             self._last_reply += self.codec.peer(self._snap.nav)
+
+    def _run_fix(self) -> None:
+        if self._snap is not None and self._snap.sensors.updated & UPD_GNSS:  # health has let it through
+            self._last_reply += self.codec.fix(self._snap.sensors)

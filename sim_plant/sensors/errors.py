@@ -15,13 +15,15 @@ from numpy.typing import NDArray
 from sim_plant.kernels import layout as n
 from sim_plant.rng import BLOCK, generator
 from sim_plant.sensors.base import View
-from sim_plant.sensors.constellation import Constellation
 from sim_plant.sensors.faulty import Flicker
 from sim_plant.sensors.shape_kernel import lever_acc, lever_gnss, shaped
+from sim_plant.sensors.shared import Shared
 from sim_plant.sensors.terms import FAMILIES, Group
+from sim_plant.sensors.vane import Bearings
 from sim_plant.wind.air import gauss_markov_block
 
 Arr = NDArray[np.float64]
+SHARED = {"gnss": "gnss.constellation", "baro": "baro.weather"}  # stream of what all aircraft have alike
 NEAR_M = 50.0  # [m] within which another aircraft blocks part of the sky (our choice: a tanker's span)
 
 
@@ -98,8 +100,9 @@ class Errors:
         self.draws: list[tuple[list[int], Draw]] = []
         self.mat, self.lag, self.quantum = np.eye(width), np.zeros((width, 3)), np.zeros(width)
         self.mem, self.out, self.fresh = np.zeros((2, width)), np.zeros(width), np.ones(1)
+        friction = np.zeros(width)
         self.shaping = False
-        self.sky: list[tuple[int, float, float, Constellation]] = []
+        self.sky: list[tuple[int, float, float, Shared]] = []
         key = f"{name}.{group}"
         turns: Arr = generator(seed, f"{key}.align").standard_normal(3)  # one mounting for the whole sensor
         for fam, (base, _) in fams.items():
@@ -121,18 +124,19 @@ class Errors:
             factor = bias_scale * t.scale * rng("scale").standard_normal(m)
             for i, c in enumerate(cols):
                 self.mat[c, c] += factor[i]
-                self.quantum[c] = t.quantum
+                self.quantum[c], friction[c] = t.quantum, t.friction
                 self.lag[c] = lag_of(t.lag_s, period_s)
                 if t.common > 0.0 or t.gradient > 0.0:
-                    sky = Constellation.of(seed, t.common_tau_s)
-                    self.sky.append((c, scale * t.common, scale * t.gradient, sky))
+                    shared = Shared.of(seed, SHARED[group], t.common_tau_s)
+                    self.sky.append((c, scale * t.common, scale * t.gradient, shared))
             if t.align > 0.0:
                 a, b, c3 = (bias_scale * t.align * turns).tolist()
                 i0, i1, i2 = cols
                 # a sensor mounted turned by (a, b, c) sees v - (a, b, c) x v
                 for row, col, x in ((i0, i1, c3), (i0, i2, -b), (i1, i0, -c3), (i1, i2, a), (i2, i0, b), (i2, i1, -a)):
                     self.mat[row, col] += x
-            self.shaping |= t.scale > 0.0 or t.align > 0.0 or t.lag_s > 0.0 or t.quantum > 0.0
+            self.shaping |= max(t.scale, t.align, t.lag_s, t.quantum, t.friction) > 0.0
+        self.vanes = Bearings(friction) if friction.any() else None
         self.lever = bias_scale * terms.lever_m * generator(seed, f"{key}.lever").standard_normal(3)
         self.lever_on = {"imu": 1, "gnss": 2}.get(group, 0) if terms.lever_m > 0.0 else 0
         self.last_w = np.full(3, math.nan)
@@ -171,8 +175,11 @@ class Errors:
             lever_gnss(np.array(view.s[0:7]), self.lever, row)
         if not self.shaping:
             return list(row.tolist())
-        shaped(np.array(self.true(view)), row, self.mat, self.lag, self.quantum, self.mem, self.fresh, self.out)
-        return list(self.out.tolist())
+        true = self.true(view)
+        felt = self.vanes.felt(true, view) if self.vanes is not None else true
+        shaped(np.array(felt), row, self.mat, self.lag, self.quantum, self.mem, self.fresh, self.out)
+        out = list(self.out.tolist())
+        return out if felt is true else [e + z - t for e, z, t in zip(out, felt, true, strict=True)]
 
     def _blocked(self, view: View) -> float:
         r = view.rel

@@ -30,7 +30,7 @@ FAMILIES: dict[str, dict[str, tuple[tuple[int, ...], tuple[str, ...]]]] = {
         "gyro": ((0, 1, 2), (*DRAWN, *SHAPED, "density", "align")),
         "acc": ((3, 4, 5), (*DRAWN, *SHAPED, "density", "align")),
     },
-    "baro": {"alt": ((0,), (*DRAWN, *SHAPED))},
+    "baro": {"alt": ((0,), (*DRAWN, *SHAPED, *COMMON))},
     "mag": {"field": ((0, 1, 2), (*DRAWN, *SHAPED, "align"))},
     "gnss": {
         "pos_h": ((0, 1), (*DRAWN, "quantum", *COMMON)),
@@ -40,7 +40,11 @@ FAMILIES: dict[str, dict[str, tuple[tuple[int, ...], tuple[str, ...]]]] = {
     },
     "att": {"tilt": ((0, 1), DRAWN), "heading": ((2,), DRAWN)},
     "fuel": {"mass": ((0,), (*DRAWN, *SHAPED))},
-    "air": {"V": ((0,), (*DRAWN, *SHAPED)), "alpha": ((1,), (*DRAWN, *SHAPED)), "beta": ((2,), (*DRAWN, *SHAPED))},
+    "air": {
+        "V": ((0,), (*DRAWN, *SHAPED)),
+        "alpha": ((1,), (*DRAWN, *SHAPED, "friction")),
+        "beta": ((2,), (*DRAWN, *SHAPED, "friction")),
+    },
     "rel": {"pos": ((0, 1, 2), (*DRAWN, *SHAPED, "align")), "vel": ((3, 4, 5), (*DRAWN, *SHAPED, "align"))},
     "radalt": {"height": ((0,), (*DRAWN, *SHAPED))},
     "boom": {"angle": ((0, 1), (*DRAWN, *SHAPED)), "extension": ((2,), (*DRAWN, *SHAPED))},
@@ -63,7 +67,10 @@ class Terms:
     )
     lag_s: NonNeg = 0.0  # first-order lag
     quantum: NonNeg = 0.0  # [u] step of the output
-    common: NonNeg = 0.0  # [u] Gauss-Markov of the constellation: the same series for every aircraft
+    friction: NonNeg = (
+        0.0  # [rad Pa] of a vane's bearing: over the dynamic pressure, the angle within which it stays (vane.py)
+    )
+    common: NonNeg = 0.0  # [u] Gauss-Markov of the constellation or the weather: the same series for every aircraft
     common_tau_s: Time = 1800.0
     gradient: NonNeg = 0.0  # [u/m] its change with place, per axis: Gauss-Markov of common_tau_s
 

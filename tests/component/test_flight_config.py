@@ -32,6 +32,13 @@ def test_good_file_and_overrides(tmp_path: Path) -> None:
     assert (cfg.app.sysid, cfg.link.peer_timeout_s, cfg.tables, cfg.period_us) == (7, 1.5, {"nav": {"q": 0.2}}, 10_000)
 
 
+def test_raw_fixes_are_refused_where_nobody_would_send_them(tmp_path: Path) -> None:
+    over = {"link.raw_fix": True}
+    with pytest.raises(ConfigError, match=r"raw_fix = true: allowed with broadcast_peer = true"):
+        load_flight(write(tmp_path, GOOD), over)
+    assert load_flight(write(tmp_path, GOOD), over | {"link.broadcast_peer": True}).link.raw_fix
+
+
 @pytest.mark.parametrize("name", ["tanker", "receiver"])
 def test_shipped_files_load_and_survive_a_round_trip(name: str, tmp_path: Path) -> None:
     import flightsw

@@ -12,7 +12,7 @@ from flightsw.icd import wire
 from flightsw.process.application import make_app
 from flightsw.process.node import Node
 from flightsw.strict import ConfigError
-from flightsw.types import UPD_IMU
+from flightsw.types import UPD_GNSS, UPD_IMU, ActuatorCmd, SensorFrame, Snapshot
 
 from .flight_fakes import FakeApp, FakePlant, config, fields, names
 
@@ -142,6 +142,22 @@ def test_broadcast_of_own_state_at_20_hz() -> None:
     with_peer = [k for k, r in enumerate(replies) if "FOLLOW_TARGET" in r]
     assert with_peer == list(range(0, 100, 5))
     assert replies[0] == ["HIL_ACTUATOR_CONTROLS", "FOLLOW_TARGET", "WIND_COV"]
+
+
+def test_a_fix_goes_out_with_each_tick_that_brings_one_that_health_lets_through() -> None:
+    node, app, plant = start(link=dataclasses.replace(config().link, broadcast_peer=True, raw_fix=True))
+    inner = app.tick
+
+    def tick(frame: SensorFrame, dt_s: float) -> tuple[ActuatorCmd, Snapshot]:
+        k = round(frame.t_us / 10_000)
+        frame.updated = UPD_IMU | (UPD_GNSS if k % 10 == 3 and k != 43 else 0)  # 43: refused
+        frame.gnss_t_us = frame.t_us - 20_000
+        return inner(frame, dt_s)
+
+    app.tick = tick  # type: ignore[method-assign]
+    replies = [node.handle([plant.at(k)]).reply for k in range(60)]
+    sent = {k: fields(r, "RAW_FIX")[0]["time_usec"] for k, r in enumerate(replies) if "RAW_FIX" in names(r)}
+    assert sent == {k: 10_000 * k - 20_000 for k in (3, 13, 23, 33, 53)}
 
 
 def test_two_nodes_with_the_same_input_give_the_same_bytes() -> None:

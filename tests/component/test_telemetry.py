@@ -10,6 +10,7 @@ from itertools import pairwise
 import pytest
 
 from flightsw import plugins
+from flightsw import refusal as rd
 from flightsw.icd import wire
 from flightsw.icd.codec_telemetry import ENCODERS, TIMED
 from flightsw.icd.rates import COMMON, due, names_due, table
@@ -199,6 +200,22 @@ def test_wind_is_nan_until_navigation_is_valid_and_health_is_shown() -> None:
     assert fields(out, "ESTIMATOR_STATUS")[0]["flags"] == 0x400
     timing = fields(out, "LOOP_TIMING")[0]
     assert all(v == 0 for k, v in timing.items() if k not in ("time_usec", "ticks"))
+
+
+@pytest.mark.parametrize(
+    ("ratios", "want"),
+    [
+        ({}, (0.0, 0.0, 0.0, 0.0)),
+        ({rd.V: 1.5, rd.GNSS_VEL: 0.25, rd.GNSS_POS: 0.5, rd.ATT: 9.0}, (0.25, 0.5, 0.5, 1.5)),
+        ({rd.GNSS_POS: 0.5, rd.REL_POS: math.inf, rd.REL_VEL: 2.0}, (2.0, 1e9, 1e9, 0.0)),
+    ],
+)
+def test_test_ratios_are_those_of_the_gate(ratios: dict[int, float], want: tuple[float, ...]) -> None:
+    app = FakeApp()
+    app.nav.nis, app.nav.nis_dof = 99.0, 12
+    app.health.ratios = tuple(ratios.get(k, 0.0) for k in range(len(rd.KINDS))) if ratios else ()
+    got = fields(b"".join(run(1, app)[1]), "ESTIMATOR_STATUS")[0]
+    assert [got[f"{k}_ratio"] for k in ("vel", "pos_horiz", "pos_vert", "tas")] == pytest.approx(want)
 
 
 def test_the_head_up_display_has_calibrated_and_the_house_message_true_airspeed() -> None:

@@ -19,6 +19,7 @@ from flightsw.types import (
     UPD_ATT,
     UPD_BARO,
     UPD_BOOM,
+    UPD_FIX,
     UPD_FUEL,
     UPD_GNSS,
     UPD_IMU,
@@ -30,6 +31,8 @@ from flightsw.types import (
     NavState,
     SensorFrame,
 )
+
+from .generated import mav
 
 ALL = UPD_IMU | UPD_BARO | UPD_MAG | UPD_GNSS | UPD_AIR | UPD_ATT | UPD_REL | UPD_FUEL | UPD_BOOM
 LEARJET = load_aircraft("learjet24")
@@ -86,7 +89,9 @@ def test_every_sensor_group_survives_the_wire() -> None:
     assert flight.count == wire.Counters()
     for f in dataclasses.fields(SensorFrame):
         a, b = getattr(sent, f.name), getattr(got, f.name)
-        if f.name in ("peer", "commands", "updated") or f.name.startswith(("tacan", "radar")):  # tests of their own
+        if f.name in ("peer", "fix", "commands", "updated") or f.name.startswith(
+            ("tacan", "radar")
+        ):  # tests of their own
             continue
         tol = {"gnss_pos_n": 6e-3, "gnss_vel_n": 5.1e-3}.get(f.name, 2e-7)
         if f.name == "fuel_t_us":
@@ -244,6 +249,45 @@ NAV = NavState(
     wind_n=(-8.0, 3.0, 0.4),
     wind_sigma=(0.2, 0.3, 0.1),
 )
+
+
+def test_a_fix_reaches_the_other_aircraft_as_it_came() -> None:
+    """Decoded by the stock generator's own module, then by the other aircraft: below a millimetre and a millimetre per second."""
+    plant, flight = pair()
+    tanker = FlightCodec(TANKER, 1)
+    tanker.offset_us = 7_000_000  # its plant was restarted: the time is the plant's all the same
+    f = SensorFrame(
+        gnss_t_us=7_040_000, gnss_pos_n=(12_345.678, -6543.219, -7010.123), gnss_vel_n=(190.123, -8.051, 0.337)
+    )
+    fix = tanker.fix(f)
+    [m] = mav.MAVLink(None).parse_buffer(fix)
+    assert (m.get_type(), m.time_usec, m.get_srcSystem()) == ("RAW_FIX", 40_000, 1)
+    assert m.vel == pytest.approx(f.gnss_vel_n, rel=1e-6)
+    assert all(math.isnan(s) for s in (*m.pos_sigma, *m.vel_sigma))
+    reply = plant.decode_reply(tanker.actuators(ActuatorCmd(50_000)) + tanker.peer(NAV) + fix)
+    assert reply.fixes == [fix] and packets(b"".join(reply.link)) == ["FOLLOW_TARGET", "WIND_COV"]
+    got = SensorFrame()
+    flight.decode(plant.sensors(SensorFrame(t_us=60_000), reply.fixes), got)
+    assert got.updated == UPD_FIX and got.fix.t_us == 40_000
+    assert got.fix.pos_n == pytest.approx(f.gnss_pos_n, abs=1e-6) and got.fix.vel_n == pytest.approx(
+        f.gnss_vel_n, abs=1e-5
+    )
+    assert got.fix.pos_sigma == got.fix.vel_sigma == (0.0, 0.0, 0.0)  # HIL_GPS states none
+    stated = tanker.send.named("RAW_FIX", time_usec=50_000, lat=35.0, lon=-97.0, pos_sigma=(1.5, math.nan, 3.0))
+    flight.decode(plant.sensors(SensorFrame(t_us=70_000), [stated]), got)
+    assert got.fix.pos_sigma == (1.5, 0.0, 3.0)
+
+
+@pytest.mark.parametrize(
+    "bad", [{"lat": math.nan}, {"lat": 90.1}, {"lon": 1e300}, {"alt": math.inf}, {"vel": (0.0, math.nan, 0.0)}]
+)
+def test_a_fix_that_is_nowhere_is_counted_and_dropped(bad: dict[str, object]) -> None:
+    plant, flight = pair()
+    got = SensorFrame()
+    flight.decode(
+        plant.sensors(SensorFrame(t_us=60_000), [wire.Sender(1, 1).named("RAW_FIX", time_usec=50_000, **bad)]), got
+    )
+    assert got.updated == 0 and got.fix.t_us == 0 and flight.count.non_finite == 1
 
 
 def test_peer_state_through_the_radio() -> None:

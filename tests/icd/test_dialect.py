@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import re
 import xml.etree.ElementTree as ET
 from pathlib import Path
@@ -12,6 +13,7 @@ from pymavlink.dialects.v20 import common, development
 
 from flightsw.icd import codec_receive, dialect, gen, wire
 from flightsw.missions.receiver.airdata.reports import FdiStatus, WakeFix
+from flightsw.missions.receiver.integrity.report import IntegrityReport, integrity_values
 from flightsw.process import services
 from flightsw.sixdof.windcal.record import WindReport
 
@@ -99,6 +101,28 @@ def test_air_data_messages_have_a_field_for_every_value_of_their_type(name: str)
     assert wire.BY_NAME[name].size <= 255
 
 
+def test_integrity_on_the_wire_has_no_infinity_and_the_stock_decoder_reads_it() -> None:
+    r = IntegrityReport(
+        20_000, (0.9, 1.1, math.inf), (10.0, 3.0, math.inf), (0.2, 0.3, math.nan), (-35.5, 0.25, 8.5), 5, 8, 2,
+        (0.4, 0.0, math.inf, 2.5),
+    )  # fmt: skip
+    [values] = integrity_values(r)
+    [m] = mav.MAVLink(None).parse_buffer(wire.Sender(2, 1).pack(wire.BY_NAME["INTEGRITY_STATUS"], *values))
+    got = {k: getattr(m, k) for k in m.get_fieldnames()}
+    want = {
+        "pl": (0.9, 1.1, 1e9),
+        "al": (10.0, 3.0, 1e9),
+        "sigma": (0.2, 0.3, 1e9),
+        "pos": r.pos,
+        "ratio": (0.4, 0.0, 1e9, 2.5),
+    }
+    assert got == {
+        "time_usec": 20_000, "used": 5, "excluded": 8, "undecided": 2, **{k: pytest.approx(v) for k, v in want.items()}
+    }  # fmt: skip
+    [nothing] = integrity_values(IntegrityReport())
+    assert nothing[1:10] == (1e9,) * 9 and not any(nothing[10:])
+
+
 def test_generated_files_are_current(capsys: pytest.CaptureFixture[str]) -> None:
     assert gen.main(["--check"]) == 0, capsys.readouterr().err
 
@@ -134,7 +158,7 @@ def test_check_names_a_stale_file(
 def test_every_physical_field_has_units_and_every_field_a_meaning() -> None:
     root = ET.parse(gen.XML).getroot()
     dimensionless = re.compile(
-        r"^(q\d?|q_nb|quaternion|attitude_q|repr_offset_q|nis|gamma|threshold|residual|scale|scale_sigma|window_nis|window_drift|weight|hazard|hazard_states|hazard_monitor|quick|slow|throttle|controls|proportional|integral|feedforward|cut|error|error_integral|schedule|rates|position_cov|param\d|param_value|.*_ratio)$"
+        r"^(q\d?|q_nb|quaternion|attitude_q|repr_offset_q|nis|gamma|threshold|residual|scale|scale_sigma|window_nis|window_drift|weight|hazard|hazard_states|hazard_monitor|quick|slow|throttle|controls|proportional|integral|feedforward|cut|error|error_integral|schedule|rates|position_cov|param\d|param_value|(.*_)?ratio)$"
     )
     for m in root.iter("message"):
         for f in m.findall("field"):

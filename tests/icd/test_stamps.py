@@ -21,6 +21,7 @@ from flightsw.types import (
     UPD_AIR,
     UPD_ATT,
     UPD_BOOM,
+    UPD_FIX,
     UPD_GNSS,
     UPD_IMU,
     UPD_RADAR,
@@ -49,7 +50,9 @@ FIELDS = {  # message -> field of SensorFrame with its stamp
     "CREW_RADAR": "radar_t_us",
     "FOLLOW_TARGET": "peer",
     "WIND_COV": "wind",
+    "RAW_FIX": "fix",
 }
+LINK = ("FOLLOW_TARGET", "WIND_COV", "RAW_FIX")  # of the other aircraft
 
 
 class App:
@@ -71,7 +74,9 @@ class App:
 
     def tick(self, frame: SensorFrame, dt_s: float) -> tuple[ActuatorCmd, Snapshot]:
         assert dt_s >= 0.0
-        self.seen.append(dataclasses.replace(frame, peer=dataclasses.replace(frame.peer)))
+        self.seen.append(
+            dataclasses.replace(frame, peer=dataclasses.replace(frame.peer), fix=dataclasses.replace(frame.fix))
+        )
         nav = NavState(t_us=frame.t_us, valid=True, V=195.0, reason="")
         cmd = ActuatorCmd(frame.t_us)
         snap = Snapshot(frame.t_us, 0, frame, nav, GuidanceCmd(), cmd, Health(), Timing())
@@ -99,11 +104,12 @@ class Flight:
             air_mask=1, air_V=(195.0,), air_alpha=(0.0,), air_beta=(0.0,), att_t_us=t, rel_t_us=t, rel_valid=True,
             boom_t_us=t, tacan_t_us=t, tacan_range_m=1e4, radar_t_us=t, radar_sigma_m=1.0,
         )  # fmt: skip
-        if bad in FIELDS and bad not in ("FOLLOW_TARGET", "WIND_COV"):
+        if bad in FIELDS and bad not in LINK:
             setattr(f, FIELDS[bad], stamp)
         ms = stamp // 1000 if bad == "FOLLOW_TARGET" else t // 1000
         peer = self.peer.named("FOLLOW_TARGET", timestamp=ms, attitude_q=(1.0, 0.0, 0.0, 0.0), est_capabilities=15)
         peer += self.peer.named("WIND_COV", time_usec=stamp if bad == "WIND_COV" else t, wind_x=float(k))
+        peer += self.peer.named("RAW_FIX", time_usec=stamp if bad == "RAW_FIX" else t, vel=(float(k), 0.0, 0.0))
         return self.plant.sensors(f, [peer])
 
     def fly(self, datagram: bytes) -> bytes:
@@ -143,10 +149,11 @@ def test_a_single_bad_stamp_leaves_the_next_sample_of_its_kind_usable(realtime: 
     got = f.app.seen[-1]
     assert got.gyro_b == pytest.approx((0.0, 0.0, 0.0))  # 21 % 7: the inertial sample is that of tick 21
     for name, field in FIELDS.items():
-        if name not in ("HIL_SENSOR", "FOLLOW_TARGET", "WIND_COV"):
+        if name != "HIL_SENSOR" and name not in LINK:
             assert getattr(got, field) == 21 * PERIOD, name
     assert got.updated & ALL == ALL
     assert (got.peer.t_us, got.peer.wind_n[0], got.peer.wind_valid) == (21 * PERIOD, 21.0, True)
+    assert (got.fix.t_us, got.fix.vel_n[0]) == (21 * PERIOD, 21.0) and got.updated & UPD_FIX
     times = [s.t_us for s in f.app.seen]
     assert times == sorted(times) and times[-1] <= 21 * PERIOD + JUMP_US
     for k in range(22, 40):  # and time is the plant's again

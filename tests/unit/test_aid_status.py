@@ -58,6 +58,8 @@ def test_counts_are_those_of_the_frames() -> None:
 def test_the_ratio_says_how_far_off_and_exceeds_one_where_it_is_refused() -> None:
     s = status(fly(until=SPIKE + 1))[rd.ATT]
     assert s.refused == 1 and s.ratio > 1.0 and s.age_s == pytest.approx(0.05)
+    gate = fly(until=SPIKE + 1).core.refusals
+    assert gate is not None and gate.ratios == tuple(gate.status(k).ratio for k in range(len(rd.KINDS)))
     assert s.innovation[2] == pytest.approx(0.3, abs=0.02) and len(s.innovation) == len(s.sigma) == 3
     limit = rd.Refusals(GateParams(), 1).gate.limit
     # the roll channel is the worst one; its mean before the spike is next to nothing

@@ -4,14 +4,21 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import pytest
 
+from flightsw.aircraft import load_aircraft
 from flightsw.strict import ConfigError
 from flightsw.types import ACCEPTED
+from sim_plant.aircraft.sixdof.eom import inertia
+from sim_plant.failures.actuators import Bent, Held
 from sim_plant.failures.judge import judge
 from sim_plant.failures.numbers import Fitted
+from sim_plant.failures.parts import power_of
+from sim_plant.failures.script import Event
 from sim_plant.kernels import layout as n
 from sim_plant.scenario import load_scenario
+from sim_plant.sensors.base import View
 from sim_plant.world import World
 
 TICKS, START = 60, 20
@@ -56,6 +63,32 @@ def test_surfaces_run_away_float_and_creep(clean: list[Any]) -> None:
     assert (still[-1][0] == clean[-1][0]).all()  # it does not give way: it stays as commanded
 
 
+def bent(kind: str, value: float, x: np.ndarray) -> np.ndarray:
+    """What the servo of a failing elevator is told, 100 times a second, for the commands x [rad]."""
+    e = Event(t_s=0.0, kind=kind, target="receiver", surface="elevator", value=(value,))
+    fault, view = Bent(e, load_aircraft("learjet24").controls, 0.01), View(0)
+    return np.array([fault.act(float(a), view) for a in x])
+
+
+def test_play_is_a_loop_of_its_gap_and_a_slow_surface_a_ramp() -> None:
+    """A command of amplitude A with a gap g moves the surface by A - g/2 to both sides, in a loop of area 2 g (A - g/2)."""
+    x, gap = 0.05 * np.sin(np.linspace(0.0, 6.0 * np.pi, 6001)), 0.02
+    y = bent("play", gap, x)[-2001:]
+    assert y.max() == pytest.approx(0.05 - gap / 2, abs=1e-6) and y.min() == pytest.approx(gap / 2 - 0.05, abs=1e-6)
+    assert abs(np.trapezoid(y, x[-2001:])) == pytest.approx(2.0 * gap * (0.05 - gap / 2), rel=1e-3)
+    y = bent("slow", 0.1, np.r_[np.zeros(1), np.full(99, 0.05)])
+    assert np.allclose(y, np.minimum(0.1 * 0.01 * np.arange(100), 0.05), atol=1e-12)
+
+
+def test_losses_of_one_engine_multiply_and_a_stuck_throttle_stays() -> None:
+    loss = [
+        Event(t_s=0.0, kind="thrust_loss", target="receiver", index=i, value=(v,)) for i, v in ((0, 0.5), (-1, 0.2))
+    ]
+    assert power_of(2, loss) == pytest.approx([0.5 * 0.8, 0.8])
+    held = Held()
+    assert [held.act(x, View(0)) for x in (0.4, 0.9, 0.0)] == [0.4] * 3
+
+
 def test_fuel_leaks_and_the_radio_comes_and_goes(clean: list[Any]) -> None:
     rows = fly({"kind": "leak", "value": [4.0]})[1]
     lost = clean[-1][0][n.S_FUEL] - rows[-1][0][n.S_FUEL]
@@ -75,6 +108,10 @@ def test_frozen_readings_keep_their_noise_and_wrong_stamps_are_off(clean: list[A
 def test_mismatch_and_the_full_airframe_move_the_trim() -> None:
     heavy = fly(**{"aircraft.receiver.mismatch.mass": 1.2})[0].members[1]
     assert heavy.view.o[n.O_MASS] == pytest.approx(3200.0 * 1.2 + heavy.view.s[n.S_FUEL])
+    other = dict.fromkeys(("thrust", "lag", "servo", "inertia"), 1.5)
+    a, b = (fly(**{"aircraft.receiver.mismatch": m})[0].members[1].par for m in ({}, other))
+    assert all(b[i] == pytest.approx(1.5 * a[i]) for i in (n.P_T0, n.P_TAU, n.P_WN))
+    assert inertia(5000.0, b) == pytest.approx([1.5 * x for x in inertia(5000.0, a)])
     with pytest.raises(ConfigError, match=r"mismatch\.servo"):
         load_scenario("windshear", {f"aircraft.{load_scenario('windshear').aircraft[0].name}.mismatch.servo": 2.0})
 

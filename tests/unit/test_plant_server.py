@@ -23,7 +23,7 @@ from flightsw.icd.tlog import read
 from flightsw.types import UPD_PEER, ActuatorCmd, NavState, SensorFrame
 from sim_plant.__main__ import app
 from sim_plant.accounts import accounts
-from sim_plant.couplings.radio import Radio
+from sim_plant.couplings.radio import FIXES, Radio
 from sim_plant.loops import PeerLostError, StoppedError, UdpPlant
 from sim_plant.scenario import load_scenario
 from sim_plant.server import PlantServer
@@ -93,6 +93,24 @@ def test_radio_loss_is_random_and_seeded() -> None:
 
     assert heard(1) == heard(1) != heard(2)
     assert 620 < len(heard(1)) < 740
+
+
+def test_fixes_on_the_air_change_nobody_else_s_losses() -> None:
+    def heard(fixes: bool) -> list[bytes]:
+        r = Radio(["a", "b"], 1, 50.0, 0.3, 100)
+        out = []
+        for k in range(400):
+            r.send(0, k, [b"s%d" % k])
+            if fixes and k % 10 == 0:
+                r.send(0, k, [b"f%d" % k], kind=FIXES)
+            out += r.receive(1, k)
+        return out
+
+    both, alone = heard(True), heard(False)
+    fixes = [int(p[1:]) for p in both if p[:1] == b"f"]
+    assert [p for p in both if p[:1] == b"s"] == alone
+    assert 18 < len(fixes) < 38  # of 40, lost by their own draw
+    assert any((b"s%d" % k in alone) != (k in fixes) for k in range(0, 390, 10))
 
 
 def test_same_seed_gives_the_same_datagrams(tmp_path: Path) -> None:

@@ -153,3 +153,22 @@ def test_slow_variation_moves_both_aircraft_alike() -> None:
     assert np.all(x[:, 2] == 0.0)
     assert np.all(x[:, :2].std(axis=0) > 0.3)
     assert np.max(np.abs(np.diff(x, axis=0))) < 1.0  # continuous across blocks too: one step is 0.13 m/s (1 sigma)
+
+
+def test_a_sine_of_the_wind_is_the_sine_it_is_said_to_be() -> None:
+    over = {
+        "wind.prevailing": "constant",
+        "wind.constant_mps": [3.0, 0.0],
+        "wind.wake.source": "",
+        "wind.dryden.sigma_mps": 0.0,
+    }
+    amp, period, phase = np.array([2.0, -1.0, 0.5]), np.array([4.0, 7.0, 3.0]), np.array([0.3, 0.0, -1.0])
+    sine = [{"amplitude_mps": amp.tolist(), "period_s": period.tolist(), "phase_rad": phase.tolist()}]
+    w = World(load_scenario("refueling", over | {"wind.sine": sine}), 5)
+    cmds = [w.trim_cmd(0), w.trim_cmd(1)]
+    for k in range(1100):  # beyond the border of a block
+        w.sense()
+        if k % 25 == 0 or k == 1000:
+            want = [3.0, 0.0, 0.0] + amp * np.sin(2.0 * np.pi * 0.01 * k / period + phase)
+            assert np.allclose(w.truth(0).wind_n, want, atol=1e-9) and w.truth(1).wind_n == w.truth(0).wind_n
+        w.step(cmds)

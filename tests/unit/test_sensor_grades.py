@@ -13,7 +13,7 @@ from scipy.stats import chi2, kstest
 
 from flightsw.strict import ConfigError
 from hil_scripts.launch.allan import curve, deviation, theory
-from sim_plant.kernels.layout import S_FUEL
+from sim_plant.kernels.layout import O_PROBE, S_FUEL, S_P
 from sim_plant.rng import BLOCK
 from sim_plant.scenario import load_scenario
 from sim_plant.sensors.base import View
@@ -157,6 +157,74 @@ def test_common_part_of_satellite_errors_cancels_between_aircraft_and_leaves_the
     assert chi2.ppf(0.0005, 450) < v < chi2.ppf(0.9995, 450)
 
 
+def test_a_rubbing_vane_runs_round_the_loop_of_play() -> None:
+    """Of a direction of amplitude A a bearing that gives way at d leaves A - d, a loop of area 4 d (A - d) (a parallelogram),
+    and nothing if A < d; d falls with the square of the airspeed."""
+    f, rho, amp = 3.0, 1.225, 0.05  # isa at sea level
+    x = amp * np.sin(np.linspace(0.0, 6.0 * math.pi, 6001))
+    for V in (20.0, 40.0):
+        d = f / (0.5 * rho * V * V)
+        err, view = errors("air", {"alpha": {"friction": f}}, probes=2), View(2)
+        out = []
+        for a in x:
+            for probe in (0, 1):
+                view.o[O_PROBE + 3 * probe : O_PROBE + 3 * probe + 3] = [V, float(a), float(a)]
+            e = err.add([], 0, view)
+            assert e[1] == e[4] and e[0] == e[2] == e[3] == e[5] == 0.0
+            out.append(a + e[1])
+        z = np.array(out)[-2001:]  # one turn, the first ones forgotten
+        assert abs(z.max() - (amp - d)) < 1e-6 and abs(z.min() + amp - d) < 1e-6
+        area = abs(np.trapezoid(z, x[-2001:]))
+        assert area == pytest.approx(4.0 * d * (amp - d), rel=1e-3)
+    err, view = errors("air", {"alpha": {"friction": 0.5 * rho * 400.0 * 2.0 * amp}}, probes=1), View(1)
+    view.o[O_PROBE : O_PROBE + 3] = [20.0, 0.0, 0.0]
+    still = []
+    for a in x[:2000]:
+        view.o[O_PROBE + 1] = float(a)
+        still.append(a + err.add([], 0, view)[1])
+    assert np.max(np.abs(still)) < 1e-12
+
+
+def test_weather_is_alike_for_every_barometer_and_no_satellite_s() -> None:
+    over = {"alt": {"common": 15.0, "common_tau_s": 600.0, "gradient": 2e-4}}
+    here, there = View(0), View(0)
+    there.s[S_P + 1] = 30_000.0
+    slope, level = [], []
+    for s in range(200):
+        a, b = errors("baro", over, s, 0.05, "tanker"), errors("baro", over, s, 0.1, "receiver")
+        x = a.add([], 0, here)[0]
+        assert b.add([], 0, here)[0] == x
+        level.append(x)
+        slope.append(b.add([], 0, there)[0] - x)
+    for v in (np.square(level).sum() / 225.0, np.square(slope).sum() / 36.0):
+        assert chi2.ppf(0.0005, 200) < v < chi2.ppf(0.9995, 200)
+    same = {"common": 15.0, "common_tau_s": 600.0}
+    sky = errors("gnss", {"pos_h": same}, 3).add([], 0, here)[0]
+    assert abs(sky - errors("baro", {"alt": same}, 3).add([], 0, here)[0]) > 1e-6
+
+
+def test_scale_is_a_share_of_the_reading_drawn_once_per_run() -> None:
+    share, view = [], View(0)
+    for s in range(400):
+        err = errors("fuel", {"mass": {"scale": 0.02}}, s)
+        for view.s[S_FUEL] in (500.0, 2000.0):
+            share.append(err.add([], 0, view)[0] / view.s[S_FUEL])
+    x = np.array(share).reshape(400, 2)
+    assert np.allclose(x[:, 0], x[:, 1], atol=1e-12)
+    assert chi2.ppf(0.0005, 400) < np.sum(x[:, 0] ** 2) / 0.0004 < chi2.ppf(0.9995, 400)
+
+
+@pytest.mark.parametrize(
+    ("xi", "factor"), [([-30.0, 0.0, 10.0], 1.3675), ([-30.0, 0.0, -10.0], 1.0), ([-80.0, 0.0, 20.0], 1.0)]
+)
+def test_an_aircraft_above_takes_from_the_sky_by_its_nearness(xi: list[float], factor: float) -> None:
+    """Own errors grow linearly to `blocked` = 2 where it is; beside it, above it and beyond 50 m they do not."""
+    err, view = errors("gnss", {"blocked": 2.0, "pos_h": {"white": 1.0}}), View(0)
+    view.rel[0:3] = xi
+    x = np.array([err.add([], 0, view)[:2] for _ in range(2000)])
+    assert chi2.ppf(0.0005, 4000) < np.sum(x**2) / factor**2 < chi2.ppf(0.9995, 4000)
+
+
 def test_outages_take_the_set_share() -> None:
     err = errors("gnss", {"outage_per_h": 360.0, "outage_s": 2.0}, period=0.1)
     lost = np.mean([err.lost() for _ in range(60_000)])
@@ -204,6 +272,7 @@ def _ages(rows: list[Any]) -> set[int]:
         ({"sensors.receiver.imu.terms.gyros.gm": 1}, "terms.gyros: unknown; allowed: gyro, acc"),
         ({"sensors.receiver.baro.terms.lever_m": 1}, "terms.lever_m: unknown"),
         ({"sensors.receiver.imu.terms.gyro.gm": -1}, "allowed 0 to inf"),
+        ({"sensors.receiver.air.terms.V.friction": 1}, "terms.V.friction: unknown term"),
         ({"sensors.receiver.grade": "mems", "noise.tau_s": 1.0}, "noise.tau_s"),
     ],
 )
@@ -225,6 +294,6 @@ def test_grades_are_ordered() -> None:
     for group, fams in FAMILIES.items():
         rows = [group_terms(group, grade, {}, "") for grade in GRADES[1:]]
         for f in fams:
-            for term in ("white", "density", "gm", "constant", "scale", "common", "quantum"):
+            for term in ("white", "density", "gm", "constant", "scale", "common", "quantum", "friction"):
                 x = [getattr(r.columns[f], term) for r in rows if r is not None]
                 assert x == sorted(x), (group, f, term, x)

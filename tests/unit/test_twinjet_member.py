@@ -14,6 +14,7 @@ from flightsw.strict import ConfigError
 from flightsw.types import ActuatorCmd
 from sim_plant.aircraft.twinjet.flight import TwinJet, TwinJetAir, TwinJetParams
 from sim_plant.aircraft.twinjet.member import PERFECT
+from sim_plant.kernels.layout import S_T
 from sim_plant.scenario import Scenario, load_scenario
 from sim_plant.wind.microburst import Microburst
 from sim_plant.world import AircraftLostError, World
@@ -102,6 +103,20 @@ def test_a_jammed_elevator_stays() -> None:
         at.append(w.truth(0).controls[1])
         w.step([ActuatorCmd(w.t_us, 0.0, 0.001 * k, 0.0, 0.4)])
     assert len(set(at[2:24])) > 20 and len(set(at[27:])) == 1
+
+
+@pytest.mark.parametrize(("engines", "left"), [((0,), 0.5), ((0, 1), 0.0)])
+def test_an_engine_out_takes_its_share_with_the_lag(engines: tuple[int, ...], left: float) -> None:
+    events = [{"t_s": 0.2, "kind": "engine_off", "target": "twinjet", "index": i} for i in engines]
+    w = World(windshear(QUIET | {f"{PLANT}.sigma_u_mps": 0.0, f"{PLANT}.sigma_w_mps": 0.0, "event": events}))
+    cmd, lag, thrust = w.trim_cmd(0), load_airframe("twinjet").engine.lag_s, []  # type: ignore[attr-defined]
+    for _ in range(120):
+        w.sense()
+        thrust.append(w.members[0].view.s[S_T])
+        w.step([cmd])
+    t = 0.02 * np.arange(109)
+    assert np.allclose(thrust[:11], thrust[0], rtol=1e-9)
+    assert np.allclose(thrust[11:], thrust[0] * (left + (1.0 - left) * np.exp(-(t + 0.02) / lag)), rtol=2e-3)
 
 
 def test_the_ground_ends_the_run() -> None:

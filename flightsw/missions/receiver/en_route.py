@@ -18,6 +18,7 @@ from flightsw.kernels.rotations import euler_from_dcm, to_parent, vec3
 from flightsw.missions.base import Mission, MissionSpec, Reports
 from flightsw.missions.receiver.airdata.reports import REPORTS
 from flightsw.missions.receiver.guidances import make_join_path
+from flightsw.missions.receiver.integrity.report import REPORTS as INTEGRITY
 from flightsw.missions.receiver.joinup import ENROUTE, INIT, JOIN_UP, JoinUpParams, Sight
 from flightsw.missions.receiver.mission import ORDERS, ReceiverMission, ReceiverParams
 from flightsw.missions.receiver.refuel import NAMES, OBSERVATION
@@ -267,7 +268,7 @@ SPEC = MissionSpec(
     ActuatorModel,
     phases=(INIT, ENROUTE, JOIN_UP, *range(OBSERVATION, len(NAMES))),
     orders=ORDERS,
-    reports=REPORTS,
+    reports=(*REPORTS, *INTEGRITY),
     sends_relative=True,
     files=("tanker",),
 )

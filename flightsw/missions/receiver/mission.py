@@ -18,6 +18,10 @@ from flightsw.missions.receiver.airdata.reports import REPORTS
 from flightsw.missions.receiver.boom import Surroundings
 from flightsw.missions.receiver.estimator import RelativeNav
 from flightsw.missions.receiver.guidances import make_refuel_path, use_refuel_path
+from flightsw.missions.receiver.integrity.integrity import Integrity
+from flightsw.missions.receiver.integrity.params import IntegrityParams
+from flightsw.missions.receiver.integrity.report import REPORTS as INTEGRITY
+from flightsw.missions.receiver.integrity.report import IntegrityReport
 from flightsw.missions.receiver.refuel import ACTIONS, FROM, NAMES, TAKES, RefuelParams
 from flightsw.missions.receiver.station_keeping import ReceiverCtrlParams, make_station_keeping
 from flightsw.missions.receiver.tanker_link import turn_rate
@@ -55,13 +59,14 @@ MAV_CMD_USER_1 = 31010
 
 @dataclass(frozen=True)
 class ReceiverParams:
-    """[nav], [ctrl], [guid], [airdata] and [wind_calibration] of a receiver flight file."""
+    """[nav], [ctrl], [guid], [airdata], [integrity] and [wind_calibration] of a receiver flight file."""
 
     tanker: str = "kc135r"
     nav: NavParams = field(default_factory=lambda: NavParams(q_rate=0.1, q_wind=0.40))
     ctrl: ReceiverCtrlParams = field(default_factory=lambda: ReceiverCtrlParams(ScheduleParams(mass_kg=5200.0)))
     guid: RefuelParams = field(default_factory=RefuelParams)
     airdata: AirDataParams = field(default_factory=AirDataParams)
+    integrity: IntegrityParams = field(default_factory=IntegrityParams)
     wind_calibration: WindCalParams = field(default_factory=WindCalParams)
 
 
@@ -80,6 +85,9 @@ class ReceiverMission(Mission[ActuatorModel]):
         elif p.airdata.on is None and (idle := changed(p.airdata, AirDataParams())) is not None:
             raise ConfigError(f"airdata.{idle[0]} = {idle[1]!r}: nothing obeys it without airdata.on = true")
         tanker = load_aircraft(p.tanker)
+        if not p.integrity.on and (idle := changed(p.integrity, IntegrityParams())) is not None:
+            raise ConfigError(f"integrity.{idle[0]} = {idle[1]!r}: nothing obeys it without integrity.on = true")
+        self.integrity = Integrity(p.integrity, tanker, ac) if p.integrity.on else None
         self.guid = make_refuel_path(p.guid, Surroundings(tanker, ac))
         self.ctrl = make_station_keeping(ac, tanker, p.ctrl, period_s, ReceiverParams().ctrl)
         self.V0 = float(np.mean(p.ctrl.schedule.V_mps))
@@ -109,9 +117,14 @@ class ReceiverMission(Mission[ActuatorModel]):
 
     def navigate(self, f: SensorFrame, mean: np.ndarray, updated: int, health: Health) -> NavState:
         """One estimator step; mean [4]: mean controls that acted since the last one."""
+        guard = self.integrity
+        if guard is not None:
+            f, updated, health = guard.step(f, updated, health, self.nav.peer, self.guid.phase)
         if self.air is not None:
             f = self.air.step(f, self.nav, health, updated)
         nav = self.nav.step(f, mean, health, updated)
+        if guard is not None:
+            guard.publish(nav, self.nav.rejoined)
         if self.wind is not None:
             self.wind.feed(f, updated, health, self.nav.core)
         return nav
@@ -123,9 +136,11 @@ class ReceiverMission(Mission[ActuatorModel]):
 
     @property
     def reports(self) -> Reports:
-        """What the air data say of themselves, where they are used, and the wind estimate of the sensors, where there is one."""
+        """What air data and integrity say of themselves, and the wind estimate of the sensors, where they are used."""
         out: Reports = {} if self.air is None else self.air.reports
-        return out if self.wind is None else out | {WindReport: self.wind.report()}
+        if self.integrity is not None:
+            out = {**out, IntegrityReport: self.integrity.out}
+        return out if self.wind is None else {**out, WindReport: self.wind.report()}
 
     def exercise(self) -> None:
         """Start-up search and monitor of the air data."""
@@ -184,6 +199,8 @@ class ReceiverMission(Mission[ActuatorModel]):
         out, self.guid.texts = self.guid.texts, []
         if self.air is not None and self.air.texts:
             out, self.air.texts = out + self.air.texts, []
+        if self.integrity is not None and self.integrity.texts:
+            out, self.integrity.texts = out + self.integrity.texts, []
         return out if self.wind is None else out + self.wind.tell()
 
 
@@ -197,7 +214,7 @@ SPEC = MissionSpec(
     ActuatorModel,
     phases=tuple(range(len(NAMES))),
     orders=ORDERS,
-    reports=REPORTS,
+    reports=(*REPORTS, *INTEGRITY),
     sends_relative=True,
     files=("tanker",),
 )

@@ -103,6 +103,7 @@ class RefuelGuidance:
         self.texts: list[Text] = []
         self.out = GuidanceCmd()
         self.blind = self.reason  # why there is nothing to fly on, "" if there is
+        self.doubt = ""  # why the position does not serve the phase
         self.error_m = math.inf  # from the reference
         self._bad_s = 0.0
         self._coupled = False  # the boom has been in since closing began
@@ -145,8 +146,8 @@ class RefuelGuidance:
     def _order(self, phase: int, legs: list[Leg], error_max_m: float) -> tuple[bool, str]:
         """Begin a phase that leads somewhere, if its way can be flown: accepted?, reason if not."""
         what = NAMES[phase]
-        if self.blind:
-            return False, f"{what}: {self.blind}"
+        if self.blind or self.doubt:
+            return False, f"{what}: {self.blind or self.doubt}"
         if not self.error_m <= error_max_m:
             return False, f"{what}: station error {self.error_m:.1f} m, allowed {error_max_m:g}"
         if self.around is not None and (why := self.around.blocked([self.pos, *(p for p, _ in legs)])):
@@ -161,6 +162,7 @@ class RefuelGuidance:
         self.t_us = f.t_us
         err = self.error_m = math.dist(nav.rel_pos_t, self.pos)
         self.blind = self._nothing_to_fly_on(nav)
+        self.doubt = nav.rel_doubt
         if self.phase == INIT:
             self._wait_for_navigation(nav)
         else:
@@ -200,8 +202,8 @@ class RefuelGuidance:
         if not near:
             self._bad_s = 0.0
             return
-        if self.blind:
-            self._breakaway(self.blind)
+        if self.blind or self.doubt:
+            self._breakaway(self.blind or self.doubt)
             return
         tight = self.phase in (TO_CONTACT, CONTACT)
         self._bad_s = self._bad_s + dt if tight and err > self.p.contact_error_max_m else 0.0

@@ -10,7 +10,9 @@ from ground.rrd.layout import Layout, Look, Plots, Scene, past
 from ground.rrd.palette import BACKGROUND, BOX, NAV, Color
 from ground.rrd.series import AXIS, Sink
 from ground.run import Run
+from ground.views.refueling import integrity_draw
 from ground.views.refueling.aircraft import NAMES, RECEIVER
+from ground.views.refueling.integrity import MESSAGE
 from ground.views.refueling.scene3d import scene3d
 from ground.views.refueling.signals import signals
 
@@ -42,6 +44,7 @@ def draw(sink: Sink, run: Run) -> None:
     """Send everything of this module."""
     _relative(sink, run)
     _boom(sink, run.tlm)
+    integrity_draw.draw(sink, run)
     scene3d(sink, run.truth, run.tlm)
 
 
@@ -51,11 +54,15 @@ def layout(run: Run, look: Look) -> Layout:
     scenes = [_scene("Formation (truth white, estimate orange)", WIDE), _scene("Boom", NEAR)]
     return Layout(
         rank=1,
-        tabs=[overview(p), station(p)],
+        tabs=[overview(p), station(p), *([integrity_draw.tab(p)] if _has_integrity(run) else [])],
         scenes=scenes[::-1] if look.near else scenes,
         lanes=[f"guid/{NAMES[RECEIVER]}/boom"],
-        states=STATES,
+        states=STATES | integrity_draw.STATES,
     )
+
+
+def _has_integrity(run: Run) -> bool:
+    return run.tlm.get(RECEIVER, MESSAGE) is not None
 
 
 def overview(p: Plots) -> rrb.Vertical:

@@ -13,6 +13,7 @@ from ground.columns import Columns
 from ground.link.packets import PHASES
 from ground.run import Run
 from ground.views.base import NOT_VALID, Command, Figures, Heard, Mask, Value, View, Words
+from ground.views.refueling import integrity
 from ground.views.refueling.aircraft import NAMES, RECEIVER, TANKER
 from ground.views.refueling.figures import contact_metrics, downwash, measuring, missing, relative
 from ground.views.refueling.signals import signals
@@ -77,12 +78,13 @@ class Refueling(View):
         return measuring(tlm, t_us) if sysid == RECEIVER else None
 
     def figures(self, run: Run) -> Figures:
-        """contact.*, the downwash, nees.relative.*."""
-        return contact_metrics(run.truth, run.tlm) | downwash(run) | relative(run) | missing(run)
+        """contact.*, the downwash, nees.relative.*, integrity.*."""
+        own = contact_metrics(run.truth, run.tlm) | downwash(run) | relative(run) | missing(run)
+        return own | integrity.figures(run.truth, run.tlm)
 
     def signals(self, run: Run) -> list[Signal]:
-        """See ground.views.refueling.signals."""
-        return list(signals(run))
+        """See ground.views.refueling.signals and integrity."""
+        return [*signals(run), *integrity.signals(run)]
 
     def layout(self, run: Run, look: Look) -> Layout:
         """Formation, boom, overview."""
@@ -97,21 +99,21 @@ class Refueling(View):
         draw(sink, run)
 
     def words(self, heard: Heard) -> list[Words]:
-        """Where the receiver is, and how far from where it should be; what an aircraft has learnt of its sensors."""
-        return _position(heard) + _sensors(heard)
+        """Where the receiver is, and how far from where it should be; its trust; what is learnt of sensors."""
+        return self._place(heard) + integrity.words(heard.get(integrity.MESSAGE)) + _sensors(heard)
 
-
-def _position(heard: Heard) -> list[Words]:
-    rel = heard.get("RELATIVE_STATE")
-    if rel is None:
-        return []
-    error = [p - c for p, c in zip(rel["pos"], rel["cmd_pos"], strict=True)]
-    place = " ".join(f"{p:+.2f}" for p in rel["pos"]) + " m (tanker axes)"
-    off = " ".join(f"{e:+.2f}" for e in error) + " m (estimated)"
-    return [
-        Words(label, "RELATIVE_STATE", text if rel["valid"] else NOT_VALID)
-        for label, text in (("position", place), ("error", off))
-    ]
+    @staticmethod
+    def _place(heard: Heard) -> list[Words]:
+        rel = heard.get("RELATIVE_STATE")
+        if rel is None:
+            return []
+        error = [p - c for p, c in zip(rel["pos"], rel["cmd_pos"], strict=True)]
+        place = " ".join(f"{p:+.2f}" for p in rel["pos"]) + " m (tanker axes)"
+        off = " ".join(f"{e:+.2f}" for e in error) + " m (estimated)"
+        return [
+            Words(label, "RELATIVE_STATE", text if rel["valid"] else NOT_VALID)
+            for label, text in (("position", place), ("error", off))
+        ]
 
 
 def _sensors(heard: Heard) -> list[Words]:

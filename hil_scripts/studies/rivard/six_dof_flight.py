@@ -31,6 +31,7 @@ from sim_plant.server import PlantServer
 
 Array = np.ndarray
 SCENARIO = "rendezvous"
+WORKS_AIR = ("plant.wind.dryden.level=none", "plant.wind.dryden.over=point", "plant.wind.dryden.sigma_mps=0.39")
 SAMPLE_S = (22.0, 62.0, 82.0, 122.0, 162.0, 182.0)  # just after the ranges at 21 s, 61 s, ...
 LEVEL = math.radians(2.0)
 STEP = 5  # ticks of a navigation step
@@ -61,9 +62,8 @@ class Meeting:
 
 def plan_of(sets: tuple[str, ...], seed: int) -> RunPlan:
     """The scenario with overrides as of `sil run --set`. Raises ConfigError."""
-    return resolve(
-        SCENARIO, seed % 2**31, ["tanker.nav.gate.false_alarm=0", *sets], None
-    )  # the work refuses no reading
+    own = ("tanker.nav.gate.false_alarm=0", *WORKS_AIR)  # the work refuses no reading
+    return resolve(SCENARIO, seed % 2**31, [*own, *sets], None)
 
 
 def _nees3(e: Array, P: Array) -> float:

@@ -1,4 +1,5 @@
-"""Slow errors of satellite positions that receivers near each other share: clocks, orbits, ionosphere."""
+"""Slow errors that sensors of aircraft near each other share: of satellite positions clocks, orbits, ionosphere; of barometers
+the weather."""
 
 from __future__ import annotations
 
@@ -14,23 +15,23 @@ from sim_plant.wind.air import gauss_markov_block
 NODE_US = 1_000_000  # [us] between the drawn values, linear in between
 
 
-class Constellation:
-    """Unit-variance Gauss-Markov series at fixed times: per position axis its value at the origin and its change to the north and
-    to the east. Whoever asks with the same seed and correlation time gets the same series, at whatever rate it samples."""
+class Shared:
+    """Unit-variance Gauss-Markov series at fixed times: per axis its value at the origin and its change to the north and to the
+    east. Whoever asks with the same seed, stream and correlation time gets the same series, at whatever rate it samples."""
 
-    def __init__(self, seed: int, tau_s: float) -> None:
-        self._rng = generator(seed, "gnss.constellation")
+    def __init__(self, seed: int, stream: str, tau_s: float) -> None:
+        self._rng = generator(seed, stream)
         self._e = math.exp(-NODE_US * 1e-6 / tau_s)
         self._x: NDArray[np.float64] = self._rng.standard_normal(9)
         self._nodes: list[list[float]] = [self._x.tolist()]
 
     @staticmethod
-    def of(seed: int, tau_s: float) -> Constellation:
-        """The constellation of a run."""
-        return _shared(seed, tau_s)
+    def of(seed: int, stream: str, tau_s: float) -> Shared:
+        """The one of a run."""
+        return _kept(seed, stream, tau_s)
 
     def error(self, axis: int, t_us: int, common: float, gradient: float, north_m: float, east_m: float) -> float:
-        """Error [m] of axis (0 north, 1 east, 2 down) at t_us at a place: `common` [m], `gradient` [m/m] 1 sigma."""
+        """Error [m] of axis (north, east, down; of one column: 0) at t_us at a place: `common` [m], `gradient` [m/m] 1 sigma."""
         k, rest = divmod(t_us, NODE_US)
         while k + 1 >= len(self._nodes):
             unit = self._rng.standard_normal((BLOCK, 9))
@@ -42,6 +43,6 @@ class Constellation:
 
 
 @lru_cache(maxsize=8)
-def _shared(seed: int, tau_s: float) -> Constellation:
+def _kept(seed: int, stream: str, tau_s: float) -> Shared:
     """A series depends on nothing but its key, so that sharing it between sensors and runs changes no value."""
-    return Constellation(seed, tau_s)
+    return Shared(seed, stream, tau_s)

@@ -1,0 +1,295 @@
+"""Solution separation over the sources of relative position: what each of them, left out, makes of the rest.
+
+Filter 0 takes everything. One *standing* filter a source has never heard it: what 0 and it are apart, and its own sigma, bound
+the error if that source is wrong, however slowly it went wrong. *Forks* are copies of filter 0 that distrust one source from a
+moment on, begun anew by turns: they find what began a short while ago, and their likelihood tells whose fault it is, which
+separation does not (it blames the best sensor). Sources: Brown and McBurney 1988; Blanch et al. 2012.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from flightsw.missions.receiver.integrity import kernel
+from flightsw.missions.receiver.integrity.layout import (
+    AB,
+    AT,
+    B_XI,
+    BOOM,
+    GNSS,
+    GV,
+    NB,
+    OB,
+    OW,
+    POSITION,
+    RATE,
+    RC,
+    REL,
+    RS,
+    RV,
+    SOURCES,
+    XI,
+    G,
+    V,
+)  # fmt: skip
+from flightsw.missions.receiver.integrity.params import IntegrityParams
+from flightsw.missions.receiver.integrity.readings import Readings
+from flightsw.types import Vec3
+
+AXES = range(3)
+JUMP = (1.5, 1.5, 0.5, 1.5)  # [m] a source may have stepped by when a short fork begins, and
+WALK = ((0.3, 0.12), (0.3, 0.12), (0.1, 0.04), (0.3, 0.12))  # [m/sqrt(s)] may walk by, in short and long forks
+RATE_WALK = 0.1  # [m/s/sqrt(s)] and its rate
+START_V = 1.0  # [m/s] of the first estimate
+
+
+@dataclass(slots=True)
+class Verdict:
+    """What the bank says at a step. Masks have a bit a source."""
+
+    pl: Vec3 = (math.inf, math.inf, math.inf)  # [m] protection level, tanker axes
+    ratio: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)  # [-] test over its threshold; 0: not live
+    disagree: bool = False  # a test has failed
+    blamed: int = -1  # the source the likelihoods name, -1: none
+    slot: int = 0  # by forks of this slot
+    scores: list[float] = field(default_factory=lambda: [0.0] * SOURCES)
+
+
+class Bank:
+    """The filters: 0 all, 1.. one standing a source, then forks [length of time, slot, source]."""
+
+    def __init__(self, p: IntegrityParams, sources: int = SOURCES) -> None:
+        """sources: the first so many of them there can be."""
+        self.p, self.sources = p, sources
+        lengths, slots = len(p.fork_s), 2
+        self.size = 1 + sources + lengths * slots * sources
+        self.X, self.P = np.zeros((self.size, NB)), np.zeros((self.size, NB, NB))
+        self.L = np.zeros(self.size)
+        self.left_out = np.zeros(self.size, dtype=np.int64)
+        self.slots = [(k, s) for k in range(lengths) for s in range(slots)]
+        self.born_us = [0] * len(self.slots)
+        self.born_L = np.zeros(len(self.slots))
+        self.t_us = -1
+        self._run = np.zeros(self.size, dtype=np.int64)  # steps a separation has been beyond k_alarm
+        self._out = np.zeros(3)
+        self._var, self._tau = self._slow()
+        self._decay, self._q = np.zeros(NB), np.zeros((self.size, NB))
+        self._dt = -1.0
+
+    def _slow(self) -> tuple[np.ndarray, np.ndarray]:
+        """Variance and correlation time of every error state as believed."""
+        p = self.p
+        var, tau = np.zeros(NB), np.full(NB, math.inf)
+        own = 1.0 + p.gnss_blocked * p.gnss_blocked  # the tanker's, and the receiver's below it
+        var[RS], tau[RS] = p.rel_slow_m**2, p.rel_tau_s
+        var[RV], tau[RV] = p.rel_vel_slow_mps**2, p.rel_tau_s
+        h, v = p.gnss_slow_m
+        var[G], tau[G] = (own * h * h, own * h * h, own * v * v), p.gnss_tau_s
+        var[GV], tau[GV] = 2.0 * p.gnss_vel_slow_mps**2, p.gnss_tau_s
+        var[AT], tau[AT] = p.att_rad**2, p.att_tau_s
+        var[AB], tau[AB] = p.accel_slow**2, p.accel_tau_s
+        var[OW], tau[OW] = p.wake_slow_m**2, p.wake_tau_s
+        return var, tau
+
+    def fixed(self, xi: np.ndarray) -> np.ndarray:
+        """Variance [3] of the relative sensor's constant error at xi [3] m: offset, boresight, share of the range."""
+        p, out = self.p, np.zeros(3)
+        at = xi.tolist()
+        for i, x in enumerate(at):
+            across = sum(y * y for y in at) - x * x
+            out[i] = p.rel_const_m**2 + p.rel_boresight_rad**2 * across + (p.rel_scale * x) ** 2
+        return out
+
+    def start(self, t_us: int, xi: Vec3, v: Vec3, excluded: int = 0) -> None:
+        """Begin anew at xi [m], v [m/s] of the relative sensor, without the sources `excluded` (mask)."""
+        self.t_us = t_us
+        p0 = np.zeros((NB, NB))
+        var = self._var.copy()
+        var[XI], var[V] = 1e4, START_V**2
+        x0 = np.zeros(NB)
+        x0[XI], x0[V] = xi, v
+        var[RC] = self.fixed(x0[XI])
+        var[OB] = self._boom_var()
+        p0[np.arange(NB), np.arange(NB)] = var
+        self.X[:], self.P[:] = x0, p0
+        self.L[:] = 0.0
+        self.left_out[:] = excluded
+        self._run[:] = 0
+        for k in range(self.sources):
+            self.left_out[1 + k] |= 1 << k
+        self._fork_all()
+
+    def _boom_var(self) -> float:
+        p = self.p
+        return (p.boom_angle_const_rad * 12.2) ** 2 + p.boom_ext_const_m**2
+
+    def unlatched(self) -> None:
+        """The boom has let go: what was learnt of its error holds no more."""
+        self.X[:, OB] = 0.0
+        self.P[:, OB, :] = 0.0
+        self.P[:, :, OB] = 0.0
+        for i in range(OB.start, OB.stop):
+            self.P[:, i, i] = self._boom_var()
+
+    def _members(self, slot: int) -> range:
+        first = 1 + self.sources + slot * self.sources
+        return range(first, first + self.sources)
+
+    def _fork_all(self) -> None:
+        """All slots anew, the second of each length when the first is half through."""
+        for slot, (k, s) in enumerate(self.slots):
+            self._fork(slot, self.t_us - (1 - s) * round(self.p.fork_s[k] * 1e6))
+
+    def _fork(self, slot: int, t_us: int) -> None:
+        """Begin a slot's forks as copies of filter 0 that distrust one source each."""
+        self.born_us[slot], self.born_L[slot] = t_us, self.L[0]
+        long = self.slots[slot][0] > 0
+        for k, m in enumerate(self._members(slot)):
+            self.X[m], self.P[m], self.L[m], self._run[m] = self.X[0], self.P[0], 0.0, 0
+            self.left_out[m] = self.left_out[0]
+            if not long:
+                for i in range(POSITION[k].start, POSITION[k].stop):
+                    self.P[m, i, i] += JUMP[k] ** 2
+
+    def _prepare(self, dt: float) -> None:
+        if dt == self._dt:
+            return
+        self._dt = dt
+        self._q[:] = 0.0
+        for i in range(NB):
+            finite = math.isfinite(self._tau[i])
+            self._decay[i] = math.exp(-dt / self._tau[i]) if finite else 1.0
+            if finite:
+                self._q[:, i] = -self._var[i] * math.expm1(-2.0 * dt / self._tau[i])
+        self._q[:, OB] = self.p.boom_walk**2 * dt
+        for slot, (length, _) in enumerate(self.slots):
+            for k, m in enumerate(self._members(slot)):
+                self._q[m, POSITION[k]] += WALK[k][min(length, 1)] ** 2 * dt
+                self._q[m, RATE[k]] += RATE_WALK**2 * dt
+
+    def predict(self, t_us: int, acc: np.ndarray, density: float) -> None:
+        """Carry everything to t_us with the acceleration acc [3] m/s^2 of the way since the last, known to `density` [m/s^2 per
+        sqrt(Hz)]; a slot whose time is over begins anew."""
+        dt = (t_us - self.t_us) * 1e-6
+        self.t_us = t_us
+        if dt <= 0.0:
+            return
+        self._prepare(dt)
+        kernel.predict(self.X, self.P, self._decay, self._q, acc, density * density, dt)
+        for slot, (k, _) in enumerate(self.slots):
+            if (t_us - self.born_us[slot]) * 1e-6 >= 2.0 * self.p.fork_s[k]:
+                self._fork(slot, t_us)
+
+    def wildest(self, rows: Readings) -> float:
+        """Largest innovation of the rows against filter 0, in its sigmas."""
+        return kernel.wildest(self.X[0], self.P[0], rows.H, rows.y, rows.r, rows.count)
+
+    def correct(self, source: int, rows: Readings) -> None:
+        """Take a reading of a source in."""
+        kernel.correct(self.X, self.P, self.L, self.left_out, 1 << source, rows.H, rows.y, rows.r, rows.count)
+
+    def judge(self, live: int) -> Verdict:
+        """Protection level, tests and likelihoods with the sources `live` (excluded ones are not)."""
+        p, sources = self.p, [k for k in range(SOURCES) if live >> k & 1]
+        out = Verdict()
+        ratio = [0.0] * SOURCES
+        least = [p.k_fault_free * math.sqrt(self.P[0, B_XI + i, B_XI + i]) for i in AXES]
+        alone = len(sources) < 2
+        for k in sources:
+            m = 1 + k
+            ratio[k] = self._test(m, out) if not alone else 0.0
+            for i in AXES:
+                s = math.sqrt(self.P[m, B_XI + i, B_XI + i])
+                least[i] = max(least[i], math.inf if alone else self._out[i] + p.k_missed * s)
+        out.pl = (least[0], least[1], least[2]) if sources else (math.inf, math.inf, math.inf)
+        if not alone:
+            for slot in range(len(self.slots)):
+                self._hear(slot, sources, ratio, out)
+        out.ratio = (ratio[0], ratio[1], ratio[2], ratio[3])
+        return out
+
+    def _test(self, m: int, out: Verdict) -> float:
+        """Separation of filter m from 0 over its threshold; its distances are left in `_out`."""
+        p = self.p
+        z = kernel.separation(self.X, self.P, m, self._out)
+        self._run[m] = self._run[m] + 1 if z > p.k_alarm else 0
+        out.disagree |= z > p.k_once or bool(self._run[m] >= p.alarm_steps)
+        return z / p.k_alarm
+
+    def _hear(self, slot: int, sources: list[int], ratio: list[float], out: Verdict) -> None:
+        """Tests and likelihoods of one slot's forks."""
+        members, null = self._members(slot), float(self.L[0] - self.born_L[slot])
+        scores = {k: float(self.L[members[k]]) - null for k in sources}
+        top = max(out.scores)
+        for k in sources:
+            ratio[k] = max(ratio[k], self._test(members[k], out), scores[k] / self.p.llr_alarm)
+            out.scores[k] = max(out.scores[k], scores[k])
+        best = max(scores, key=scores.__getitem__)
+        second = max((s for k, s in scores.items() if k != best), default=0.0)
+        if scores[best] > self.p.llr_alarm:
+            out.disagree = True
+            if scores[best] > second + self.p.llr_ahead and scores[best] > top:
+                out.blamed, out.slot = best, slot
+
+    def exclude(self, source: int, slot: int) -> None:
+        """Go on without a source, as if it had not been trusted since a slot's forks began."""
+        m = self._members(slot)[source]
+        self.X[0], self.P[0] = self.X[m], self.P[m]
+        self.left_out[0] |= 1 << source
+        for k in range(self.sources):
+            self._restart_standing(k)
+        self._fork_all()
+
+    def oldest(self, length: int) -> int:
+        """The slot of a length [index of fork_s] that began first."""
+        return min((i for i, (k, _) in enumerate(self.slots) if k == length), key=lambda i: self.born_us[i])
+
+    def _restart_standing(self, k: int) -> None:
+        """A standing filter begins anew from filter 0, which has heard its source: it knows no more than the others' priors."""
+        m = 1 + k
+        self.X[m], self.P[m] = self.X[0], self.P[0]
+        self.left_out[m] = self.left_out[0] | 1 << k
+        self._run[m] = 0
+        xi = self.X[0, XI].copy()
+        # what the others' slow errors were learnt with may have been wrong: xi is as uncertain as the best of them by itself
+        own = {REL: self._var[RS] + self.fixed(xi), GNSS: self._var[G], BOOM: np.full(3, self._boom_var())}
+        rest = [own[j] for j in own if j != k and not self.left_out[m] >> j & 1]
+        if rest:
+            for i in AXES:
+                self.P[m, B_XI + i, B_XI + i] += min(float(v[i]) for v in rest)
+        for s in (RS, RC, G, OB, OW):
+            for i in range(s.start, s.stop):
+                self.P[m, i, i] = max(self.P[m, i, i], self._prior(i, xi))
+
+    def _prior(self, i: int, xi: np.ndarray) -> float:
+        if RC.start <= i < RC.stop:
+            return float(self.fixed(xi)[i - RC.start])
+        return self._boom_var() if OB.start <= i < OB.stop else float(self._var[i])
+
+    @property
+    def xi(self) -> Vec3:
+        """Position [m] of filter 0, tanker axes."""
+        x, y, z = self.X[0, XI].tolist()
+        return x, y, z
+
+    @property
+    def v(self) -> Vec3:
+        """Its rate [m/s]."""
+        x, y, z = self.X[0, V].tolist()
+        return x, y, z
+
+    @property
+    def relative_error(self) -> tuple[Vec3, Vec3]:
+        """Error of the relative sensor as estimated: of its position [m], of its rate [m/s]."""
+        x, y, z = (self.X[0, RS] + self.X[0, RC]).tolist()
+        u, v, w = self.X[0, RV].tolist()
+        return (x, y, z), (u, v, w)
+
+    @property
+    def sigma(self) -> Vec3:
+        """1-sigma [m] of filter 0."""
+        x, y, z = (math.sqrt(self.P[0, B_XI + i, B_XI + i]) for i in AXES)
+        return x, y, z

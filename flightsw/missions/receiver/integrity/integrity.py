@@ -1,0 +1,262 @@
+"""Integrity of the relative position in flight: sources heard and left out, what stands in for the relative sensor, and whether
+the phase may go on.
+
+integrity.md sections 3.4 to 3.6: a source that steps alone is left out at once (its readings leave the prediction of all while
+the others' do not); one that walks off is left out only where two others bear it out; where nobody can tell, nobody is left out
+and the receiver leaves.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from flightsw.aircraft import Aircraft
+from flightsw.kernels.atmosphere import G0
+from flightsw.kernels.rotations import dcm_from_quat, to_child, to_parent, vec3
+from flightsw.missions.receiver.integrity.bank import Bank, Verdict
+from flightsw.missions.receiver.integrity.layout import BOOM, GNSS, NAMES, REL, SOURCES, WAKE
+from flightsw.missions.receiver.integrity.params import IntegrityParams
+from flightsw.missions.receiver.integrity.readings import Past, Readings
+from flightsw.missions.receiver.integrity.report import IntegrityReport
+from flightsw.missions.receiver.refuel import (
+    CONTACT,
+    DISCONNECT,
+    HOLD,
+    INIT,
+    OBSERVATION,
+    PRECONTACT,
+    TO_CONTACT,
+    TO_PRECONTACT,
+)
+from flightsw.missions.receiver.tanker_link import PeerTracker
+from flightsw.sixdof.estimator_core import failed_bits
+from flightsw.sixdof.layout import TK, TK_DCM, TK_RATE
+from flightsw.types import HF_REL, UPD_FIX, UPD_GNSS, UPD_IMU, UPD_REL, Health, NavState, SensorFrame, Text, Vec3
+
+CRITICAL, WARNING, NOTICE = 2, 4, 5  # MAV_SEVERITY
+NEAR = (TO_PRECONTACT, PRECONTACT, TO_CONTACT, DISCONNECT, HOLD)  # phases held to the limit of closing in
+FIXES = 12  # own fixes kept for the other's of the same instant
+SAME_US = 60_000  # [us] two fixes are of one instant
+CALM_S = 30.0  # [s] without a failed test until a disagreement is over
+CALM = 0.7  # [-] of the thresholds
+OTHERS_S = 0.5  # [s] within which another source must have been taken for a step to be the source's own
+
+
+class Integrity:
+    """The bank in flight. One `step` a navigation step, before the estimator."""
+
+    def __init__(self, p: IntegrityParams, tanker: Aircraft, receiver: Aircraft) -> None:
+        self.p = p
+        self.bank = Bank(p, WAKE)
+        self.rows, self.past = Readings(p, tanker, receiver), Past()
+        self._tk, self._R, self._acc, self._e = np.zeros(TK), np.zeros(9), np.zeros(3), np.zeros(3)
+        self.out = IntegrityReport()
+        self.texts: list[Text] = []
+        self.excluded = self.undecided = 0
+        self.over = ""  # why the phase may not go on, "" if it may
+        self.ready = False
+        self._own: deque[tuple[int, Vec3, Vec3]] = deque(maxlen=FIXES)
+        self._used_us = [-1] * SOURCES  # stamp of the last reading taken or refused,
+        self._live_us = [-1] * SOURCES  # when one was last heard, taken or not,
+        self._taken_us = [-1] * SOURCES  # and taken
+        self._wild = [0] * SOURCES  # spikes in a row
+        self._wait_us = -1
+        self._calm_s = self._over_s = 0.0
+        limits = ((OBSERVATION, p.al_observation_m), (CONTACT, p.al_latched_m), *((k, p.al_closing_m) for k in NEAR))
+        self._limit = dict(limits)
+
+    def publish(self, nav: NavState, rejoined: bool) -> None:
+        """Put into the estimate whether its relative position serves the phase, and the sigma it has here; rejoined: the tanker's
+        frame has jumped, begin anew in it. What was left out stays so."""
+        nav.rel_doubt = self.over
+        if self.ready and nav.valid:
+            (x, y, z), (a, b, c) = nav.scatter, self.bank.sigma
+            nav.rel_sigma = (math.hypot(x, a), math.hypot(y, b), math.hypot(z, c))
+        self.ready &= not rejoined
+
+    def step(
+        self, f: SensorFrame, updated: int, health: Health, peer: PeerTracker, phase: int
+    ) -> tuple[SensorFrame, int, Health]:
+        """Frame, what is new in it and health for the estimator: the relative reading less its estimated errors, or what is left
+        of the sources in its place.
+
+        updated: UPD_* of this step; peer: the tanker as of the last step; phase: of refuel.NAMES.
+        """
+        al = self._limit.get(phase, math.inf)
+        new = updated & ~failed_bits(health)
+        if updated & UPD_GNSS:
+            self._own.append((f.gnss_t_us, f.gnss_pos_n, f.gnss_vel_n))
+        if not self.ready:
+            # until navigation is valid nobody flies the aircraft, and then it is caught first: no motion the bank expects
+            self._wait_us = f.t_us if phase == INIT or self._wait_us < 0 else self._wait_us
+            if (f.t_us - self._wait_us) * 1e-6 < self.p.settle_s or not (
+                new & UPD_REL and f.rel_valid and not peer.coasting and peer.t_us > 0
+            ):
+                return f, updated, health
+            self.bank.start(f.t_us, f.rel_pos_t, f.rel_vel_t, self.excluded)
+            self.ready = True
+        dt = (f.t_us - self.bank.t_us) * 1e-6
+        self._move(f, new, peer, dt)
+        self._listen(f, new, peer)
+        live = self._live(f.t_us)
+        verdict = self.bank.judge(live)
+        self._decide(verdict, live, dt)
+        self._publish(f.t_us, verdict, live & ~self.excluded, al)
+        self._rule(dt, al)
+        return self._feed(f, updated, health, live & ~self.excluded)
+
+    def _move(self, f: SensorFrame, new: int, peer: PeerTracker, dt: float) -> None:
+        """Predict over the step by own specific force and the tanker's transmitted acceleration.
+
+        xi'' = C (a_R - a_T) - 2 w x xi' - w x (w x xi), w' being unknown; C, w, a_T the tanker's. What its model lacks of
+        a_T, for long, is a state.
+        """
+        known = bool(new & UPD_IMU and f.gyro_count) and not peer.coasting and dt > 0.0
+        a = self._acc
+        a[:] = 0.0
+        if known:
+            peer.stage(f.t_us, self._tk)
+            dcm_from_quat(np.array(f.att_q_nb), self._R)
+            to_parent(self._R, np.array(f.acc_mean_b), a)
+            a -= peer.acceleration
+            a[2] += G0
+            C, w, b = self._tk[TK_DCM], self._tk[TK_RATE].tolist(), self.bank
+            to_child(C, a, self._e)
+            v, around = b.v, cross(w, b.xi)
+            for i, (coriolis, inwards) in enumerate(zip(cross(w, v), cross(w, around), strict=True)):
+                a[i] = self._e[i] - 2.0 * coriolis - inwards
+        self.bank.predict(f.t_us, a, self.p.accel if known else self.p.accel_blind)
+        self.past.add(dt, vec3(a))
+
+    # --- readings -----------------------------------------------------------------------------------------------------
+    def _listen(self, f: SensorFrame, updated: int, peer: PeerTracker) -> None:
+        rows, linked = self.rows, not peer.coasting
+        if updated & UPD_REL and f.rel_valid and f.rel_t_us > self._used_us[REL]:
+            rows.relative(f, self.past)
+            self._take(REL, f.rel_t_us, f.t_us)
+        if (
+            updated & UPD_FIX
+            and linked
+            and f.fix.t_us > self._used_us[GNSS]
+            and (own := self._fix_at(f.fix.t_us)) is not None
+        ):
+            rows.gnss(f, own[0], own[1], peer, self.past)
+            self._take(GNSS, f.fix.t_us, f.t_us)
+        if f.boom_contact and linked and f.boom_t_us > self._used_us[BOOM]:
+            rows.latched(f, peer, self.past)
+            self._take(BOOM, f.boom_t_us, f.t_us)
+        elif not f.boom_contact and self._live_us[BOOM] >= 0:
+            self._live_us[BOOM] = self._taken_us[BOOM] = -1
+            self.bank.unlatched()
+
+    def _fix_at(self, t_us: int) -> tuple[Vec3, Vec3] | None:
+        """Own position [m] and velocity [m/s], NED, of the fix nearest to t_us, carried to it; None: there is none near."""
+        if not self._own:
+            return None
+        t, pos, vel = min(self._own, key=lambda x: abs(x[0] - t_us))
+        if abs(t - t_us) > SAME_US:
+            return None
+        dt = (t_us - t) * 1e-6
+        return (pos[0] + vel[0] * dt, pos[1] + vel[1] * dt, pos[2] + vel[2] * dt), vel
+
+    def _take(self, source: int, t_us: int, now_us: int) -> None:
+        """Correct by the rows of a source; a reading that leaves the prediction far behind is a spike until it repeats itself."""
+        self._used_us[source], self._live_us[source] = t_us, now_us
+        if self.excluded >> source & 1:
+            return
+        if self.bank.wildest(self.rows) > self.p.gate:
+            self._wild[source] += 1
+            if self._wild[source] <= self.p.spikes or self._steps_alone(source, now_us):
+                return
+        else:
+            self._wild[source] = 0
+        self._taken_us[source] = now_us
+        self.bank.correct(source, self.rows)
+
+    def _steps_alone(self, source: int, now_us: int) -> bool:
+        """Whether a source that leaves the prediction does so while another, heard now, does not: then it is left out."""
+        others = [k for k in range(self.bank.sources) if k != source and not self.excluded >> k & 1]
+        sound = [k for k in others if self._taken_us[k] >= 0 and self._wild[k] == 0]
+        if not any((now_us - self._taken_us[k]) * 1e-6 < OTHERS_S for k in sound):
+            return False
+        self._leave_out(source, self.bank.oldest(0), "stepped away from the others")
+        return True
+
+    def _live(self, now_us: int) -> int:
+        """Sources heard of late and not left out, as a mask."""
+        live = 0
+        for k in range(self.bank.sources):
+            if self._taken_us[k] >= 0 and (now_us - self._taken_us[k]) * 1e-6 < self.p.live_s:
+                live |= 1 << k
+        return live & ~self.excluded
+
+    # --- who is wrong -------------------------------------------------------------------------------------------------
+    def _leave_out(self, source: int, slot: int, why: str) -> None:
+        self.excluded |= 1 << source
+        self.undecided = 0
+        self.bank.exclude(source, slot)
+        self.texts.append(Text(WARNING, f"{NAMES[source]} left out: {why}"))
+
+    def _decide(self, v: Verdict, live: int, dt: float) -> None:
+        if not v.disagree:
+            self._calm_s = self._calm_s + dt if max(v.ratio) < CALM else 0.0
+            if self.undecided and self._calm_s > CALM_S:
+                self.undecided = 0
+                self.texts.append(Text(NOTICE, "sources of position agree again"))
+            return
+        self._calm_s = 0.0
+        if v.blamed >= 0 and live.bit_count() >= 3:
+            self._leave_out(v.blamed, v.slot, "walks away from the others")
+        elif not self.undecided:
+            self.undecided = live
+            names = ", ".join(NAMES[k] for k in range(SOURCES) if live >> k & 1)
+            self.texts.append(Text(WARNING, f"{names} disagree"))
+
+    # --- what is done -------------------------------------------------------------------------------------------------
+    def _publish(self, t_us: int, v: Verdict, live: int, al: float) -> None:
+        o = self.out
+        o.t_us, o.pl, o.al, o.sigma, o.pos = t_us, v.pl, (al, al, al), self.bank.sigma, self.bank.xi
+        o.used, o.excluded, o.undecided, o.ratio = live, self.excluded, self.undecided, v.ratio
+
+    def _rule(self, dt: float, al: float) -> None:
+        """Whether the phase may go on: its limit not passed for long, and no dispute that nobody can ever settle."""
+        worst = max(self.out.pl)
+        self._over_s = self._over_s + dt if worst > al else 0.0
+        if self.undecided.bit_count() == 2 and math.isfinite(al):
+            self.over = "two sources of position disagree"  # among three the bound covers it until it is known which
+        elif self._over_s > self.p.over_s:
+            self.over = (
+                f"position bound {worst:.1f} m, allowed {al:g}" if math.isfinite(worst) else "no bound on the position"
+            )
+        else:
+            self.over = ""
+
+    def _feed(self, f: SensorFrame, updated: int, health: Health, live: int) -> tuple[SensorFrame, int, Health]:
+        """The relative reading without its estimated errors; the bank's position where it is silent or left out."""
+        b = self.bank
+        if live >> REL & 1 and (f.t_us - self._live_us[REL]) * 1e-6 <= self.p.stand_in_s:
+            if updated & UPD_REL and f.rel_valid:
+                if self._wild[REL]:  # a spike
+                    return f, updated & ~UPD_REL, health
+                pos, vel = b.relative_error
+                f = replace(f, rel_pos_t=less(f.rel_pos_t, pos), rel_vel_t=less(f.rel_vel_t, vel))
+            return f, updated, health
+        if not live & ~(1 << REL):
+            return f, updated & ~UPD_REL if self.excluded >> REL & 1 else updated, health
+        f = replace(f, rel_t_us=f.t_us, rel_valid=True, rel_pos_t=b.xi, rel_vel_t=b.v, updated=f.updated | UPD_REL)
+        return f, updated | UPD_REL, replace(health, failed=health.failed & ~HF_REL)
+
+
+def less(a: Vec3, b: Vec3) -> Vec3:
+    """a - b."""
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
+
+def cross(a: Sequence[float], b: Sequence[float]) -> Vec3:
+    """a x b."""
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]

@@ -1,0 +1,138 @@
+"""The bank of relative position: kernels against filterpy and scipy, bounds and tests on drawn sensors, sound and faulty."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from filterpy.kalman import KalmanFilter
+from scipy.stats import chi2, multivariate_normal
+
+from flightsw.missions.receiver.integrity import kernel
+from flightsw.missions.receiver.integrity.layout import AB, BOOM, GNSS, NB, REL, XI, V
+from flightsw.missions.receiver.refuel import CONTACT, PRECONTACT
+from tests.unit.integrity_draws import Fault, Seen, draw
+
+DRAWS = 5
+
+
+def spd(rng: np.random.Generator, n: int) -> np.ndarray:
+    a = rng.standard_normal((n, n))
+    return np.asarray(a @ a.T / n + 0.1 * np.eye(n))
+
+
+def test_prediction_and_correction_equal_filterpy() -> None:
+    """Filter 1 leaves the source out and stays as it was; the likelihood is the joint one of all rows."""
+    rng = np.random.default_rng(1)
+    X, P = rng.standard_normal((2, NB)), np.stack([spd(rng, NB), spd(rng, NB)])
+    decay, q, dt, accel2 = rng.uniform(0.5, 1.0, NB), rng.uniform(0.0, 0.1, (2, NB)), 0.05, 0.09
+    decay[XI], decay[V] = 1.0, 1.0
+    F = np.diag(decay)
+    F[XI, V] = F[V, AB] = dt * np.eye(3)
+    a, u = np.array([0.3, -0.2, 1.0]), np.zeros(NB)
+    u[XI], u[V] = 0.5 * dt * dt * a, dt * a
+    Q = np.zeros((NB, NB))
+    Q[XI, XI], Q[V, V] = np.eye(3) * dt**3 / 3.0, np.eye(3) * dt
+    Q[XI, V] = Q[V, XI] = np.eye(3) * dt**2 / 2.0
+    H, y, r = (
+        rng.standard_normal((6, NB)) * (rng.uniform(size=(6, NB)) < 0.3),
+        rng.standard_normal(6),
+        rng.uniform(0.1, 1.0, 6),
+    )
+    twins = []
+    for m in range(2):
+        twin = KalmanFilter(dim_x=NB, dim_z=6)
+        twin.x, twin.P, twin.F, twin.Q = X[m].copy(), P[m].copy(), F, accel2 * Q + np.diag(q[m])
+        twin.H, twin.R = H, np.diag(r)
+        twin.predict()
+        twin.x += u
+        twins.append(twin)
+    kernel.predict(X, P, decay, q, a, accel2, dt)
+    for m, twin in enumerate(twins):
+        np.testing.assert_allclose(X[m], twin.x, rtol=0.0, atol=1e-12)
+        np.testing.assert_allclose(P[m], twin.P, rtol=0.0, atol=1e-12)
+    joint = multivariate_normal(H @ twins[0].x, H @ twins[0].P @ H.T + np.diag(r)).logpdf(y)
+    alone = [abs(y[i] - H[i] @ X[0]) / math.sqrt(H[i] @ P[0] @ H[i] + r[i]) for i in range(6)]
+    assert kernel.wildest(X[0], P[0], H, y, r, 6) == pytest.approx(max(alone), rel=1e-12)
+    twins[0].update(y)
+    L, before = np.zeros(2), X[1].copy()
+    kernel.correct(X, P, L, np.array([0, 4], dtype=np.int64), 4, H, y, r, 6)
+    np.testing.assert_allclose(X[0], twins[0].x, rtol=0.0, atol=1e-11)
+    np.testing.assert_allclose(P[0], twins[0].P, rtol=0.0, atol=1e-11)
+    assert L[0] == pytest.approx(joint, rel=1e-11) and L[1] == 0.0
+    assert (X[1] == before).all()
+
+
+@pytest.fixture(scope="module", params=[PRECONTACT, CONTACT], ids=["pre-contact", "contact"])
+def sound(request: pytest.FixtureRequest) -> tuple[int, list[Seen]]:
+    """Draws without a fault."""
+    return request.param, [draw(seed, 50.0, request.param) for seed in range(DRAWS)]
+
+
+def test_sound_sensors_are_bounded_and_raise_no_alarm(sound: tuple[int, list[Seen]]) -> None:
+    """The error within the bound in every sample, the bound within the limits to be flown by, nobody accused; the error as large
+    as its sigma says: no smaller than a margin of half, no larger than chance allows (chi-square, one sample a draw)."""
+    phase, draws = sound
+    pl, error = np.concatenate([s.pl for s in draws]), np.concatenate([s.error for s in draws])
+    assert (np.abs(error) <= pl).all()
+    late = np.stack([s.pl[400:] for s in draws])
+    assert late.mean(axis=(0, 1)).max() < (1.2 if phase == CONTACT else 2.2)
+    assert late.max() < (2.0 if phase == CONTACT else 3.0)
+    assert [s.texts for s in draws] == [[]] * DRAWS
+    assert not any(s.over[400:].any() for s in draws)
+    nees = np.array([((s.error[-1] / s.sigma[-1]) ** 2).sum() for s in draws]).sum()
+    low, high = chi2.ppf((1e-3, 1.0 - 1e-3), 3 * DRAWS)
+    assert 0.5 * low < nees < high
+
+
+FAULTS = {  # fault: (phase, what is said of it first, source left out in the end or None, largest time to it [s])
+    "rel steps 1 m": (Fault("rel", 2, step=1.0), PRECONTACT, "relative sensor left out", REL, 0.5),
+    "rel steps 6 m, latched": (Fault("rel", 0, step=-6.0), CONTACT, "relative sensor left out", REL, 0.5),
+    "rel walks": (Fault("rel", 2, walk=0.3, whole=True), PRECONTACT, "relative sensor, GNSS disagree", None, 5.0),
+    "rel walks slowly": (Fault("rel", 1, walk=0.1), PRECONTACT, "relative sensor, GNSS disagree", None, 15.0),
+    "rel walks, latched": (
+        Fault("rel", 2, walk=0.3, whole=True),
+        CONTACT,
+        "relative sensor, GNSS, boom disagree",
+        REL,
+        5.0,
+    ),
+    "gnss steps 2 m": (Fault("gnss", 2, step=2.0), PRECONTACT, "GNSS left out", GNSS, 0.5),
+    "gnss walks, latched": (
+        Fault("gnss", 1, walk=0.3, whole=True),
+        CONTACT,
+        "relative sensor, GNSS, boom disagree",
+        GNSS,
+        5.0,
+    ),
+    "boom steps 0.5 m": (Fault("boom", 1, step=0.5), CONTACT, "boom left out", BOOM, 0.5),
+    "boom walks": (Fault("boom", 2, walk=0.06), CONTACT, "relative sensor, GNSS, boom disagree", None, 5.0),
+}
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_a_fault_is_told_in_time_and_its_error_stays_bounded(name: str) -> None:
+    """Said within its time; the bound holds the error throughout; who did nothing is never left out; what is handed on to the
+    estimator is never off by more than the bound and a reading's noise while the phase may go on."""
+    fault, phase, words, out, within_s = FAULTS[name]
+    s = draw(100, 60.0, phase, fault)
+    assert s.texts and s.texts[0][1].startswith(words), s.texts
+    assert 0.0 <= s.texts[0][0] - fault.at_s <= within_s
+    assert (np.abs(s.error) <= s.pl).all()
+    assert s.bank.excluded == (0 if out is None else 1 << out)
+    go = ~s.over
+    assert (np.abs(s.fed[go]) <= s.pl[go] + 0.6).all(axis=1).mean() > 0.99
+    if out is None:
+        assert s.over[-1]
+
+
+def test_a_silent_relative_sensor_is_stood_in_for() -> None:
+    """60 s at contact: the reading handed on is the bank's, 0.3 m RMS; by GNSS alone no bound is given, and the phase ends."""
+    s = draw(7, 90.0, CONTACT, Fault("rel", off=True, at_s=30.0))
+    gone = s.t > 30.0 + 0.3
+    assert not s.over.any() and (np.sqrt((s.fed[gone] ** 2).mean(axis=0)) < 0.3).all()
+    assert s.bank.out.used == (1 << GNSS | 1 << BOOM)
+    alone = draw(7, 40.0, PRECONTACT, Fault("rel", off=True, at_s=30.0))
+    assert not math.isfinite(alone.pl[-1].max()) and alone.over[-1]
+    assert alone.t[np.argmax(alone.over)] - 30.0 < 1.5
