@@ -15,6 +15,7 @@ from flightsw.icd import codec_receive, dialect, gen, wire
 from flightsw.missions.receiver.airdata.reports import FdiStatus, WakeFix
 from flightsw.missions.receiver.integrity.report import IntegrityReport, integrity_values
 from flightsw.process import services
+from flightsw.sixdof.windcal.record import WindReport
 
 from .conftest import extreme
 from .generated import mav
@@ -90,9 +91,9 @@ def test_failure_enumerations_equal_stock() -> None:
     assert "channel" in mav.enums["MAV_CMD"][420].param[4]
 
 
-@pytest.mark.parametrize("name", ["FDI_STATUS", "WAKE_POSITION"])
+@pytest.mark.parametrize("name", ["FDI_STATUS", "WAKE_POSITION", "WIND_CALIBRATION"])
 def test_air_data_messages_have_a_field_for_every_value_of_their_type(name: str) -> None:
-    kind = {"FDI_STATUS": FdiStatus, "WAKE_POSITION": WakeFix}[name]
+    kind = {"FDI_STATUS": FdiStatus, "WAKE_POSITION": WakeFix, "WIND_CALIBRATION": WindReport}[name]
     slots = wire.BY_NAME[name].slots
     renamed = {"t_us": "time_usec", "pos_f": "pos", "vel_f": "vel", "wind_f": "wind", "height_m": "height"}
     renamed |= dict.fromkeys(("cov_yy", "cov_yz", "cov_zz"), "cov")

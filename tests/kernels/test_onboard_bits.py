@@ -20,6 +20,7 @@ from tests.kernels.fdi_cases import CASES as FDI
 from tests.kernels.gust_cases import CASES as GUST_MISSION
 from tests.kernels.rendezvous_cases import CASES as RENDEZVOUS
 from tests.kernels.wake_position_cases import CASES as WAKE_POSITION
+from tests.kernels.windcal_cases import CASES as WINDCAL
 from tests.kernels.windshear_cases import CASES as WINDSHEAR
 
 Rng = np.random.Generator
@@ -119,6 +120,7 @@ CASES: dict[str, Callable[[Rng], Args]] = {
     **GUST_MISSION,
     **RENDEZVOUS,
     **WAKE_POSITION,
+    **WINDCAL,
     **WINDSHEAR,
     "kernels.atmosphere.temperature": lambda r: [r.uniform(0, 2e4)],
     "kernels.atmosphere.density": lambda r: [r.uniform(0, 2e4)],

@@ -10,16 +10,21 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from flightsw.condition import Condition, ConditionParams
 from flightsw.missions.receiver.joinup import JoinUpParams
 from flightsw.missions.receiver.refuel import CONTACT, OBSERVATION, RefuelParams
 from flightsw.missions.receiver.sequence import Sequence, SequenceParams
 from flightsw.missions.tanker.racetrack import RacetrackParams, make_path
+from flightsw.sixdof.windcal.filter import WindCalibrator
+from flightsw.sixdof.windcal.params import WindCalParams
 from flightsw.types import UPD_FUEL, NavState, SensorFrame
 from hil_scripts.launch.runfolder import resolve
 from hil_scripts.studies.rivard.six_dof_flight import fly_twin
 from tests.component.test_onboard_guidance import Flight as Refuelling
 from tests.unit.test_joinup import Flight as Joining
+from tests.unit.windcal_synth import Errors, fly
 
 Rig = Callable[[Any], Iterator[Any]]
 
@@ -130,12 +135,24 @@ def condition(p: ConditionParams) -> Iterator[Any]:
         c.texts = []
 
 
+def wind_calibration(p: WindCalParams) -> Iterator[Any]:
+    """Straight flight behind another aircraft with gusts, a reading that is off and an airspeed that lies for long."""
+    if not p.on:
+        return
+    e = Errors(200)
+    e.wind[:] = 2.0 * np.sin(0.7 * np.arange(200))[:, None]
+    e.air[60, 0], e.air[120:, 0] = 6.0, 60.0
+    for s in fly(WindCalibrator(p, 0.0, True), e, 0.1, 8.0):
+        yield (s.nav.wind_n, s.nav.wind_sigma, s.nav.wind_valid)
+
+
 RIGS: dict[type, tuple[Any, Rig]] = {
     RefuelParams: (RefuelParams(), refuelling),
     JoinUpParams: (JoinUpParams(track_deg=23.0, track_point_m=(6500.0, -21400.0)), joining),
     SequenceParams: (SequenceParams(fuel_kg=800.0), sequence),
     RacetrackParams: (RacetrackParams(), racetrack),
     ConditionParams: (ConditionParams(), condition),
+    WindCalParams: (WindCalParams(on=True), wind_calibration),
 }
 
 

@@ -23,6 +23,7 @@ VALUES: dict[str, tuple[Any, ...]] = {
     "JoinUpParams.int_max_mps": (1e-3,),
     "JoinUpParams.handover_closure_mps": (0.01,),
     "JoinUpParams.heading_max_deg": (1.0,),
+    "WindCalParams.sigma_max_mps": (0.5,),
     "RacetrackParams.path": ("tests.keys.own:Path",),
     "RefuelParams.path": ("tests.keys.own:Refuelling",),
     "JoinUpParams.path": ("tests.keys.own:Joining",),

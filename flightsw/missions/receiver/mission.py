@@ -30,6 +30,9 @@ from flightsw.sixdof.actuators import ActuatorModel
 from flightsw.sixdof.command import ScheduleParams
 from flightsw.sixdof.estimator_core import NavParams
 from flightsw.sixdof.layout import TK, TK_DCM, TK_VN
+from flightsw.sixdof.windcal.feed import make_wind_calibration
+from flightsw.sixdof.windcal.params import WindCalParams
+from flightsw.sixdof.windcal.record import WindReport
 from flightsw.strict import ConfigError, changed
 from flightsw.terms import Laws
 from flightsw.types import (
@@ -56,7 +59,7 @@ MAV_CMD_USER_1 = 31010
 
 @dataclass(frozen=True)
 class ReceiverParams:
-    """[nav], [ctrl], [guid], [airdata] and [integrity] of a receiver flight file."""
+    """[nav], [ctrl], [guid], [airdata], [integrity] and [wind_calibration] of a receiver flight file."""
 
     tanker: str = "kc135r"
     nav: NavParams = field(default_factory=lambda: NavParams(q_rate=0.1, q_wind=0.40))
@@ -64,6 +67,7 @@ class ReceiverParams:
     guid: RefuelParams = field(default_factory=RefuelParams)
     airdata: AirDataParams = field(default_factory=AirDataParams)
     integrity: IntegrityParams = field(default_factory=IntegrityParams)
+    wind_calibration: WindCalParams = field(default_factory=WindCalParams)
 
 
 class ReceiverMission(Mission[ActuatorModel]):
@@ -74,6 +78,7 @@ class ReceiverMission(Mission[ActuatorModel]):
     def __init__(self, ac: Aircraft, p: ReceiverParams, period_s: float) -> None:
         """Raises ConfigError for way-points that cannot be flown."""
         self.nav = RelativeNav(ac, p.nav, p.airdata.aid if p.airdata.on else None)
+        self.wind = make_wind_calibration(ac, p.wind_calibration, behind=True)
         self.air: AirData | None = None
         if p.airdata.on:
             self.air = AirData(ac, p.airdata)
@@ -106,6 +111,8 @@ class ReceiverMission(Mission[ActuatorModel]):
             u, throttle = self.ctrl.step(nav, g, act, psi_dot, V_t, -nav.pos_n[2], dt)
         else:
             u, throttle = self.ctrl.trim_command(self.V0, self.h0)
+        if self.wind is not None:  # after the law: that goes by the estimator's own wind
+            self.wind.publish(nav)
         return nav, g, u, throttle
 
     def navigate(self, f: SensorFrame, mean: np.ndarray, updated: int, health: Health) -> NavState:
@@ -118,6 +125,8 @@ class ReceiverMission(Mission[ActuatorModel]):
         nav = self.nav.step(f, mean, health, updated)
         if guard is not None:
             guard.publish(nav, self.nav.rejoined)
+        if self.wind is not None:
+            self.wind.feed(f, updated, health, self.nav.core)
         return nav
 
     @property
@@ -127,9 +136,11 @@ class ReceiverMission(Mission[ActuatorModel]):
 
     @property
     def reports(self) -> Reports:
-        """What air data and integrity say of themselves, where they are used."""
-        out = {} if self.air is None else self.air.reports
-        return out if self.integrity is None else {**out, IntegrityReport: self.integrity.out}
+        """What air data and integrity say of themselves, and the wind estimate of the sensors, where they are used."""
+        out: Reports = {} if self.air is None else self.air.reports
+        if self.integrity is not None:
+            out = {**out, IntegrityReport: self.integrity.out}
+        return out if self.wind is None else {**out, WindReport: self.wind.report()}
 
     def exercise(self) -> None:
         """Start-up search and monitor of the air data."""
@@ -190,7 +201,7 @@ class ReceiverMission(Mission[ActuatorModel]):
             out, self.air.texts = out + self.air.texts, []
         if self.integrity is not None and self.integrity.texts:
             out, self.integrity.texts = out + self.integrity.texts, []
-        return out
+        return out if self.wind is None else out + self.wind.tell()
 
 
 ORDERS = choices(MAV_CMD_USER_1, ACTIONS, FROM.__getitem__, TAKES)

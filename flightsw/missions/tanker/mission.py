@@ -12,7 +12,7 @@ import numpy as np
 
 from flightsw.aircraft import Aircraft
 from flightsw.envelope import Envelope
-from flightsw.missions.base import Mission, MissionSpec, Order
+from flightsw.missions.base import Mission, MissionSpec, Order, Reports, report
 from flightsw.missions.tanker.racetrack import INIT, LEG, TURN, PathGuidance, RacetrackParams, make_path, use_path
 from flightsw.refusal import Refusals
 from flightsw.sixdof.actuators import ActuatorModel
@@ -20,6 +20,9 @@ from flightsw.sixdof.autopilot import TankerCtrlParams, make_autopilot
 from flightsw.sixdof.command import ScheduleParams
 from flightsw.sixdof.estimator import AirframeNav
 from flightsw.sixdof.estimator_core import NavParams
+from flightsw.sixdof.windcal.feed import make_wind_calibration
+from flightsw.sixdof.windcal.params import WindCalParams
+from flightsw.sixdof.windcal.record import WindReport, report_values
 from flightsw.terms import Laws
 from flightsw.types import (
     ACCEPTED,
@@ -44,11 +47,12 @@ SPEED = "an airspeed the aircraft can fly on its racetrack"
 
 @dataclass(frozen=True)
 class TankerParams:
-    """[nav], [ctrl] and [guid] of a tanker flight file."""
+    """[nav], [ctrl], [guid] and [wind_calibration] of a tanker flight file."""
 
     nav: NavParams = field(default_factory=NavParams)
     ctrl: TankerCtrlParams = field(default_factory=lambda: TankerCtrlParams(ScheduleParams()))
     guid: RacetrackParams = field(default_factory=RacetrackParams)
+    wind_calibration: WindCalParams = field(default_factory=WindCalParams)
 
 
 class TankerMission(Mission[ActuatorModel]):
@@ -58,6 +62,7 @@ class TankerMission(Mission[ActuatorModel]):
 
     def __init__(self, ac: Aircraft, p: TankerParams, period_s: float) -> None:
         self.nav = AirframeNav(ac, p.nav)
+        self.wind = make_wind_calibration(ac, p.wind_calibration)
         self.guid = make_path(p.guid)
         self.turn_rate_degps = p.guid.turn_rate_degps
         self.ctrl = make_autopilot(ac, p.ctrl, period_s, "ctrl", TankerParams().ctrl)
@@ -76,7 +81,15 @@ class TankerMission(Mission[ActuatorModel]):
             u, throttle = self.ctrl.step(nav, g, act, dt)
         else:
             u, throttle = self.ctrl.trim_command(g.V, self.alt_m)
+        if self.wind is not None:  # after the law: that goes by the estimator's own wind
+            self.wind.feed(f, updated, health, self.nav.core)
+            self.wind.publish(nav)
         return nav, g, u, throttle
+
+    @property
+    def reports(self) -> Reports:
+        """What the wind estimate says of the sensors, where there is one."""
+        return {} if self.wind is None else {WindReport: self.wind.report()}
 
     @property
     def saturated(self) -> bool:
@@ -113,7 +126,7 @@ class TankerMission(Mission[ActuatorModel]):
     def texts(self) -> list[Text]:
         """Messages since the last call."""
         out, self.guid.texts = self.guid.texts, []
-        return out
+        return out if self.wind is None else out + self.wind.tell()
 
 
 def speed_command(c: Command, guid: PathGuidance, envelope: Envelope, turn_rate_degps: float) -> tuple[int, str]:
@@ -136,4 +149,5 @@ SPEC = MissionSpec(
     ActuatorModel,
     phases=PHASES,
     orders=(Order(MAV_CMD_DO_CHANGE_SPEED, "speed", frozenset(PHASES), besides=SPEED),),
+    reports=(report("WIND_CALIBRATION", WindReport, report_values, rate_hz=1.0, offset=7),),
 )

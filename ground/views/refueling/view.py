@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -56,6 +57,7 @@ class Refueling(View):
     """Station keeping, boom, the two aircraft."""
 
     aircraft = NAMES
+    own_time = frozenset({"WIND_CALIBRATION"})
     commands = (
         *ORDERS,
         Command(
@@ -97,8 +99,8 @@ class Refueling(View):
         draw(sink, run)
 
     def words(self, heard: Heard) -> list[Words]:
-        """Where the receiver is, and how far from where it should be; how far that is to be trusted."""
-        return self._place(heard) + integrity.words(heard.get(integrity.MESSAGE))
+        """Where the receiver is, and how far from where it should be; its trust; what is learnt of sensors."""
+        return self._place(heard) + integrity.words(heard.get(integrity.MESSAGE)) + _sensors(heard)
 
     @staticmethod
     def _place(heard: Heard) -> list[Words]:
@@ -112,6 +114,15 @@ class Refueling(View):
             Words(label, "RELATIVE_STATE", text if rel["valid"] else NOT_VALID)
             for label, text in (("position", place), ("error", off))
         ]
+
+
+def _sensors(heard: Heard) -> list[Words]:
+    c = heard.get("WIND_CALIBRATION")
+    if c is None:
+        return []
+    heading, sigma = math.degrees(c["attitude"][2]), math.degrees(c["attitude_sigma"][2])
+    text = f"airspeed {c['airspeed']:+.1f} +-{c['airspeed_sigma']:.1f} m/s, heading {heading:+.2f} +-{sigma:.2f} deg"
+    return [Words("sensors", "WIND_CALIBRATION", text if c["valid"] else NOT_VALID)]
 
 
 VIEW = Refueling()

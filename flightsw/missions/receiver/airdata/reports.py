@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from flightsw.missions.base import Packets, report
+from flightsw.sixdof.windcal.record import WindReport, report_values
 from flightsw.types import ZERO3, Vec3
 
 
@@ -72,4 +73,5 @@ def fdi_values(f: FdiStatus) -> Packets:
 REPORTS = (
     report("FDI_STATUS", FdiStatus, fdi_values, rate_hz=10.0),
     report("WAKE_POSITION", WakeFix, wake_values, rate_hz=10.0),
+    report("WIND_CALIBRATION", WindReport, report_values, rate_hz=1.0, offset=7),
 )
