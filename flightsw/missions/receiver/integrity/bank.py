@@ -3,7 +3,7 @@
 Filter 0 takes everything. One *standing* filter a source has never heard it: what 0 and it are apart, and its own sigma, bound
 the error if that source is wrong, however slowly it went wrong. *Forks* are copies of filter 0 that distrust one source from a
 moment on, begun anew by turns: they find what began a short while ago, and their likelihood tells whose fault it is, which
-separation does not (it blames the best sensor). Sources: Brown and McBurney 1988; Blanch et al. 2012.
+separation does not (it blames the best sensor). Sources: separation.md 3 to 6.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Integrity of the relative position in flight: sources heard and left out, what stands in for the relative sensor, and whether
 the phase may go on.
 
-integrity.md sections 3.4 to 3.6: a source that steps alone is left out at once (its readings leave the prediction of all while
+separation.md 5: a source that steps alone is left out at once (its readings leave the prediction of all while
 the others' do not); one that walks off is left out only where two others bear it out; where nobody can tell, nobody is left out
 and the receiver leaves.
 """

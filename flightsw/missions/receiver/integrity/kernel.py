@@ -1,7 +1,7 @@
 """The bank's filters, all at once: Kalman filters over one state, told apart by what they leave out and what they distrust.
 
 Every reading is a scalar row; rows of one instant have independent noise, so one after the other gives the joint correction
-(Bierman 1977) and, summed, the joint log-likelihood.
+(Bierman 1977; separation.md 1, 2) and, summed, the joint log-likelihood.
 """
 
 from __future__ import annotations

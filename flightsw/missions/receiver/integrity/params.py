@@ -15,7 +15,7 @@ Axes = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class IntegrityParams:
-    """[integrity] of a receiver flight file. Errors are 1 sigma, of tactical sensors (integrity.md section 2), with a margin on
+    """[integrity] of a receiver flight file. Errors are 1 sigma, of tactical sensors (docs/grades.md), with a margin on
     the slow ones; `_tau` their correlation times."""
 
     on: bool = False

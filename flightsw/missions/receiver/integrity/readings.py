@@ -1,7 +1,7 @@
 """Rows of each source for the bank: what it reads of the relative position and rate, and which errors are in it.
 
 A reading is taken at its own time: xi(t - age) = xi - v age, and what the acceleration since then made of it (Past). Source:
-integrity.md section 3.
+separation.md 2.
 """
 
 from __future__ import annotations
