@@ -66,7 +66,7 @@ def test_contact_not_reached_is_an_outcome() -> None:
 
 def test_study_and_page_have_every_grade_level_and_outcome(tmp_path: Path) -> None:
     assert registry.find("grades") is STUDY and list(OUTCOMES) == list(g.OUTCOMES) == list(STUDY.binary)
-    assert len(STUDY.cases) == 16
+    assert len(STUDY.cases) == 20
     rows = []
     for case in STUDY.cases:
         for run in range(4):
@@ -81,6 +81,6 @@ def test_study_and_page_have_every_grade_level_and_outcome(tmp_path: Path) -> No
     folders.write_meta(folder, folders.new_meta(None, STUDY, 1, 4, STUDY.cases))
     text = grades_report([folder], tmp_path / "out").read_text()
     low, high = results.share_interval([1.0, 1.0, 1.0, 0.0]) or (0.0, 0.0)
-    assert text.count(f"0.750<small>{low:.3f} … {high:.3f}</small>") == 16
+    assert text.count(f"0.750<small>{low:.3f} … {high:.3f}</small>") == 20
     assert text.count('<tr class="group">') == 3 * 4 and text.count('data-key="mems_6.22.is.lost.mean"') == 1
     assert text.count('data-key="tactical_0.94.contact.rms_m.x.rms" data-value="0.25"') == 1

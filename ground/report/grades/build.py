@@ -80,6 +80,7 @@ def _table(c: Campaign, which: str, columns: tuple[tuple[str, str], ...], runs: 
         for case in c.cases:
             if c.meta["cases"][case]["sigma_mps"] == sigma:
                 cells = "".join(p.cell(c.stat(case, value)) for value, _ in columns)
-                lines.append(p.text(c.meta["cases"][case]["grade"], "name") + p.plain(runs(case)) + cells)
+                name = c.meta["cases"][case]["grade"] + (", guarded" if c.meta["cases"][case].get("guarded") else "")
+                lines.append(p.text(name, "name") + p.plain(runs(case)) + cells)
     head = [("grade", ""), (f"runs {which}".strip(), "num"), *((words, "num") for _, words in columns)]
     return p.table(head, lines)

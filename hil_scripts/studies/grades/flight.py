@@ -22,7 +22,11 @@ from sim_plant.truth import truth_of
 STATION_M = (-35.5, 0.0, 8.5)  # [m] contact, tanker axes
 START_M = [-47.0, 0.0, 12.5]  # [m] pre-contact: observation is flown there, and nothing is asked of the way to it
 LIMIT_M = 2.0  # [m] latched
-NAV, RELATIVE = IDS["NAV_STATE"], IDS["RELATIVE_STATE"]
+NAV, RELATIVE, INTEGRITY = IDS["NAV_STATE"], IDS["RELATIVE_STATE"], IDS["INTEGRITY_STATUS"]
+GUARDED = (
+    "tanker.link.raw_fix=true", "receiver.integrity.on=true", "tanker.wind_calibration.on=true",
+    "receiver.wind_calibration.on=true",
+)  # fmt: skip
 NOT_REACHED = "not_reached"  # contact was never flown
 OUTCOMES = (*(o.name.lower() for o in Outcome), NOT_REACHED)
 LEAST_S = 5.0  # [s] of contact below which there are no figures of it
@@ -40,9 +44,11 @@ class Timetable:
     watch_s: float = 150.0
 
 
-def settings(grade: str, sigma_mps: float, times: Timetable) -> tuple[str, ...]:
-    """What the scenario `refueling` is changed by; both aircraft carry sensors of the grade."""
+def settings(grade: str, sigma_mps: float, times: Timetable, guarded: bool = False) -> tuple[str, ...]:
+    """What the scenario `refueling` is changed by; both aircraft carry sensors of the grade; guarded: integrity of the relative
+    position and calibrated wind on board."""
     return (
+        *(GUARDED if guarded else ()),
         f"plant.sensors.tanker.grade={grade}", f"plant.sensors.receiver.grade={grade}",
         f"plant.wind.dryden.sigma_mps={sigma_mps}", f"plant.event.0.t_s={times.precontact_s}",
         f"plant.event.1.t_s={times.contact_s}", f"tanker.guid.first_leg_s={times.turn_s}",
@@ -59,6 +65,7 @@ class Graded(Watch):
         self.contact: list[tuple[float, ...]] = []  # [m] true xi less the station, per look in contact
         self.relative: list[tuple[float, ...]] = []  # [m] error, sigma
         self.wind: list[tuple[float, ...]] = []  # [m/s] error, sigma
+        self.bound: list[tuple[float, ...]] = []  # [m] error of the bounded position, its protection level; 1e9: none
         self.unpaired = 0  # estimates without a truth of their time, or invalid
 
     def look(self) -> None:
@@ -76,12 +83,14 @@ class Graded(Watch):
             return
         for datagram in telemetry:
             for packet, fault in split(datagram):
-                if not fault and packet_id(packet) in (NAV, RELATIVE):
+                if not fault and packet_id(packet) in (NAV, RELATIVE, INTEGRITY):
                     self._pair(packet_id(packet), decode(packet))
 
     def _pair(self, kind: int, m: Fields) -> None:
         r = next((r for t, r in self._true if t == m["time_usec"]), None)
-        if r is None or not m["valid"]:
+        if kind == INTEGRITY and r is not None:
+            self.bound.append((*np.subtract(m["pos"], r.xi), *m["pl"]))
+        elif kind == INTEGRITY or r is None or not m["valid"]:
             self.unpaired += 1
         elif kind == NAV:
             self.wind.append((*np.subtract(m["wind"], r.wind_n), *m["wind_sigma"]))
@@ -137,6 +146,12 @@ def figures(watch: Graded) -> dict[str, float]:
     for name, rows, axes, unit in (("relative", watch.relative, "xyz", "m"), ("wind", watch.wind, "ned", "mps")):
         if rows:
             out |= _errors(name, rows, axes, unit)
+    if watch.bound:
+        a = np.array(watch.bound)
+        error, pl = np.abs(a[:, :3]), a[:, 3:]
+        out["bound.held_pct"] = 100.0 * float(np.mean((error <= pl).all(axis=1)))
+        out["bound.within_limit_pct"] = 100.0 * float(np.mean((pl <= LIMIT_M).all(axis=1)))
+        out |= {f"bound.p50_m.{x}": float(np.median(pl[:, i])) for i, x in enumerate("xyz")}
     return out
 
 
@@ -144,7 +159,7 @@ def run_case(case: Case, seed: int) -> RunResult:
     """One flight of one seed under a grade and a level. Raises ConfigError for what cannot be flown."""
     p = case.params
     times = Timetable(**p.get("times", {}))
-    flight = Flying("refueling", seed % 2**31, settings(p["grade"], p["sigma_mps"], times))
+    flight = Flying("refueling", seed % 2**31, settings(p["grade"], p["sigma_mps"], times, p.get("guarded", False)))
     outcome, values = NOT_REACHED, {}
     try:
         reached = arrive(flight, times.arrive_s)
