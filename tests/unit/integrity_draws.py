@@ -9,11 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from flightsw.aircraft import load_aircraft
+from flightsw.kernels.atmosphere import G0
 from flightsw.missions.receiver.integrity.integrity import Integrity
 from flightsw.missions.receiver.integrity.params import IntegrityParams
 from flightsw.missions.receiver.refuel import CONTACT, PRECONTACT
 from flightsw.missions.receiver.tanker_link import PeerTracker
-from flightsw.types import UPD_FIX, UPD_GNSS, UPD_REL, Health, PeerFix, PeerState, SensorFrame
+from flightsw.types import UPD_FIX, UPD_GNSS, UPD_IMU, UPD_REL, Health, PeerFix, PeerState, SensorFrame
 
 Arr = np.ndarray
 DT, T0 = 0.05, 1_000_000  # [s], [us]
@@ -104,6 +105,8 @@ def frames(seed: int, true: Arr, phase: int, fault: Fault | None) -> Iterator[tu
     """What the receiver reads at every step of the true way [n,3] m, and the tanker's transmitted state."""
     rng, n, xi = np.random.default_rng(seed), len(true), PLACES[phase]
     v = np.gradient(true, DT, axis=0)
+    force = np.gradient(v, DT, axis=0) - np.array([0.0, 0.0, G0]) + 0.02 * rng.standard_normal(3)
+    model = 0.4 * rng.standard_normal(3)  # [m/s^2] lasting error of the tanker's transmitted acceleration
     tanker, own = load_aircraft("kc135r"), load_aircraft("learjet24")
     assert tanker.boom is not None and own.receptacle is not None
     arm, retracted = np.array(own.receptacle.position_m) - np.array(tanker.boom.pivot_m), tanker.boom.length_retracted_m
@@ -128,7 +131,9 @@ def frames(seed: int, true: Arr, phase: int, fault: Fault | None) -> Iterator[tu
         d = true[b] + arm + wrong["boom"][0]
         f = SensorFrame(
             t_us=t_us,
-            updated=(0 if off == "rel" else UPD_REL) | ((UPD_GNSS | UPD_FIX) if i % 2 == 0 and off != "gnss" else 0),
+            gyro_count=5,
+            acc_mean_b=tuple(force[i]),
+            updated=UPD_IMU | (0 if off == "rel" else UPD_REL) | ((UPD_GNSS | UPD_FIX) if i % 2 == 0 and off != "gnss" else 0),
             rel_t_us=late, rel_valid=off != "rel",
             rel_pos_t=tuple(true[j] + rel[j] + 0.1 * noise[0] + wrong["rel"][0]),
             rel_vel_t=tuple(v[j] + rel_v[j] + 0.05 * noise[1] + wrong["rel"][1]),
@@ -142,4 +147,4 @@ def frames(seed: int, true: Arr, phase: int, fault: Fault | None) -> Iterator[tu
             boom_extension_m=float(np.linalg.norm(d) - retracted + boom[2] + 0.02 * noise[6, 2]),
         )  # fmt: skip
         q = (1.0, *(0.5 * turn[i]))
-        yield f, PeerState(t_us=t_us - 50_000, pos_n=tuple(V_T * i * DT), vel_n=tuple(V_T), q_nb=q)
+        yield f, PeerState(t_us=t_us - 50_000, pos_n=tuple(V_T * i * DT), vel_n=tuple(V_T), acc_n=tuple(model), q_nb=q)
