@@ -81,7 +81,8 @@ def counts(j: Judged, i: int) -> dict[str, int]:
 def _panel(ax: Axes, j: Judged, i: int, theme: Theme) -> None:
     some = np.isfinite(j.pl[:, i])
     error, pl, al = j.size[some, i], j.pl[some, i], limits(j, i)
-    top = min(SPAN * max([*error, *pl, *al, 1.0]), MOST_M)
+    most = max([*error, *pl, 1.0])
+    top = min(SPAN * max([most, *(x for x in al if x < 2.0 * most)]), MOST_M)  # a limit far off would leave no room for the samples
     edges = np.linspace(0.0, top, BINS + 1)
     inside = np.nextafter(top, 0.0)
     n = np.histogram2d(np.minimum(error, inside), np.minimum(pl, inside), (edges, edges))[0].T
@@ -93,9 +94,7 @@ def _panel(ax: Axes, j: Judged, i: int, theme: Theme) -> None:
         ax.pcolormesh(edges, edges, np.ma.masked_equal(n, 0), cmap=shade, norm=LogNorm(1, max(n.max(), 2)), zorder=2)
     ax.fill_between([0, top], [0, top], color=theme.bad, alpha=0.10, lw=0, zorder=1)
     ax.plot([0, top], [0, top], color=theme.bad, lw=1.1, zorder=3)
-    ax.annotate(
-        "misleading", (0.36 * top, 0.26 * top), rotation=45, ha="right", va="center", fontsize=8.5, color=theme.bad
-    )
+    ax.annotate("misleading", (0.97 * top, 0.03 * top), ha="right", va="bottom", fontsize=8.5, color=theme.bad)
     for limit in al:
         if limit <= top:
             ax.plot([0, limit, limit], [limit, limit, 0], color=theme.ink, lw=1.0, ls="--", zorder=4)

@@ -65,7 +65,7 @@ class Integrity:
         self._live_us = [-1] * SOURCES  # when one was last heard, taken or not,
         self._taken_us = [-1] * SOURCES  # and taken
         self._wild = [0] * SOURCES  # spikes in a row
-        self._wait_us = -1
+        self._wait_us = self._known_us = -1
         self._calm_s = self._over_s = 0.0
         limits = ((OBSERVATION, p.al_observation_m), (CONTACT, p.al_latched_m), *((k, p.al_closing_m) for k in NEAR))
         self._limit = dict(limits)
@@ -237,8 +237,11 @@ class Integrity:
             self.over = ""
 
     def _feed(self, f: SensorFrame, updated: int, health: Health, live: int) -> tuple[SensorFrame, int, Health]:
-        """The relative reading without its estimated errors; the bank's position where it is silent or left out."""
+        """The relative reading without its estimated errors; the bank's position where it is silent or left out, carried on by
+        specific force for a while where nothing is left."""
         b = self.bank
+        if live:
+            self._known_us = f.t_us
         if live >> REL & 1 and (f.t_us - self._live_us[REL]) * 1e-6 <= self.p.stand_in_s:
             if updated & UPD_REL and f.rel_valid:
                 if self._wild[REL]:  # a spike
@@ -246,7 +249,7 @@ class Integrity:
                 pos, vel = b.relative_error
                 f = replace(f, rel_pos_t=less(f.rel_pos_t, pos), rel_vel_t=less(f.rel_vel_t, vel))
             return f, updated, health
-        if not live & ~(1 << REL):
+        if (f.t_us - self._known_us) * 1e-6 > self.p.coast_s:
             return f, updated & ~UPD_REL if self.excluded >> REL & 1 else updated, health
         f = replace(f, rel_t_us=f.t_us, rel_valid=True, rel_pos_t=b.xi, rel_vel_t=b.v, updated=f.updated | UPD_REL)
         return f, updated | UPD_REL, replace(health, failed=health.failed & ~HF_REL)

@@ -71,6 +71,9 @@ class IntegrityParams:
     over_s: Annotated[float, Range(0.0, 60.0)] = 0.5
     settle_s: Annotated[float, Range(0.0, 60.0)] = 5.0  # from the first phase to the bank's start
     live_s: Annotated[float, Range(0.05, 10.0)] = 0.5  # a source not heard for so long is not there
+    coast_s: Annotated[float, Range(0.0, 60.0)] = (
+        10.0  # longest time the bank's position is carried on without any source
+    )
     stand_in_s: Annotated[float, Range(0.05, 10.0)] = (
         0.2  # age of the relative sensor beyond which the bank stands in for it
     )
