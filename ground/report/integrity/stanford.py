@@ -82,7 +82,8 @@ def _panel(ax: Axes, j: Judged, i: int, theme: Theme) -> None:
     some = np.isfinite(j.pl[:, i])
     error, pl, al = j.size[some, i], j.pl[some, i], limits(j, i)
     most = max([*error, *pl, 1.0])
-    top = min(SPAN * max([most, *(x for x in al if x < 2.0 * most)]), MOST_M)  # a limit far off would leave no room for the samples
+    # a limit far off would leave no room for the samples
+    top = min(SPAN * max([most, *(x for x in al if x < 2.0 * most)]), MOST_M)
     edges = np.linspace(0.0, top, BINS + 1)
     inside = np.nextafter(top, 0.0)
     n = np.histogram2d(np.minimum(error, inside), np.minimum(pl, inside), (edges, edges))[0].T
