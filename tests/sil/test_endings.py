@@ -157,7 +157,9 @@ def test_a_full_disk_is_named_with_its_file(tmp_path: Path, port_offset: int, fl
     run = tmp_path / "run"
     hard = resource.getrlimit(resource.RLIMIT_FSIZE)[1]
     args = ("run", ONE, "--duration", 100000, "--no-rrd", "--out", run, *flags)
-    args += () if flags else ("--port-offset", port_offset)
+    # a machine that stands still for seconds is not what is looked for here
+    patient = ("--set", "plant.clock.peer_timeout_s=30", "--set", "tanker.link.peer_timeout_s=30")
+    args += () if flags else ("--port-offset", port_offset, *patient)
     full = partial(resource.setrlimit, resource.RLIMIT_FSIZE, (400_000, hard))
     ended = apart(*args, out=tmp_path / "words.txt", first=full)
     assert ended.code == 1, ended.text
