@@ -29,6 +29,7 @@ def step_us(flight_s: float = FLIGHT_S) -> tuple[float, float]:
         step = air.step
 
         def timed(*args: object) -> SensorFrame:
+            """One step of the air data, its wall time [s] noted."""
             t0 = time.perf_counter()
             out = step(*args)  # type: ignore[arg-type]
             took.append(time.perf_counter() - t0)

@@ -26,13 +26,23 @@ KEEP = 4  # older digests are removed
 
 
 def kernel_sources() -> list[Path]:
-    """Every source file of the flying programs, and of packages that bring parts of theirs, that mentions the `jit` decorator."""
+    """Every source file of the flying programs, and of packages that bring parts of theirs, that mentions the `jit` decorator,
+    and every file of theirs those name in a `from ... import`: a constant is compiled in."""
     folders = {ROOT / pkg for pkg in PACKAGES}
     for name in plugins.packages():
         top = find_spec(name)
         folders |= {Path(p) for p in (None if top is None else top.submodule_search_locations) or ()}
-    files = (p for folder in folders for p in folder.rglob("*.py"))
-    return sorted(p for p in files if re.search(rb"\bjit\b", p.read_bytes()))
+    files = {p: p.read_bytes() for folder in folders for p in folder.rglob("*.py")}
+    module = {
+        ".".join(p.relative_to(f.parent).with_suffix("").parts): p for f in folders for p in files if f in p.parents
+    }
+    found = {p for p, text in files.items() if re.search(rb"\bjit\b", text)}
+    new = set(found)
+    while new:
+        named = {m.decode() for p in new for m in re.findall(rb"^from ([\w.]+) import", files[p], re.MULTILINE)}
+        new = {module[m] for m in named if m in module} - found
+        found |= new
+    return sorted(found)
 
 
 def digest() -> str:

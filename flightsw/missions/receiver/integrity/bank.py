@@ -23,7 +23,6 @@ from flightsw.missions.receiver.integrity.layout import (
     GV,
     NB,
     OB,
-    OW,
     POSITION,
     RATE,
     RC,
@@ -40,8 +39,8 @@ from flightsw.missions.receiver.integrity.readings import Readings
 from flightsw.types import Vec3
 
 AXES = range(3)
-JUMP = (1.5, 1.5, 0.5, 1.5)  # [m] a source may have stepped by when a short fork begins, and
-WALK = ((0.3, 0.12), (0.3, 0.12), (0.1, 0.04), (0.3, 0.12))  # [m/sqrt(s)] may walk by, in short and long forks
+JUMP = (1.5, 1.5, 0.5)  # [m] a source may have stepped by when a short fork begins, and
+WALK = ((0.3, 0.12), (0.3, 0.12), (0.1, 0.04))  # [m/sqrt(s)] may walk by, in short and long forks
 RATE_WALK = 0.1  # [m/s/sqrt(s)] and its rate
 START_V = 1.0  # [m/s] of the first estimate
 
@@ -61,11 +60,12 @@ class Verdict:
 class Bank:
     """The filters: 0 all, 1.. one standing a source, then forks [length of time, slot, source]."""
 
-    def __init__(self, p: IntegrityParams, sources: int = SOURCES) -> None:
-        """sources: the first so many of them there can be."""
-        self.p, self.sources = p, sources
+    def __init__(self, p: IntegrityParams, boom_m: float) -> None:
+        """boom_m [m]: length of the boom, over which its angles err."""
+        self.p = p
+        self._boom_var = (p.boom_angle_const_rad * boom_m) ** 2 + p.boom_ext_const_m**2
         lengths, slots = len(p.fork_s), 2
-        self.size = 1 + sources + lengths * slots * sources
+        self.size = 1 + SOURCES + lengths * slots * SOURCES
         self.X, self.P = np.zeros((self.size, NB)), np.zeros((self.size, NB, NB))
         self.L = np.zeros(self.size)
         self.left_out = np.zeros(self.size, dtype=np.int64)
@@ -91,7 +91,6 @@ class Bank:
         var[GV], tau[GV] = 2.0 * p.gnss_vel_slow_mps**2, p.gnss_tau_s
         var[AT], tau[AT] = p.att_rad**2, p.att_tau_s
         var[AB], tau[AB] = p.accel_slow**2, p.accel_tau_s
-        var[OW], tau[OW] = p.wake_slow_m**2, p.wake_tau_s
         return var, tau
 
     def fixed(self, xi: np.ndarray) -> np.ndarray:
@@ -112,19 +111,15 @@ class Bank:
         x0 = np.zeros(NB)
         x0[XI], x0[V] = xi, v
         var[RC] = self.fixed(x0[XI])
-        var[OB] = self._boom_var()
+        var[OB] = self._boom_var
         p0[np.arange(NB), np.arange(NB)] = var
         self.X[:], self.P[:] = x0, p0
         self.L[:] = 0.0
         self.left_out[:] = excluded
         self._run[:] = 0
-        for k in range(self.sources):
+        for k in range(SOURCES):
             self.left_out[1 + k] |= 1 << k
         self._fork_all()
-
-    def _boom_var(self) -> float:
-        p = self.p
-        return (p.boom_angle_const_rad * 12.2) ** 2 + p.boom_ext_const_m**2
 
     def unlatched(self) -> None:
         """The boom has let go: what was learnt of its error holds no more."""
@@ -132,11 +127,11 @@ class Bank:
         self.P[:, OB, :] = 0.0
         self.P[:, :, OB] = 0.0
         for i in range(OB.start, OB.stop):
-            self.P[:, i, i] = self._boom_var()
+            self.P[:, i, i] = self._boom_var
 
     def _members(self, slot: int) -> range:
-        first = 1 + self.sources + slot * self.sources
-        return range(first, first + self.sources)
+        first = 1 + SOURCES + slot * SOURCES
+        return range(first, first + SOURCES)
 
     def _fork_all(self) -> None:
         """All slots anew, the second of each length when the first is half through."""
@@ -208,7 +203,7 @@ class Bank:
         if not alone:
             for slot in range(len(self.slots)):
                 self._hear(slot, sources, ratio, out)
-        out.ratio = (ratio[0], ratio[1], ratio[2], ratio[3])
+        out.ratio = (ratio[0], ratio[1], ratio[2], 0.0)  # the fourth is the wake position's on the wire
         return out
 
     def _test(self, m: int, out: Verdict) -> float:
@@ -239,7 +234,7 @@ class Bank:
         m = self._members(slot)[source]
         self.X[0], self.P[0] = self.X[m], self.P[m]
         self.left_out[0] |= 1 << source
-        for k in range(self.sources):
+        for k in range(SOURCES):
             self._restart_standing(k)
         self._fork_all()
 
@@ -255,19 +250,19 @@ class Bank:
         self._run[m] = 0
         xi = self.X[0, XI].copy()
         # what the others' slow errors were learnt with may have been wrong: xi is as uncertain as the best of them by itself
-        own = {REL: self._var[RS] + self.fixed(xi), GNSS: self._var[G], BOOM: np.full(3, self._boom_var())}
+        own = {REL: self._var[RS] + self.fixed(xi), GNSS: self._var[G], BOOM: np.full(3, self._boom_var)}
         rest = [own[j] for j in own if j != k and not self.left_out[m] >> j & 1]
         if rest:
             for i in AXES:
                 self.P[m, B_XI + i, B_XI + i] += min(float(v[i]) for v in rest)
-        for s in (RS, RC, G, OB, OW):
+        for s in (RS, RC, G, OB):
             for i in range(s.start, s.stop):
                 self.P[m, i, i] = max(self.P[m, i, i], self._prior(i, xi))
 
     def _prior(self, i: int, xi: np.ndarray) -> float:
         if RC.start <= i < RC.stop:
             return float(self.fixed(xi)[i - RC.start])
-        return self._boom_var() if OB.start <= i < OB.stop else float(self._var[i])
+        return self._boom_var if OB.start <= i < OB.stop else float(self._var[i])
 
     @property
     def xi(self) -> Vec3:

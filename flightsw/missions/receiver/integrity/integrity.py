@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -19,9 +18,9 @@ from flightsw.aircraft import Aircraft
 from flightsw.kernels.atmosphere import G0
 from flightsw.kernels.rotations import dcm_from_quat, to_child, to_parent, vec3
 from flightsw.missions.receiver.integrity.bank import Bank, Verdict
-from flightsw.missions.receiver.integrity.layout import BOOM, GNSS, NAMES, REL, SOURCES, WAKE
+from flightsw.missions.receiver.integrity.layout import BOOM, GNSS, NAMES, REL, SOURCES
 from flightsw.missions.receiver.integrity.params import IntegrityParams
-from flightsw.missions.receiver.integrity.readings import Past, Readings
+from flightsw.missions.receiver.integrity.readings import Past, Readings, cross
 from flightsw.missions.receiver.integrity.report import IntegrityReport
 from flightsw.missions.receiver.refuel import (
     CONTACT,
@@ -52,7 +51,7 @@ class Integrity:
 
     def __init__(self, p: IntegrityParams, tanker: Aircraft, receiver: Aircraft) -> None:
         self.p = p
-        self.bank = Bank(p, WAKE)
+        self.bank = Bank(p, reach_m(tanker))
         self.rows, self.past = Readings(p, tanker, receiver), Past()
         self._tk, self._R, self._acc, self._e = np.zeros(TK), np.zeros(9), np.zeros(3), np.zeros(3)
         self.out = IntegrityReport()
@@ -180,7 +179,7 @@ class Integrity:
 
     def _steps_alone(self, source: int, now_us: int) -> bool:
         """Whether a source that leaves the prediction does so while another, heard now, does not: then it is left out."""
-        others = [k for k in range(self.bank.sources) if k != source and not self.excluded >> k & 1]
+        others = [k for k in range(SOURCES) if k != source and not self.excluded >> k & 1]
         sound = [k for k in others if self._taken_us[k] >= 0 and self._wild[k] == 0]
         if not any((now_us - self._taken_us[k]) * 1e-6 < OTHERS_S for k in sound):
             return False
@@ -190,7 +189,7 @@ class Integrity:
     def _live(self, now_us: int) -> int:
         """Sources heard of late and not left out, as a mask."""
         live = 0
-        for k in range(self.bank.sources):
+        for k in range(SOURCES):
             if self._taken_us[k] >= 0 and (now_us - self._taken_us[k]) * 1e-6 < self.p.live_s:
                 live |= 1 << k
         return live & ~self.excluded
@@ -260,6 +259,7 @@ def less(a: Vec3, b: Vec3) -> Vec3:
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
-def cross(a: Sequence[float], b: Sequence[float]) -> Vec3:
-    """a x b."""
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+def reach_m(tanker: Aircraft) -> float:
+    """Length [m] of the boom in mid-envelope, 0 without one."""
+    boom = tanker.boom
+    return 0.0 if boom is None else boom.length_retracted_m + 0.5 * sum(boom.extension_m)

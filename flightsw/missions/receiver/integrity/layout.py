@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 # sources, in the order of INTEGRITY_SOURCE
-REL, GNSS, BOOM, WAKE = range(4)
-SOURCES = 4
-NAMES = ("relative sensor", "GNSS", "boom", "wake position")
-ALL = (1 << SOURCES) - 1
+REL, GNSS, BOOM = range(3)
+SOURCES = 3
+NAMES = ("relative sensor", "GNSS", "boom")
 
 # state, tanker body axes unless said
 B_XI, B_V = 0, 3  # [m], [m/s] receiver's centre of gravity and its rate there
@@ -14,16 +13,15 @@ B_RS, B_RC, B_RV = 6, 9, 12  # relative sensor: slow error [m], constant error [
 B_G, B_GV = 15, 18  # GNSS difference NED: slow error [m], of its velocity [m/s]
 B_AT = 21  # [rad] error of the tanker's attitude, a small turn
 B_OB = 24  # [m] boom's fixed error at contact
-B_OW = 27  # [m] wake position's slow error in y, z
-B_AB = 29  # [m/s^2] slow error of the relative acceleration
-NB = 32
+B_AB = 27  # [m/s^2] slow error of the relative acceleration
+NB = 30
 XI, V = slice(B_XI, B_XI + 3), slice(B_V, B_V + 3)
 RS, RC, RV = slice(B_RS, B_RS + 3), slice(B_RC, B_RC + 3), slice(B_RV, B_RV + 3)
 G, GV, AT = slice(B_G, B_G + 3), slice(B_GV, B_GV + 3), slice(B_AT, B_AT + 3)
-OB, OW, AB = slice(B_OB, B_OB + 3), slice(B_OW, B_OW + 2), slice(B_AB, B_AB + 3)
+OB, AB = slice(B_OB, B_OB + 3), slice(B_AB, B_AB + 3)
 # errors that grow when a source may be wrong: of its position, of its rate
-POSITION = (RS, G, OB, OW)
-RATE = (RV, GV, slice(0, 0), slice(0, 0))
+POSITION = (RS, G, OB)
+RATE = (RV, GV, slice(0, 0))
 
 # rows of one source: so many at most
 ROWS = 6

@@ -44,9 +44,6 @@ class IntegrityParams:
     boom_angle_const_rad: Pos = 0.004
     boom_ext_const_m: Pos = 0.055
     boom_walk: Pos = 1e-3  # [m/sqrt(s)]
-    # wake position from air data: slow error, and one that lasts as long as turbulence over the probes
-    wake_slow_m: Pos = 0.3
-    wake_tau_s: Pos = 60.0
     # [m/s^2 per sqrt(Hz)] what is not known of the relative acceleration: the tanker's in gusts, and all of it without an
     # accelerometer
     accel: Pos = 0.3

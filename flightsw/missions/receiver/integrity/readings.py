@@ -8,19 +8,18 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Sequence
 
 import numpy as np
 
 from flightsw.aircraft import Aircraft
 from flightsw.kernels.rotations import dcm_from_quat, mul33_t, to_child, to_parent
-from flightsw.missions.receiver.airdata.reports import WakeFix
 from flightsw.missions.receiver.integrity.layout import (
     B_AB,
     B_AT,
     B_G,
     B_GV,
     B_OB,
-    B_OW,
     B_RC,
     B_RS,
     B_RV,
@@ -111,13 +110,12 @@ class Readings:
         self._a -= fix.pos_n
         to_child(C, self._a, self._b)
         self.y[:3] = self._b
-        x, y, z = self._b.tolist()  # where the receiver is, near enough for what turns with it
+        x, y, z = xi = self._b.tolist()  # where the receiver is, near enough for what turns with it
         self._a[:] = own_vel
         self._a -= fix.vel_n
         to_child(C, self._a, self._b)
-        self.y[3] = self._b[0] - (w[1] * z - w[2] * y)
-        self.y[4] = self._b[1] - (w[2] * x - w[0] * z)
-        self.y[5] = self._b[2] - (w[0] * y - w[1] * x)
+        self.y[3:] = self._b
+        swing = cross(w.tolist(), xi)
         turn = (0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0)
         for i in AXES:
             self.H[3 + i, B_V + i], self.H[3 + i, B_AB + i] = 1.0, -self._age
@@ -125,7 +123,7 @@ class Readings:
                 self.H[i, B_G + j] = self.H[3 + i, B_GV + j] = C[3 * i + j]
                 self.H[i, B_AT + j] = turn[i][j]
             self.y[i] -= self._dx[i]
-            self.y[3 + i] += self._dv[i]
+            self.y[3 + i] += self._dv[i] - swing[i]
             self.r[i] = 2.0 * p.gnss_pos_m * p.gnss_pos_m
             self.r[3 + i] = 2.0 * p.gnss_vel_mps * p.gnss_vel_mps
         self.count = 6
@@ -151,18 +149,7 @@ class Readings:
             self.r[i] = across * across + p.boom_ext_m * p.boom_ext_m
         self.count = 3
 
-    def wake(self, fix: WakeFix, t_us: int, R_ft: np.ndarray, x_f: float, dt: float, tau_s: float, past: Past) -> None:
-        """Position across the tanker's air path: y, z + slow error, its fast one spread over the dt [s] since the last.
 
-        R_ft [9] air-path axes F to tanker body axes, x_f [m] own x in F; tau_s [s] how long the fast error lasts.
-        """
-        age = (t_us - fix.t_us) * 1e-6
-        self._begin(age, past)
-        self._a[:] = x_f, fix.pos_f[1], fix.pos_f[2]
-        to_child(R_ft, self._a, self._b)
-        spread = 1.0 / math.tanh(0.5 * min(dt, tau_s) / tau_s)
-        self.H[:] = 0.0
-        for row, (i, var) in enumerate(((1, fix.cov_yy), (2, fix.cov_zz))):
-            self.H[row, B_XI + i], self.H[row, B_V + i], self.H[row, B_OW + row] = 1.0, -age, 1.0
-            self.y[row], self.r[row] = self._b[i] - self._dx[i], max(var, 1e-4) * spread
-        self.count = 2
+def cross(a: Sequence[float], b: Sequence[float]) -> Vec3:
+    """a x b, both [3]."""
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
