@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 from flightsw.terms import Laws
 
@@ -53,9 +53,21 @@ class PeerState:
     pos_sigma: Vec3 = ZERO3  # [m] the sender's 1-sigma of pos_n
 
 
+class Gain(NamedTuple):
+    """Velocity an aircraft's accelerometers gained, gravity included, in the time `span_s` [s] that ended at t_us."""
+
+    t_us: int = 0
+    span_s: float = 0.0  # [s] 0: nothing known
+    vel_n: Vec3 = ZERO3  # [m/s] NED
+
+
+NO_GAIN = Gain()
+
+
 @dataclass(slots=True)
 class PeerFix:
-    """Another aircraft's GNSS fix as its receiver gave it (not its estimate), with the time of the sample."""
+    """What another aircraft measured (not its estimate): its GNSS fix as its receiver gave it, with the time of the sample, and
+    the velocity gained by its accelerometers."""
 
     t_us: int = 0
     pos_n: Vec3 = ZERO3  # [m] local navigation frame
@@ -63,6 +75,7 @@ class PeerFix:
     # 1-sigma as the receiver states it; 0: it states none
     pos_sigma: Vec3 = ZERO3  # [m] NED
     vel_sigma: Vec3 = ZERO3  # [m/s] NED
+    gain: Gain = NO_GAIN
 
 
 # MAV_RESULT

@@ -10,7 +10,7 @@ from flightsw.icd.geo import DEFAULT_ORIGIN, Origin, to_geodetic
 from flightsw.icd.scaling import COMP_AUTOPILOT, COMP_PLANT, ControlScale
 from flightsw.icd.texts import answer
 from flightsw.icd.wire import BY_NAME, Sender
-from flightsw.types import Ack, ActuatorCmd, Command, NavState, SensorFrame
+from flightsw.types import Ack, ActuatorCmd, Command, Gain, NavState, SensorFrame
 
 _ACTUATORS = BY_NAME["HIL_ACTUATOR_CONTROLS"]
 _FOLLOW = BY_NAME["FOLLOW_TARGET"]
@@ -90,10 +90,11 @@ class FlightCodec(FlightReceiver):
             PEER_ALL if nav.valid else 0,
         ) + pack(_WIND, t_us, *wind_fields(nav, alt))
 
-    def fix(self, f: SensorFrame) -> bytes:
-        """RAW_FIX of a frame's GNSS reading as it came, in the plant's time as in `peer`, for the other aircraft."""
-        t_us = max(f.gnss_t_us - self.offset_us, 0)
-        return self.send.pack(_FIX, t_us, *to_geodetic(f.gnss_pos_n, self.origin), *f.gnss_vel_n, *_NOT_STATED)
+    def fix(self, f: SensorFrame, gained: Gain) -> bytes:
+        """RAW_FIX of a frame's GNSS reading as it came and of the velocity gained, in the plant's time as in `peer`."""
+        t_us, end_us = (max(t - self.offset_us, 0) for t in (f.gnss_t_us, gained.t_us))
+        place = to_geodetic(f.gnss_pos_n, self.origin)
+        return self.send.pack(_FIX, t_us, *place, end_us, *f.gnss_vel_n, *_NOT_STATED, gained.span_s, *gained.vel_n)
 
     def order(self, c: Command) -> bytes:
         """COMMAND_LONG that hands a command on to the plant."""

@@ -30,6 +30,7 @@ from flightsw.types import (
     UPD_RADAR,
     UPD_REL,
     UPD_TACAN,
+    Gain,
     SensorFrame,
 )
 
@@ -56,7 +57,11 @@ _PEER_COV = _FOLLOW.pick("position_cov")
 _PEER = _FOLLOW.pick("timestamp", "lat", "lon", "alt", "vel", "acc", "attitude_q", "rates", "est_capabilities")
 _FIX_STATE = _FIX.pick("time_usec", "lat", "lon", "alt", "vel")
 _FIX_SIGMAS = _FIX.pick("pos_sigma", "vel_sigma")
+_FIX_GAIN = _FIX.pick("gain_usec", "gain_s", "gain")
 _PEER_WIND = _WIND.pick("time_usec", "wind_x", "wind_y", "wind_z")
+
+
+GAIN_MOST_S, GAIN_APART_US = 1.0, 1_000_000  # longest time of a gain, and how far from its fix it may end
 
 
 def finite(values: tuple[float, ...]) -> bool:
@@ -346,4 +351,11 @@ class FlightReceiver:
         fix.pos_n, fix.vel_n = to_local(lat, lon, alt, self.origin), v[4:7]
         n, e, d, vn, ve, vd = (s if 0.0 <= s < math.inf else 0.0 for s in _FIX_SIGMAS(p[1]))
         fix.pos_sigma, fix.vel_sigma = (n, e, d), (vn, ve, vd)
+        end_us, span_s, *gained = _FIX_GAIN(p[1])
+        known = (
+            finite((span_s, *gained))
+            and 0.0 < span_s <= GAIN_MOST_S
+            and abs(end_us + self.offset_us - t) < GAIN_APART_US
+        )
+        fix.gain = Gain(end_us + self.offset_us, span_s, (gained[0], gained[1], gained[2])) if known else Gain()
         f.updated |= UPD_FIX

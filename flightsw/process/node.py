@@ -25,6 +25,7 @@ from flightsw.process.application import App, make_app
 from flightsw.process.clock import LockstepClock
 from flightsw.process.config import FlightConfig
 from flightsw.process.executive import Executive, no_time
+from flightsw.process.gained import Gained
 from flightsw.process.losses import Losses
 from flightsw.process.parameters import parameters
 from flightsw.process.recorder import Heard
@@ -98,6 +99,7 @@ class Node:
             self.exec.add("peer", max(1, base // cfg.link.peer_rate_hz), 0, self._run_peer)
         if cfg.link.raw_fix:
             self.exec.add("fix", 1, 0, self._run_fix)
+        self._gained = Gained()
         self.tick = 0
         self.t_us = -1  # [us] sample time of the last tick
         self.dt_s = 0.0
@@ -321,5 +323,9 @@ class Node:
             self._last_reply += self.codec.peer(self._snap.nav)
 
     def _run_fix(self) -> None:
-        if self._snap is not None and self._snap.sensors.updated & UPD_GNSS:  # health has let it through
-            self._last_reply += self.codec.fix(self._snap.sensors)
+        if self._snap is None:
+            return
+        f = self._snap.sensors  # health has let through what is new in it
+        self._gained.add(f)
+        if f.updated & UPD_GNSS:
+            self._last_reply += self.codec.fix(f, self._gained.take())

@@ -15,6 +15,7 @@ from flightsw.icd import wire
 from flightsw.icd.codec import FlightCodec, PlantCodec
 from flightsw.types import (
     HF_AIR,
+    NO_GAIN,
     UPD_AIR,
     UPD_ATT,
     UPD_BARO,
@@ -28,6 +29,7 @@ from flightsw.types import (
     UPD_REL,
     Ack,
     ActuatorCmd,
+    Gain,
     NavState,
     SensorFrame,
 )
@@ -259,7 +261,7 @@ def test_a_fix_reaches_the_other_aircraft_as_it_came() -> None:
     f = SensorFrame(
         gnss_t_us=7_040_000, gnss_pos_n=(12_345.678, -6543.219, -7010.123), gnss_vel_n=(190.123, -8.051, 0.337)
     )
-    fix = tanker.fix(f)
+    fix = tanker.fix(f, Gain(7_050_000, 0.1, (0.5, -0.25, 1.5)))
     [m] = mav.MAVLink(None).parse_buffer(fix)
     assert (m.get_type(), m.time_usec, m.get_srcSystem()) == ("RAW_FIX", 40_000, 1)
     assert m.vel == pytest.approx(f.gnss_vel_n, rel=1e-6)
@@ -273,9 +275,30 @@ def test_a_fix_reaches_the_other_aircraft_as_it_came() -> None:
         f.gnss_vel_n, abs=1e-5
     )
     assert got.fix.pos_sigma == got.fix.vel_sigma == (0.0, 0.0, 0.0)  # HIL_GPS states none
+    assert (got.fix.gain.t_us, got.fix.gain.vel_n) == (50_000, (0.5, -0.25, 1.5))
+    assert got.fix.gain.span_s == pytest.approx(0.1)
     stated = tanker.send.named("RAW_FIX", time_usec=50_000, lat=35.0, lon=-97.0, pos_sigma=(1.5, math.nan, 3.0))
     flight.decode(plant.sensors(SensorFrame(t_us=70_000), [stated]), got)
-    assert got.fix.pos_sigma == (1.5, 0.0, 3.0)
+    assert got.fix.pos_sigma == (1.5, 0.0, 3.0) and got.fix.gain == NO_GAIN
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [{"gain_s": math.nan}, {"gain_s": 0.0}, {"gain_s": 1.1}, {"gain_usec": 2_000_000}, {"gain": (math.inf, 0.0, 0.0)}],
+)
+def test_a_gain_that_cannot_be_is_none_and_the_fix_is_taken(bad: dict[str, object]) -> None:
+    plant, flight = pair()
+    got = SensorFrame()
+    sound = {
+        "time_usec": 50_000,
+        "lat": 35.0,
+        "lon": -97.0,
+        "gain_usec": 50_000,
+        "gain_s": 0.1,
+        "gain": (1.0, 0.0, 0.0),
+    }
+    flight.decode(plant.sensors(SensorFrame(t_us=60_000), [wire.Sender(1, 1).named("RAW_FIX", **sound | bad)]), got)
+    assert got.updated == UPD_FIX and got.fix.gain == NO_GAIN
 
 
 @pytest.mark.parametrize(

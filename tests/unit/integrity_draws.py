@@ -14,7 +14,7 @@ from flightsw.missions.receiver.integrity.integrity import Integrity
 from flightsw.missions.receiver.integrity.params import IntegrityParams
 from flightsw.missions.receiver.refuel import CONTACT, PRECONTACT
 from flightsw.missions.receiver.tanker_link import PeerTracker
-from flightsw.types import UPD_FIX, UPD_GNSS, UPD_IMU, UPD_REL, Health, PeerFix, PeerState, SensorFrame
+from flightsw.types import UPD_FIX, UPD_GNSS, UPD_IMU, UPD_REL, Gain, Health, PeerFix, PeerState, SensorFrame
 
 Arr = np.ndarray
 DT, T0 = 0.05, 1_000_000  # [s], [us]
@@ -106,7 +106,9 @@ def frames(seed: int, true: Arr, phase: int, fault: Fault | None) -> Iterator[tu
     rng, n, xi = np.random.default_rng(seed), len(true), PLACES[phase]
     v = np.gradient(true, DT, axis=0)
     force = np.gradient(v, DT, axis=0) - np.array([0.0, 0.0, G0]) + 0.02 * rng.standard_normal(3)
-    model = 0.4 * rng.standard_normal(3)  # [m/s^2] lasting error of the tanker's transmitted acceleration
+    felt = 0.03 * rng.standard_normal(
+        3
+    )  # [m/s^2] lasting error of the tanker's accelerometers, in level flight without one
     tanker, own = load_aircraft("kc135r"), load_aircraft("learjet24")
     assert tanker.boom is not None and own.receptacle is not None
     arm, retracted = np.array(own.receptacle.position_m) - np.array(tanker.boom.pivot_m), tanker.boom.length_retracted_m
@@ -140,11 +142,14 @@ def frames(seed: int, true: Arr, phase: int, fault: Fault | None) -> Iterator[tu
             gnss_t_us=late,
             gnss_pos_n=tuple(place + true[j] + gnss[j] + 0.1 * noise[2] + wrong["gnss"][0]),
             gnss_vel_n=tuple(V_T + v[j] + gnss_v[j] + 0.01 * noise[3] + wrong["gnss"][1]),
-            fix=PeerFix(t_us=late, pos_n=tuple(place + 0.1 * noise[4]), vel_n=tuple(V_T + 0.01 * noise[5])),
+            fix=PeerFix(
+                t_us=late, pos_n=tuple(place + 0.1 * noise[4]), vel_n=tuple(V_T + 0.01 * noise[5]),
+                gain=Gain(t_us - 50_000, 2.0 * DT, tuple(2.0 * DT * felt)),
+            ),
             boom_t_us=boom_us, boom_contact=phase == CONTACT and off != "boom",
             boom_elevation=float(math.atan2(-d[2], math.hypot(d[0], d[1])) + boom[0] + 0.00175 * noise[6, 0]),
             boom_azimuth=float(math.atan2(d[1], -d[0]) + boom[1] + 0.00175 * noise[6, 1]),
             boom_extension_m=float(np.linalg.norm(d) - retracted + boom[2] + 0.02 * noise[6, 2]),
         )  # fmt: skip
         q = (1.0, *(0.5 * turn[i]))
-        yield f, PeerState(t_us=t_us - 50_000, pos_n=tuple(V_T * i * DT), vel_n=tuple(V_T), acc_n=tuple(model), q_nb=q)
+        yield f, PeerState(t_us=t_us - 50_000, pos_n=tuple(V_T * i * DT), vel_n=tuple(V_T), q_nb=q)

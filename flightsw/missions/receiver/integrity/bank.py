@@ -14,29 +14,28 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from flightsw.missions.receiver.integrity import kernel
+from flightsw.missions.receiver.integrity.believed import Believed
 from flightsw.missions.receiver.integrity.layout import (
-    AB,
     AT,
-    B_XI,
-    BOOM,
-    GNSS,
-    GV,
+    B_AT,
+    B_D,
+    B_U,
     NB,
     OB,
     POSITION,
     RATE,
     RC,
-    REL,
+    ROWS,
     RS,
     RV,
     SOURCES,
-    XI,
+    D,
     G,
-    V,
+    U,
 )  # fmt: skip
 from flightsw.missions.receiver.integrity.params import IntegrityParams
-from flightsw.missions.receiver.integrity.readings import Readings
-from flightsw.types import Vec3
+from flightsw.missions.receiver.integrity.readings import Reading
+from flightsw.types import ZERO3, Vec3
 
 AXES = range(3)
 JUMP = (1.5, 1.5, 0.5)  # [m] a source may have stepped by when a short fork begins, and
@@ -63,7 +62,6 @@ class Bank:
     def __init__(self, p: IntegrityParams, boom_m: float) -> None:
         """boom_m [m]: length of the boom, over which its angles err."""
         self.p = p
-        self._boom_var = (p.boom_angle_const_rad * boom_m) ** 2 + p.boom_ext_const_m**2
         lengths, slots = len(p.fork_s), 2
         self.size = 1 + SOURCES + lengths * slots * SOURCES
         self.X, self.P = np.zeros((self.size, NB)), np.zeros((self.size, NB, NB))
@@ -75,43 +73,25 @@ class Bank:
         self.t_us = -1
         self._run = np.zeros(self.size, dtype=np.int64)  # steps a separation has been beyond k_alarm
         self._out = np.zeros(3)
-        self._var, self._tau = self._slow()
+        self.believed = Believed(p, boom_m)
         self._decay, self._q = np.zeros(NB), np.zeros((self.size, NB))
         self._dt = -1.0
+        self.z = np.zeros(ROWS)  # [-] innovations of the reading last looked at, in their sigmas
+        self.place = np.zeros((3, NB))  # of the state: the position in tanker axes
+        self._xi: Vec3 = ZERO3
+        self._grown = 0.0  # [m^2]
 
-    def _slow(self) -> tuple[np.ndarray, np.ndarray]:
-        """Variance and correlation time of every error state as believed."""
-        p = self.p
-        var, tau = np.zeros(NB), np.full(NB, math.inf)
-        own = 1.0 + p.gnss_blocked * p.gnss_blocked  # the tanker's, and the receiver's below it
-        var[RS], tau[RS] = p.rel_slow_m**2, p.rel_tau_s
-        var[RV], tau[RV] = p.rel_vel_slow_mps**2, p.rel_tau_s
-        h, v = p.gnss_slow_m
-        var[G], tau[G] = (own * h * h, own * h * h, own * v * v), p.gnss_tau_s
-        var[GV], tau[GV] = 2.0 * p.gnss_vel_slow_mps**2, p.gnss_tau_s
-        var[AT], tau[AT] = p.att_rad**2, p.att_tau_s
-        var[AB], tau[AB] = p.accel_slow**2, p.accel_tau_s
-        return var, tau
-
-    def fixed(self, xi: np.ndarray) -> np.ndarray:
-        """Variance [3] of the relative sensor's constant error at xi [3] m: offset, boresight, share of the range."""
-        p, out = self.p, np.zeros(3)
-        at = xi.tolist()
-        for i, x in enumerate(at):
-            across = sum(y * y for y in at) - x * x
-            out[i] = p.rel_const_m**2 + p.rel_boresight_rad**2 * across + (p.rel_scale * x) ** 2
-        return out
-
-    def start(self, t_us: int, xi: Vec3, v: Vec3, excluded: int = 0) -> None:
-        """Begin anew at xi [m], v [m/s] of the relative sensor, without the sources `excluded` (mask)."""
+    def start(self, t_us: int, d: np.ndarray, u: np.ndarray, xi: Vec3, excluded: int = 0) -> None:
+        """Begin anew at d [3] m, u [3] m/s NED, in tanker axes xi [m], without the sources `excluded` (mask)."""
         self.t_us = t_us
         p0 = np.zeros((NB, NB))
-        var = self._var.copy()
-        var[XI], var[V] = 1e4, START_V**2
+        var = self.believed.var.copy()
+        var[D], var[U] = 1e4, START_V**2
         x0 = np.zeros(NB)
-        x0[XI], x0[V] = xi, v
-        var[RC] = self.fixed(x0[XI])
-        var[OB] = self._boom_var
+        x0[D], x0[U] = d, u
+        self._xi = xi
+        var[RC] = self.believed.fixed(self._xi)
+        var[OB] = self.believed.boom
         p0[np.arange(NB), np.arange(NB)] = var
         self.X[:], self.P[:] = x0, p0
         self.L[:] = 0.0
@@ -127,7 +107,7 @@ class Bank:
         self.P[:, OB, :] = 0.0
         self.P[:, :, OB] = 0.0
         for i in range(OB.start, OB.stop):
-            self.P[:, i, i] = self._boom_var
+            self.P[:, i, i] = self.believed.boom
 
     def _members(self, slot: int) -> range:
         first = 1 + SOURCES + slot * SOURCES
@@ -155,50 +135,70 @@ class Bank:
         self._dt = dt
         self._q[:] = 0.0
         for i in range(NB):
-            finite = math.isfinite(self._tau[i])
-            self._decay[i] = math.exp(-dt / self._tau[i]) if finite else 1.0
+            finite = math.isfinite(self.believed.tau[i])
+            self._decay[i] = math.exp(-dt / self.believed.tau[i]) if finite else 1.0
             if finite:
-                self._q[:, i] = -self._var[i] * math.expm1(-2.0 * dt / self._tau[i])
+                self._q[:, i] = -self.believed.var[i] * math.expm1(-2.0 * dt / self.believed.tau[i])
         self._q[:, OB] = self.p.boom_walk**2 * dt
         for slot, (length, _) in enumerate(self.slots):
             for k, m in enumerate(self._members(slot)):
                 self._q[m, POSITION[k]] += WALK[k][min(length, 1)] ** 2 * dt
                 self._q[m, RATE[k]] += RATE_WALK**2 * dt
 
-    def predict(self, t_us: int, acc: np.ndarray, density: float) -> None:
-        """Carry everything to t_us with the acceleration acc [3] m/s^2 of the way since the last, known to `density` [m/s^2 per
-        sqrt(Hz)]; a slot whose time is over begins anew."""
+    def predict(self, t_us: int, acc: Vec3, density: float) -> None:
+        """Carry everything to t_us with the acceleration acc [3] m/s^2 NED of the way since the last, known to `density` [m/s^2
+        per sqrt(Hz)]; a slot whose time is over begins anew."""
         dt = (t_us - self.t_us) * 1e-6
         self.t_us = t_us
         if dt <= 0.0:
             return
         self._prepare(dt)
-        kernel.predict(self.X, self.P, self._decay, self._q, acc, density * density, dt)
+        kernel.predict(self.X, self.P, self._decay, self._q, np.array(acc), density * density, dt)
         for slot, (k, _) in enumerate(self.slots):
             if (t_us - self.born_us[slot]) * 1e-6 >= 2.0 * self.p.fork_s[k]:
                 self._fork(slot, t_us)
 
-    def wildest(self, rows: Readings) -> float:
-        """Largest innovation of the rows against filter 0, in its sigmas."""
-        return kernel.wildest(self.X[0], self.P[0], rows.H, rows.y, rows.r, rows.count)
+    def wildest(self, rows: Reading) -> float:
+        """Largest innovation of the rows against filter 0, in its sigmas; all of them into `z`."""
+        return kernel.innovations(self.X[0], self.P[0], rows.H, rows.y, rows.r, rows.count, self.z)
 
-    def correct(self, source: int, rows: Readings) -> None:
-        """Take a reading of a source in."""
-        kernel.correct(self.X, self.P, self.L, self.left_out, 1 << source, rows.H, rows.y, rows.r, rows.count)
+    def correct(self, rows: Reading) -> None:
+        """Take a reading in."""
+        kernel.correct(self.X, self.P, self.L, self.left_out, 1 << rows.source, rows.H, rows.y, rows.r, rows.count)
+
+    def stand(self, t_us: int, d: Vec3, C: np.ndarray, density: float) -> None:
+        """Let what is said below be of t_us, where filter 0 is at d [m] NED and the tanker has the attitude C [9] by its word;
+        the way there is known to `density` [m/s^2 per sqrt(Hz)].
+
+        xi = C d - (C d) x a, a the error of C.
+        """
+        lead = max((t_us - self.t_us) * 1e-6, 0.0)
+        self._grown = density * density * lead**3 / 3.0
+        x, y, z = (sum(C[3 * i + j] * d[j] for j in AXES) for i in AXES)
+        turn = (0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0)
+        for i in AXES:
+            for j in AXES:
+                self.place[i, B_D + j] = C[3 * i + j]
+                self.place[i, B_U + j] = lead * C[3 * i + j]
+                self.place[i, B_AT + j] = -turn[i][j]
+        a = self.X[0, AT].tolist()
+        self._xi = tuple(v - sum(turn[i][j] * a[j] for j in AXES) for i, v in enumerate((x, y, z)))
+
+    def _sigma(self, m: int, i: int) -> float:
+        return math.sqrt(kernel.variance(self.P[m], self.place[i]) + self._grown)
 
     def judge(self, live: int) -> Verdict:
         """Protection level, tests and likelihoods with the sources `live` (excluded ones are not)."""
         p, sources = self.p, [k for k in range(SOURCES) if live >> k & 1]
         out = Verdict()
         ratio = [0.0] * SOURCES
-        least = [p.k_fault_free * math.sqrt(self.P[0, B_XI + i, B_XI + i]) for i in AXES]
+        least = [p.k_fault_free * self._sigma(0, i) for i in AXES]
         alone = len(sources) < 2
         for k in sources:
             m = 1 + k
             ratio[k] = self._test(m, out) if not alone else 0.0
             for i in AXES:
-                s = math.sqrt(self.P[m, B_XI + i, B_XI + i])
-                least[i] = max(least[i], math.inf if alone else self._out[i] + p.k_missed * s)
+                least[i] = max(least[i], math.inf if alone else self._out[i] + p.k_missed * self._sigma(m, i))
         out.pl = (least[0], least[1], least[2]) if sources else (math.inf, math.inf, math.inf)
         if not alone:
             for slot in range(len(self.slots)):
@@ -209,7 +209,7 @@ class Bank:
     def _test(self, m: int, out: Verdict) -> float:
         """Separation of filter m from 0 over its threshold; its distances are left in `_out`."""
         p = self.p
-        z = kernel.separation(self.X, self.P, m, self._out)
+        z = kernel.separation(self.X, self.P, m, self.place, self._out)
         self._run[m] = self._run[m] + 1 if z > p.k_alarm else 0
         out.disagree |= z > p.k_once or bool(self._run[m] >= p.alarm_steps)
         return z / p.k_alarm
@@ -248,33 +248,30 @@ class Bank:
         self.X[m], self.P[m] = self.X[0], self.P[0]
         self.left_out[m] = self.left_out[0] | 1 << k
         self._run[m] = 0
-        xi = self.X[0, XI].copy()
-        # what the others' slow errors were learnt with may have been wrong: xi is as uncertain as the best of them by itself
-        own = {REL: self._var[RS] + self.fixed(xi), GNSS: self._var[G], BOOM: np.full(3, self._boom_var)}
-        rest = [own[j] for j in own if j != k and not self.left_out[m] >> j & 1]
-        if rest:
-            for i in AXES:
-                self.P[m, B_XI + i, B_XI + i] += min(float(v[i]) for v in rest)
+        # what the others' slow errors were learnt with may have been wrong: d is as uncertain as the best of them by itself
+        rest = [self.believed.alone(j, self._xi) for j in range(SOURCES) if j != k and not self.left_out[m] >> j & 1]
+        for i in range(D.start, D.stop):
+            self.P[m, i, i] += min(rest, default=0.0)
         for s in (RS, RC, G, OB):
             for i in range(s.start, s.stop):
-                self.P[m, i, i] = max(self.P[m, i, i], self._prior(i, xi))
+                self.P[m, i, i] = max(self.P[m, i, i], self.believed.at(i, self._xi))
 
-    def _prior(self, i: int, xi: np.ndarray) -> float:
-        if RC.start <= i < RC.stop:
-            return float(self.fixed(xi)[i - RC.start])
-        return self._boom_var if OB.start <= i < OB.stop else float(self._var[i])
+    @property
+    def d(self) -> Vec3:
+        """Position [m] NED of filter 0."""
+        x, y, z = self.X[0, D].tolist()
+        return x, y, z
+
+    @property
+    def u(self) -> Vec3:
+        """Its velocity [m/s] NED less the tanker's."""
+        x, y, z = self.X[0, U].tolist()
+        return x, y, z
 
     @property
     def xi(self) -> Vec3:
-        """Position [m] of filter 0, tanker axes."""
-        x, y, z = self.X[0, XI].tolist()
-        return x, y, z
-
-    @property
-    def v(self) -> Vec3:
-        """Its rate [m/s]."""
-        x, y, z = self.X[0, V].tolist()
-        return x, y, z
+        """Position [m] in tanker axes at the time of `stand`."""
+        return self._xi
 
     @property
     def relative_error(self) -> tuple[Vec3, Vec3]:
@@ -286,5 +283,5 @@ class Bank:
     @property
     def sigma(self) -> Vec3:
         """1-sigma [m] of filter 0."""
-        x, y, z = (math.sqrt(self.P[0, B_XI + i, B_XI + i]) for i in AXES)
+        x, y, z = (self._sigma(0, i) for i in AXES)
         return x, y, z

@@ -12,15 +12,12 @@ import math
 from collections import deque
 from dataclasses import replace
 
-import numpy as np
-
 from flightsw.aircraft import Aircraft
-from flightsw.kernels.atmosphere import G0
-from flightsw.kernels.rotations import dcm_from_quat, to_child, to_parent, vec3
 from flightsw.missions.receiver.integrity.bank import Bank, Verdict
+from flightsw.missions.receiver.integrity.horizon import Horizon
 from flightsw.missions.receiver.integrity.layout import BOOM, GNSS, NAMES, REL, SOURCES
 from flightsw.missions.receiver.integrity.params import IntegrityParams
-from flightsw.missions.receiver.integrity.readings import Past, Readings, cross
+from flightsw.missions.receiver.integrity.readings import Reading, Readings, less
 from flightsw.missions.receiver.integrity.report import IntegrityReport
 from flightsw.missions.receiver.refuel import (
     CONTACT,
@@ -34,8 +31,7 @@ from flightsw.missions.receiver.refuel import (
 )
 from flightsw.missions.receiver.tanker_link import PeerTracker
 from flightsw.sixdof.estimator_core import failed_bits
-from flightsw.sixdof.layout import TK, TK_DCM, TK_RATE
-from flightsw.types import HF_REL, UPD_FIX, UPD_GNSS, UPD_IMU, UPD_REL, Health, NavState, SensorFrame, Text, Vec3
+from flightsw.types import HF_REL, UPD_FIX, UPD_GNSS, UPD_REL, Health, NavState, SensorFrame, Text, Vec3
 
 CRITICAL, WARNING, NOTICE = 2, 4, 5  # MAV_SEVERITY
 NEAR = (TO_PRECONTACT, PRECONTACT, TO_CONTACT, DISCONNECT, HOLD)  # phases held to the limit of closing in
@@ -52,8 +48,7 @@ class Integrity:
     def __init__(self, p: IntegrityParams, tanker: Aircraft, receiver: Aircraft) -> None:
         self.p = p
         self.bank = Bank(p, reach_m(tanker))
-        self.rows, self.past = Readings(p, tanker, receiver), Past()
-        self._tk, self._R, self._acc, self._e = np.zeros(TK), np.zeros(9), np.zeros(3), np.zeros(3)
+        self.rows, self.horizon = Readings(p, tanker, receiver), Horizon(p, self.bank)
         self.out = IntegrityReport()
         self.texts: list[Text] = []
         self.excluded = self.undecided = 0
@@ -88,6 +83,7 @@ class Integrity:
         """
         al = self._limit.get(phase, math.inf)
         new = updated & ~failed_bits(health)
+        dt = self.horizon.feel(f, new)
         if updated & UPD_GNSS:
             self._own.append((f.gnss_t_us, f.gnss_pos_n, f.gnss_vel_n))
         if not self.ready:
@@ -97,10 +93,9 @@ class Integrity:
                 new & UPD_REL and f.rel_valid and not peer.coasting and peer.t_us > 0
             ):
                 return f, updated, health
-            self.bank.start(f.t_us, f.rel_pos_t, f.rel_vel_t, self.excluded)
+            self.horizon.start(f, peer, self.excluded)
             self.ready = True
-        dt = (f.t_us - self.bank.t_us) * 1e-6
-        self._move(f, new, peer, dt)
+        self.horizon.advance(f.t_us, peer, self._live(f.t_us))
         self._listen(f, new, peer)
         live = self._live(f.t_us)
         verdict = self.bank.judge(live)
@@ -109,48 +104,24 @@ class Integrity:
         self._rule(dt, al)
         return self._feed(f, updated, health, live & ~self.excluded)
 
-    def _move(self, f: SensorFrame, new: int, peer: PeerTracker, dt: float) -> None:
-        """Predict over the step by own specific force and the tanker's transmitted acceleration.
-
-        xi'' = C (a_R - a_T) - 2 w x xi' - w x (w x xi), w' being unknown; C, w, a_T the tanker's. What its model lacks of
-        a_T, for long, is a state.
-        """
-        known = bool(new & UPD_IMU and f.gyro_count) and not peer.coasting and dt > 0.0
-        a = self._acc
-        a[:] = 0.0
-        if known:
-            peer.stage(f.t_us, self._tk)
-            dcm_from_quat(np.array(f.att_q_nb), self._R)
-            to_parent(self._R, np.array(f.acc_mean_b), a)
-            a -= peer.acceleration
-            a[2] += G0
-            C, w, b = self._tk[TK_DCM], self._tk[TK_RATE].tolist(), self.bank
-            to_child(C, a, self._e)
-            v, around = b.v, cross(w, b.xi)
-            for i, (coriolis, inwards) in enumerate(zip(cross(w, v), cross(w, around), strict=True)):
-                a[i] = self._e[i] - 2.0 * coriolis - inwards
-        self.bank.predict(f.t_us, a, self.p.accel if known else self.p.accel_blind)
-        self.past.add(dt, vec3(a))
-
     # --- readings -----------------------------------------------------------------------------------------------------
     def _listen(self, f: SensorFrame, updated: int, peer: PeerTracker) -> None:
         rows, linked = self.rows, not peer.coasting
         if updated & UPD_REL and f.rel_valid and f.rel_t_us > self._used_us[REL]:
-            rows.relative(f, self.past)
-            self._take(REL, f.rel_t_us, f.t_us)
+            self._take(rows.relative(f, peer, self.horizon.at(f.rel_t_us)), f.t_us)
         if (
             updated & UPD_FIX
             and linked
             and f.fix.t_us > self._used_us[GNSS]
             and (own := self._fix_at(f.fix.t_us)) is not None
         ):
-            rows.gnss(f, own[0], own[1], peer, self.past)
-            self._take(GNSS, f.fix.t_us, f.t_us)
+            self._take(rows.gnss(f, own[0], own[1]), f.t_us)
         if f.boom_contact and linked and f.boom_t_us > self._used_us[BOOM]:
-            rows.latched(f, peer, self.past)
-            self._take(BOOM, f.boom_t_us, f.t_us)
+            if (latched := rows.latched(f, peer, self.horizon.at(f.boom_t_us))) is not None:
+                self._take(latched, f.t_us)
         elif not f.boom_contact and self._live_us[BOOM] >= 0:
             self._live_us[BOOM] = self._taken_us[BOOM] = -1
+            self.horizon.drop(BOOM)
             self.bank.unlatched()
 
     def _fix_at(self, t_us: int) -> tuple[Vec3, Vec3] | None:
@@ -163,19 +134,21 @@ class Integrity:
         dt = (t_us - t) * 1e-6
         return (pos[0] + vel[0] * dt, pos[1] + vel[1] * dt, pos[2] + vel[2] * dt), vel
 
-    def _take(self, source: int, t_us: int, now_us: int) -> None:
-        """Correct by the rows of a source; a reading that leaves the prediction far behind is a spike until it repeats itself."""
-        self._used_us[source], self._live_us[source] = t_us, now_us
+    def _take(self, reading: Reading, now_us: int) -> None:
+        """Let a reading wait for the bank; one that leaves what is expected at its time far behind is a spike until it repeats
+        itself."""
+        source = reading.source
+        self._used_us[source], self._live_us[source] = reading.t_us, now_us
         if self.excluded >> source & 1:
             return
-        if self.bank.wildest(self.rows) > self.p.gate:
+        if self.horizon.surprise(reading) > self.p.gate:
             self._wild[source] += 1
             if self._wild[source] <= self.p.spikes or self._steps_alone(source, now_us):
                 return
         else:
             self._wild[source] = 0
         self._taken_us[source] = now_us
-        self.bank.correct(source, self.rows)
+        self.horizon.wait(reading)
 
     def _steps_alone(self, source: int, now_us: int) -> bool:
         """Whether a source that leaves the prediction does so while another, heard now, does not: then it is left out."""
@@ -199,6 +172,7 @@ class Integrity:
         self.excluded |= 1 << source
         self.undecided = 0
         self.bank.exclude(source, slot)
+        self.horizon.drop(source)
         self.texts.append(Text(WARNING, f"{NAMES[source]} left out: {why}"))
 
     def _decide(self, v: Verdict, live: int, dt: float) -> None:
@@ -250,13 +224,9 @@ class Integrity:
             return f, updated, health
         if (f.t_us - self._known_us) * 1e-6 > self.p.coast_s:
             return f, updated & ~UPD_REL if self.excluded >> REL & 1 else updated, health
-        f = replace(f, rel_t_us=f.t_us, rel_valid=True, rel_pos_t=b.xi, rel_vel_t=b.v, updated=f.updated | UPD_REL)
+        rate = self.horizon.rate(f.t_us)
+        f = replace(f, rel_t_us=f.t_us, rel_valid=True, rel_pos_t=b.xi, rel_vel_t=rate, updated=f.updated | UPD_REL)
         return f, updated | UPD_REL, replace(health, failed=health.failed & ~HF_REL)
-
-
-def less(a: Vec3, b: Vec3) -> Vec3:
-    """a - b."""
-    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
 def reach_m(tanker: Aircraft) -> float:

@@ -11,14 +11,14 @@ import math
 import numpy as np
 
 from flightsw.kernels.jit import jit
-from flightsw.missions.receiver.integrity.layout import B_AB, B_V, B_XI
+from flightsw.missions.receiver.integrity.layout import B_AB, B_D, B_U
 
 
 @jit
 def predict(
     X: np.ndarray, P: np.ndarray, decay: np.ndarray, q: np.ndarray, a: np.ndarray, accel2: float, dt: float
 ) -> None:  # fmt: skip
-    """All filters dt [s] on: xi' = v, v' = a + its slow error + white of density accel2 [m^2/s^3], the errors first-order
+    """All filters dt [s] on: d' = u, u' = a + its slow error + white of density accel2 [m^2/s^3], the errors first-order
     Gauss-Markov.
 
     X [M,n], P [M,n,n]; a [3] m/s^2; decay [n] their phi over dt, q [M,n] variance added over dt.
@@ -27,22 +27,22 @@ def predict(
     for m in range(X.shape[0]):
         x, p = X[m], P[m]
         for i in range(3):
-            x[B_XI + i] += dt * (x[B_V + i] + 0.5 * dt * a[i])
-            x[B_V + i] += dt * (a[i] + x[B_AB + i])
+            x[B_D + i] += dt * (x[B_U + i] + 0.5 * dt * a[i])
+            x[B_U + i] += dt * (a[i] + x[B_AB + i])
             for j in range(n):
-                p[B_XI + i, j] += dt * p[B_V + i, j]
-                p[B_V + i, j] += dt * p[B_AB + i, j]
+                p[B_D + i, j] += dt * p[B_U + i, j]
+                p[B_U + i, j] += dt * p[B_AB + i, j]
         for i in range(n):
             for k in range(3):
-                p[i, B_XI + k] += dt * p[i, B_V + k]
-                p[i, B_V + k] += dt * p[i, B_AB + k]
+                p[i, B_D + k] += dt * p[i, B_U + k]
+                p[i, B_U + k] += dt * p[i, B_AB + k]
         for i in range(n):
             x[i] *= decay[i]
             for j in range(n):
                 p[i, j] *= decay[i] * decay[j]
             p[i, i] += q[m, i]
         for i in range(3):
-            k, b = B_XI + i, B_V + i
+            k, b = B_D + i, B_U + i
             p[b, b] += accel2 * dt
             p[k, k] += accel2 * dt * dt * dt / 3.0
             p[k, b] += 0.5 * accel2 * dt * dt
@@ -50,8 +50,11 @@ def predict(
 
 
 @jit
-def wildest(x: np.ndarray, p: np.ndarray, H: np.ndarray, y: np.ndarray, r: np.ndarray, k: int) -> float:
-    """Largest |innovation| in its sigmas of the rows H [>=k,n], readings y, variances r, each by itself, at x [n], p [n,n]."""
+def innovations(
+    x: np.ndarray, p: np.ndarray, H: np.ndarray, y: np.ndarray, r: np.ndarray, k: int, out: np.ndarray
+) -> float:  # fmt: skip
+    """out [>=k] <- innovations, in their sigmas, of the rows H [>=k,n], readings y, variances r, each by itself, at x [n],
+    p [n,n]; the largest magnitude."""
     n = x.shape[0]
     worst = 0.0
     for row in range(k):
@@ -62,7 +65,8 @@ def wildest(x: np.ndarray, p: np.ndarray, H: np.ndarray, y: np.ndarray, r: np.nd
                 nu -= h * x[i]
                 for j in range(n):
                     s += h * p[i, j] * H[row, j]
-        worst = max(worst, abs(nu) / math.sqrt(s))
+        out[row] = nu / math.sqrt(s)
+        worst = max(worst, abs(out[row]))
     return worst
 
 
@@ -103,12 +107,27 @@ def correct(
 
 
 @jit
-def separation(X: np.ndarray, P: np.ndarray, m: int, out: np.ndarray) -> float:
-    """out [3] <- |xi of filter m less that of filter 0| [m]; the largest over its sigma, sqrt(P_m - P_0) (Blanch et al. 2012)."""
+def variance(p: np.ndarray, h: np.ndarray) -> float:
+    """h p h' of a row h [n] and a covariance p [n,n]."""
+    n = h.shape[0]
+    s = 0.0
+    for i in range(n):
+        if h[i] != 0.0:
+            for j in range(n):
+                s += h[i] * p[i, j] * h[j]
+    return s
+
+
+@jit
+def separation(X: np.ndarray, P: np.ndarray, m: int, place: np.ndarray, out: np.ndarray) -> float:
+    """out [3] <- |position of filter m less that of filter 0| [m], positions being place [3,n] times the state; the largest over
+    its sigma, sqrt(P_m - P_0) (Blanch et al. 2012). X [M,n], P [M,n,n]."""
     worst = 0.0
     for i in range(3):
-        d = abs(X[m, B_XI + i] - X[0, B_XI + i])
-        out[i] = d
-        own, less = P[m, B_XI + i, B_XI + i], P[0, B_XI + i, B_XI + i]
-        worst = max(worst, d / math.sqrt(max(own - less, 1e-4 * own)))
+        d = 0.0
+        for j in range(X.shape[1]):
+            d += place[i, j] * (X[m, j] - X[0, j])
+        out[i] = abs(d)
+        own, less = variance(P[m], place[i]), variance(P[0], place[i])
+        worst = max(worst, out[i] / math.sqrt(max(own - less, 1e-4 * own)))
     return worst

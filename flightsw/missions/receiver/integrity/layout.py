@@ -8,14 +8,14 @@ SOURCES = 3
 NAMES = ("relative sensor", "GNSS", "boom")
 
 # state, tanker body axes unless said
-B_XI, B_V = 0, 3  # [m], [m/s] receiver's centre of gravity and its rate there
+B_D, B_U = 0, 3  # NED: [m] receiver's centre of gravity from the tanker's, [m/s] its velocity less the tanker's
 B_RS, B_RC, B_RV = 6, 9, 12  # relative sensor: slow error [m], constant error [m], slow error of its velocity [m/s]
 B_G, B_GV = 15, 18  # GNSS difference NED: slow error [m], of its velocity [m/s]
 B_AT = 21  # [rad] error of the tanker's attitude, a small turn
 B_OB = 24  # [m] boom's fixed error at contact
-B_AB = 27  # [m/s^2] slow error of the relative acceleration
+B_AB = 27  # [m/s^2] NED: slow error of the relative acceleration
 NB = 30
-XI, V = slice(B_XI, B_XI + 3), slice(B_V, B_V + 3)
+D, U = slice(B_D, B_D + 3), slice(B_U, B_U + 3)
 RS, RC, RV = slice(B_RS, B_RS + 3), slice(B_RC, B_RC + 3), slice(B_RV, B_RV + 3)
 G, GV, AT = slice(B_G, B_G + 3), slice(B_GV, B_GV + 3), slice(B_AT, B_AT + 3)
 OB, AB = slice(B_OB, B_OB + 3), slice(B_AB, B_AB + 3)

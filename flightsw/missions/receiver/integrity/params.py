@@ -37,19 +37,25 @@ class IntegrityParams:
     gnss_blocked: Annotated[float, Range(1.0)] = 1.3  # own errors grow so much below the tanker
     # the tanker's attitude as transmitted, each axis
     att_rad: Pos = 0.003
-    att_tau_s: Pos = 100.0
+    att_tau_s: Pos = 30.0
+    rate_radps: Pos = 0.0015  # and its rates, each axis
     # boom: noise and constant of its angles and extension
     boom_angle_rad: Pos = 0.002
     boom_ext_m: Pos = 0.02
     boom_angle_const_rad: Pos = 0.004
     boom_ext_const_m: Pos = 0.055
     boom_walk: Pos = 1e-3  # [m/sqrt(s)]
-    # [m/s^2 per sqrt(Hz)] what is not known of the relative acceleration: the tanker's in gusts, and all of it without an
-    # accelerometer
-    accel: Pos = 0.3
-    accel_slow: Pos = 0.6  # [m/s^2] lasting error of the tanker's transmitted acceleration, its model's
-    accel_tau_s: Pos = 30.0
-    accel_blind: Pos = 1.0
+    lag_s: Annotated[float, Range(0.0, 1.0)] = (
+        0.15  # the bank is so long behind, where the tanker's accelerometers are known
+    )
+    # [m/s^2 per sqrt(Hz)] what is not known of the relative acceleration where both aircraft have measured theirs (learnt, from
+    # `accel` to `accel_most`), and where not
+    accel: Pos = 0.1
+    accel_start: Pos = 0.3
+    accel_most: Pos = 3.0
+    accel_slow: Pos = 0.1  # [m/s^2] its lasting error, attitudes' and accelerometers'
+    accel_tau_s: Pos = 60.0
+    accel_blind: Pos = 0.7
     # bounds (Gaussian quantiles): nothing wrong; one source wrong
     k_fault_free: Risk = 5.33
     k_missed: Risk = 3.1

@@ -1,74 +1,92 @@
-"""Rows of each source for the bank: what it reads of the relative position and rate, and which errors are in it.
+"""Rows of each source for the bank: what it reads of the relative position and velocity, and which errors are in it.
 
-A reading is taken at its own time: xi(t - age) = xi - v age, and what the acceleration since then made of it (Past). Source:
-separation.md 2.
+A reading waits until the bank has come to its time; one that is older than the bank is taken at its age. Source: separation.md 2.
 """
 
 from __future__ import annotations
 
 import math
-from collections import deque
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from flightsw.aircraft import Aircraft
 from flightsw.kernels.rotations import dcm_from_quat, mul33_t, to_child, to_parent
 from flightsw.missions.receiver.integrity.layout import (
-    B_AB,
+    AB,
     B_AT,
+    B_D,
     B_G,
     B_GV,
     B_OB,
     B_RC,
     B_RS,
     B_RV,
-    B_V,
-    B_XI,
+    B_U,
+    BOOM,
+    GNSS,
     NB,
+    REL,
     ROWS,
+    D,
+    U,
 )
 from flightsw.missions.receiver.integrity.params import IntegrityParams
 from flightsw.missions.receiver.tanker_link import PeerTracker
 from flightsw.sixdof.layout import TK, TK_DCM, TK_RATE
-from flightsw.types import SensorFrame, Vec3
+from flightsw.types import ZERO3, SensorFrame, Vec3
 
 AXES = range(3)
-STEPS = 20  # of the relative acceleration kept
 
 
-class Past:
-    """The relative acceleration of the last steps: by how much a reading's time differs from now."""
+@dataclass(slots=True)
+class Reading:
+    """Rows H [ROWS,NB] at the time of the sample, y [ROWS], variances r [ROWS] of one source; `count` of them are filled: three
+    of the position, then three of the velocity."""
 
-    def __init__(self) -> None:
-        self._steps: deque[tuple[float, Vec3]] = deque(maxlen=STEPS)  # [s] length, [m/s^2]; newest first
+    source: int
+    t_us: int
+    H: np.ndarray
+    y: np.ndarray
+    r: np.ndarray
+    count: int
 
-    def add(self, dt: float, acc: Vec3) -> None:
-        """A step of dt [s] with acceleration acc [m/s^2] ends now."""
-        self._steps.appendleft((dt, acc))
+    def seen_from(self, t_us: int, acc: Vec3) -> None:
+        """Let the rows be of the state at t_us, `age` after the sample, with acceleration acc [3] m/s^2 NED since:
+        d(t - age) = d - u age + a age^2 / 2, u(t - age) = u - a age."""
+        age = (t_us - self.t_us) * 1e-6
+        if age > 0.0:
+            gained = np.array(acc)
+            at, by = self.H[:, D].copy(), self.H[:, U].copy()
+            self.H[:, U] -= age * at
+            self.H[:, AB] += 0.5 * age * age * at - age * by
+            self.y += age * (by @ gained) - 0.5 * age * age * (at @ gained)
 
-    def since(self, age: float) -> tuple[Vec3, Vec3]:
-        """dx [m], dv [m/s]: xi(now - age) = xi - v age + dx, v(now - age) = v - dv."""
-        dx, dv, late = [0.0, 0.0, 0.0], [0.0, 0.0, 0.0], 0.0
-        for dt, a in self._steps:
-            part = min(dt, age - late)
-            if part <= 0.0:
-                break
-            arm = age - late - 0.5 * part  # [s] what was gained in this part acted so long too little in -v age
-            for i in AXES:
-                dv[i] += part * a[i]
-                dx[i] += part * arm * a[i]
-            late += part
-        return (dx[0], dx[1], dx[2]), (dv[0], dv[1], dv[2])
+    def ahead_of(self, t_us: int, now: tuple[Vec3, Vec3], then: tuple[Vec3, Vec3], density: float) -> Reading:
+        """The same as rows of the state at t_us before the sample, when position [m] and velocity [m/s] NED were `then`; at the
+        sample they are expected to be `now`. density [m/s^2 per sqrt(Hz)] of the way between them."""
+        tau = max((self.t_us - t_us) * 1e-6, 0.0)
+        H, at, by = self.H.copy(), self.H[:, D], self.H[:, U]
+        H[:, U] += tau * at
+        H[:, AB] += 0.5 * tau * tau * at + tau * by
+        (d1, u1), (d0, u0) = (np.array(now[0]), np.array(now[1])), (np.array(then[0]), np.array(then[1]))
+        y = self.y - at @ (d1 - d0 - tau * u0) - by @ (u1 - u0)
+        grown = density * density * tau
+        r = self.r + grown * ((at * at).sum(axis=1) * tau * tau / 3.0 + (by * by).sum(axis=1))
+        return Reading(self.source, self.t_us, H, y, r, self.count)
+
+
+def _empty(source: int, t_us: int) -> Reading:
+    return Reading(source, t_us, np.zeros((ROWS, NB)), np.zeros(ROWS), np.ones(ROWS), 3)
 
 
 class Readings:
-    """Rows H [ROWS,NB], y [ROWS], variances r [ROWS] of one source; `count` of them are filled."""
+    """What a source reads as rows."""
 
     def __init__(self, p: IntegrityParams, tanker: Aircraft, receiver: Aircraft) -> None:
         self.p, self.boom, self.receptacle = p, tanker.boom, receiver.receptacle
-        self.H, self.y, self.r = np.zeros((ROWS, NB)), np.zeros(ROWS), np.zeros(ROWS)
-        self.count = 0
+        self._d: Vec3 = ZERO3
         self._tk, self._a, self._b, self._R, self._rel = (
             np.zeros(TK),
             np.zeros(3),
@@ -77,79 +95,82 @@ class Readings:
             np.zeros(9),
         )
 
-    def _begin(self, age: float, past: Past) -> None:
-        """Empty rows, those of the position at `age` [s] before now."""
-        self.H[:], self.count = 0.0, 0
-        self._dx, self._dv = past.since(age)
-        for i in AXES:
-            self.H[i, B_XI + i], self.H[i, B_V + i], self.H[i, B_AB + i] = 1.0, -age, 0.5 * age * age
-        self._age = age
-
-    def relative(self, f: SensorFrame, past: Past) -> None:
-        """Relative sensor: xi + slow + constant error; its rate + slow error."""
-        p = self.p
-        self._begin((f.t_us - f.rel_t_us) * 1e-6, past)
-        for i in AXES:
-            self.H[i, B_RS + i] = self.H[i, B_RC + i] = 1.0
-            self.H[3 + i, B_V + i] = self.H[3 + i, B_RV + i] = 1.0
-            self.H[3 + i, B_AB + i] = -self._age
-            self.y[i], self.r[i] = f.rel_pos_t[i] - self._dx[i], p.rel_pos_m * p.rel_pos_m
-            self.y[3 + i], self.r[3 + i] = f.rel_vel_t[i] + self._dv[i], p.rel_vel_mps * p.rel_vel_mps
-        self.count = 6
-
-    def gnss(self, f: SensorFrame, own_pos: Vec3, own_vel: Vec3, peer: PeerTracker, past: Past) -> None:
-        """Difference of both aircraft's raw fixes of one instant, in tanker axes by its transmitted attitude C of that time.
-
-        C dp = xi + C g + xi x a, C dv - w x xi = v + C g_v.
-        """
-        fix, p = f.fix, self.p
-        self._begin((f.t_us - fix.t_us) * 1e-6, past)
-        peer.stage(fix.t_us, self._tk)
-        C, w = self._tk[TK_DCM], self._tk[TK_RATE]
-        self._a[:] = own_pos
-        self._a -= fix.pos_n
-        to_child(C, self._a, self._b)
-        self.y[:3] = self._b
-        x, y, z = xi = self._b.tolist()  # where the receiver is, near enough for what turns with it
-        self._a[:] = own_vel
-        self._a -= fix.vel_n
-        to_child(C, self._a, self._b)
-        self.y[3:] = self._b
-        swing = cross(w.tolist(), xi)
+    def _in_tanker_axes(self, out: Reading) -> list[float]:
+        """Rows of the position in tanker axes at the time of the sample, by the transmitted attitude C: xi = C d - (C d) x a;
+        C d [m]."""
+        peer_C = self._tk[TK_DCM]
+        self._a[:] = self._d
+        to_child(peer_C, self._a, self._b)
+        x, y, z = xi = self._b.tolist()
         turn = (0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0)
         for i in AXES:
-            self.H[3 + i, B_V + i], self.H[3 + i, B_AB + i] = 1.0, -self._age
             for j in AXES:
-                self.H[i, B_G + j] = self.H[3 + i, B_GV + j] = C[3 * i + j]
-                self.H[i, B_AT + j] = turn[i][j]
-            self.y[i] -= self._dx[i]
-            self.y[3 + i] += self._dv[i] - swing[i]
-            self.r[i] = 2.0 * p.gnss_pos_m * p.gnss_pos_m
-            self.r[3 + i] = 2.0 * p.gnss_vel_mps * p.gnss_vel_mps
-        self.count = 6
+                out.H[i, B_D + j] = peer_C[3 * i + j]
+                out.H[i, B_AT + j] = -turn[i][j]
+        return list(xi)
 
-    def latched(self, f: SensorFrame, peer: PeerTracker, past: Past) -> None:
-        """The boom in the receptacle: pivot + L(elevation, azimuth, extension) - the receptacle's lever = xi + fixed error."""
-        self._begin((f.t_us - f.boom_t_us) * 1e-6, past)
+    def relative(self, f: SensorFrame, peer: PeerTracker, d: Vec3) -> Reading:
+        """Relative sensor: xi + slow + constant error; its rate xi' = C u - w x xi, + slow error; d [3] m: where the receiver is,
+        NED, near enough for what turns with it."""
+        p, out = self.p, _empty(REL, f.rel_t_us)
+        peer.stage(f.rel_t_us, self._tk)
+        self._d = d
+        xi = self._in_tanker_axes(out)
+        C, w = self._tk[TK_DCM], self._tk[TK_RATE].tolist()
+        far2 = sum(x * x for x in xi)
+        out.y[:3], out.y[3:] = f.rel_pos_t, f.rel_vel_t
+        for i, swing in enumerate(cross(w, xi)):
+            out.H[i, B_RS + i] = out.H[i, B_RC + i] = out.H[3 + i, B_RV + i] = 1.0
+            for j in AXES:
+                out.H[3 + i, B_U + j] = C[3 * i + j]
+            out.y[3 + i] += swing
+            out.r[i] = p.rel_pos_m * p.rel_pos_m
+            out.r[3 + i] = p.rel_vel_mps * p.rel_vel_mps + p.rate_radps * p.rate_radps * far2
+        out.count = 6
+        return out
+
+    def gnss(self, f: SensorFrame, own_pos: Vec3, own_vel: Vec3) -> Reading:
+        """Difference of both aircraft's raw fixes of one instant: d + slow error, u + slow error."""
+        fix, p = f.fix, self.p
+        out = _empty(GNSS, fix.t_us)
+        for i in AXES:
+            out.H[i, B_D + i] = out.H[i, B_G + i] = out.H[3 + i, B_U + i] = out.H[3 + i, B_GV + i] = 1.0
+            out.y[i], out.y[3 + i] = own_pos[i] - fix.pos_n[i], own_vel[i] - fix.vel_n[i]
+            out.r[i] = 2.0 * p.gnss_pos_m * p.gnss_pos_m
+            out.r[3 + i] = 2.0 * p.gnss_vel_mps * p.gnss_vel_mps
+        out.count = 6
+        return out
+
+    def latched(self, f: SensorFrame, peer: PeerTracker, d: Vec3) -> Reading | None:
+        """The boom in the receptacle: pivot + L(elevation, azimuth, extension) - the receptacle's lever = xi + fixed error, d as
+        above; None where either aircraft has none."""
         boom, receptacle, p = self.boom, self.receptacle, self.p
         if boom is None or receptacle is None:
-            return
+            return None
+        out = _empty(BOOM, f.boom_t_us)
         length = boom.length_retracted_m + f.boom_extension_m
         ce, se = math.cos(f.boom_elevation), math.sin(f.boom_elevation)
         ca, sa = math.cos(f.boom_azimuth), math.sin(f.boom_azimuth)
         peer.stage(f.boom_t_us, self._tk)
+        self._d = d
+        self._in_tanker_axes(out)
         dcm_from_quat(np.array(f.att_q_nb), self._R)
         mul33_t(self._R, self._tk[TK_DCM], self._rel)  # tanker to own body
         to_parent(self._rel, np.array(receptacle.position_m), self._a)
         arm = (-length * ce * ca, length * ce * sa, -length * se)
         across = p.boom_angle_rad * length
         for i in AXES:
-            self.H[i, B_OB + i] = 1.0
-            self.y[i] = boom.pivot_m[i] + arm[i] - self._a[i] - self._dx[i]
-            self.r[i] = across * across + p.boom_ext_m * p.boom_ext_m
-        self.count = 3
+            out.H[i, B_OB + i] = 1.0
+            out.y[i] = boom.pivot_m[i] + arm[i] - self._a[i]
+            out.r[i] = across * across + p.boom_ext_m * p.boom_ext_m
+        return out
 
 
 def cross(a: Sequence[float], b: Sequence[float]) -> Vec3:
     """a x b, both [3]."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+def less(a: Vec3, b: Vec3) -> Vec3:
+    """a - b."""
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]

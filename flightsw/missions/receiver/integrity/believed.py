@@ -1,0 +1,50 @@
+"""How large the bank believes each error of a source to be, and how long it lasts."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from flightsw.missions.receiver.integrity.layout import AB, AT, GNSS, GV, NB, OB, RC, REL, RS, RV, G
+from flightsw.missions.receiver.integrity.params import IntegrityParams
+from flightsw.types import Vec3
+
+
+class Believed:
+    """Variance `var` [NB] and correlation time `tau` [NB] s of every error state; what does not decay has an infinite one."""
+
+    def __init__(self, p: IntegrityParams, boom_m: float) -> None:
+        """boom_m [m]: length of the boom, over which its angles err."""
+        self.p = p
+        self.boom = (p.boom_angle_const_rad * boom_m) ** 2 + p.boom_ext_const_m**2  # [m^2] variance of its fixed error
+        var, tau = np.zeros(NB), np.full(NB, math.inf)
+        own = 1.0 + p.gnss_blocked * p.gnss_blocked  # the tanker's, and the receiver's below it
+        var[RS], tau[RS] = p.rel_slow_m**2, p.rel_tau_s
+        var[RV], tau[RV] = p.rel_vel_slow_mps**2, p.rel_tau_s
+        h, v = p.gnss_slow_m
+        var[G], tau[G] = (own * h * h, own * h * h, own * v * v), p.gnss_tau_s
+        var[GV], tau[GV] = 2.0 * p.gnss_vel_slow_mps**2, p.gnss_tau_s
+        var[AT], tau[AT] = p.att_rad**2, p.att_tau_s
+        var[AB], tau[AB] = p.accel_slow**2, p.accel_tau_s
+        self.var, self.tau = var, tau
+
+    def fixed(self, xi: Vec3) -> np.ndarray:
+        """Variance [3] of the relative sensor's constant error at xi [m]: offset, boresight, share of the range."""
+        p, out = self.p, np.zeros(3)
+        for i, x in enumerate(xi):
+            across = sum(y * y for y in xi) - x * x
+            out[i] = p.rel_const_m**2 + p.rel_boresight_rad**2 * across + (p.rel_scale * x) ** 2
+        return out
+
+    def at(self, i: int, xi: Vec3) -> float:
+        """Variance of error state i at xi [m], before anything is learnt of it."""
+        if RC.start <= i < RC.stop:
+            return float(self.fixed(xi)[i - RC.start])
+        return self.boom if OB.start <= i < OB.stop else float(self.var[i])
+
+    def alone(self, source: int, xi: Vec3) -> float:
+        """Variance [m^2] of the position by one source at xi [m], nothing learnt of its errors: the worst axis."""
+        if source == REL:
+            return float((self.var[RS] + self.fixed(xi)).max())
+        return float(self.var[G].max()) if source == GNSS else self.boom

@@ -1,0 +1,107 @@
+"""The bank kept a fixed time behind, where the motion of both aircraft is known, and carried on from there to now."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flightsw.kernels.atmosphere import G0
+from flightsw.kernels.rotations import dcm_from_quat, to_child, to_parent, vec3
+from flightsw.missions.receiver.integrity.bank import Bank
+from flightsw.missions.receiver.integrity.params import IntegrityParams
+from flightsw.missions.receiver.integrity.readings import Reading, cross, less
+from flightsw.missions.receiver.integrity.unrest import RATED, Unrest
+from flightsw.missions.receiver.integrity.way import Ahead, Way
+from flightsw.missions.receiver.tanker_link import PeerTracker
+from flightsw.sixdof.layout import TK, TK_DCM, TK_RATE
+from flightsw.types import UPD_FIX, UPD_IMU, ZERO3, SensorFrame, Vec3
+
+STEP_US = 50_000  # [us] longest step of the bank
+
+
+class Horizon:
+    """Readings wait here until the bank has come to their time. `feel`, then `advance`, once a step. Source: separation.md 1."""
+
+    def __init__(self, p: IntegrityParams, bank: Bank) -> None:
+        self.p, self.bank, self.unrest, self._lag_us = p, bank, Unrest(p), round(p.lag_s * 1e6)
+        self._way, self._ahead = Way(), Ahead()
+        self._tk, self._R, self._acc, self._last = np.zeros(TK), np.zeros(9), np.zeros(3), ZERO3
+        self._waiting: list[Reading] = []
+        self._felt_us = -1  # end of the last step
+
+    def feel(self, f: SensorFrame, new: int) -> float:
+        """Take in the accelerations of the step that ends now, new: UPD_* of sound readings; its length [s], 0 for the first."""
+        acc = None
+        if new & UPD_IMU and f.gyro_count:
+            dcm_from_quat(np.array(f.att_q_nb), self._R)
+            to_parent(self._R, np.array(f.acc_mean_b), self._acc)
+            x, y, z = vec3(self._acc)
+            acc = (x, y, z + G0)
+        before, self._felt_us = self._felt_us, f.t_us
+        self._way.own(before, f.t_us, acc)
+        if new & UPD_FIX:
+            self._way.other(f.fix.gain)
+        return (f.t_us - before) * 1e-6 if before >= 0 else 0.0
+
+    def start(self, f: SensorFrame, peer: PeerTracker, excluded: int) -> None:
+        """Begin where the relative sensor has the receiver, without the sources `excluded` (mask): d = C' xi, u = C' (xi' + w x
+        xi)."""
+        peer.stage(f.rel_t_us, self._tk)
+        C, swing = self._tk[TK_DCM], cross(self._tk[TK_RATE].tolist(), f.rel_pos_t)
+        d, u = np.zeros(3), np.zeros(3)
+        to_parent(C, np.array(f.rel_pos_t), d)
+        to_parent(C, np.add(f.rel_vel_t, swing), u)
+        self.bank.start(f.t_us - self._lag_us, d, u, f.rel_pos_t, excluded)
+        self._waiting.clear()
+
+    def advance(self, now_us: int, peer: PeerTracker, live: int) -> None:
+        """The bank to now_us less its lag, by way of every reading that waits and is older; what it says is of now_us then.
+
+        live: sources heard and believed, a mask; readings of one left out since are dropped.
+        """
+        to_us = now_us - self._lag_us
+        self._waiting.sort(key=lambda r: r.t_us)
+        while self._waiting and self._waiting[0].t_us <= to_us:
+            reading = self._waiting.pop(0)
+            self._predict(reading.t_us, peer)
+            reading.seen_from(self.bank.t_us, self._last)
+            self.bank.wildest(reading)
+            self.unrest.hear(reading.source, self.bank.z, (bool(live >> RATED[0] & 1), bool(live >> RATED[1] & 1)))
+            self.bank.correct(reading)
+        self._predict(to_us, peer)
+        self._ahead.build(self.bank.t_us, now_us, self.bank.d, self.bank.u, self._way, peer, STEP_US)
+        peer.stage(now_us, self._tk)
+        self.bank.stand(now_us, self._ahead.at(now_us)[0], self._tk[TK_DCM], self._blind)
+
+    def _predict(self, t_us: int, peer: PeerTracker) -> None:
+        while self.bank.t_us < t_us:
+            to_us = min(t_us, self.bank.t_us + STEP_US)
+            self._last = self._way.over(self.bank.t_us, to_us, peer)
+            self.bank.predict(to_us, self._last, self.unrest.density if self._way.known else self._blind)
+
+    @property
+    def _blind(self) -> float:
+        """Density [m/s^2 per sqrt(Hz)] of a way that was not measured."""
+        return max(self.unrest.density, self.p.accel_blind)
+
+    def surprise(self, reading: Reading) -> float:
+        """How far a reading lies off what filter 0 expects at its time, the worst row in its sigmas."""
+        now, then = self._ahead.at(reading.t_us), self._ahead.at(self.bank.t_us)
+        return self.bank.wildest(reading.ahead_of(self.bank.t_us, now, then, self._blind))
+
+    def wait(self, reading: Reading) -> None:
+        """Let a reading wait for the bank."""
+        self._waiting.append(reading)
+
+    def drop(self, source: int) -> None:
+        """Readings of a source that wait are not used."""
+        self._waiting = [r for r in self._waiting if r.source != source]
+
+    def at(self, t_us: int) -> Vec3:
+        """Position [m] NED expected at t_us, from the bank's time to now."""
+        return self._ahead.at(t_us)[0]
+
+    def rate(self, t_us: int) -> Vec3:
+        """Rate [m/s] of the position in tanker axes at now, t_us: xi' = C u - w x xi."""
+        u = np.zeros(3)
+        to_child(self._tk[TK_DCM], np.array(self._ahead.at(t_us)[1]), u)
+        return less(vec3(u), cross(self._tk[TK_RATE].tolist(), self.bank.xi))
