@@ -14,7 +14,7 @@ from flightsw.missions.receiver.integrity.integrity import Integrity
 from flightsw.missions.receiver.integrity.params import IntegrityParams
 from flightsw.missions.receiver.refuel import CONTACT, PRECONTACT
 from flightsw.missions.receiver.tanker_link import PeerTracker
-from flightsw.types import UPD_FIX, UPD_GNSS, UPD_IMU, UPD_REL, Gain, Health, PeerFix, PeerState, SensorFrame
+from flightsw.types import NO_GAIN, UPD_FIX, UPD_GNSS, UPD_IMU, UPD_REL, Gain, Health, PeerFix, PeerState, SensorFrame
 
 Arr = np.ndarray
 DT, T0 = 0.05, 1_000_000  # [s], [us]
@@ -71,16 +71,33 @@ def slow(rng: np.random.Generator, n: int, tau: float, sigma: float | Arr) -> Ar
     return x * sigma
 
 
-def draw(seed: int, seconds: float, phase: int, fault: Fault | None = None, p: IntegrityParams | None = None) -> Seen:
+@dataclass(frozen=True)
+class Air:
+    """Gusts: acceleration of the tanker [m/s^2], 0.7 s long, that the receiver follows late; told: its gains are heard."""
+
+    gust: float = 0.0
+    told: bool = True
+
+
+CALM = Air()
+
+
+def draw(seed: int, seconds: float, phase: int, fault: Fault | None = None, air: Air = CALM) -> Seen:
     """One draw on a station of `phase`; the receiver wanders 0.3 m about it."""
     n = round(seconds / DT)
     bank, t = (
-        Integrity(p or IntegrityParams(on=True), load_aircraft("kc135r"), load_aircraft("learjet24")),
+        Integrity(IntegrityParams(on=True), load_aircraft("kc135r"), load_aircraft("learjet24")),
         np.arange(n) * DT,
     )
     true = PLACES[phase] + 0.3 * np.sin(t[:, None] * np.array([0.2, 0.25, 0.3]))
+    tanker = slow(np.random.default_rng((seed, 1)), n, 0.7, air.gust)
+    away, drift = np.zeros(3), np.zeros(3)
+    for i in range(n):
+        drift += DT * (-tanker[i] - 1.5 * drift - away)
+        away = away + DT * drift
+        true[i] += away
     peer, rows, texts = PeerTracker(), [], []
-    for i, (f, sample) in enumerate(frames(seed, true, phase, fault)):
+    for i, (f, sample) in enumerate(frames(seed, true, phase, fault, tanker, air.told)):
         if i % 2 == 0:
             peer.take(sample)
         new = f.updated
@@ -101,11 +118,14 @@ def draw(seed: int, seconds: float, phase: int, fault: Fault | None = None, p: I
     return Seen(t, a[:, :3], a[:, 3:6], a[:, 6:9], a[:, 9:12], a[:, 12:16], a[:, 16] > 0, texts, bank)
 
 
-def frames(seed: int, true: Arr, phase: int, fault: Fault | None) -> Iterator[tuple[SensorFrame, PeerState]]:
-    """What the receiver reads at every step of the true way [n,3] m, and the tanker's transmitted state."""
+def frames(
+    seed: int, true: Arr, phase: int, fault: Fault | None, tanker_acc: Arr, told: bool
+) -> Iterator[tuple[SensorFrame, PeerState]]:
+    """What the receiver reads at every step of the true way [n,3] m, and the tanker's transmitted state; it is accelerated by
+    tanker_acc [n,3] m/s^2."""
     rng, n, xi = np.random.default_rng(seed), len(true), PLACES[phase]
     v = np.gradient(true, DT, axis=0)
-    force = np.gradient(v, DT, axis=0) - np.array([0.0, 0.0, G0]) + 0.02 * rng.standard_normal(3)
+    force = np.gradient(v, DT, axis=0) + tanker_acc - np.array([0.0, 0.0, G0]) + 0.02 * rng.standard_normal(3)
     felt = 0.03 * rng.standard_normal(
         3
     )  # [m/s^2] lasting error of the tanker's accelerometers, in level flight without one
@@ -144,7 +164,8 @@ def frames(seed: int, true: Arr, phase: int, fault: Fault | None) -> Iterator[tu
             gnss_vel_n=tuple(V_T + v[j] + gnss_v[j] + 0.01 * noise[3] + wrong["gnss"][1]),
             fix=PeerFix(
                 t_us=late, pos_n=tuple(place + 0.1 * noise[4]), vel_n=tuple(V_T + 0.01 * noise[5]),
-                gain=Gain(t_us - 50_000, 2.0 * DT, tuple(2.0 * DT * felt)),
+                gain=Gain(t_us - 50_000, 2.0 * DT, tuple(DT * (2.0 * felt + tanker_acc[max(i - 2, 0) : i].sum(axis=0))))
+                if told else NO_GAIN,
             ),
             boom_t_us=boom_us, boom_contact=phase == CONTACT and off != "boom",
             boom_elevation=float(math.atan2(-d[2], math.hypot(d[0], d[1])) + boom[0] + 0.00175 * noise[6, 0]),

@@ -11,8 +11,9 @@ from scipy.stats import chi2, multivariate_normal
 
 from flightsw.missions.receiver.integrity import kernel
 from flightsw.missions.receiver.integrity.layout import AB, BOOM, GNSS, NB, REL, D, U
+from flightsw.missions.receiver.integrity.params import IntegrityParams
 from flightsw.missions.receiver.refuel import CONTACT, PRECONTACT
-from tests.unit.integrity_draws import Fault, Seen, draw
+from tests.unit.integrity_draws import Air, Fault, Seen, draw
 
 DRAWS = 4
 
@@ -86,6 +87,19 @@ def test_sound_sensors_are_bounded_and_raise_no_alarm(sound: tuple[int, list[See
     nees = np.array([((s.error[-1] / s.sigma[-1]) ** 2).sum() for s in draws]).sum()
     low, high = chi2.ppf((1e-3, 1.0 - 1e-3), 3 * DRAWS)
     assert 0.5 * low < nees < high
+
+
+@pytest.mark.parametrize("phase", [PRECONTACT, CONTACT], ids=["pre-contact", "contact"])
+@pytest.mark.parametrize("told", [True, False], ids=["heard", "not heard"])
+def test_gusts_accuse_nobody(phase: int, told: bool) -> None:
+    """Both aircraft thrown about by 4 m/s^2: bounded, nobody accused, and the bound is a calm flight's where the tanker's
+    accelerometers are heard; where not, it is learnt that the motion is less known."""
+    s = draw(5, 60.0, phase, air=Air(4.0, told))
+    assert s.texts == [] and (np.abs(s.error) <= s.pl).all() and not s.over[400:].any()
+    calm = 1.2 if phase == CONTACT else 2.2
+    assert s.pl[400:].mean() < (calm if told else 1.4 * calm)
+    density, least = s.bank.horizon.unrest.density, IntegrityParams().accel
+    assert density < 3.0 * least if told else density > 5.0 * least
 
 
 FAULTS = {  # fault: (phase, what is said of it first, source left out in the end or None, largest time to it [s])
