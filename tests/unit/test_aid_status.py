@@ -21,8 +21,8 @@ TRIM = trim_free(AC, AC.mass.empty_kg + AC.mass.default_fuel_kg, 7010.0, 195.0, 
 STEPS, SPIKE, SILENT = 60, 40, 50  # attitude is wrong in step SPIKE, no GNSS from SILENT on
 
 
-def fly(false_alarm: float = 1e-6, spike: float = 0.3, until: int = STEPS) -> AirframeNav:
-    """Level flight on exact readings, GNSS in every second step."""
+def fly(false_alarm: float = 1e-6, spike: float = 0.3, until: int = STEPS, late_us: int = 0) -> AirframeNav:
+    """Level flight on exact readings, GNSS in every second step and late_us old."""
     nav = AirframeNav(AC, NavParams(gate=GateParams(false_alarm=false_alarm)))
     q = np.zeros(4)
     V, beta, alpha = TRIM.x[:3].tolist()
@@ -30,8 +30,8 @@ def fly(false_alarm: float = 1e-6, spike: float = 0.3, until: int = STEPS) -> Ai
         t = 50_000 * (k + 1)
         f = SensorFrame(t_us=t, air_t_us=t, att_t_us=t, air_mask=1, air_V=(V,), air_beta=(beta,), air_alpha=(alpha,))
         quat_from_euler(0.0, TRIM.x[7], TRIM.x[8] + (spike if k == SPIKE else 0.0), q)
-        f.att_q_nb, f.gyro_count, f.gnss_t_us = quat4(q), 5, t
-        f.gnss_vel_n, f.gnss_pos_n = (V, 0.0, 0.0), (V * t * 1e-6, 0.0, -7010.0)
+        f.att_q_nb, f.gyro_count, f.gnss_t_us = quat4(q), 5, t - late_us
+        f.gnss_vel_n, f.gnss_pos_n = (V, 0.0, 0.0), (V * (t - late_us) * 1e-6, 0.0, -7010.0)
         gnss = UPD_GNSS if k % 2 == 0 and k < SILENT else 0
         nav.step(f, TRIM.u, Health(), UPD_AIR | UPD_ATT | UPD_IMU | gnss)
     return nav
@@ -65,6 +65,12 @@ def test_the_ratio_says_how_far_off_and_exceeds_one_where_it_is_refused() -> Non
     # the roll channel is the worst one; its mean before the spike is next to nothing
     assert s.ratio == pytest.approx(abs(s.innovation[2]) / (limit * s.sigma[2]), rel=0.1)
     assert status(fly(until=SPIKE))[rd.ATT].ratio < 1.0
+
+
+def test_a_late_fix_starts_the_estimate_where_the_aircraft_is() -> None:
+    nav = fly(until=SPIKE, late_us=100_000)
+    assert status(nav)[rd.GNSS_POS].refused == 0 and status(fly(until=2, late_us=100_000))[rd.GNSS_POS].ratio < 0.1
+    assert nav.out.pos_n[0] == pytest.approx(TRIM.x[0] * 0.05 * SPIKE, abs=0.1)
 
 
 def test_no_number_is_infinitely_far_off() -> None:
