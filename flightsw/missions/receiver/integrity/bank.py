@@ -187,31 +187,31 @@ class Bank:
     def _sigma(self, m: int, i: int) -> float:
         return math.sqrt(kernel.variance(self.P[m], self.place[i]) + self._grown)
 
-    def judge(self, live: int) -> Verdict:
-        """Protection level, tests and likelihoods with the sources `live` (excluded ones are not)."""
+    def judge(self, live: int, heard: int) -> Verdict:
+        """Protection level, tests and likelihoods with the sources `live`, of those `heard` since the start (excluded ones are in
+        neither): what filter 0 knows by one that is silent now is wrong if that was."""
         p, sources = self.p, [k for k in range(SOURCES) if live >> k & 1]
         out = Verdict()
         ratio = [0.0] * SOURCES
         least = [p.k_fault_free * self._sigma(0, i) for i in AXES]
-        alone = len(sources) < 2
-        for k in sources:
-            m = 1 + k
-            ratio[k] = self._test(m, out) if not alone else 0.0
+        for k in (k for k in range(SOURCES) if heard >> k & 1):
+            test = self._test(1 + k, out, k in sources and len(sources) > 1)
+            ratio[k] = test if k in sources else 0.0
             for i in AXES:
-                least[i] = max(least[i], math.inf if alone else self._out[i] + p.k_missed * self._sigma(m, i))
-        out.pl = (least[0], least[1], least[2]) if sources else (math.inf, math.inf, math.inf)
-        if not alone:
+                least[i] = max(least[i], self._out[i] + p.k_missed * self._sigma(1 + k, i))
+        out.pl = (least[0], least[1], least[2])
+        if len(sources) > 1:
             for slot in range(len(self.slots)):
                 self._hear(slot, sources, ratio, out)
         out.ratio = (ratio[0], ratio[1], ratio[2], 0.0)  # the fourth is the wake position's on the wire
         return out
 
-    def _test(self, m: int, out: Verdict) -> float:
-        """Separation of filter m from 0 over its threshold; its distances are left in `_out`."""
+    def _test(self, m: int, out: Verdict, counts: bool = True) -> float:
+        """Separation of filter m from 0 over its threshold, an alarm beyond it if it counts; its distances are left in `_out`."""
         p = self.p
         z = kernel.separation(self.X, self.P, m, self.place, self._out)
         self._run[m] = self._run[m] + 1 if z > p.k_alarm else 0
-        out.disagree |= z > p.k_once or bool(self._run[m] >= p.alarm_steps)
+        out.disagree |= counts and bool(z > p.k_once or self._run[m] >= p.alarm_steps)
         return z / p.k_alarm
 
     def _hear(self, slot: int, sources: list[int], ratio: list[float], out: Verdict) -> None:

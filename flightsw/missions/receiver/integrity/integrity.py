@@ -52,6 +52,7 @@ class Integrity:
         self.out = IntegrityReport()
         self.texts: list[Text] = []
         self.excluded = self.undecided = 0
+        self._heard = 0  # sources taken since the bank began
         self.over = ""  # why the phase may not go on, "" if it may
         self.ready = False
         self._own: deque[tuple[int, Vec3, Vec3]] = deque(maxlen=FIXES)
@@ -94,11 +95,12 @@ class Integrity:
             ):
                 return f, updated, health
             self.horizon.start(f, peer, self.excluded)
+            self._heard = 0
             self.ready = True
         self.horizon.advance(f.t_us, peer, self._live(f.t_us))
         self._listen(f, new, peer)
         live = self._live(f.t_us)
-        verdict = self.bank.judge(live)
+        verdict = self.bank.judge(live, self._heard & ~self.excluded)
         self._decide(verdict, live, dt)
         self._publish(f.t_us, verdict, live & ~self.excluded, al)
         self._rule(dt, al)
@@ -148,6 +150,7 @@ class Integrity:
         else:
             self._wild[source] = 0
         self._taken_us[source] = now_us
+        self._heard |= 1 << source
         self.horizon.wait(reading)
 
     def _steps_alone(self, source: int, now_us: int) -> bool:

@@ -60,7 +60,7 @@ class IntegrityParams:
     k_fault_free: Risk = 5.33
     k_missed: Risk = 3.1
     k_once: Risk = 5.6  # separation in its sigmas that is an alarm at once, and
-    k_alarm: Risk = 4.5  # one that is when it lasts for `alarm_steps` steps
+    k_alarm: Risk = 5.0  # one that is when it lasts for `alarm_steps` steps
     alarm_steps: Annotated[int, Range(1, 100)] = 4
     llr_alarm: Pos = 16.0  # [-] log-likelihood by which "this source is wrong" must beat "none is"
     llr_ahead: Pos = 7.0  # [-] and every other source's
