@@ -16,8 +16,14 @@ EXIT_FAILED_RUNS = 1
 EXIT_CONFIG = 2
 
 
-def _list(console: Console) -> None:
-    from hil_scripts.campaign.registry import all_studies
+def _list(console: Console, name: str | None) -> None:
+    """The studies, or the cases of one. Raises CampaignError for an unknown one."""
+    from hil_scripts.campaign.registry import all_studies, find
+
+    if name is not None:
+        for case in find(name).cases:
+            console.print(case.name, soft_wrap=True, highlight=False, markup=False)
+        return
 
     table = Table("study", "cases", "runs", "about", box=None, pad_edge=False)
     studies = all_studies()
@@ -41,7 +47,7 @@ def campaign(
         typer.Argument(help="Study; `sil campaign --list` shows them.", metavar="NAME", autocompletion=_names),
     ] = None,
     runs: Annotated[int | None, typer.Option(help="Runs per case (default: the study's).", min=1)] = None,
-    cases: Annotated[str | None, typer.Option(help="Only these cases, for example a,b.", metavar="A,B")] = None,
+    cases: Annotated[str | None, typer.Option(help="Only these cases; * and ? fit any text.", metavar="A,B")] = None,
     seed: Annotated[int, typer.Option(help="Master seed; run i draws from (seed, study, i), alike in every case.")] = 1,
     scheduler: Annotated[
         str | None, typer.Option(help="Use the Dask cluster at this address.", metavar="tcp://HOST:PORT")
@@ -58,7 +64,7 @@ def campaign(
         ),
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Campaign folder (default: campaigns/NAME-SEED).")] = None,
-    list_: Annotated[bool, typer.Option("--list", help="List the studies.")] = False,
+    list_: Annotated[bool, typer.Option("--list", help="List the studies, or the cases of NAME.")] = False,
 ) -> None:
     """Make many runs of a study. Exit 0: all made; 1: some failed (recorded); 2: bad input or cluster lost; 130: Ctrl-C."""
     from hil_scripts.launch import kernel_cache
@@ -74,7 +80,7 @@ def campaign(
     console = screen.console()
     try:
         if list_ or name is None:
-            _list(console)
+            _list(console, name)
             raise typer.Exit(0 if list_ else EXIT_CONFIG)
         if scheduler is not None and workers is not None:
             raise CampaignError("--workers is for local workers; a cluster at --scheduler has its own")

@@ -6,6 +6,7 @@ import hashlib
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 
 from flightsw.strict import near
 
+SHOWN = 20  # cases named where one is refused
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+-]*")  # names become file and folder names
 
 
@@ -73,16 +75,21 @@ class Study:
             raise CampaignError(f"study {self.name}: " + (f"case {twice[0]} twice" if twice else "no cases"))
 
     def choose(self, wanted: list[str] | None) -> tuple[Case, ...]:
-        """The named cases in the study's order, all without names. Raises CampaignError listing the known ones."""
+        """The cases the names or patterns (`*`, `?`) fit, in the study's order; all without any. Raises CampaignError for one
+        that fits none."""
         if not wanted:
             return self.cases
-        known = [c.name for c in self.cases]
+        known, chosen = [c.name for c in self.cases], set()
         for name in wanted:
-            if name not in known:
+            fitting = {k for k in known if fnmatchcase(k, name)}
+            if not fitting:
+                some = ", ".join(known[:SHOWN])
+                more = f", ... ({len(known)}: `sil campaign {self.name} --list`)" if len(known) > SHOWN else ""
                 raise CampaignError(
-                    f"case {name!r}: study {self.name} has no such case; known: {', '.join(known)}{near(name, known)}"
+                    f"case {name!r}: study {self.name} has no such case; known: {some}{more}{near(name, known)}"
                 )
-        return tuple(c for c in self.cases if c.name in wanted)
+            chosen |= fitting
+        return tuple(c for c in self.cases if c.name in chosen)
 
 
 def run_seed(master_seed: int, study: str, run: int) -> int:

@@ -135,6 +135,18 @@ def _refused(says: str, tmp: Path, study: Study = STUDY, seed: int = 7, **kw: ob
         run_campaign(study, 1, seed, tmp, workers=0, progress=False, **kw)  # type: ignore[arg-type]
 
 
+def test_a_pattern_chooses_the_cases_it_fits() -> None:
+    names = [c.name for c in STUDY.choose(["un*", "G_0.?"])]
+    assert names == ["G_0.3", "unreliable"] and STUDY.choose(["*"]) == STUDY.cases
+    many = replace(STUDY, cases=tuple(Case(f"c{i}") for i in range(1000)))
+    with pytest.raises(
+        CampaignError, match=r"known: c0, .*, c19, \.\.\. \(1000: `sil campaign demo --list`\); did you mean 'c99'"
+    ):
+        many.choose(["d99"])
+    with pytest.raises(CampaignError, match=r"case 'x\*': study demo has no such case"):
+        STUDY.choose(["calm", "x*"])
+
+
 def test_refusals_name_what_is_allowed(plain: Path, tmp_path: Path) -> None:
     """Unknown case, folder of another study or seed, changed parameters, strange or unwritable folder."""
     _refused("case 'x': study demo has no such case; known: calm, G_0.3, unreliable", tmp_path, cases=["x"])
