@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from hil_scripts.studies.integrity.honest import Bounds, honest
 from hil_scripts.studies.integrity.judge import KEEP_OUT_M, Outcome, Track, judge, longest
 
 T = np.arange(0.0, 20.0, 0.05)
@@ -68,3 +69,20 @@ def test_the_worst_of_several_counts() -> None:
 def test_longest_time_without_a_break() -> None:
     assert longest(T, during(2.0, 5.0) | during(7.0, 8.0)) == pytest.approx(3.0)
     assert longest(T, np.zeros(len(T), dtype=bool)) == 0.0
+
+
+def test_a_bound_is_honest_that_holds_until_it_is_announced() -> None:
+    """Errors over the bound, pos 0.5 m from a truth that moves: of the worst axis, at the bound's time; after the announcement
+    nothing is asked of it, and without bounds nothing is said."""
+    b = Bounds()
+    assert honest(*b.ratios(), math.inf) == {}
+    for k in range(5):
+        b.see(1_000_000 * k, (1.0 * k, 0.0, -2.0))
+    for t, pl in ((0.5, 1.0), (1.5, 0.5), (2.5, 0.4), (9.0, 0.1)):
+        b.hear({"time_usec": round(1e6 * t), "pos": (t, 0.2, -2.5), "pl": (9.0, 1.0, pl)})
+    t, ratio = b.ratios()
+    assert t.tolist() == [0.5, 1.5, 2.5] and ratio == pytest.approx([0.5, 1.0, 1.25])
+    assert honest(t, ratio, 2.0) == {"honest": 1.0, "bound.held_pct": 100.0, "bound.ratio_max": pytest.approx(1.0)}
+    assert honest(t, ratio, math.inf)["honest"] == 0.0 and honest(t, ratio, math.inf)[
+        "bound.held_pct"
+    ] == pytest.approx(200 / 3)

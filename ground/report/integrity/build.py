@@ -33,7 +33,7 @@ OUTCOMES = {  # key, colour: name, meaning
 STYLE = """
 :root{color-scheme:light dark}
 .sq{display:inline-flex;width:26px;height:20px;border-radius:3px;overflow:hidden;margin:1px 2px;vertical-align:middle;
-border:1px solid var(--line)}.sq i{display:block;flex:1;height:100%}
+border:1px solid var(--line)}.sq.lies{border:3px solid #e5484d}.sq i{display:block;flex:1;height:100%}
 table.matrix td,table.matrix th{padding:2px 8px}table.matrix td.name{font-size:13px}
 .legend{display:flex;flex-wrap:wrap;gap:6px 20px;margin:10px 0;font-size:13.5px}.legend span{white-space:nowrap}
 @media (prefers-color-scheme:dark){:root{--ink:#e4e8ec;--soft:#9aa7b3;--line:#333c46;--wash:#1b222a;--blue:#6aa9ee;--good:#5cc486;
@@ -81,9 +81,22 @@ def _counts(c: Campaign, rows: list[dict[str, Any]]) -> str:
     for moment in [*_moments(c), "all"]:
         here = [r for r in rows if moment in ("all", c.meta["cases"][r["case"]]["moment"])]
         cells = "".join(_share(sum(_which(r) == key for r in here), len(here)) for key in OUTCOMES)
+        bounded = [r for r in here if _honest(r) is not None]
+        cells += _share(sum(bool(_honest(r)) for r in bounded), len(bounded))
         lines.append(p.text(moment, "name") + p.plain(len(here)) + cells)
-    head = [("moment", ""), ("runs", "num"), *((name, "num") for _, name, _ in OUTCOMES.values())]
+    head = [
+        ("moment", ""),
+        ("runs", "num"),
+        *((name, "num") for _, name, _ in OUTCOMES.values()),
+        ("honest bound", "num"),
+    ]
     return p.table(head, lines, "Runs; below, the share of them in percent with its 95 % Wilson interval.")
+
+
+def _honest(row: dict[str, Any]) -> bool | None:
+    """Whether the bound on the position held, None for a run that gave none."""
+    x = row.get("honest")
+    return None if x is None or x != x else x > 0.0
 
 
 def _share(k: int, n: int) -> str:
@@ -143,7 +156,9 @@ def _square(where: dict[str, Any], runs: list[dict[str, Any]]) -> str:
         or "no run"
     )
     title = f"{where['group']} {where['row']} {where['size']}, {where['moment']}: {words}"
-    return f'<span class="sq" title="{escape(title, quote=True)}">{strips}</span>'
+    lies = " lies" if any(_honest(r) is False for r in runs) else ""
+    title += ", bound passed" if lies else ""
+    return f'<span class="sq{lies}" title="{escape(title, quote=True)}">{strips}</span>'
 
 
 READING = """
@@ -156,5 +171,6 @@ Announced means a text of warning or worse from either aircraft, or the receiver
 outcomes the worst counts: lost, upset, keep-out violated, silent, late, left in time, kept. A fault that moves nobody counts as
 kept whether or not it was announced.
 
-The aircraft publish no protection level; whether one held the error is not judged here.
+Where the receiver bounds its position (INTEGRITY_STATUS), a run is honest if the true error lay within the bound in every one it
+sent from the fault until the fault was announced. A run that was not has a red frame.
 """

@@ -10,6 +10,7 @@ from flightsw.aircraft import Aircraft
 from ground.link.packets import IDS
 from hil_scripts.campaign.study import Case, RunResult
 from hil_scripts.studies.integrity import snapshot
+from hil_scripts.studies.integrity.honest import Bounds, honest
 from hil_scripts.studies.integrity.judge import OVER_BEHIND_M, Outcome, Track, judge, passed_s
 from hil_scripts.studies.integrity.table import MOMENTS, Moment, event_of
 from sim_plant.aircraft.base import Member
@@ -37,6 +38,7 @@ class Watch:
         geometry, boom = tanker.geometry, tanker.boom
         self._span, self._pivot = geometry.b_m / 2.0, boom.pivot_m[2]
         self.rows: list[tuple[float, ...]] = []
+        self.bounds = Bounds()
         self.announced_s = self.left_s = math.inf
 
     def hear(self, telemetry: list[list[bytes]]) -> None:
@@ -46,6 +48,8 @@ class Watch:
             for kind, fields in snapshot.said(datagrams):
                 if kind == TEXT and fields["severity"] <= WARNING:
                     self.announced_s = min(self.announced_s, now)
+                elif kind == snapshot.INTEGRITY and i == RECEIVER:
+                    self.bounds.hear(fields)
                 elif kind == snapshot.STATUS and i == RECEIVER:
                     self._entered(snapshot.phase_in(fields), now)
 
@@ -59,6 +63,7 @@ class Watch:
         world = self.flight.server.world
         r = truth_of(self.members[RECEIVER], world.t_us)
         x, y, z = r.xi
+        self.bounds.see(world.t_us, r.xi)
         over = z < self._pivot and abs(y) < self._span and -OVER_BEHIND_M < x < self._span
         beyond = any(_beyond(m, world.t_us) for m in self.members)
         self.rows.append((world.t_us / 1e6 - self.t0, math.dist(r.xi, self.m.station_m), self.pair.gap(), over, beyond))
@@ -76,8 +81,8 @@ def _beyond(m: Member, t_us: int) -> bool:
     return abs(t.euler[2]) > BANK or fast or abs(t.alpha) > math.radians(limit.alpha_max_deg)
 
 
-def follow(flight: snapshot.Flying, m: Moment, watch_s: float = WATCH_S) -> Track:
-    """Fly on from a moment for watch_s [s] or until an aircraft is lost, and say what was seen."""
+def follow(flight: snapshot.Flying, m: Moment, watch_s: float = WATCH_S) -> tuple[Track, Bounds]:
+    """Fly on from a moment for watch_s [s] or until an aircraft is lost, and say what was seen, and what bounds were heard."""
     watch, lost = Watch(flight, m), False
     every = flight.server.world.rate_hz // LOOK_HZ
     try:
@@ -89,7 +94,7 @@ def follow(flight: snapshot.Flying, m: Moment, watch_s: float = WATCH_S) -> Trac
                 watch.look()
     except AircraftLostError:
         lost = True
-    return watch.track(lost)
+    return watch.track(lost), watch.bounds
 
 
 def run_case(case: Case, seed: int) -> RunResult:
@@ -99,7 +104,8 @@ def run_case(case: Case, seed: int) -> RunResult:
     flight = snapshot.at(p["moment"], seed)
     for event in p["events"]:
         flight.inject(event_of(event))
-    track = follow(flight, m)
+    t0 = flight.t_s
+    track, bounds = follow(flight, m)
     outcome = judge(track, m.limit_m)
     values = {f"is.{o.name.lower()}": float(o is outcome) for o in Outcome}
     values |= {
@@ -110,4 +116,5 @@ def run_case(case: Case, seed: int) -> RunResult:
         "left_s": track.left_s,
         "passed_s": passed_s(track, m.limit_m),
     }
-    return RunResult(values)
+    t, ratio = bounds.ratios()
+    return RunResult(values | honest(t - t0, ratio, track.announced_s))

@@ -15,11 +15,12 @@ from sim_plant.failures.script import Event, check_event
 from sim_plant.server import PlantServer
 
 STATUS = IDS["MISSION_STATUS"]
-HEARD = frozenset((STATUS, IDS["STATUSTEXT"]))
+INTEGRITY = IDS["INTEGRITY_STATUS"]
+HEARD = frozenset((STATUS, INTEGRITY, IDS["STATUSTEXT"]))
 
 
 def said(datagrams: list[bytes]) -> Iterator[tuple[int, Fields]]:
-    """MISSION_STATUS and STATUSTEXT of an aircraft's telemetry: (message id, fields)."""
+    """MISSION_STATUS, INTEGRITY_STATUS and STATUSTEXT of an aircraft's telemetry: (message id, fields)."""
     for datagram in datagrams:
         for packet, fault in split(datagram):
             if not fault and packet_id(packet) in HEARD:

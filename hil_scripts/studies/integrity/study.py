@@ -15,5 +15,5 @@ STUDY = Study(
     cases=cases(DATA),
     run=run_case,
     default_runs=5,
-    binary=tuple(o.name.lower() for o in Outcome),
+    binary=(*(o.name.lower() for o in Outcome), "honest"),
 )
