@@ -114,7 +114,9 @@ class AirframeNav:
         dcm_from_quat(np.array(f.att_q_nb), self._R)
         euler_from_dcm(self._R, self._e)
         x[AIR], x[RATE], x[EULER] = c.air, f.gyro_b, self._e
-        x[POS] = np.array(f.gnss_pos_n) + np.array(f.gnss_vel_n) * ((f.t_us - f.gnss_t_us) * 1e-6)  # the fix is of before
+        x[POS] = np.array(f.gnss_pos_n) + np.array(f.gnss_vel_n) * (
+            (f.t_us - f.gnss_t_us) * 1e-6
+        )  # the fix is of before
         ua = np.array(air_velocity(x[X_V], x[X_BETA], x[X_ALPHA]))
         to_parent(self._R, ua, self._e)
         x[WIND] = np.array(f.gnss_vel_n) - self._e

@@ -273,12 +273,22 @@ class Bank:
         """Position [m] in tanker axes at the time of `stand`."""
         return self._xi
 
-    @property
-    def relative_error(self) -> tuple[Vec3, Vec3]:
-        """Error of the relative sensor as estimated: of its position [m], of its rate [m/s]."""
-        x, y, z = (self.X[0, RS] + self.X[0, RC]).tolist()
-        u, v, w = self.X[0, RV].tolist()
+    def relative_error(self, m: int) -> tuple[Vec3, Vec3]:
+        """Error of the relative sensor as filter m has it: of its position [m], of its rate [m/s]."""
+        x, y, z = (self.X[m, RS] + self.X[m, RC]).tolist()
+        u, v, w = self.X[m, RV].tolist()
         return (x, y, z), (u, v, w)
+
+    def apart(self, m: int) -> tuple[Vec3, Vec3]:
+        """Position [m] of filter m less that of filter 0 in tanker axes, and the same of the velocity [m/s] NED."""
+        x, y, z = (self.place @ (self.X[m] - self.X[0])).tolist()
+        u, v, w = (self.X[m, U] - self.X[0, U]).tolist()
+        return (x, y, z), (u, v, w)
+
+    def more_likely(self, a: int, b: int) -> float:
+        """Log-likelihood of "source a is wrong" less that of "b is", mean of the long forks."""
+        long = [self._members(s) for s, (length, _) in enumerate(self.slots) if length > 0]
+        return float(np.mean([self.L[m[a]] - self.L[m[b]] for m in long]))
 
     @property
     def sigma(self) -> Vec3:

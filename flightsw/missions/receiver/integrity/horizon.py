@@ -100,8 +100,10 @@ class Horizon:
         """Position [m] NED expected at t_us, from the bank's time to now."""
         return self._ahead.at(t_us)[0]
 
-    def rate(self, t_us: int) -> Vec3:
-        """Rate [m/s] of the position in tanker axes at now, t_us: xi' = C u - w x xi."""
-        u = np.zeros(3)
-        to_child(self._tk[TK_DCM], np.array(self._ahead.at(t_us)[1]), u)
-        return less(vec3(u), cross(self._tk[TK_RATE].tolist(), self.bank.xi))
+    def place(self, t_us: int, m: int) -> tuple[Vec3, Vec3]:
+        """Position [m] of filter m and its rate [m/s] in tanker axes at now, t_us: xi' = C u - w x xi."""
+        (x, y, z), off = self.bank.apart(m)
+        a, b, c = self.bank.xi
+        xi, u = (a + x, b + y, c + z), np.zeros(3)
+        to_child(self._tk[TK_DCM], np.add(self._ahead.at(t_us)[1], off), u)
+        return xi, less(vec3(u), cross(self._tk[TK_RATE].tolist(), xi))

@@ -39,6 +39,7 @@ FIXES = 12  # own fixes kept for the other's of the same instant
 SAME_US = 60_000  # [us] two fixes are of one instant
 CALM_S = 30.0  # [s] without a failed test until a disagreement is over
 CALM = 0.7  # [-] of the thresholds
+SUSPECT_S, SUSPECT_LEAD = 12.0, 10.0  # [s] of a dispute, [-] log-likelihood in which the suspect may become the other
 OTHERS_S = 0.5  # [s] within which another source must have been taken for a step to be the source's own
 
 
@@ -53,6 +54,7 @@ class Integrity:
         self.texts: list[Text] = []
         self.excluded = self.undecided = 0
         self._heard = 0  # sources taken since the bank began
+        self.suspect, self._disputed_s = -1, 0.0
         self.over = ""  # why the phase may not go on, "" if it may
         self.ready = False
         self._own: deque[tuple[int, Vec3, Vec3]] = deque(maxlen=FIXES)
@@ -104,6 +106,7 @@ class Integrity:
         self._decide(verdict, live, dt)
         self._publish(f.t_us, verdict, live & ~self.excluded, al)
         self._rule(dt, al)
+        self._suspect(dt)
         return self._feed(f, updated, health, live & ~self.excluded)
 
     # --- readings -----------------------------------------------------------------------------------------------------
@@ -157,8 +160,8 @@ class Integrity:
         """Whether a source that leaves the prediction does so while another, heard now, does not: then it is left out."""
         others = [k for k in range(SOURCES) if k != source and not self.excluded >> k & 1]
         sound = [k for k in others if self._taken_us[k] >= 0 and self._wild[k] == 0]
-        if not any((now_us - self._taken_us[k]) * 1e-6 < OTHERS_S for k in sound):
-            return False
+        if self.undecided or not any((now_us - self._taken_us[k]) * 1e-6 < OTHERS_S for k in sound):
+            return False  # in a dispute the prediction may be what is wrong
         self._leave_out(source, self.bank.oldest(0), "stepped away from the others")
         return True
 
@@ -189,9 +192,22 @@ class Integrity:
         if v.blamed >= 0 and live.bit_count() >= 3:
             self._leave_out(v.blamed, v.slot, "walks away from the others")
         elif not self.undecided:
-            self.undecided = live
+            self.undecided, self._disputed_s = live, 0.0
             names = ", ".join(NAMES[k] for k in range(SOURCES) if live >> k & 1)
             self.texts.append(Text(WARNING, f"{names} disagree"))
+
+    def _suspect(self, dt: float) -> None:
+        """Of two in dispute, the one more likely to be wrong: not left out, but not flown by while the receiver leaves."""
+        two = [k for k in range(SOURCES) if self.undecided >> k & 1]
+        if len(two) != 2:
+            self.suspect = -1
+            return
+        self._disputed_s += dt
+        lead = self.bank.more_likely(*two)
+        if (
+            self._disputed_s < SUSPECT_S and abs(lead) > SUSPECT_LEAD
+        ):  # later the forks have begun in the dispute themselves
+            self.suspect = two[0] if lead > 0.0 else two[1]
 
     # --- what is done -------------------------------------------------------------------------------------------------
     def _publish(self, t_us: int, v: Verdict, live: int, al: float) -> None:
@@ -215,20 +231,20 @@ class Integrity:
     def _feed(self, f: SensorFrame, updated: int, health: Health, live: int) -> tuple[SensorFrame, int, Health]:
         """The relative reading without its estimated errors; the bank's position where it is silent or left out, carried on by
         specific force for a while where nothing is left."""
-        b = self.bank
+        m = 1 + self.suspect  # the filter that has not heard it; 0 without one
         if live:
             self._known_us = f.t_us
-        if live >> REL & 1 and (f.t_us - self._live_us[REL]) * 1e-6 <= self.p.stand_in_s:
+        if live >> REL & 1 and self.suspect != REL and (f.t_us - self._live_us[REL]) * 1e-6 <= self.p.stand_in_s:
             if updated & UPD_REL and f.rel_valid:
-                if self._wild[REL]:  # a spike
+                if self._wild[REL] and not self.undecided:  # a spike; in a dispute it may be filter 0 that is off
                     return f, updated & ~UPD_REL, health
-                pos, vel = b.relative_error
+                pos, vel = self.bank.relative_error(m)
                 f = replace(f, rel_pos_t=less(f.rel_pos_t, pos), rel_vel_t=less(f.rel_vel_t, vel))
             return f, updated, health
         if (f.t_us - self._known_us) * 1e-6 > self.p.coast_s:
             return f, updated & ~UPD_REL if self.excluded >> REL & 1 else updated, health
-        rate = self.horizon.rate(f.t_us)
-        f = replace(f, rel_t_us=f.t_us, rel_valid=True, rel_pos_t=b.xi, rel_vel_t=rate, updated=f.updated | UPD_REL)
+        xi, rate = self.horizon.place(f.t_us, m)
+        f = replace(f, rel_t_us=f.t_us, rel_valid=True, rel_pos_t=xi, rel_vel_t=rate, updated=f.updated | UPD_REL)
         return f, updated | UPD_REL, replace(health, failed=health.failed & ~HF_REL)
 
 
