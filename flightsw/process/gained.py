@@ -14,7 +14,7 @@ class Gained:
 
     def __init__(self) -> None:
         self._R, self._f, self._a, self._v = np.zeros(9), np.zeros(3), np.zeros(3), np.zeros(3)
-        self._from_us = self._t_us = -1
+        self._from_us = self._t_us = self._att_us = -1
 
     def add(self, f: SensorFrame) -> None:
         """Take in a frame; one without a specific force ends the sum, which begins anew with the next."""
@@ -25,7 +25,9 @@ class Gained:
             self._from_us = self._t_us = f.t_us
             self._v[:] = 0.0
             return
-        dcm_from_quat(np.array(f.att_q_nb), self._R)
+        if f.att_t_us != self._att_us:
+            self._att_us = f.att_t_us
+            dcm_from_quat(np.array(f.att_q_nb), self._R)
         self._f[:] = f.acc_b
         to_parent(self._R, self._f, self._a)
         self._a[2] += G0

@@ -48,7 +48,9 @@ class Way:
 
     def _mean_own(self, from_us: int, to_us: int) -> Vec3 | None:
         x, y, z, covered = 0.0, 0.0, 0.0, 0
-        for a, b, acc in self._own:
+        for a, b, acc in reversed(self._own):
+            if b <= from_us:
+                break
             part = min(b, to_us) - max(a, from_us)
             if part > 0:
                 if acc is None:
@@ -59,9 +61,12 @@ class Way:
     def _mean_other(self, from_us: int, to_us: int) -> Vec3 | None:
         """Of the tanker where it has been told, and as told last for a while after that."""
         x, y, z, covered = 0.0, 0.0, 0.0, 0
-        for g in self._other:
+        end = -1
+        for g in reversed(self._other):
+            end = g.t_us if end >= 0 else g.t_us + FAITH_US
+            if end <= from_us:
+                break
             start = g.t_us - round(g.span_s * 1e6)
-            end = g.t_us + FAITH_US if g is self._other[-1] else g.t_us
             part = min(end, to_us) - max(start, from_us)
             if part > 0:
                 share = part / g.span_s
