@@ -19,6 +19,8 @@ from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, TypeVar, get_args, get_origin
 
+from flightsw.tables import tables
+
 T = TypeVar("T")
 Tree = dict[str, Any]  # a parsed TOML table
 
@@ -73,8 +75,7 @@ def read_toml(path: str | Path, _above: tuple[Path, ...] = ()) -> dict[str, Any]
     """
     here = Path(path).resolve()
     try:
-        with open(path, "rb") as f:
-            data = tomllib.load(f)
+        data = tables(Path(path).read_bytes())
     except OSError as e:
         raise ConfigError(f"{path}: cannot be read: {e.strerror}") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as e:
