@@ -19,6 +19,8 @@ from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, TypeVar, get_args, get_origin
 
+from flightsw.tables import tables
+
 T = TypeVar("T")
 Tree = dict[str, Any]  # a parsed TOML table
 
@@ -73,8 +75,7 @@ def read_toml(path: str | Path, _above: tuple[Path, ...] = ()) -> dict[str, Any]
     """
     here = Path(path).resolve()
     try:
-        with open(path, "rb") as f:
-            data = tomllib.load(f)
+        data = tables(Path(path).read_bytes())
     except OSError as e:
         raise ConfigError(f"{path}: cannot be read: {e.strerror}") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as e:
@@ -233,7 +234,7 @@ def _default(f: dataclasses.Field[Any], base: Any) -> Any:
 def _convert_table(v: Any, cls: Any, where: str, key: str, base: Any) -> Any:
     if not isinstance(v, dict):
         raise ConfigError(f"{_at(where, key)} = {v!r}: expected a table")
-    hints = typing.get_type_hints(cls, include_extras=True)
+    types_of = hints(cls)
     fields = {f.name: f for f in dataclasses.fields(cls) if f.init}
     for k in v:
         if k not in fields:
@@ -245,7 +246,7 @@ def _convert_table(v: Any, cls: Any, where: str, key: str, base: Any) -> Any:
         own = _default(f, base)
         if name in v:
             # a table that sets some keys of a record leaves the others as this record's own default has them
-            out[name] = _convert(v[name], hints[name], where, sub, own if dataclasses.is_dataclass(own) else None)
+            out[name] = _convert(v[name], types_of[name], where, sub, own if dataclasses.is_dataclass(own) else None)
         elif own is dataclasses.MISSING:
             raise ConfigError(f"{_at(where, sub)}: missing key")
         else:

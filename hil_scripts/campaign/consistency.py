@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.stats import chi2, norm
 
 Array = np.ndarray
 
@@ -35,6 +34,8 @@ def chi2_band(dof: int, runs: int = 1, confidence: float = 0.95) -> tuple[float,
     if dof < 1 or runs < 1 or not 0.0 < confidence < 1.0:
         raise ValueError(f"dof={dof}, runs={runs}, confidence={confidence}; allowed >= 1, >= 1, in (0,1)")
     q = 0.5 * (1.0 - confidence)
+    from scipy.stats import chi2  # slow to import: not for every list of studies
+
     lo, hi = chi2.ppf([q, 1.0 - q], dof * runs) / runs
     return float(lo), float(hi)
 
@@ -88,6 +89,8 @@ def rms_interval(per_run: Array, confidence: float = 0.95) -> tuple[float, float
     value = math.sqrt(float(ms.mean()))
     if ms.size == 1:
         return value, math.nan, math.nan
+    from scipy.stats import norm  # slow to import: not for every list of studies
+
     half = float(norm.ppf(0.5 + 0.5 * confidence)) * float(ms.std(ddof=1)) / math.sqrt(ms.size)
     return value, math.sqrt(max(float(ms.mean()) - half, 0.0)), math.sqrt(float(ms.mean()) + half)
 

@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy import stats
 
 from hil_scripts.campaign.study import CampaignError, finite
 from hil_scripts.campaign.task import Row
@@ -69,6 +68,8 @@ def mean_interval(values: Sequence[float]) -> tuple[float, float] | None:
     n = len(values)
     if n < 2:
         return None
+    from scipy import stats  # slow to import: not for every list of studies
+
     half = float(stats.t.ppf(0.5 + CONFIDENCE / 2.0, n - 1)) * float(np.std(values, ddof=1)) / math.sqrt(n)
     mean = float(np.mean(values))
     return mean - half, mean + half
@@ -79,6 +80,8 @@ def share_interval(values: Sequence[float]) -> tuple[float, float] | None:
     n = len(values)
     if n == 0:
         return None
+    from scipy import stats  # slow to import: not for every list of studies
+
     z = float(stats.norm.ppf(0.5 + CONFIDENCE / 2.0))
     p = float(np.mean(values))
     middle = (p + z * z / (2 * n)) / (1 + z * z / n)

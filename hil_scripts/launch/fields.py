@@ -19,7 +19,7 @@ from typing import Annotated, Any, get_args, get_origin
 
 from flightsw.plugins import OursOr, PartOf, ours
 from flightsw.process.parameters import UNITS, wire_name
-from flightsw.strict import IN_FLIGHT, Names, Range, bare
+from flightsw.strict import IN_FLIGHT, Names, Range, bare, hints
 
 IN_TEXT = re.compile(r"^\[([^\]]+)\]\s*")
 
@@ -64,14 +64,14 @@ def comments(cls: type) -> dict[str, str]:
 
 def rows(cls: type, default: Any = None, table: str = "") -> Iterator[Row]:
     """Every key of a configuration dataclass, own ones before those of its tables; `default`: a record with the defaults."""
-    hints, notes = typing.get_type_hints(cls, include_extras=True), comments(cls)
+    types_of, notes = hints(cls), comments(cls)
     about = "" if (cls.__doc__ or "").startswith(f"{cls.__name__}(") else " ".join((cls.__doc__ or "").split())
     tables = []
     for f in dataclasses.fields(cls):
         if not f.init:
             continue
         value = _default(f, default)
-        inner, suffix = _inner(hints[f.name])
+        inner, suffix = _inner(types_of[f.name])
         if inner is not None:
             name = f"{table}.{f.name}{suffix}" if table else f"{f.name}{suffix}"
             tables.append((inner, value if dataclasses.is_dataclass(value) else None, name))
@@ -81,10 +81,10 @@ def rows(cls: type, default: Any = None, table: str = "") -> Iterator[Row]:
             unit, _, more = m[1].partition(", ")
             text = f"({more}) {text[m.end() :]}" if more else text[m.end() :]
         key = f"{table}.{f.name}" if table else f.name
-        free = IN_FLIGHT in bare(hints[f.name])[1]
+        free = IN_FLIGHT in bare(types_of[f.name])[1]
         yield Row(
-            table, f.name, _kind(hints[f.name]), shown(value), _allowed(hints[f.name]), unit, text, about,
-            _wire(key, hints[f.name], value), free,
+            table, f.name, _kind(types_of[f.name]), shown(value), _allowed(types_of[f.name]), unit, text, about,
+            _wire(key, types_of[f.name], value), free,
         )  # fmt: skip
     for inner, record, name in tables:
         yield from rows(inner, record, name)

@@ -94,11 +94,17 @@ def _called(function: Any) -> Iterator[Any]:
             yield found
 
 
+def bulk(function: Any) -> int:
+    """Bytes of code of a kernel and of all it calls, a callee once for every call: what takes long to compile has many."""
+    return len(function.py_func.__code__.co_code) + sum(bulk(f) for f in _called(function.py_func))
+
+
 def compile_claimed(claims: Path) -> None:
-    """Compile what is in the list and no other process that looks into the folder `claims` has begun, callees first."""
+    """Compile what is in the list and no other process that looks into the folder `claims` has begun: callees first, of a level
+    the long ones, so that no process comes to the next level, and compiles a callee there, while another is still at it."""
     known: dict[Any, int] = {}
-    work = [(level(k, known), e, k) for e in entries() if (k := kernel(e.name)) is not None]
-    for place, (_, entry, function) in enumerate(sorted(work, key=lambda w: w[:2])):
+    work = [(level(k, known), -bulk(k), e, k) for e in entries() if (k := kernel(e.name)) is not None]
+    for place, (*_, entry, function) in enumerate(sorted(work, key=lambda w: w[:3])):
         try:
             os.close(os.open(claims / f"kernel-{place}", os.O_CREAT | os.O_EXCL))
         except FileExistsError:

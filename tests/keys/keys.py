@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
-import typing
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Annotated, Any, get_args, get_origin
@@ -14,7 +13,7 @@ from flightsw.condition import ConditionParams
 from flightsw.health import HealthParams
 from flightsw.missions.base import find_mission
 from flightsw.process.config import flight_of
-from flightsw.strict import Names, Range, convert
+from flightsw.strict import Names, Range, convert, hints
 from hil_scripts.launch.runfolder import RunPlan
 from sim_plant.aircraft.kind import kind_of
 from sim_plant.scenario import Scenario
@@ -54,7 +53,7 @@ def _bare(kind: Any) -> tuple[Any, list[Any]]:
 def leaves(at: str, value: Any, skip: tuple[str, ...] = ()) -> Iterator[Key]:
     """Keys of a record, tables and lists of tables in it included; not those below the paths `skip`."""
     cls = type(value)
-    hints = typing.get_type_hints(cls, include_extras=True)
+    types_of = hints(cls)
     for f in dataclasses.fields(cls):
         path, v = f"{at}.{f.name}", getattr(value, f.name)
         if path in skip or not f.init:
@@ -65,7 +64,7 @@ def leaves(at: str, value: Any, skip: tuple[str, ...] = ()) -> Iterator[Key]:
             for i, x in enumerate(v):
                 yield from leaves(f"{path}.{i}", x, skip)
         else:
-            yield Key(path, v, cls, f.name, hints[f.name])
+            yield Key(path, v, cls, f.name, types_of[f.name])
 
 
 def plant_keys(sc: Scenario) -> Iterator[Key]:

@@ -13,6 +13,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from flightsw.strict import hints
+
 GENERIC = (
     "/dataclasses.py", "/flightsw/strict.py", "/sim_plant/obeyed.py", "/flightsw/process/parameters.py", "/copy.py", "/pickle.py",
     "<string>",
@@ -24,7 +26,7 @@ def records(cls: Any, found: set[type] | None = None) -> set[type]:
     found = set() if found is None else found
     if dataclasses.is_dataclass(cls) and isinstance(cls, type) and cls not in found:
         found.add(cls)
-        for tp in typing.get_type_hints(cls).values():
+        for tp in hints(cls).values():
             for part in _parts(tp):
                 records(part, found)
     return found
@@ -42,8 +44,10 @@ class Reads:
     def __init__(self, classes: set[type]) -> None:
         self.classes = classes
         self.seen: set[tuple[type, str]] = set()
-        hints = {c: typing.get_type_hints(c).values() for c in classes}
-        self._parts = {c: {p for tp in v for p in _parts(tp) if p in classes} for c, v in hints.items()}
+        self._held = {
+            c: {name: {p for p in _parts(tp) if isinstance(p, type)} for name, tp in hints(c).items()} for c in classes
+        }
+        self._parts = {c: classes & set().union(*v.values()) for c, v in self._held.items()}
 
     @contextmanager
     def watching(self) -> Iterator[None]:
@@ -87,10 +91,8 @@ class Reads:
     def places(self, cls: type) -> set[str]:
         """Names of the fields in which records hold this one."""
         out = set()
-        for c in self.classes:
-            for name, tp in typing.get_type_hints(c).items():
-                if any(isinstance(p, type) and issubclass(p, cls) for p in _parts(tp)):
-                    out.add(name)
+        for held in self._held.values():
+            out |= {name for name, parts in held.items() if any(issubclass(p, cls) for p in parts)}
         return out
 
     def unread(self) -> list[tuple[type, str]]:

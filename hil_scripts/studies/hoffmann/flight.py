@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal
 
 from flightsw.missions.gust import dynamics as k
 from flightsw.missions.gust.design import kalman_bucy
@@ -147,6 +146,8 @@ def errors(r: Readings, x: Arr, after_s: float = DROP_S) -> dict[str, float]:
 def spectra(r: Readings, x: Arr, column: int, at_hz: tuple[float, ...], after_s: float = DROP_S) -> dict[str, float]:
     """Spectra of truth (tt), estimate (ee) and of both (te, real and imaginary) [unit^2/Hz] at at_hz, the first after_s [s] left
     out. Welch, Hann windows of 512 samples, half overlapping; straight between the bins. For `transfer`, once pooled."""
+    from scipy import signal  # slow to import: not for every list of studies
+
     m = r.t >= after_s
     a, b = r.truth[m, column], x[m, column]
     f, tt = signal.welch(a, 1 / DT, nperseg=WINDOW)

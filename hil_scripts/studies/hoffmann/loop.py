@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal
 
 from flightsw.missions.gust import dynamics as k
 from flightsw.missions.gust.estimate import GustParams
@@ -81,6 +80,8 @@ def fly_loop(p: dict[str, Any], seed: int, ac: GustAircraft, pilot: Pilot) -> tu
 
 def levels(az: Arr) -> tuple[float, float]:
     """RMS of a_z [m/s^2] in total and below 2 Hz (Butterworth of fourth order, both ways), the first 2 s left out."""
+    from scipy import signal  # slow to import: not for every list of studies
+
     sos = signal.butter(4, BAND_HZ, fs=1.0 / TICK_S, output="sos")
     low = signal.sosfiltfilt(sos, az)
     i = round(hf.DROP_S / TICK_S)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.stats import beta
 
 from hil_scripts.campaign.consistency import rms_interval
 from hil_scripts.studies.rivard import kernel as rk
@@ -17,6 +16,8 @@ TABLE_RUNS = 30  # runs behind a printed figure
 
 def proportion(k: int, n: int, confidence: float = 0.95) -> tuple[float, float]:
     """Clopper-Pearson interval of a proportion k/n."""
+    from scipy.stats import beta  # slow to import: not for every list of studies
+
     q = 0.5 * (1.0 - confidence)
     lo = float(beta.ppf(q, k, n - k + 1)) if k > 0 else 0.0
     hi = float(beta.ppf(1.0 - q, k + 1, n - k)) if k < n else 1.0

@@ -126,7 +126,8 @@ def fly(
         q[tr.Q_BANK], q[tr.Q_SPEED] = sp[SP_BANK_ERR] * V[run, 2], sp[SP_SPEED_ERR] * V[run, 3]
         kg.guidance_reset(gs, gp)
         c[0], c[1], c[2], c[3], c[4] = 0.0, sp[SP_Y0], sp[SP_PSI0], 0.0, gp[kg.GP_V]
-        w[:] = window0
+        for j in range(w.shape[0]):
+            w[j] = window0[j]
         t, t_true, t_f, t_g, te = 0.0, 0.0, 0.0, 0.0, math.inf
         i_meas, i_guid, i_draw, i_q = 0, 0, 0, 0
         t_arrive, own_x, own_y, z_r, z_b, z_x, z_y = math.inf, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0

@@ -13,7 +13,6 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from scipy.stats import norm
 
 from flightsw.missions.rendezvous.guidance import RendezvousGuidanceParams, guidance_vector
 from flightsw.missions.rendezvous.params import (
@@ -154,6 +153,8 @@ def schedule(case: RivardCase) -> Array:
     s[rk.SP_LINK], s[rk.SP_PSI0], s[rk.SP_Y0] = case.datalink_m, -delta, -case.offset_nm * NM
     s[rk.SP_YHAT], s[rk.SP_SIGY] = case.y_hat_nm * NM, case.sigma_y_nm * NM
     s[rk.SP_SHIFT], s[rk.SP_SPAN] = float(case.nav.mean_shift), case.nav.grid_sigma
+    from scipy.stats import norm  # slow to import: not for every list of studies
+
     s[rk.SP_DROP] = norm.ppf(T.dropout) if T.dropout > 0.0 else -math.inf
     s[rk.SP_OUT0], s[rk.SP_OUT1] = T.outage_s
     s[rk.SP_LATENCY], s[rk.SP_STAMPED], s[rk.SP_GATE] = T.latency_s, float(T.stamped), case.nav.gate_nis

@@ -10,7 +10,6 @@ import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from scipy import stats
 
 from hil_scripts.studies.rivard import kernel as rk
 from hil_scripts.studies.rivard.figures import TABLE_RUNS, misses, observability, proportion
@@ -173,6 +172,8 @@ def _batches(out: Out, runs: Sequence[Mapping[str, float]], key: str) -> None:
     v = np.array([h[0] for h in have])
     half = math.nan
     if len(v) > 1:
+        from scipy import stats  # slow to import: not for every list of studies
+
         half = float(stats.t.ppf(0.975, len(v) - 1)) * float(v.std(ddof=1)) / math.sqrt(len(v))
     mean = float(v.mean())
     _put(out, key, "mean", mean, mean - half, mean + half, sum(h[1] for h in have))

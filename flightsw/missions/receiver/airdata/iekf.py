@@ -54,7 +54,10 @@ def foresee(
     """e [9] <- expected readings at x [16]; S [9,9] <- H P H^T + common_noise (sensor noise not included)."""
     H = np.empty((M_READ, N))
     linearise(x, g, probes, wk, e, H)
-    spread(P, H, np.arange(M_READ), M_READ, np.zeros(3), r_att, np.empty((N, M_READ)), np.empty((M_READ, M_READ)), S)
+    idx = np.empty(M_READ, dtype=np.int64)
+    for j in range(M_READ):
+        idx[j] = j
+    spread(P, H, idx, M_READ, np.zeros(3), r_att, np.empty((N, M_READ)), np.empty((M_READ, M_READ)), S)
 
 
 @jit
@@ -101,7 +104,8 @@ def correct(
     for it in range(iters + 1):
         linearise(xi, g, probes, wk, h, H)
         for i in range(m):  # idx[i] >= i: no row is written over before it is read
-            H[i] = H[idx[i]]
+            for k in range(N):
+                H[i, k] = H[idx[i], k]
         spread(P, H, idx, m, sig, r_att, PH, R, S)
         if not cholesky(S, m):
             return BROKEN
@@ -110,7 +114,9 @@ def correct(
         for i in range(m):
             d[i] = y[idx[i]] - h[idx[i]]
         if it == 0:
-            LR[:] = R
+            for i in range(m):
+                for j in range(m):
+                    LR[i, j] = R[i, j]
             if not cholesky(LR, m):
                 return BROKEN
             cost = norm_by(LR, m, d.copy())
@@ -148,8 +154,9 @@ def correct(
             c += norm_by(LR, m, d)
             if c <= cost * (1.0 + 1e-9) + 1e-9:
                 step = abs(xn[X_Y] - xi[X_Y]) + abs(xn[X_Z] - xi[X_Z])
-                mu[:] = mt
-                xi[:] = xn
+                for k in range(N):
+                    mu[k] = mt[k]
+                    xi[k] = xn[k]
                 cost = c
                 break
             t *= 0.5
@@ -158,5 +165,6 @@ def correct(
     gain(PH, N, S, m)
     product(PH[:, :m], R[:m, :m], KR)
     joseph(P, H, m, PH, KR, np.empty((N, N)), np.empty((N, N)))
-    x[:] = xi
+    for k in range(N):
+        x[k] = xi[k]
     return OK

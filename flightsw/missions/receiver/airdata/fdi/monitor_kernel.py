@@ -210,6 +210,7 @@ def window_record(
     C = np.zeros((3, 3))
     zero = np.zeros((3, 3))
     last = S.shape[0] - 1
+    ok = (1 << r.shape[1]) - 1  # all three; for a 7, fixed when compiled, the callees would be compiled once more
     span = 0
     for k in range(N):
         first = k % n
@@ -220,15 +221,15 @@ def window_record(
         s = S[min(k, last)]
         m = window_mean(R, H, use, first, span, mean[k], dirn[k])
         covariance(var, s, m, C)
-        g = subset_fit(mean[k], C, dirn[k], 0.0, 7)[0]
+        g = subset_fit(mean[k], C, dirn[k], 0.0, ok)[0]
         if g > th[ALARM, TWO] and m > 1:
             covariance(var, zero, 1, C)
-            keep = collapse(R, H, first, span, use, C, s, 7, th[JUMP], th[CALM])
+            keep = collapse(R, H, first, span, use, C, s, ok, th[JUMP], th[CALM])
             if keep < span:
                 span = keep
                 m = window_mean(R, H, use, first, span, mean[k], dirn[k])
             covariance(var, s, m, C)
-            g = subset_fit(mean[k], C, dirn[k], 0.0, 7)[0]
+            g = subset_fit(mean[k], C, dirn[k], 0.0, ok)[0]
         gamma[k] = g
         for i in range(3):
             for j in range(3):
