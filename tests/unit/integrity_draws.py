@@ -35,11 +35,12 @@ class Fault:
     whole: bool = False  # its velocity walks with it
     off: bool = False
     at_s: float = 20.0
+    until_s: float = math.inf
 
     def error(self, t: float) -> tuple[Arr, Arr]:
         """Error of position [m] and rate [m/s] of a sample of time t [s]."""
         pos, vel = np.zeros(3), np.zeros(3)
-        if t >= self.at_s:
+        if self.at_s <= t < self.until_s:
             pos[self.axis] = self.step + self.walk * (t - self.at_s)
             vel[self.axis] = self.walk * self.whole
         return pos, vel

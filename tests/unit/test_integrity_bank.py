@@ -143,6 +143,16 @@ def test_a_fault_is_told_in_time_and_its_error_stays_bounded(name: str) -> None:
         assert s.over[-1]
 
 
+@pytest.mark.parametrize(("until_s", "back"), [(35.0, True), (math.inf, False)], ids=["ends", "lasts"])
+def test_a_source_left_out_comes_back_by_agreeing_with_the_others_for_long(until_s: float, back: bool) -> None:
+    """A step of 3 m that ends: taken again 30 s after its end, the bound honest throughout; one that lasts never is."""
+    s = draw(11, 75.0, CONTACT, Fault("rel", 1, step=3.0, until_s=until_s))
+    words = ["relative sensor left out: stepped away from the others", "relative sensor taken again"]
+    assert [x for _, x in s.texts] == words[: 1 + back] and (np.abs(s.error) <= s.pl).all() and not s.over.any()
+    assert not back or 30.0 <= s.texts[1][0] - until_s < 31.0
+    assert s.bank.out.used >> REL & 1 == back
+
+
 def test_a_silent_relative_sensor_is_stood_in_for() -> None:
     """60 s at contact: the reading handed on is the bank's, 0.3 m RMS. With GNSS alone it rests on what was known and on
     accelerometers: the bound grows, holds, and ends the phase."""

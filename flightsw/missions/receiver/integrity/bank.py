@@ -9,7 +9,6 @@ separation does not (it blames the best sensor). Sources: separation.md 3 to 6.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -22,6 +21,7 @@ from flightsw.missions.receiver.integrity.layout import (
     B_U,
     NB,
     OB,
+    OWN,
     POSITION,
     RATE,
     RC,
@@ -35,6 +35,7 @@ from flightsw.missions.receiver.integrity.layout import (
 )  # fmt: skip
 from flightsw.missions.receiver.integrity.params import IntegrityParams
 from flightsw.missions.receiver.integrity.readings import Reading
+from flightsw.missions.receiver.integrity.verdict import Verdict
 from flightsw.types import ZERO3, Vec3
 
 AXES = range(3)
@@ -42,18 +43,6 @@ JUMP = (1.5, 1.5, 0.5)  # [m] a source may have stepped by when a short fork beg
 WALK = ((0.3, 0.12), (0.3, 0.12), (0.1, 0.04))  # [m/sqrt(s)] may walk by, in short and long forks
 RATE_WALK = 0.1  # [m/s/sqrt(s)] and its rate
 START_V = 1.0  # [m/s] of the first estimate
-
-
-@dataclass(slots=True)
-class Verdict:
-    """What the bank says at a step. Masks have a bit a source."""
-
-    pl: Vec3 = (math.inf, math.inf, math.inf)  # [m] protection level, tanker axes
-    ratio: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)  # [-] test over its threshold; 0: not live
-    disagree: bool = False  # a test has failed
-    blamed: int = -1  # the source the likelihoods name, -1: none
-    slot: int = 0  # by forks of this slot
-    scores: list[float] = field(default_factory=lambda: [0.0] * SOURCES)
 
 
 class Bank:
@@ -234,6 +223,18 @@ class Bank:
         m = self._members(slot)[source]
         self.X[0], self.P[0] = self.X[m], self.P[m]
         self.left_out[0] |= 1 << source
+        own = OWN[source]  # nothing is known of its errors any more
+        self.X[0, own], self.P[0, own, :], self.P[0, :, own] = 0.0, 0.0, 0.0
+        for i in range(own.start, own.stop):
+            self.P[0, i, i] = self.believed.at(i, self._xi)
+        self._begin_anew()
+
+    def take_again(self, source: int) -> None:
+        """Hear a source again that was left out, of whose errors nothing is known."""
+        self.left_out[0] &= ~(1 << source)
+        self._begin_anew()
+
+    def _begin_anew(self) -> None:
         for k in range(SOURCES):
             self._restart_standing(k)
         self._fork_all()

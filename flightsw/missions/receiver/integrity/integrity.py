@@ -13,12 +13,13 @@ from collections import deque
 from dataclasses import replace
 
 from flightsw.aircraft import Aircraft
-from flightsw.missions.receiver.integrity.bank import Bank, Verdict
+from flightsw.missions.receiver.integrity.bank import Bank
 from flightsw.missions.receiver.integrity.horizon import Horizon
 from flightsw.missions.receiver.integrity.layout import BOOM, GNSS, NAMES, REL, SOURCES
 from flightsw.missions.receiver.integrity.params import IntegrityParams
 from flightsw.missions.receiver.integrity.readings import Reading, Readings, less
 from flightsw.missions.receiver.integrity.report import IntegrityReport
+from flightsw.missions.receiver.integrity.verdict import Verdict
 from flightsw.missions.receiver.refuel import (
     CONTACT,
     DISCONNECT,
@@ -62,6 +63,8 @@ class Integrity:
         self._live_us = [-1] * SOURCES  # when one was last heard, taken or not,
         self._taken_us = [-1] * SOURCES  # and taken
         self._wild = [0] * SOURCES  # spikes in a row
+        self._outs = [0] * SOURCES  # times left out
+        self._agrees_us = [-1] * SOURCES  # since when a source left out agrees with the others
         self._wait_us = self._known_us = -1
         self._calm_s = self._over_s = 0.0
         limits = ((OBSERVATION, p.al_observation_m), (CONTACT, p.al_latched_m), *((k, p.al_closing_m) for k in NEAR))
@@ -145,6 +148,7 @@ class Integrity:
         source = reading.source
         self._used_us[source], self._live_us[source] = reading.t_us, now_us
         if self.excluded >> source & 1:
+            self._hear_again(reading, now_us)
             return
         if self.horizon.surprise(reading) > self.p.gate:
             self._wild[source] += 1
@@ -155,6 +159,18 @@ class Integrity:
         self._taken_us[source] = now_us
         self._heard |= 1 << source
         self.horizon.wait(reading)
+
+    def _hear_again(self, reading: Reading, now_us: int) -> None:
+        """A source left out comes back by agreeing with the others for long, never by lasting; one left out twice stays out."""
+        k = reading.source
+        agrees = bool(self._live(now_us)) and self.horizon.surprise(reading) < self.p.again_sigma
+        if not agrees or self._agrees_us[k] < 0:
+            self._agrees_us[k] = now_us if agrees else -1
+        elif self._outs[k] < 2 and (now_us - self._agrees_us[k]) * 1e-6 >= self.p.again_s:
+            self.excluded &= ~(1 << k)
+            self._wild[k] = 0
+            self.bank.take_again(k)
+            self.texts.append(Text(NOTICE, f"{NAMES[k]} taken again"))
 
     def _steps_alone(self, source: int, now_us: int) -> bool:
         """Whether a source that leaves the prediction does so while another, heard now, does not: then it is left out."""
@@ -176,6 +192,8 @@ class Integrity:
     # --- who is wrong -------------------------------------------------------------------------------------------------
     def _leave_out(self, source: int, slot: int, why: str) -> None:
         self.excluded |= 1 << source
+        self._outs[source] += 1
+        self._agrees_us[source] = -1
         self.undecided = 0
         self.bank.exclude(source, slot)
         self.horizon.drop(source)

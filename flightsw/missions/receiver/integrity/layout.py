@@ -22,6 +22,7 @@ OB, AB = slice(B_OB, B_OB + 3), slice(B_AB, B_AB + 3)
 # errors that grow when a source may be wrong: of its position, of its rate
 POSITION = (RS, G, OB)
 RATE = (RV, GV, slice(0, 0))
+OWN = (slice(B_RS, B_G), slice(B_G, B_AT), slice(B_OB, B_AB))  # all errors of a source
 
 # rows of one source: so many at most
 ROWS = 6

@@ -67,6 +67,9 @@ class IntegrityParams:
     fork_s: tuple[float, float] = (3.0, 15.0)
     gate: Risk = 6.0  # [-] sigmas of an innovation beyond which a single reading is a spike
     spikes: Annotated[int, Range(1, 100)] = 2  # so many in a row
+    # a source left out is taken again when it has agreed with the others to `again_sigma` for so long, once
+    again_s: Annotated[float, Range(1.0, 600.0)] = 30.0
+    again_sigma: Risk = 2.0
     # alert limits [m] and how long a bound may be beyond them
     al_observation_m: Limit = 10.0
     al_closing_m: Limit = 3.0
