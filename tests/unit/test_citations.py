@@ -155,3 +155,13 @@ def test_made_up_citations(text: str, found: list[str]) -> None:
 )
 def test_made_up_links(text: str, found: list[str]) -> None:
     assert broken(text, ROOT / "docs" / "made-up.md") == found
+
+
+def test_tests_a_page_names_exist() -> None:
+    """The safety case rests on them."""
+    written = {
+        n for p in (ROOT / "tests").rglob("test_*.py") for n in re.findall(r"^def (test_\w+)\(", p.read_text(), re.M)
+    }
+    named = {n for p in (ROOT / "docs").rglob("*.md") for n in re.findall(r"`(test_\w+)`", p.read_text())}
+    modules = {p.stem for p in (ROOT / "tests").rglob("test_*.py")}
+    assert len(named) > 20 and not named - written - modules
