@@ -57,7 +57,7 @@ class _HoldContact:
     def step(self, f: SensorFrame, nav: NavState, dt: float) -> GuidanceCmd:
         return self.out
 
-    def recapture(self, nav: NavState) -> None:
+    def recapture(self, nav: NavState, why: str = "") -> None:
         """Nothing to do: the reference never moves."""
 
 
