@@ -243,15 +243,16 @@ class ReceiverMission(Mission[ActuatorModel]):
 
 
 def behind(f: SensorFrame, nav: NavState) -> Rejoin:
-    """Back to the tanker's velocity by both aircraft's GNSS; down while close to it and not yet below."""
+    """Back to the tanker's velocity by the estimate, else by both aircraft's GNSS; down while close to it and not yet below."""
     ages = (f.t_us - f.peer.t_us, f.t_us - f.gnss_t_us)
     if f.peer.t_us <= 0 or f.gnss_t_us <= 0 or max(ages) > FRESH_US:
         return Rejoin(ready=False)
-    n, e, d = (a - b for a, b in zip(f.peer.vel_n, f.gnss_vel_n, strict=True))
+    own = nav.vel_n if nav.valid else f.gnss_vel_n
+    n, e, d = (a - b for a, b in zip(f.peer.vel_n, own, strict=True))
     seen = f.rel_valid and f.t_us - f.rel_t_us < FRESH_US
     close = seen and math.hypot(*f.rel_pos_t) < NEAR_M and f.rel_pos_t[2] < BELOW_M
     ready = nav.rel_valid and math.hypot(n, e) < ALIKE_MPS and abs(d) < ALIKE_MPS and not close
-    off = math.hypot(n, e, d)
+    off = min(math.hypot(n, e, d), math.dist(f.peer.vel_n, f.gnss_vel_n))
     strange = f"velocity {off:.0f} m/s off the tanker's" if off > STRANGE_MPS else ""
     return Rejoin(away=(n, e), path=-DOWN if close else 0.0, ready=ready, strange=strange)
 

@@ -29,6 +29,7 @@ ATTITUDE_S, MOTION_S, FLOW_S, SPEED_S, LOST_S, APART_S = (
 )  # [s] before it counts: attitude has been judged
 APART, TOGETHER = math.radians(20.0), math.radians(5.0)  # [rad] estimated attitude from the reference
 SPEED_BACK, SPEED_APART = 3.0, 10.0  # [m/s] inside the limits; estimate from the probes
+ANCHOR_S = 10.0  # [s] on the gyro alone
 LEVEL_S, READY_S = 5.0, 2.0  # [s] level; and all there is to fly by
 TURN_MOST, K_TURN = math.radians(20.0), 0.15  # [rad] of bank, [1/s]
 CLOSE_M, CLOSE_MPS = 30.0, 10.0  # [m], [m/s] of what a law holds
@@ -82,6 +83,7 @@ class Protection:
     def __post_init__(self) -> None:
         self.readings = Readings(self.ac, self.h_m)
         self.law = RecoveryLaw(self.ac)
+        self._nav_R = np.zeros(9)
         self._phase = OUT
         self._since: dict[str, float] = {}
         self._was_valid = self._suspect = False
@@ -97,6 +99,8 @@ class Protection:
         self._was_valid = self._was_valid or nav.valid
         apart = self._apart(nav)
         if self._phase == OUT:
+            if s.trusted and s.coasting_s > ANCHOR_S and nav.valid and not apart:
+                s.anchor(self._nav_R)  # the estimate knows the reference to be wrong, and the gyro drifts
             why = self._beyond(nav, apart, rejoin.strange, dt)
             if why and s.known:
                 self._take(why)
@@ -140,9 +144,8 @@ class Protection:
         s = self.readings
         if not nav.valid or not s.trusted:
             return False
-        R = np.zeros(9)
-        dcm_from_quat(np.array(nav.q_nb), R)
-        off = angle(R, s.R)
+        dcm_from_quat(np.array(nav.q_nb), self._nav_R)
+        off = angle(self._nav_R, s.R)
         limit = APART if self._phase == OUT else TOGETHER
         return off > limit or (self._phase != OUT and s.V_measured and abs(nav.V - s.V) > SPEED_APART)
 
@@ -152,7 +155,9 @@ class Protection:
         bank, pitch = math.atan2(s.down[1], s.down[2]), -math.asin(min(max(s.down[0], -1.0), 1.0))
         top = math.radians(limits.alpha_max_deg)
         alike = not nav.valid or abs(nav.alpha) > top
-        speeds = (s.V, nav.V) if nav.valid else (s.V,)  # of one alone a sensor may be the cause
+        # of one alone a sensor may be the cause
+        speeds, turning = ((s.V, nav.V), (s.w, nav.w_b)) if nav.valid else ((s.V,), (s.w,))
+        rate = min(max(map(abs, w)) for w in turning)
         off = s.V_measured and (max(speeds) < limits.V_min_mps or min(speeds) > limits.V_max_mps)
         deg = math.degrees
         seen = (
@@ -161,8 +166,8 @@ class Protection:
             (abs(pitch) > PITCH_BEYOND, ATTITUDE_S, f"pitch {deg(pitch):.0f} deg"),
             (s.alpha_measured and abs(s.alpha) > top and alike, FLOW_S, f"incidence {deg(s.alpha):.0f} deg"),
             (off, SPEED_S, f"airspeed {s.V:.0f} m/s"),
-            (max(map(abs, s.w)) > RATE_BEYOND, MOTION_S, f"rate {deg(max(map(abs, s.w))):.0f} deg/s"),
-            (not self.law.load_low < s.load < self.law.load_high, MOTION_S, f"load {s.load:.1f}"),
+            (rate > RATE_BEYOND, MOTION_S, f"rate {deg(rate):.0f} deg/s"),
+            (not (nav.valid or self.law.load_low < s.load < self.law.load_high), MOTION_S, f"load {s.load:.1f}"),
             (bool(strange), LOST_S, strange),
             (self._was_valid and not nav.valid, LOST_S, "navigation lost"),
             (apart, APART_S, "estimated attitude not that of the sensors"),

@@ -88,6 +88,11 @@ class Readings:
         self.trusted = self.known and self.coasting_s < COAST_S
         self.down = (float(self.R[2]), float(self.R[5]), float(self.R[8]))
 
+    def anchor(self, R: np.ndarray) -> None:
+        """Go on with the gyro from attitude R [9], NED to body."""
+        self.R = R.copy()
+        self.coasting_s = 0.0
+
     def _airspeed(self, f: SensorFrame, fresh: bool, dt: float) -> None:
         """The middle one of the probes' airspeeds; between them and after, what gravity and the accelerometers make of it."""
         self._V_age += dt
