@@ -57,6 +57,7 @@ from flightsw.types import (
 
 MAV_CMD_USER_1 = 31010
 FRESH_US = 500_000  # [us] age of both aircraft's velocities that can be compared
+STATION_M = 300.0  # [m] beyond it the tanker's transmitted attitude swings the place it sees by metres
 NEAR_M, BELOW_M, DOWN = 400.0, 60.0, math.radians(3.0)  # [m], [m] under the tanker, [rad] of path
 ALIKE_MPS, STRANGE_MPS = 4.0, 30.0  # [m/s] off the tanker's velocity: station keeping can go on; cannot
 
@@ -251,7 +252,8 @@ def behind(f: SensorFrame, nav: NavState) -> Rejoin:
     n, e, d = (a - b for a, b in zip(f.peer.vel_n, own, strict=True))
     seen = f.rel_valid and f.t_us - f.rel_t_us < FRESH_US
     close = seen and math.hypot(*f.rel_pos_t) < NEAR_M and f.rel_pos_t[2] < BELOW_M
-    ready = nav.rel_valid and math.hypot(n, e) < ALIKE_MPS and abs(d) < ALIKE_MPS and not close
+    near = nav.rel_valid and math.hypot(*nav.rel_pos_t) < STATION_M
+    ready = near and math.hypot(n, e) < ALIKE_MPS and abs(d) < ALIKE_MPS and not close
     off = min(math.hypot(n, e, d), math.dist(f.peer.vel_n, f.gnss_vel_n))
     strange = f"velocity {off:.0f} m/s off the tanker's" if off > STRANGE_MPS else ""
     return Rejoin(away=(n, e), path=-DOWN if close else 0.0, ready=ready, strange=strange)

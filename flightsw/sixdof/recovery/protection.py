@@ -16,7 +16,11 @@ from flightsw.sixdof.recovery.readings import Readings, angle
 from flightsw.types import GuidanceCmd, Health, NavState, SensorFrame, Text
 
 BANK_BEYOND, PITCH_BEYOND = math.radians(20.0), math.radians(25.0)  # [rad] above the file's largest bank; either way
-RATE_BEYOND = math.radians(20.0)  # [rad/s]
+RATE_BEYOND = (
+    math.radians(60.0),
+    math.radians(20.0),
+    math.radians(20.0),
+)  # [rad/s] station keeping rolls with 45 deg/s
 SIDEWAYS = math.radians(60.0)  # [rad] of pitch beyond which it alone tells
 LEVEL = math.radians(5.0)  # [rad] of bank and path
 ATTITUDE_S, MOTION_S, FLOW_S, SPEED_S, LOST_S, APART_S = (
@@ -157,7 +161,7 @@ class Protection:
         alike = not nav.valid or abs(nav.alpha) > top
         # of one alone a sensor may be the cause
         speeds, turning = ((s.V, nav.V), (s.w, nav.w_b)) if nav.valid else ((s.V,), (s.w,))
-        rate = min(max(map(abs, w)) for w in turning)
+        over = min(max(abs(x) / most for x, most in zip(w, RATE_BEYOND, strict=True)) for w in turning)
         off = s.V_measured and (max(speeds) < limits.V_min_mps or min(speeds) > limits.V_max_mps)
         deg = math.degrees
         seen = (
@@ -166,7 +170,7 @@ class Protection:
             (abs(pitch) > PITCH_BEYOND, ATTITUDE_S, f"pitch {deg(pitch):.0f} deg"),
             (s.alpha_measured and abs(s.alpha) > top and alike, FLOW_S, f"incidence {deg(s.alpha):.0f} deg"),
             (off, SPEED_S, f"airspeed {s.V:.0f} m/s"),
-            (rate > RATE_BEYOND, MOTION_S, f"rate {deg(rate):.0f} deg/s"),
+            (over > 1.0, MOTION_S, "rates " + ", ".join(f"{deg(x):.0f}" for x in s.w) + " deg/s"),
             (not (nav.valid or self.law.load_low < s.load < self.law.load_high), MOTION_S, f"load {s.load:.1f}"),
             (bool(strange), LOST_S, strange),
             (self._was_valid and not nav.valid, LOST_S, "navigation lost"),
