@@ -10,8 +10,9 @@ import pytest
 
 from flightsw.aircraft import load_aircraft
 from flightsw.kernels.rotations import dcm_from_euler, quat_from_euler, rotate_dcm
+from flightsw.sixdof.recovery.cruising import cruise
 from flightsw.sixdof.recovery.law import RecoveryLaw, Wanted
-from flightsw.sixdof.recovery.protection import HOLDING, Protection, Rejoin, cruise
+from flightsw.sixdof.recovery.protection import HOLDING, Protection, Rejoin
 from flightsw.sixdof.recovery.readings import COAST_S, V_COAST_S, Readings, angle
 from flightsw.types import HF_ATT, UPD_AIR, UPD_ATT, UPD_BARO, UPD_IMU, Health, NavState, SensorFrame, Vec3
 

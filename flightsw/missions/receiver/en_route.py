@@ -32,7 +32,7 @@ from flightsw.sixdof.command import ScheduleParams
 from flightsw.sixdof.estimator import AirframeNav
 from flightsw.sixdof.estimator_core import NavParams, failed_bits
 from flightsw.sixdof.layout import TK, TK_DCM, TK_VEL
-from flightsw.sixdof.recovery.protection import cruise
+from flightsw.sixdof.recovery.cruising import protected
 from flightsw.strict import Range
 from flightsw.terms import Laws
 from flightsw.types import (
@@ -136,7 +136,8 @@ class JoinMission(Mission[ActuatorModel]):
         self._look(f, nav, updated & ~failed_bits(health))
         g = self.guid.step(f.t_us, nav, self.sight, dt)
         self._settle(f, mean, updated, health, dt)
-        if (taken := self._guarded(f, nav, g, updated, health, dt)) is not None:
+        guard, both = self.refuel.guard, (self.nav, self.refuel.nav)
+        if (taken := protected(guard, self.free.terms, f, nav, g, updated, health, dt, *both)) is not None:
             return nav, g, *taken
         if nav.valid:
             u, throttle = self.free.step(nav, g, act, dt)
@@ -146,21 +147,6 @@ class JoinMission(Mission[ActuatorModel]):
             self._join()
             self._texts.append(Text(6, f"station keeping from {math.hypot(*self.sight.pos):.0f} m"))
         return nav, g, u, throttle
-
-    def _guarded(
-        self, f: SensorFrame, nav: NavState, g: GuidanceCmd, updated: int, health: Health, dt: float
-    ) -> tuple[np.ndarray, float] | None:
-        """The command of the recovery law while it has it."""
-        guard = self.refuel.guard
-        if guard is None:
-            return None
-        rejoin = cruise(g.V, g.alt_m, nav)
-        if guard.step(f, nav, updated, health, rejoin, dt):
-            self.free.terms.open()
-        if guard.anew:
-            self.nav.begin_again("restarting after recovery")
-            self.refuel.nav.begin_again("restarting after recovery")
-        return guard.command(g, rejoin, dt)
 
     @property
     def recovering(self) -> bool:

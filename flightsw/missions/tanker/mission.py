@@ -20,7 +20,8 @@ from flightsw.sixdof.autopilot import TankerCtrlParams, make_autopilot
 from flightsw.sixdof.command import ScheduleParams
 from flightsw.sixdof.estimator import AirframeNav
 from flightsw.sixdof.estimator_core import NavParams
-from flightsw.sixdof.recovery.protection import Protection, RecoveryParams, cruise
+from flightsw.sixdof.recovery.cruising import protected
+from flightsw.sixdof.recovery.protection import Protection, RecoveryParams
 from flightsw.sixdof.windcal.feed import make_wind_calibration
 from flightsw.sixdof.windcal.params import WindCalParams
 from flightsw.sixdof.windcal.record import WindReport, report_values
@@ -80,7 +81,8 @@ class TankerMission(Mission[ActuatorModel]):
         """One 20 Hz step: (nav, guidance, surfaces and thrust [4], throttle)."""
         nav = self.nav.step(f, act.take_mean(), health, updated)
         g = self.guid.step(f, nav, dt)
-        if (taken := self._guarded(f, nav, g, updated, health, dt)) is not None:
+        taken = protected(self.guard, self.ctrl.terms, f, nav, g, updated, health, dt, self.nav)
+        if taken is not None:
             u, throttle = taken
         elif nav.valid:
             u, throttle = self.ctrl.step(nav, g, act, dt)
@@ -90,20 +92,6 @@ class TankerMission(Mission[ActuatorModel]):
             self.wind.feed(f, updated, health, self.nav.core)
             self.wind.publish(nav)
         return nav, g, u, throttle
-
-    def _guarded(
-        self, f: SensorFrame, nav: NavState, g: GuidanceCmd, updated: int, health: Health, dt: float
-    ) -> tuple[np.ndarray, float] | None:
-        """The command of the recovery law while it has it."""
-        guard = self.guard
-        if guard is None:
-            return None
-        rejoin = cruise(g.V, g.alt_m, nav)
-        if guard.step(f, nav, updated, health, rejoin, dt):
-            self.ctrl.terms.open()
-        if guard.anew:
-            self.nav.begin_again("restarting after recovery")
-        return guard.command(g, rejoin, dt)
 
     @property
     def recovering(self) -> bool:

@@ -36,8 +36,6 @@ SPEED_BACK, SPEED_APART = 3.0, 10.0  # [m/s] inside the limits; estimate from th
 ANCHOR_S = 10.0  # [s] on the gyro alone
 LEVEL_S, READY_S = 5.0, 2.0  # [s] level; and all there is to fly by
 TURN_MOST, K_TURN = math.radians(20.0), 0.15  # [rad] of bank, [1/s]
-CLOSE_M, CLOSE_MPS = 30.0, 10.0  # [m], [m/s] of what a law holds
-PATH_MOST, PATH_S = math.radians(3.0), 10.0  # [rad], [s] towards a height
 OUT, RECOVERING, HOLDING = range(3)
 
 
@@ -61,14 +59,6 @@ class Rejoin:
     path: float = 0.0
     ready: bool = True
     strange: str = ""  # why the law cannot fly from here at all
-
-
-def cruise(V: float, alt_m: float, nav: NavState) -> Rejoin:
-    """Of a law that holds airspeed V [m/s] and altitude [m], whatever the heading: linear, so that it is given the aircraft close
-    to both."""
-    short = alt_m + nav.pos_n[2]
-    path = min(max(short / (PATH_S * V), -PATH_MOST), PATH_MOST) if nav.valid else 0.0
-    return Rejoin(V, path=path, ready=abs(short) < CLOSE_M and abs(nav.V - V) < CLOSE_MPS)
 
 
 @dataclass
