@@ -34,7 +34,7 @@ K_LEVEL, LEVEL_MOST = 0.15, math.radians(4.0)  # [1/s], [rad] integral of the pa
 K_SPEED = 0.15  # [1/s]
 ROLL_MOST, ROLL_SHARE = math.radians(150.0), 0.8  # [rad/s], [-] of what full aileron gives
 DESCENT, CLIMB = math.sin(math.radians(15.0)), math.sin(math.radians(20.0))  # idle, full thrust beyond
-NEAR = math.radians(10.0)
+NEAR = math.radians(10.0)  # [rad] of path and bank: level enough for the integral
 
 
 @dataclass(slots=True)
@@ -71,7 +71,7 @@ class RecoveryLaw:
         self._trim = 0.0  # [rad/s^2] pitch acceleration the file's moments do not give
 
     def step(self, s: Readings, want: Wanted, dt: float) -> tuple[np.ndarray, float]:
-        """Command (surfaces [rad] and thrust [N] [4], throttle 0..1), dt [s] after the last (recovery.md 2 to 5)."""
+        """Command (surfaces [rad] and thrust [N] [4], throttle 0..1), dt [s] after the last (recovery.md 2 to 6)."""
         flow, lift, right = axes(s.alpha, s.beta)
         up = (-s.down[0], -s.down[1], -s.down[2])
         climb, ahead, aside = _dot(up, flow), _dot(up, lift), _dot(up, right)
@@ -81,8 +81,8 @@ class RecoveryLaw:
         self._k = self._gains(s)
         roll, load = self._path(s, want, climb, ahead, aside, across, dt)
         p, q, r = self._rates(s, roll, load, ahead, aside)
-        u = self._surfaces(s, p, q, r, load, ahead)
-        thrust, avail = self._thrust(s, want, climb, load)
+        u = self._surfaces(s, p, q, r)
+        thrust, avail = self._thrust(s, want, climb)
         sent = [min(max(x, self.lim[i, 0]), self.lim[i, 1]) for i, x in enumerate(u)]
         if sent[1] == u[1]:
             more = K_TRIM * self._k[1] * min(max(q - s.w[1], -TRIM_ERROR), TRIM_ERROR) * dt
@@ -124,8 +124,7 @@ class RecoveryLaw:
         steep = min(max((-climb - STEEP_DIVE) / (DIVED - STEEP_DIVE), 0.0), 1.0)
         top = self.load_high + steep * (self.load_last - self.load_high)
         share = min(max(2.0 * towards, 0.0), 1.0)  # whole while the lift points within 60 deg of where it is wanted
-        bottom = 0.0
-        load = UNLOADED + share * (min(max(asked, bottom), top) - UNLOADED)
+        load = UNLOADED + share * (min(max(asked, 0.0), top) - UNLOADED)
         self._load = load = min(load, self._load + LOAD_RATE * dt)
         return roll, load
 
@@ -146,9 +145,7 @@ class RecoveryLaw:
         ca, sa = math.cos(s.alpha), math.sin(s.alpha)
         return around * ca - yaw * sa, pitch, around * sa + yaw * ca
 
-    def _surfaces(
-        self, s: Readings, p: float, q: float, r: float, load: float, ahead: float
-    ) -> tuple[float, float, float]:
+    def _surfaces(self, s: Readings, p: float, q: float, r: float) -> tuple[float, float, float]:
         """Aileron, elevator, rudder [rad] whose moments bring the rates to p, q, r [rad/s] (recovery.md 5)."""
         c, g, w = self.ac.aero, self.ac.geometry, s.w
         ixx, iyy, izz = s.inertia
@@ -164,7 +161,7 @@ class RecoveryLaw:
         det = c.Cl_da * c.Cn_dr - c.Cl_dr * c.Cn_da
         return (roll * c.Cn_dr - yaw * c.Cl_dr) / det, elevator, (yaw * c.Cl_da - roll * c.Cn_da) / det
 
-    def _thrust(self, s: Readings, want: Wanted, climb: float, load: float) -> tuple[float, float]:
+    def _thrust(self, s: Readings, want: Wanted, climb: float) -> tuple[float, float]:
         """Thrust [N] and what is available (recovery.md 6)."""
         c, S = self.ac.aero, self.ac.geometry.S_m2
         avail = thrust_available(self.ac, s.h_m, s.V)
