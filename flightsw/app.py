@@ -20,6 +20,7 @@ from flightsw.missions.base import AnySpec, Report, Reports, find_mission
 from flightsw.strict import ConfigError, Tree, convert, replaced
 from flightsw.types import (
     HF_ACT,
+    HF_UPSET,
     UNSUPPORTED,
     UPD_BARO,
     UPD_IMU,
@@ -186,8 +187,9 @@ class FlightApp:
         if len(u) > FLAP:
             c.flap = float(u[FLAP])
         c.latch = self.guid.latch
-        # until navigation has been valid once the aircraft keeps the trim it came in; afterwards it is never handed back
-        c.armed = c.armed or self.nav.valid
+        # until navigation has been valid once, or recovery flies without it, the aircraft keeps the trim it came in; afterwards
+        # it is never handed back
+        c.armed = c.armed or self.nav.valid or self.mission.recovering
         texts += self.mission.texts()
         self._report(dt, texts)
 
@@ -195,7 +197,7 @@ class FlightApp:
         """What inputs, navigation and the aircraft itself have to say, into the health report and `texts`."""
         h, r, c = self.health.out, self.mission.refusals, self.condition
         c.step(self.nav, self.mission.saturated, dt)
-        h.condition = c.flags
+        h.condition = c.flags | (HF_UPSET if self.mission.recovering else 0)
         if r is not None:
             h.held, h.kept_out, h.refused, h.ratios = r.flags, r.mask, r.counts, r.ratios
         for source in (self.health, c) if r is None else (self.health, r, c):

@@ -2,7 +2,8 @@
 
 A load factor or a speed beyond what the structure bears ends it at once (the numbers are in the aircraft's file). Attitude, rates
 and incidence no crew recovers from end it when they last: a passing excursion is flown out, and over when it has not come back
-for as long (an aircraft that rolls on and on is upright half of the time). Two bodies touch when two of their
+for as long (an aircraft that rolls on and on is upright half of the time). One that starts upset is judged by them once it has
+been within them for as long. Two bodies touch when two of their
 bars do; only the boom may, and it is no bar.
 """
 
@@ -39,6 +40,7 @@ class Watch:
         self.m = m
         self._dt = dt_s
         self._upset: dict[str, list[float]] = {}  # what it is beyond -> for how long, and since when not any more [s]
+        self._within_s = 0.0 if m.cfg.start.upset is not None else math.inf  # since it started upset
         self._alpha = STALLED * math.radians(m.ac.limits.alpha_max_deg)
 
     def step(self) -> str:
@@ -60,9 +62,14 @@ class Watch:
             return f"broke up: Mach {mach:.2f}, its structure bears {limit.dive_mach:g}"
         _, pitch, bank = o[n.O_EULER : n.O_EULER + 3]
         rate = max(abs(s[n.S_W]), abs(s[n.S_W + 1]), abs(s[n.S_W + 2]))
-        for what, value, bound in (
+        seen = (
             ("bank", bank, BANK), ("pitch", pitch, PITCH), ("incidence", o[n.O_ALPHA], self._alpha), ("rate", rate, RATE),
-        ):  # fmt: skip
+        )  # fmt: skip
+        if self._within_s <= HOLD_S:
+            inside = all(abs(value) <= bound for _, value, bound in seen)
+            self._within_s = self._within_s + self._dt if inside else 0.0
+            return ""
+        for what, value, bound in seen:
             beyond = abs(value) > bound
             if not beyond and what not in self._upset:
                 continue

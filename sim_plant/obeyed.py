@@ -61,7 +61,7 @@ def _aircraft(a: AircraftCfg) -> None:
             f"{at}.start",
             st,
             f"with relative_to = {st.relative_to!r}: position and velocity are that aircraft's",
-            ("relative_to", "xi_m"),
+            ("relative_to", "xi_m", "upset"),
         )
     else:
         refuse(f"{at}.start.xi_m", st.xi_m, "without relative_to", default=(0.0, 0.0, 0.0))
@@ -72,6 +72,8 @@ def _aircraft(a: AircraftCfg) -> None:
         refuse(f"{at}.aero_error_frac", a.aero_error_frac, f"with model = {a.model!r}", default=0.0)
     if "airframe" not in takes:
         refuse(f"{at}.airframe", a.airframe, f"with model = {a.model!r}", default="derivatives")
+    if "upset" not in takes and st.upset is not None:
+        raise ConfigError(f"{at}.start.upset: nothing obeys it with model = {a.model!r}; allowed: left out")
     refuse(f"{at}.mismatch", a.mismatch, f"with model = {a.model!r}", kind_of(a).mismatch)
 
 

@@ -62,15 +62,27 @@ class Origin:
 
 
 @dataclass(frozen=True)
+class Upset:
+    """Attitude, rates and flow an aircraft starts with instead of those of its trim; controls and thrust are the trim's."""
+
+    attitude_deg: V3 = (0.0, 0.0, 0.0)  # heading, pitch, roll
+    rates_degps: V3 = (0.0, 0.0, 0.0)  # about the body axes
+    V_mps: Annotated[float, Range(0.0, 400.0)] = 0.0  # airspeed; 0: that of the trim
+    alpha_deg: Annotated[float, Range(-90.0, 90.0)] = 0.0
+    beta_deg: Annotated[float, Range(-60.0, 60.0)] = 0.0
+
+
+@dataclass(frozen=True)
 class Start:
     """Trimmed level flight: own position, heading and airspeed, or (relative_to) offset and velocity of another
-    aircraft."""
+    aircraft. Out of it with an upset."""
 
     pos_n_m: V3 = (0.0, 0.0, -7010.0)
     V_mps: Pos = 195.0
     psi_deg: float = 0.0
     relative_to: str = ""
     xi_m: V3 = (0.0, 0.0, 0.0)  # in that aircraft's body axes
+    upset: Upset | None = None
 
 
 @dataclass(frozen=True)

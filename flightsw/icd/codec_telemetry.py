@@ -11,7 +11,7 @@ from flightsw.icd.context import MODE_BASE, Context, Encoder
 from flightsw.icd.dialect import VALUES
 from flightsw.icd.stamps import boot_ms
 from flightsw.icd.wire import BY_NAME, Sender
-from flightsw.types import HF_AIR, HF_ATT, HF_GNSS, HF_IMU, HF_NAV, HF_REL, GroupCost, Snapshot
+from flightsw.types import HF_AIR, HF_ATT, HF_GNSS, HF_IMU, HF_NAV, HF_REL, HF_UPSET, GroupCost, Snapshot
 
 PHASE_BREAKAWAY = 8  # WKF_PHASE
 READINGS = 12  # WKF_READING
@@ -110,7 +110,7 @@ def _hud(s: Snapshot, c: Context) -> bytes:
 
 
 def _heartbeat(s: Snapshot, c: Context) -> bytes:
-    if s.guid.phase == PHASE_BREAKAWAY:
+    if s.guid.phase == PHASE_BREAKAWAY or s.health.flags & HF_UPSET:
         state = 6
     elif not s.nav.valid:
         state = 2

@@ -108,6 +108,11 @@ class Mission(Protocol[ActIn]):
         """Whether a command sits at its limit."""
 
     @property
+    def recovering(self) -> bool:
+        """Whether recovery from outside the envelope has the command."""
+        return False
+
+    @property
     def may_watch(self) -> int:
         """HF_* flags it depends on at one time or another."""
         return self.watch

@@ -101,6 +101,11 @@ class AirframeNav:
             c.hear(f, self._fm, partial(self._force, u, rho))
         return self._publish(f, nis, m)
 
+    def begin_again(self, why: str) -> None:
+        """Forget the estimate and start from the sensors as soon as they are there."""
+        self.started_us = -1
+        self.out.valid, self.out.reason = False, why
+
     def _start(self, f: SensorFrame, u: np.ndarray, updated: int, health: Health) -> NavState:
         need = UPD_AIR | UPD_ATT | UPD_GNSS | UPD_IMU
         have = updated & ~failed_bits(health)

@@ -78,10 +78,11 @@ class Member(ABC):
         self.view.s, self.view.o = self.s.tolist(), self.obs.tolist()
 
     def check_limits(self) -> None:
-        """Raise ConfigError for a start beyond the limits of the aircraft's file."""
+        """Raise ConfigError for a start beyond the limits of the aircraft's file; an upset may be beyond its incidence."""
         o, limits = self.view.o, self.ac.limits
         V, alpha = o[n.O_V], math.degrees(o[n.O_ALPHA])
-        if not limits.V_min_mps <= V <= limits.V_max_mps or not abs(alpha) <= limits.alpha_max_deg:
+        stalled = abs(alpha) > limits.alpha_max_deg and self.cfg.start.upset is None
+        if not limits.V_min_mps <= V <= limits.V_max_mps or stalled:
             raise ConfigError(
                 f"aircraft.{self.cfg.name}.start: {V:.1f} m/s of airspeed at {alpha:.1f} deg of incidence; allowed by the limits "
                 f"of {self.cfg.file!r}: {limits.V_min_mps:g} to {limits.V_max_mps:g} m/s, up to {limits.alpha_max_deg:g} deg"

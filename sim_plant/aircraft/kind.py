@@ -30,7 +30,12 @@ OWN = (
     "fuel",
     "radalt",
 )  # sensor groups of an aircraft by itself, besides air-data probes
-OPTIONS = ("fuel_kg", "aero_error_frac", "airframe")  # keys of [[aircraft]] not every kind obeys
+OPTIONS = (
+    "fuel_kg",
+    "aero_error_frac",
+    "airframe",
+    "upset",
+)  # keys of [[aircraft]] (upset: of its start) not every kind obeys
 R = TypeVar("R", bound=Airframe)
 T = TypeVar("T")
 

@@ -36,7 +36,7 @@ class Hold:
     def step(self, f: SensorFrame, nav: NavState, dt: float) -> GuidanceCmd:
         return self.out
 
-    def recapture(self, nav: NavState) -> None:
+    def recapture(self, nav: NavState, why: str = "") -> None:
         pass
 
 

@@ -45,6 +45,7 @@ VALUES: dict[str, tuple[Any, ...]] = {
     "AircraftCfg.sysid": (7,),
     "Start.relative_to": ("", "nobody"),
     "Start.V_mps": (190.0, 72.0, 21.0),
+    "Start.upset": ({"attitude_deg": [0.0, 5.0, 20.0], "rates_degps": [5.0, 0.0, 0.0], "V_mps": 180.0},),
     "Wind.sounding": ("missing.txt",),
     "Wake.source": ("", "nobody"),
     "Bow.source": ("receiver", "nobody"),

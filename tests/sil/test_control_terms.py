@@ -14,9 +14,10 @@ from ground.run import Run
 from tests.sil.conftest import Flown
 
 FLOWN = {
-    "refueling": {"tanker": ["autopilot"], "receiver": ["station_keeping"]},
+    "refueling": {"tanker": ["autopilot", "recovery"], "receiver": ["station_keeping", "recovery"]},
     "rendezvous_to_contact": {
-        "tanker": ["pilot", "autopilot"], "receiver": ["join_up", "autopilot", "station_keeping"],
+        "tanker": ["pilot", "autopilot", "recovery"],
+        "receiver": ["join_up", "autopilot", "station_keeping", "recovery"],
     },
     "gust": {"alexis": ["hold", "alleviation", "elevator"], "reference": ["hold", "alleviation", "elevator"]},
     "windshear": {"twinjet": ["inversion"]},

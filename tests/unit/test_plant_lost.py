@@ -35,7 +35,8 @@ def flying(name: str = "kc135r", height: float = 7010.0, V: float = 195.0) -> An
     s, o = [0.0] * n.NS, [0.0] * n.NO
     s[0], s[n.S_P + 2], o[2], o[n.O_V] = 1.0, -height, -n.G0, V
     ac = load_airframe(name)
-    return SimpleNamespace(view=SimpleNamespace(s=s, o=o), ac=ac, cfg=SimpleNamespace(name=name), air=isa)
+    cfg = SimpleNamespace(name=name, start=SimpleNamespace(upset=None))
+    return SimpleNamespace(view=SimpleNamespace(s=s, o=o), ac=ac, cfg=cfg, air=isa)
 
 
 @pytest.mark.parametrize("name", ["kc135r", "learjet24", "twinjet", "alexis"])

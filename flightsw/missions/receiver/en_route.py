@@ -32,6 +32,7 @@ from flightsw.sixdof.command import ScheduleParams
 from flightsw.sixdof.estimator import AirframeNav
 from flightsw.sixdof.estimator_core import NavParams, failed_bits
 from flightsw.sixdof.layout import TK, TK_DCM, TK_VEL
+from flightsw.sixdof.recovery.cruising import protected
 from flightsw.strict import Range
 from flightsw.terms import Laws
 from flightsw.types import (
@@ -127,7 +128,7 @@ class JoinMission(Mission[ActuatorModel]):
         if self.joined:
             guid = self.refuel.guid
             action = self.sequence.step(f, guid.phase, guid.at_rest, dt)
-            if action:
+            if action and not self.recovering:
                 self._by_rule(action)
             return self.refuel.step(f, act, updated, health, dt)
         mean = act.take_mean()
@@ -135,6 +136,9 @@ class JoinMission(Mission[ActuatorModel]):
         self._look(f, nav, updated & ~failed_bits(health))
         g = self.guid.step(f.t_us, nav, self.sight, dt)
         self._settle(f, mean, updated, health, dt)
+        guard, both = self.refuel.guard, (self.nav, self.refuel.nav)
+        if (taken := protected(guard, self.free.terms, f, nav, g, updated, health, dt, *both)) is not None:
+            return nav, g, *taken
         if nav.valid:
             u, throttle = self.free.step(nav, g, act, dt)
         else:
@@ -143,6 +147,11 @@ class JoinMission(Mission[ActuatorModel]):
             self._join()
             self._texts.append(Text(6, f"station keeping from {math.hypot(*self.sight.pos):.0f} m"))
         return nav, g, u, throttle
+
+    @property
+    def recovering(self) -> bool:
+        """Whether recovery has the command."""
+        return self.refuel.recovering
 
     def _by_rule(self, action: int) -> None:
         """An order of the sequence. One that is refused comes again with the next step, and is told once."""

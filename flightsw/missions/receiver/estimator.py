@@ -132,6 +132,11 @@ class RelativeNav:
             self._hear(f, u, rho)
         return self._publish(f, nis, m)
 
+    def begin_again(self, why: str) -> None:
+        """Forget the estimate and start from the sensors as soon as they are there."""
+        self.started_us = -1
+        self.out.valid, self.out.rel_valid, self.out.reason = False, False, why
+
     def _heading(self) -> float:
         """Own heading [rad] of R_BI, during the prediction: at the start of the step."""
         return math.atan2(self._Rn[1], self._Rn[0])

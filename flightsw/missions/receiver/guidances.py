@@ -37,8 +37,8 @@ class RefuelPath(Protocol):
     def command(self, action: int) -> tuple[bool, str]:
         """One of refuel.ACTIONS: accepted?, reason if not."""
 
-    def recapture(self, nav: NavState) -> None:
-        """Navigation is back after a loss: go on from where the aircraft is."""
+    def recapture(self, nav: NavState, why: str = "navigation restarted") -> None:
+        """The aircraft is not where it was to be, because navigation was lost or recovery had it: leave from where it is."""
 
     def use(self, p: RefuelParams) -> None:
         """Fly by these parameters from now on."""

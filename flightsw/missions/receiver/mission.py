@@ -22,7 +22,7 @@ from flightsw.missions.receiver.integrity.integrity import Integrity
 from flightsw.missions.receiver.integrity.params import IntegrityParams
 from flightsw.missions.receiver.integrity.report import REPORTS as INTEGRITY
 from flightsw.missions.receiver.integrity.report import IntegrityReport
-from flightsw.missions.receiver.refuel import ACTIONS, FROM, NAMES, TAKES, RefuelParams
+from flightsw.missions.receiver.refuel import ACTIONS, BREAKAWAY, FROM, NAMES, TAKES, RefuelParams
 from flightsw.missions.receiver.station_keeping import ReceiverCtrlParams, make_station_keeping
 from flightsw.missions.receiver.tanker_link import turn_rate
 from flightsw.refusal import Refusals
@@ -30,6 +30,7 @@ from flightsw.sixdof.actuators import ActuatorModel
 from flightsw.sixdof.command import ScheduleParams
 from flightsw.sixdof.estimator_core import NavParams
 from flightsw.sixdof.layout import TK, TK_DCM, TK_VN
+from flightsw.sixdof.recovery.protection import Protection, RecoveryParams, Rejoin
 from flightsw.sixdof.windcal.feed import make_wind_calibration
 from flightsw.sixdof.windcal.params import WindCalParams
 from flightsw.sixdof.windcal.record import WindReport
@@ -55,11 +56,15 @@ from flightsw.types import (
 )
 
 MAV_CMD_USER_1 = 31010
+FRESH_US = 500_000  # [us] age of both aircraft's velocities that can be compared
+STATION_M = 300.0  # [m] beyond it the tanker's transmitted attitude swings the place it sees by metres
+NEAR_M, BELOW_M, DOWN = 400.0, 60.0, math.radians(3.0)  # [m], [m] under the tanker, [rad] of path
+ALIKE_MPS, STRANGE_MPS = 4.0, 30.0  # [m/s] off the tanker's velocity: station keeping can go on; cannot
 
 
 @dataclass(frozen=True)
 class ReceiverParams:
-    """[nav], [ctrl], [guid], [airdata], [integrity] and [wind_calibration] of a receiver flight file."""
+    """[nav], [ctrl], [guid], [airdata], [integrity], [wind_calibration] and [recovery] of a receiver flight file."""
 
     tanker: str = "kc135r"
     nav: NavParams = field(default_factory=lambda: NavParams(q_rate=0.1, q_wind=0.40))
@@ -68,6 +73,7 @@ class ReceiverParams:
     airdata: AirDataParams = field(default_factory=AirDataParams)
     integrity: IntegrityParams = field(default_factory=IntegrityParams)
     wind_calibration: WindCalParams = field(default_factory=WindCalParams)
+    recovery: RecoveryParams = field(default_factory=RecoveryParams)
 
 
 class ReceiverMission(Mission[ActuatorModel]):
@@ -92,6 +98,7 @@ class ReceiverMission(Mission[ActuatorModel]):
         self.ctrl = make_station_keeping(ac, tanker, p.ctrl, period_s, ReceiverParams().ctrl)
         self.V0 = float(np.mean(p.ctrl.schedule.V_mps))
         self.h0 = p.ctrl.schedule.h_m
+        self.guard = Protection(ac, self.h0) if p.recovery.on else None
         self._tk = np.zeros(TK)
         self._lost = False
         self._t_us = 0
@@ -101,12 +108,16 @@ class ReceiverMission(Mission[ActuatorModel]):
     ) -> tuple[NavState, GuidanceCmd, np.ndarray, float]:
         """One 20 Hz step: (nav, guidance, surfaces and thrust [4], throttle)."""
         nav = self.navigate(f, act.take_mean(), updated, health)
-        if (self._lost or self.nav.rejoined) and nav.valid:
+        rejoin = self._guarded(f, nav, updated, health, dt)
+        if (self._lost or self.nav.rejoined) and nav.valid and not self.recovering:
             self.guid.recapture(nav)
         self._lost = self.guid.phase != 0 and not nav.valid
         self._t_us = f.t_us
         g = self.guid.step(f, nav, dt)
-        if nav.valid:
+        taken = None if self.guard is None else self.guard.command(g, rejoin, dt)
+        if taken is not None:
+            u, throttle = taken
+        elif nav.valid:
             psi_dot, V_t = self._tanker_condition(f.t_us, nav)
             u, throttle = self.ctrl.step(nav, g, act, psi_dot, V_t, -nav.pos_n[2], dt)
         else:
@@ -114,6 +125,30 @@ class ReceiverMission(Mission[ActuatorModel]):
         if self.wind is not None:  # after the law: that goes by the estimator's own wind
             self.wind.publish(nav)
         return nav, g, u, throttle
+
+    def _guarded(self, f: SensorFrame, nav: NavState, updated: int, health: Health, dt: float) -> Rejoin:
+        """Let the protection look; it leaves the boom when it takes the command and when it gives it back. The way back to the
+        tanker's velocity, for the recovery law."""
+        guard = self.guard
+        if guard is None:
+            return Rejoin()
+        rejoin = behind(f, nav)
+        guard.step(f, nav, updated, health, rejoin, dt)
+        if guard.active:
+            self.ctrl.terms.open()
+        elsewhere = guard.active and self.guid.phase != BREAKAWAY  # the first valid estimate, an order on its way
+        if (guard.began or guard.ended or elsewhere) and self.guid.phase != 0 and nav.valid:
+            self.guid.recapture(nav, guard.why or "recovered")
+        if guard.ended:
+            self._lost = False
+        if guard.anew:
+            self.nav.begin_again("restarting after recovery")
+        return rejoin
+
+    @property
+    def recovering(self) -> bool:
+        """Whether recovery has the command."""
+        return self.guard is not None and self.guard.active
 
     def navigate(self, f: SensorFrame, mean: np.ndarray, updated: int, health: Health) -> NavState:
         """One estimator step; mean [4]: mean controls that acted since the last one."""
@@ -150,7 +185,7 @@ class ReceiverMission(Mission[ActuatorModel]):
     @property
     def laws(self) -> Laws:
         """What the command is made of."""
-        return (self.ctrl.terms,)
+        return (self.ctrl.terms,) if self.guard is None else (self.ctrl.terms, self.guard.law.terms)
 
     @property
     def refusals(self) -> Refusals | None:
@@ -173,6 +208,8 @@ class ReceiverMission(Mission[ActuatorModel]):
         action, why = c.choice(ACTIONS, "action")
         if why:
             return DENIED, why
+        if self.recovering:
+            return TEMPORARILY_REJECTED, "recovery has the aircraft"
         ok, why = self.guid.command(action)
         return (ACCEPTED if ok else TEMPORARILY_REJECTED), why
 
@@ -199,9 +236,27 @@ class ReceiverMission(Mission[ActuatorModel]):
         out, self.guid.texts = self.guid.texts, []
         if self.air is not None and self.air.texts:
             out, self.air.texts = out + self.air.texts, []
+        if self.guard is not None and self.guard.texts:
+            out, self.guard.texts = out + self.guard.texts, []
         if self.integrity is not None and self.integrity.texts:
             out, self.integrity.texts = out + self.integrity.texts, []
         return out if self.wind is None else out + self.wind.tell()
+
+
+def behind(f: SensorFrame, nav: NavState) -> Rejoin:
+    """Back to the tanker's velocity by the estimate, else by both aircraft's GNSS; down while close to it and not yet below."""
+    ages = (f.t_us - f.peer.t_us, f.t_us - f.gnss_t_us)
+    if f.peer.t_us <= 0 or f.gnss_t_us <= 0 or max(ages) > FRESH_US:
+        return Rejoin(ready=False)
+    own = nav.vel_n if nav.valid else f.gnss_vel_n
+    n, e, d = (a - b for a, b in zip(f.peer.vel_n, own, strict=True))
+    seen = f.rel_valid and f.t_us - f.rel_t_us < FRESH_US
+    close = seen and math.hypot(*f.rel_pos_t) < NEAR_M and f.rel_pos_t[2] < BELOW_M
+    near = nav.rel_valid and math.hypot(*nav.rel_pos_t) < STATION_M
+    ready = near and math.hypot(n, e) < ALIKE_MPS and abs(d) < ALIKE_MPS and not close
+    off = min(math.hypot(n, e, d), math.dist(f.peer.vel_n, f.gnss_vel_n))
+    strange = f"velocity {off:.0f} m/s off the tanker's" if off > STRANGE_MPS else ""
+    return Rejoin(away=(n, e), path=-DOWN if close else 0.0, ready=ready, strange=strange)
 
 
 ORDERS = choices(MAV_CMD_USER_1, ACTIONS, FROM.__getitem__, TAKES)

@@ -258,11 +258,11 @@ class RefuelGuidance:
         """Fly by these parameters from now on."""
         self.p = p
 
-    def recapture(self, nav: NavState) -> None:
-        """Navigation is back after a loss: take the present position as reference and leave the boom from there."""
+    def recapture(self, nav: NavState, why: str = "navigation restarted") -> None:
+        """After a loss of navigation or in an upset: take the present position as reference and leave the boom from there."""
         self.pos, self.vel = nav.rel_pos_t, nav.rel_vel_t
         self.phase = HOLD
-        self._breakaway("navigation restarted")
+        self._breakaway(why)
 
     # --- helpers --------------------------------------------------------------------------------------------------
     def _enter(self, phase: int, why: str, severity: int = INFO) -> None:

@@ -27,6 +27,8 @@ from flightsw.sixdof.autopilot import TankerCtrlParams, make_autopilot
 from flightsw.sixdof.command import ScheduleParams
 from flightsw.sixdof.estimator import AirframeNav
 from flightsw.sixdof.estimator_core import NavParams
+from flightsw.sixdof.recovery.cruising import protected
+from flightsw.sixdof.recovery.protection import Protection, RecoveryParams
 from flightsw.strict import Range
 from flightsw.terms import Laws
 from flightsw.types import (
@@ -59,12 +61,13 @@ class RendezvousParams:
 
 @dataclass(frozen=True)
 class RendezvousMissionParams:
-    """[nav], [ctrl], [rendezvous] and, for what comes after, [guid] of the flight file."""
+    """[nav], [ctrl], [rendezvous], [recovery] and, for what comes after, [guid] of the flight file."""
 
     nav: NavParams = field(default_factory=NavParams)
     ctrl: TankerCtrlParams = field(default_factory=lambda: TankerCtrlParams(ScheduleParams(V_mps=(190.0, 215.0))))
     guid: RacetrackParams = field(default_factory=RacetrackParams)
     rendezvous: RendezvousParams = field(default_factory=RendezvousParams)
+    recovery: RecoveryParams = field(default_factory=RecoveryParams)
 
 
 class RendezvousMission(Mission[ActuatorModel]):
@@ -89,6 +92,7 @@ class RendezvousMission(Mission[ActuatorModel]):
             e.speed("rendezvous.pilot.guidance.speed_mps less or plus trim_mps", speed)
         self.alt_m = p.guid.alt_m
         self.V0 = p.rendezvous.pilot.guidance.speed_mps
+        self.guard = Protection(ac, self.alt_m) if p.recovery.on else None
         self.out = GuidanceCmd(V=self.V0, alt_m=self.alt_m, reason="waiting for navigation")
         self.met: RendezvousState | None = None
         self.t_phase_us = 0
@@ -109,7 +113,10 @@ class RendezvousMission(Mission[ActuatorModel]):
         else:
             g = self._rendezvous(f, nav, dt)
         self.pilot.report(self.met)
-        if nav.valid:
+        taken = protected(self.guard, self.ctrl.terms, f, nav, g, updated, health, dt, self.nav)
+        if taken is not None:
+            u, throttle = taken
+        elif nav.valid:
             u, throttle = self.ctrl.step(nav, g, act, dt)
         else:
             u, throttle = self.ctrl.trim_command(g.V, self.alt_m)
@@ -161,7 +168,13 @@ class RendezvousMission(Mission[ActuatorModel]):
     @property
     def laws(self) -> Laws:
         """What the command is made of."""
-        return self.pilot.terms, self.ctrl.terms
+        own = (self.pilot.terms, self.ctrl.terms)
+        return own if self.guard is None else (*own, self.guard.law.terms)
+
+    @property
+    def recovering(self) -> bool:
+        """Whether recovery has the command."""
+        return self.guard is not None and self.guard.active
 
     @property
     def refusals(self) -> Refusals | None:
@@ -195,6 +208,8 @@ class RendezvousMission(Mission[ActuatorModel]):
         """Messages since the last call."""
         out = self.track.texts + self.said + self.guid.texts
         self.track.texts, self.said, self.guid.texts = [], [], []
+        if self.guard is not None and self.guard.texts:
+            out, self.guard.texts = out + self.guard.texts, []
         return out
 
 

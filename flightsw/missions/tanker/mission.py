@@ -20,6 +20,8 @@ from flightsw.sixdof.autopilot import TankerCtrlParams, make_autopilot
 from flightsw.sixdof.command import ScheduleParams
 from flightsw.sixdof.estimator import AirframeNav
 from flightsw.sixdof.estimator_core import NavParams
+from flightsw.sixdof.recovery.cruising import protected
+from flightsw.sixdof.recovery.protection import Protection, RecoveryParams
 from flightsw.sixdof.windcal.feed import make_wind_calibration
 from flightsw.sixdof.windcal.params import WindCalParams
 from flightsw.sixdof.windcal.record import WindReport, report_values
@@ -47,12 +49,13 @@ SPEED = "an airspeed the aircraft can fly on its racetrack"
 
 @dataclass(frozen=True)
 class TankerParams:
-    """[nav], [ctrl], [guid] and [wind_calibration] of a tanker flight file."""
+    """[nav], [ctrl], [guid], [wind_calibration] and [recovery] of a tanker flight file."""
 
     nav: NavParams = field(default_factory=NavParams)
     ctrl: TankerCtrlParams = field(default_factory=lambda: TankerCtrlParams(ScheduleParams()))
     guid: RacetrackParams = field(default_factory=RacetrackParams)
     wind_calibration: WindCalParams = field(default_factory=WindCalParams)
+    recovery: RecoveryParams = field(default_factory=RecoveryParams)
 
 
 class TankerMission(Mission[ActuatorModel]):
@@ -70,6 +73,7 @@ class TankerMission(Mission[ActuatorModel]):
         e.speed("guid.V_mps", p.guid.V_mps)
         e.turn("guid.turn_rate_degps", p.guid.turn_rate_degps, p.guid.V_mps)
         self.alt_m = p.guid.alt_m
+        self.guard = Protection(ac, self.alt_m) if p.recovery.on else None
 
     def step(
         self, f: SensorFrame, act: ActuatorModel, updated: int, health: Health, dt: float
@@ -77,7 +81,10 @@ class TankerMission(Mission[ActuatorModel]):
         """One 20 Hz step: (nav, guidance, surfaces and thrust [4], throttle)."""
         nav = self.nav.step(f, act.take_mean(), health, updated)
         g = self.guid.step(f, nav, dt)
-        if nav.valid:
+        taken = protected(self.guard, self.ctrl.terms, f, nav, g, updated, health, dt, self.nav)
+        if taken is not None:
+            u, throttle = taken
+        elif nav.valid:
             u, throttle = self.ctrl.step(nav, g, act, dt)
         else:
             u, throttle = self.ctrl.trim_command(g.V, self.alt_m)
@@ -85,6 +92,11 @@ class TankerMission(Mission[ActuatorModel]):
             self.wind.feed(f, updated, health, self.nav.core)
             self.wind.publish(nav)
         return nav, g, u, throttle
+
+    @property
+    def recovering(self) -> bool:
+        """Whether recovery has the command."""
+        return self.guard is not None and self.guard.active
 
     @property
     def reports(self) -> Reports:
@@ -99,7 +111,7 @@ class TankerMission(Mission[ActuatorModel]):
     @property
     def laws(self) -> Laws:
         """What the command is made of."""
-        return (self.ctrl.terms,)
+        return (self.ctrl.terms,) if self.guard is None else (self.ctrl.terms, self.guard.law.terms)
 
     @property
     def refusals(self) -> Refusals | None:
@@ -126,6 +138,8 @@ class TankerMission(Mission[ActuatorModel]):
     def texts(self) -> list[Text]:
         """Messages since the last call."""
         out, self.guid.texts = self.guid.texts, []
+        if self.guard is not None:
+            out, self.guard.texts = out + self.guard.texts, []
         return out if self.wind is None else out + self.wind.tell()
 
 

@@ -57,7 +57,7 @@ class _HoldContact:
     def step(self, f: SensorFrame, nav: NavState, dt: float) -> GuidanceCmd:
         return self.out
 
-    def recapture(self, nav: NavState) -> None:
+    def recapture(self, nav: NavState, why: str = "") -> None:
         """Nothing to do: the reference never moves."""
 
 
@@ -128,7 +128,8 @@ def _app(name: str, over: dict[str, Any], delay_ticks: int) -> FlightApp:
             raise ConfigError(
                 f"closed loop: {name}.{key}: nothing obeys it in this study, which flies the application alone"
             )
-    works = {"nav.gate.false_alarm": 0.0, "link.delay_ticks": delay_ticks}  # the works refuse no reading
+    # the works refuse no reading, and nothing takes the command from their laws
+    works = {"nav.gate.false_alarm": 0.0, "recovery.on": False, "link.delay_ticks": delay_ticks}
     app = make_app(load_flight(PARAMS / f"{name}.toml", works | over))
     assert isinstance(app, FlightApp)
     return app

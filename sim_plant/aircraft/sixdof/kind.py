@@ -22,7 +22,7 @@ KIND = Kind(
     _build,
     carries=("imu", "baro", "mag", "gnss", "att", "fuel"),
     surfaces=("aileron", "elevator", "rudder"),
-    takes=("fuel_kg", "aero_error_frac", "airframe"),
+    takes=("fuel_kg", "aero_error_frac", "airframe", "upset"),
     mismatch=("mass", "inertia", "thrust", "lag", "servo"),
     formation=True,
     round_earth=True,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,11 +17,14 @@ from sim_plant.aircraft.sixdof.params import mistaken, parameter_vector, perturb
 from sim_plant.aircraft.sixdof.trim import throttle_for, trim
 from sim_plant.kernels import layout as n
 from sim_plant.kernels.air import air
-from sim_plant.kernels.rot import quat_dcm
+from sim_plant.kernels.rot import quat_dcm, quat_from_euler
 from sim_plant.wind.config import Bow, Wake
 from sim_plant.wind.field import AirMass
 from sim_plant.wind.wake import airframe_points, bow_vector, source_vector
 from sim_plant.wind.warmth import warmed, warmth
+
+if TYPE_CHECKING:
+    from sim_plant.scenario import Upset
 
 
 class SixDofMember(Member):
@@ -97,9 +101,22 @@ class SixDofMember(Member):
         for _ in range(3):  # attitude and wake depend on each other a little
             air.mean(self)
             s[:] = trim(pos, vel, self.wind, fuel, self.par)
-        self.observe()
         a, e, r = (float(x) for x in s[n.S_SURF : n.S_SURF + 3])
         self.hold((a, e, r, throttle_for(s, self.wind, self.par), False, 0.0))
+        if st.upset is not None:
+            self._upset(st.upset)
+        self.observe()
+
+    def _upset(self, u: Upset) -> None:
+        """Out of the trim: attitude, rates and flow as the scenario has them, in the wind where it is."""
+        s = self.s
+        V = u.V_mps or math.dist(s[n.S_V : n.S_V + 3], self.wind[:3])
+        q = quat_from_euler(*(math.radians(x) for x in u.attitude_deg))
+        alpha, beta = math.radians(u.alpha_deg), math.radians(u.beta_deg)
+        flow = (math.cos(alpha) * math.cos(beta), math.sin(beta), math.sin(alpha) * math.cos(beta))
+        C_nb = np.array(quat_dcm(*q)).reshape(3, 3)
+        s[0:4], s[n.S_W : n.S_W + 3] = q, np.radians(u.rates_degps)
+        s[n.S_V : n.S_V + 3] = self.wind[:3] + V * (C_nb * flow).sum(axis=1)
 
     def observe(self) -> None:
         observe(self.s, self.wind, self.free, self.par, MAG_N, self.probes, self.probe_wake, self._work, self.obs)

@@ -1,0 +1,1 @@
+"""Envelope protection and recovery to level flight of a six-degree-of-freedom aircraft (docs/sources/recovery.md)."""

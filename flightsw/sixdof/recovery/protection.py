@@ -1,0 +1,207 @@
+"""Envelope protection around whatever law flies: takes the command when the aircraft leaves its envelope or nothing is left for
+the law to fly by, brings it back to level flight, and gives it back (docs/sources/recovery.md 7).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from flightsw.aircraft import Aircraft
+from flightsw.kernels.rotations import dcm_from_quat
+from flightsw.sixdof.recovery.law import RecoveryLaw, Wanted
+from flightsw.sixdof.recovery.readings import Readings, angle
+from flightsw.types import GuidanceCmd, Health, NavState, SensorFrame, Text
+
+BANK_BEYOND, PITCH_BEYOND = math.radians(20.0), math.radians(25.0)  # [rad] above the file's largest bank; either way
+RATE_BEYOND = (
+    math.radians(60.0),
+    math.radians(20.0),
+    math.radians(20.0),
+)  # [rad/s] station keeping rolls with 45 deg/s
+SIDEWAYS = math.radians(60.0)  # [rad] of pitch beyond which it alone tells
+LEVEL = math.radians(5.0)  # [rad] of bank and path
+ATTITUDE_S, MOTION_S, FLOW_S, SPEED_S, LOST_S, APART_S = (
+    0.0,
+    0.1,
+    0.3,
+    1.0,
+    1.0,
+    1.0,
+)  # [s] before it counts: attitude has been judged
+APART, TOGETHER = math.radians(20.0), math.radians(5.0)  # [rad] estimated attitude from the reference
+SPEED_BACK, SPEED_APART = 3.0, 10.0  # [m/s] inside the limits; estimate from the probes
+ANCHOR_S = 10.0  # [s] on the gyro alone
+LEVEL_S, READY_S = 5.0, 2.0  # [s] level; and all there is to fly by
+TURN_MOST, K_TURN = math.radians(20.0), 0.15  # [rad] of bank, [1/s]
+OUT, RECOVERING, HOLDING = range(3)
+
+
+@dataclass(frozen=True)
+class RecoveryParams:
+    """[recovery] of a flight file."""
+
+    on: bool = True  # the command is taken outside the envelope and without navigation
+
+
+@dataclass(slots=True)
+class Rejoin:
+    """What is flown once level, and when the law may have the command back: all of it by the mission.
+
+    V [m/s] airspeed, None: as it is; away [m/s, NED] velocity to take on, None: straight on; path [rad]; ready: the law can fly
+    from here.
+    """
+
+    V: float | None = None
+    away: tuple[float, float] | None = None
+    path: float = 0.0
+    ready: bool = True
+    strange: str = ""  # why the law cannot fly from here at all
+
+
+@dataclass
+class Protection:
+    """One aircraft's. `step` at every mission step; while `active`, `fly` has the command."""
+
+    ac: Aircraft
+    h_m: float  # taken for the height until one is measured
+    texts: list[Text] = field(default_factory=list)
+    why: str = ""
+    active: bool = False
+    began: bool = False  # in this step
+    ended: bool = False  # in this step
+    anew: bool = False  # in this step: the estimate is to begin again from its sensors
+
+    def __post_init__(self) -> None:
+        self.readings = Readings(self.ac, self.h_m)
+        self.law = RecoveryLaw(self.ac)
+        self._nav_R = np.zeros(9)
+        self._phase = OUT
+        self._since: dict[str, float] = {}
+        self._was_valid = self._suspect = False
+        self._good_s = self._ready_s = 0.0
+        limits = self.ac.limits
+        self._V_keep = 0.5 * (limits.V_min_mps + limits.V_max_mps)
+
+    def step(self, f: SensorFrame, nav: NavState, updated: int, health: Health, rejoin: Rejoin, dt: float) -> bool:
+        """Look at frame f and estimate nav, dt [s] after the last; whether `fly` has the command now."""
+        s = self.readings
+        s.step(f, updated, health, dt)
+        self.began = self.ended = self.anew = False
+        self._was_valid = self._was_valid or nav.valid
+        apart = self._apart(nav)
+        if self._phase == OUT:
+            if s.trusted and s.coasting_s > ANCHOR_S and nav.valid and not apart:
+                s.anchor(self._nav_R)  # the estimate knows the reference to be wrong, and the gyro drifts
+            why = self._beyond(nav, apart, rejoin.strange, dt)
+            if why and s.known:
+                self._take(why)
+        else:
+            self._come_back(nav, apart, rejoin, dt)
+        return self.active
+
+    def command(self, g: GuidanceCmd, rejoin: Rejoin, dt: float) -> tuple[np.ndarray, float] | None:
+        """`fly`, and why in the guidance's reason, while it has the command; else None."""
+        if not self.active:
+            return None
+        g.reason = self.why
+        return self.fly(rejoin, dt)
+
+    def fly(self, rejoin: Rejoin, dt: float) -> tuple[np.ndarray, float]:
+        """Command (surfaces [rad] and thrust [N] [4], throttle 0..1) of the recovery law."""
+        s = self.readings
+        want = Wanted(self._V_keep)
+        if self._phase == HOLDING:
+            if rejoin.V is not None:
+                want.V = rejoin.V
+            if rejoin.away is not None:
+                want.V, want.bank = self._towards(*rejoin.away)
+            want.path = rejoin.path
+        lo, hi = self.ac.limits.V_min_mps, self.ac.limits.V_max_mps
+        want.V = min(max(want.V, lo + SPEED_APART), hi - SPEED_APART)
+        return self.law.step(s, want, dt)
+
+    def _towards(self, north: float, east: float) -> tuple[float, float]:
+        """Airspeed [m/s] and bank [rad] that take on a change of velocity [m/s, NED]."""
+        s = self.readings
+        n, e = float(s.R[0]), float(s.R[1])  # the nose
+        h = max(math.hypot(n, e), 1e-3)
+        n, e = s.V * n / h, s.V * e / h
+        left = math.atan2(n * (e + east) - e * (n + north), n * (n + north) + e * (e + east))
+        bank = math.atan(K_TURN * left * s.V / 9.80665)
+        return math.hypot(n + north, e + east), min(max(bank, -TURN_MOST), TURN_MOST)
+
+    def _apart(self, nav: NavState) -> bool:
+        """Whether the estimate's attitude or airspeed is not that of the sensors."""
+        s = self.readings
+        if not nav.valid or not s.trusted:
+            return False
+        dcm_from_quat(np.array(nav.q_nb), self._nav_R)
+        off = angle(self._nav_R, s.R)
+        limit = APART if self._phase == OUT else TOGETHER
+        return off > limit or (self._phase != OUT and s.V_measured and abs(nav.V - s.V) > SPEED_APART)
+
+    def _beyond(self, nav: NavState, apart: bool, strange: str, dt: float) -> str:
+        """What the aircraft is beyond, for long enough; "" while it is inside its envelope."""
+        s, limits = self.readings, self.ac.limits
+        bank, pitch = math.atan2(s.down[1], s.down[2]), -math.asin(min(max(s.down[0], -1.0), 1.0))
+        top = math.radians(limits.alpha_max_deg)
+        alike = not nav.valid or abs(nav.alpha) > top
+        # of one alone a sensor may be the cause
+        speeds, turning = ((s.V, nav.V), (s.w, nav.w_b)) if nav.valid else ((s.V,), (s.w,))
+        over = min(max(abs(x) / most for x, most in zip(w, RATE_BEYOND, strict=True)) for w in turning)
+        off = s.V_measured and (max(speeds) < limits.V_min_mps or min(speeds) > limits.V_max_mps)
+        deg = math.degrees
+        seen = (
+            (abs(bank) > math.radians(limits.bank_max_deg) + BANK_BEYOND and abs(pitch) < SIDEWAYS, ATTITUDE_S,
+             f"bank {deg(bank):.0f} deg"),
+            (abs(pitch) > PITCH_BEYOND, ATTITUDE_S, f"pitch {deg(pitch):.0f} deg"),
+            (s.alpha_measured and abs(s.alpha) > top and alike, FLOW_S, f"incidence {deg(s.alpha):.0f} deg"),
+            (off, SPEED_S, f"airspeed {s.V:.0f} m/s"),
+            (over > 1.0, MOTION_S, "rates " + ", ".join(f"{deg(x):.0f}" for x in s.w) + " deg/s"),
+            (not (nav.valid or self.law.load_low < s.load < self.law.load_high), MOTION_S, f"load {s.load:.1f}"),
+            (bool(strange), LOST_S, strange),
+            (self._was_valid and not nav.valid, LOST_S, "navigation lost"),
+            (apart, APART_S, "estimated attitude not that of the sensors"),
+        )  # fmt: skip
+        for beyond, after, text in seen:
+            what = text.partition(" ")[0]
+            self._since[what] = self._since.get(what, 0.0) + dt if beyond else 0.0
+            if self._since[what] > after:
+                return text
+        return ""
+
+    def _take(self, why: str) -> None:
+        self._phase, self.active, self.began, self.why = RECOVERING, True, True, f"recovery: {why}"
+        self._suspect = not why.startswith("navigation")
+        self._good_s = self._ready_s = 0.0
+        self._since.clear()
+        self.law.reset()
+        self.texts.append(Text(4, self.why[:50]))
+
+    def _come_back(self, nav: NavState, apart: bool, rejoin: Rejoin, dt: float) -> None:
+        """Level for long enough, then all there is to fly by for long enough; back to recovering where it goes beyond again."""
+        s, law, limits = self.readings, self.law, self.ac.limits
+        banked = abs(law.bank) < (LEVEL if self._phase == RECOVERING else TURN_MOST + 2.0 * LEVEL)
+        flat = abs(law.path) < (LEVEL if self._phase == RECOVERING else 2.0 * LEVEL)
+        inside = limits.V_min_mps + SPEED_BACK < s.V < limits.V_max_mps - SPEED_BACK or not s.V_measured
+        low = abs(s.alpha) < math.radians(limits.alpha_max_deg)
+        good = banked and flat and inside and low
+        self._good_s = self._good_s + dt if good else 0.0
+        if self._phase == RECOVERING:
+            if self._good_s >= LEVEL_S:
+                self._phase, self.anew = HOLDING, self._suspect
+                self._suspect = False
+                self.texts.append(Text(5, "recovery: level"))
+            return
+        if not good and (abs(law.bank) > 2.0 * TURN_MOST or abs(law.path) > 3.0 * LEVEL):
+            self._phase, self._suspect = RECOVERING, True
+        straight = abs(law.bank) < 2.0 * LEVEL
+        ready = good and straight and nav.valid and not apart and rejoin.ready
+        self._ready_s = self._ready_s + dt if ready else 0.0
+        if self._ready_s >= READY_S:
+            self._phase, self.active, self.ended, self.why = OUT, False, True, ""
+            self.law.terms.open()
+            self.texts.append(Text(5, "recovery: control given back"))

@@ -1,0 +1,145 @@
+"""What recovery goes by: attitude, rates, load factor, airspeed and flow as far as they are trusted, without any filter of wind
+or position (docs/sources/recovery.md 1)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from flightsw.aircraft import Aircraft
+from flightsw.kernels.atmosphere import G0, density
+from flightsw.kernels.rotations import dcm_from_quat, rotate_dcm
+from flightsw.sixdof.params import IX, IY, IZ, M, parameter_vector, set_mass
+from flightsw.types import HF_AIR, HF_ATT, HF_IMU, UPD_AIR, UPD_ATT, UPD_BARO, ZERO3, Health, SensorFrame, Vec3
+
+TURN_GATE, GATE_GROWS = math.radians(8.0), math.radians(1.0)  # [rad], [rad/s] attitude reference against the gyro
+RATE_GATE = 0.15  # [-] of the rate: latency and sampling
+COAST_S = 30.0  # [s] after which the gyro alone is no better than a reference that disagrees
+V_GATE, V_COAST_S = 20.0, 10.0  # [m/s] against what the accelerometers make of the last one; [s] it is carried on
+FLOW_MOST = 0.6  # [rad]
+SHARE_V = 0.6  # [-] of the range of airspeeds, where none is known
+TAU_V_S = 20.0  # [s] over which an airspeed that is carried on is given up for that
+HEIGHT_AGE_US = 1_000_000
+
+
+class Readings:
+    """Step it at every mission step, in recovery or not; the fields are what is known then.
+
+    down [3]: the vertical in body axes; w [3] rad/s; load [-]; V [m/s]; alpha, beta [rad]; q [Pa]; h_m [m]; mass [kg].
+    """
+
+    def __init__(self, ac: Aircraft, h_m: float) -> None:
+        """h_m [m]: height taken until one is measured."""
+        self.ac = ac
+        self._P = parameter_vector(ac, ac.mass.empty_kg + ac.mass.default_fuel_kg)
+        lo, hi = ac.limits.V_min_mps, ac.limits.V_max_mps
+        self._V_between = lo + SHARE_V * (hi - lo)
+        self.V, self.V_measured = self._V_between, False
+        self.alpha = self.beta = 0.0
+        self.alpha_measured = False
+        self.h_m = h_m
+        self.load, self.down, self.w = 1.0, (0.0, 0.0, 1.0), ZERO3
+        self.R, self._turned = np.array([1.0, 0, 0, 0, 1, 0, 0, 0, 1]), np.zeros(9)
+        self.known = False  # an attitude has been taken
+        self.trusted = False  # of the reference, now
+        self.coasting_s = 0.0  # on the gyro alone
+        self._V_age = self._baro_us = 0.0
+        self.q = 0.0
+
+    @property
+    def mass(self) -> float:
+        """[kg]"""
+        return float(self._P[M])
+
+    @property
+    def inertia(self) -> Vec3:
+        """Ixx, Iyy, Izz [kg m^2]."""
+        return float(self._P[IX]), float(self._P[IY]), float(self._P[IZ])
+
+    def step(self, f: SensorFrame, updated: int, health: Health, dt: float) -> None:
+        """Take in the frame f of which `updated` (UPD_*) is new, dt [s] after the last."""
+        good = updated & ~_lost(health)
+        if f.fuel_t_us > 0:
+            set_mass(self._P, self.ac, self.ac.mass.empty_kg + f.fuel_kg)
+        if f.gyro_count and not health.failed & HF_IMU:
+            self.w = f.gyro_mean_b
+            self.load = -f.acc_mean_b[2] / G0
+        self._attitude(f, bool(good & UPD_ATT), dt)
+        if updated & UPD_BARO and -1e3 < f.baro_alt_m < 20e3:
+            self.h_m = f.baro_alt_m
+        rho = density(self.h_m)
+        self._airspeed(f, bool(good & UPD_AIR), dt)
+        self.q = 0.5 * rho * self.V * self.V
+        self._flow(f, bool(good & UPD_AIR))
+
+    def _attitude(self, f: SensorFrame, fresh: bool, dt: float) -> None:
+        """Turn on with the gyro; take the reference where it agrees with that, or where there is nothing better."""
+        if self.known:
+            rotate_dcm(self.R, np.array(self.w), dt, self._turned)
+            self.R, self._turned = self._turned, self.R
+        self.coasting_s += dt
+        if fresh:
+            R = np.zeros(9)
+            dcm_from_quat(np.array(f.att_q_nb), R)
+            limit = TURN_GATE + GATE_GROWS * self.coasting_s + RATE_GATE * math.hypot(*self.w)
+            if not self.known or self.coasting_s > COAST_S or angle(R, self.R) < limit:
+                self.R, self.known, self.coasting_s = R, True, 0.0
+        self.trusted = self.known and self.coasting_s < COAST_S
+        self.down = (float(self.R[2]), float(self.R[5]), float(self.R[8]))
+
+    def anchor(self, R: np.ndarray) -> None:
+        """Go on with the gyro from attitude R [9], NED to body."""
+        self.R = R.copy()
+        self.coasting_s = 0.0
+
+    def _airspeed(self, f: SensorFrame, fresh: bool, dt: float) -> None:
+        """The middle one of the probes' airspeeds; between them and after, what gravity and the accelerometers make of it."""
+        self._V_age += dt
+        a, d = f.acc_mean_b, self.down
+        ca, sa = math.cos(self.alpha), math.sin(self.alpha)
+        self.V += dt * (ca * (a[0] + G0 * d[0]) + sa * (a[2] + G0 * d[2]))
+        seen = (
+            sorted(v for i, v in enumerate(f.air_V) if f.air_mask >> i & 1 and not f.air_bad >> i & 1) if fresh else []
+        )
+        if seen:
+            V = _middle(seen)
+            if not self.V_measured or abs(V - self.V) < V_GATE:
+                self.V, self._V_age, self.V_measured = V, 0.0, True
+        if self._V_age > V_COAST_S:
+            self.V_measured = False
+            self.V += min(dt / TAU_V_S, 1.0) * (self._V_between - self.V)
+        self.V = min(max(self.V, 0.3 * self._V_between), 2.0 * self._V_between)
+
+    def _flow(self, f: SensorFrame, fresh: bool) -> None:
+        """Incidence and sideslip: the middle vane less what the rates make at it, else what the specific force says."""
+        c, S = self.ac.aero, self.ac.geometry.S_m2
+        alpha, beta = [], []
+        if fresh:
+            for i, probe in enumerate(self.ac.probe):
+                x, y, _ = probe.position_m
+                if f.air_mask >> i & 1 and not f.air_bad >> (6 + i) & 1:
+                    alpha.append(f.air_alpha[i] - (self.w[0] * y - self.w[1] * x) / self.V)
+                if f.air_mask >> i & 1 and not f.air_bad >> (3 + i) & 1:
+                    beta.append(f.air_beta[i] - self.w[2] * x / self.V)
+        by_lift = (self.load * self.mass * G0 / (self.q * S) - c.CL0) / c.CL_alpha
+        by_side = f.acc_mean_b[1] * self.mass / (self.q * S * c.CY_beta)
+        self.alpha_measured = bool(alpha)
+        self.alpha = min(max(_middle(sorted(alpha)) if alpha else by_lift, -FLOW_MOST), FLOW_MOST)
+        self.beta = min(max(_middle(sorted(beta)) if beta else by_side, -FLOW_MOST), FLOW_MOST)
+
+
+def _lost(health: Health) -> int:
+    """UPD_* bits of what health has given up."""
+    return (UPD_AIR if health.failed & HF_AIR else 0) | (UPD_ATT if health.failed & HF_ATT else 0)
+
+
+def _middle(v: list[float]) -> float:
+    k = len(v) // 2
+    return v[k] if len(v) % 2 else 0.5 * (v[k - 1] + v[k])
+
+
+def angle(A: np.ndarray, B: np.ndarray) -> float:
+    """Angle [rad] between two attitudes [9]."""
+    trace = float(np.dot(A, B))
+    return math.acos(min(max(0.5 * (trace - 1.0), -1.0), 1.0))

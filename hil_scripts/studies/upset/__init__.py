@@ -1,0 +1,1 @@
+"""Recovery of the six-degree-of-freedom aircraft from random upsets."""
