@@ -96,9 +96,9 @@ class Readings:
     def _airspeed(self, f: SensorFrame, fresh: bool, dt: float) -> None:
         """The middle one of the probes' airspeeds; between them and after, what gravity and the accelerometers make of it."""
         self._V_age += dt
-        a, d = f.acc_mean_b, self.down
+        a, down = f.acc_mean_b, self.down
         ca, sa = math.cos(self.alpha), math.sin(self.alpha)
-        self.V += dt * (ca * (a[0] + G0 * d[0]) + sa * (a[2] + G0 * d[2]))
+        self.V += dt * (ca * (a[0] + G0 * down[0]) + sa * (a[2] + G0 * down[2]))
         seen = (
             sorted(v for i, v in enumerate(f.air_V) if f.air_mask >> i & 1 and not f.air_bad >> i & 1) if fresh else []
         )
