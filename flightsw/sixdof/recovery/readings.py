@@ -141,5 +141,5 @@ def _middle(v: list[float]) -> float:
 
 def angle(A: np.ndarray, B: np.ndarray) -> float:
     """Angle [rad] between two attitudes [9]."""
-    trace = float(np.dot(A, B))
+    trace = sum(a * b for a, b in zip(A.tolist(), B.tolist(), strict=True))
     return math.acos(min(max(0.5 * (trace - 1.0), -1.0), 1.0))

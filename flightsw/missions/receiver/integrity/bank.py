@@ -282,7 +282,7 @@ class Bank:
 
     def apart(self, m: int) -> tuple[Vec3, Vec3]:
         """Position [m] of filter m less that of filter 0 in tanker axes, and the same of the velocity [m/s] NED."""
-        x, y, z = (self.place @ (self.X[m] - self.X[0])).tolist()
+        x, y, z = (self.place * (self.X[m] - self.X[0])).sum(axis=1).tolist()
         u, v, w = (self.X[m, U] - self.X[0, U]).tolist()
         return (x, y, z), (u, v, w)
 

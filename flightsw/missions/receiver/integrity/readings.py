@@ -61,7 +61,7 @@ class Reading:
             at, by = self.H[:, D].copy(), self.H[:, U].copy()
             self.H[:, U] -= age * at
             self.H[:, AB] += 0.5 * age * age * at - age * by
-            self.y += age * (by @ gained) - 0.5 * age * age * (at @ gained)
+            self.y += ((age * by - 0.5 * age * age * at) * gained).sum(axis=1)
 
     def ahead_of(self, t_us: int, now: tuple[Vec3, Vec3], then: tuple[Vec3, Vec3], density: float) -> Reading:
         """The same as rows of the state at t_us before the sample, when position [m] and velocity [m/s] NED were `then`; at the
@@ -71,7 +71,7 @@ class Reading:
         H[:, U] += tau * at
         H[:, AB] += 0.5 * tau * tau * at + tau * by
         (d1, u1), (d0, u0) = (np.array(now[0]), np.array(now[1])), (np.array(then[0]), np.array(then[1]))
-        y = self.y - at @ (d1 - d0 - tau * u0) - by @ (u1 - u0)
+        y = self.y - (at * (d1 - d0 - tau * u0) + by * (u1 - u0)).sum(axis=1)
         grown = density * density * tau
         r = self.r + grown * ((at * at).sum(axis=1) * tau * tau / 3.0 + (by * by).sum(axis=1))
         return Reading(self.source, self.t_us, H, y, r, self.count)
