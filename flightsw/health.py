@@ -183,7 +183,8 @@ class HealthMonitor:
     def _takes_fix(self, q: PeerFix) -> bool:
         """Whether another aircraft's fix is in range and alive. No mission depends on it, so it has no age here."""
         alive = self._moving("peer's fix", q.pos_n + q.vel_n)
-        return alive and _inside(q.vel_n, self.p.speed_max_mps) and _inside(q.pos_n, FAR_M)
+        flown = _inside(q.gain.vel_n, self.p.acc_max_mps2 * q.gain.span_s)
+        return alive and flown and _inside(q.vel_n, self.p.speed_max_mps) and _inside(q.pos_n, FAR_M)
 
     def _judge_air(self, f: SensorFrame) -> bool:
         """Mark each refused reading; the group is good while one probe is good in all three, or where readings

@@ -16,6 +16,7 @@ from flightsw.icd.scaling import FUEL_KG_PER_ML, PROBES
 from flightsw.icd.stamps import Samples, from_boot_ms
 from flightsw.icd.wire import BY_NAME, Counters, Packet, split, table
 from flightsw.types import (
+    NO_GAIN,
     UPD_AIR,
     UPD_ATT,
     UPD_BARO,
@@ -351,11 +352,15 @@ class FlightReceiver:
         fix.pos_n, fix.vel_n = to_local(lat, lon, alt, self.origin), v[4:7]
         n, e, d, vn, ve, vd = (s if 0.0 <= s < math.inf else 0.0 for s in _FIX_SIGMAS(p[1]))
         fix.pos_sigma, fix.vel_sigma = (n, e, d), (vn, ve, vd)
-        end_us, span_s, *gained = _FIX_GAIN(p[1])
-        known = (
-            finite((span_s, *gained))
-            and 0.0 < span_s <= GAIN_MOST_S
-            and abs(end_us + self.offset_us - t) < GAIN_APART_US
-        )
-        fix.gain = Gain(end_us + self.offset_us, span_s, (gained[0], gained[1], gained[2])) if known else Gain()
+        fix.gain = self._gain(_FIX_GAIN(p[1]), t)
         f.updated |= UPD_FIX
+
+    def _gain(self, v: tuple[float, ...], fix_us: int) -> Gain:
+        """A fix's gain; what cannot be one is counted and not taken, the fix is."""
+        end_us, span_s, x, y, z = int(v[0]) + self.offset_us, v[1], v[2], v[3], v[4]
+        if span_s == 0.0:
+            return NO_GAIN
+        if not (finite(v[1:]) and 0.0 < span_s <= GAIN_MOST_S and abs(end_us - fix_us) < GAIN_APART_US):
+            self.count.non_finite += 1
+            return NO_GAIN
+        return Gain(end_us, span_s, (x, y, z))

@@ -121,10 +121,13 @@ def record(scenarios: list[str]) -> list[Entry]:
     found = set()
 
     class Seen(event.Listener):  # type: ignore[misc]
+        """Notes every kernel that is compiled."""
+
         def on_start(self, event: Any) -> None:
-            pass
+            """Nothing is known yet."""
 
         def on_end(self, event: Any) -> None:
+            """Its name and the types it was compiled for."""
             function = event.data["dispatcher"].py_func
             name = f"{function.__module__}.{function.__name__}"
             if kernel(name) is event.data["dispatcher"] and (types := written(event.data["args"])) is not None:

@@ -299,6 +299,7 @@ def test_a_gain_that_cannot_be_is_none_and_the_fix_is_taken(bad: dict[str, objec
     }
     flight.decode(plant.sensors(SensorFrame(t_us=60_000), [wire.Sender(1, 1).named("RAW_FIX", **sound | bad)]), got)
     assert got.updated == UPD_FIX and got.fix.gain == NO_GAIN
+    assert flight.count.non_finite == (0 if bad == {"gain_s": 0.0} else 1)  # span 0 says that there is none
 
 
 @pytest.mark.parametrize(

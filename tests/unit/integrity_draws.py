@@ -154,7 +154,7 @@ def frames(
         d = true[b] + arm + wrong["boom"][0]
         f = SensorFrame(
             t_us=t_us,
-            gyro_count=5,
+            gyro_count=5, att_t_us=t_us,
             acc_mean_b=tuple(force[i]),
             updated=UPD_IMU | (0 if off == "rel" else UPD_REL) | ((UPD_GNSS | UPD_FIX) if i % 2 == 0 and off != "gnss" else 0),
             rel_t_us=late, rel_valid=off != "rel",

@@ -40,6 +40,7 @@ def alleviated(law: GustAlleviation, nav: GustNav | ConstantGainGust | None, cha
     """`law` on the estimate of `nav` from the readings of `channels`; nav None: on the true state."""
 
     def pilot(a: Alexis, servos: GustServos) -> Arr:
+        """Surfaces [2] rad of the law at a sample."""
         if nav is None:
             return law.step(a.truth, servos)
         nav.step(a.reading, channels & a.fresh, servos.mean, a.dt, servos.now)

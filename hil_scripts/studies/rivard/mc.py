@@ -180,6 +180,7 @@ def draw(case: RivardCase, seed: int, block: int, late: bool = False) -> tuple[A
     used = case.bearing_deg > 0.0 or case.datalink_m > 0.0 or T.dropout > 0.0
 
     def normals(name: str, head: int, wanted: bool) -> Array:
+        """Draws [BLOCK, head + 4 steps], with those of `late` behind; no columns where they are not wanted."""
         if not wanted:
             return np.zeros((BLOCK, 0))
         first = generator(seed, f"rendezvous.{name}.{block}").standard_normal((BLOCK, head + 4 * steps))
@@ -220,6 +221,7 @@ def run_case(
     rows, sampled, states = np.zeros((n, rk.R_N)), np.zeros((n, k, rk.Q_N)), np.zeros((n, k, 16))
 
     def block(b: int) -> None:
+        """Fly the rendezvous of block b that are asked for; those not done in the usual time again with `late` draws."""
         lo, hi = max(b * BLOCK, first), min((b + 1) * BLOCK, first + n)
         at = np.arange(lo, hi)
         for late in (False, True):

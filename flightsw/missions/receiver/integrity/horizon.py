@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from flightsw.kernels.atmosphere import G0
-from flightsw.kernels.rotations import dcm_from_quat, to_child, to_parent, vec3
+from flightsw.felt import Felt
+from flightsw.kernels.rotations import to_child, to_parent, vec3
 from flightsw.missions.receiver.integrity.bank import Bank
 from flightsw.missions.receiver.integrity.params import IntegrityParams
 from flightsw.missions.receiver.integrity.readings import Reading, cross, less
@@ -24,18 +24,13 @@ class Horizon:
     def __init__(self, p: IntegrityParams, bank: Bank) -> None:
         self.p, self.bank, self.unrest, self._lag_us = p, bank, Unrest(p), round(p.lag_s * 1e6)
         self._way, self._ahead = Way(), Ahead()
-        self._tk, self._R, self._acc, self._last = np.zeros(TK), np.zeros(9), np.zeros(3), ZERO3
+        self._felt, self._tk, self._last = Felt(), np.zeros(TK), ZERO3
         self._waiting: list[Reading] = []
         self._felt_us = -1  # end of the last step
 
     def feel(self, f: SensorFrame, new: int) -> float:
         """Take in the accelerations of the step that ends now, new: UPD_* of sound readings; its length [s], 0 for the first."""
-        acc = None
-        if new & UPD_IMU and f.gyro_count:
-            dcm_from_quat(np.array(f.att_q_nb), self._R)
-            to_parent(self._R, np.array(f.acc_mean_b), self._acc)
-            x, y, z = vec3(self._acc)
-            acc = (x, y, z + G0)
+        acc = self._felt.acceleration(f, f.acc_mean_b) if new & UPD_IMU and f.gyro_count else None
         before, self._felt_us = self._felt_us, f.t_us
         self._way.own(before, f.t_us, acc)
         if new & UPD_FIX:

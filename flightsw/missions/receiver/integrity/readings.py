@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flightsw.aircraft import Aircraft
-from flightsw.kernels.rotations import dcm_from_quat, mul33_t, to_child, to_parent
+from flightsw.kernels.rotations import dcm_from_quat, mul33_t, to_child, to_parent, vec3
 from flightsw.missions.receiver.integrity.layout import (
     AB,
     B_AT,
@@ -35,7 +35,7 @@ from flightsw.missions.receiver.integrity.layout import (
 from flightsw.missions.receiver.integrity.params import IntegrityParams
 from flightsw.missions.receiver.tanker_link import PeerTracker
 from flightsw.sixdof.layout import TK, TK_DCM, TK_RATE
-from flightsw.types import ZERO3, SensorFrame, Vec3
+from flightsw.types import SensorFrame, Vec3
 
 AXES = range(3)
 
@@ -78,6 +78,7 @@ class Reading:
 
 
 def _empty(source: int, t_us: int) -> Reading:
+    """Without a row filled in, three of a position."""
     return Reading(source, t_us, np.zeros((ROWS, NB)), np.zeros(ROWS), np.ones(ROWS), 3)
 
 
@@ -86,7 +87,6 @@ class Readings:
 
     def __init__(self, p: IntegrityParams, tanker: Aircraft, receiver: Aircraft) -> None:
         self.p, self.boom, self.receptacle = p, tanker.boom, receiver.receptacle
-        self._d: Vec3 = ZERO3
         self._tk, self._a, self._b, self._R, self._rel = (
             np.zeros(TK),
             np.zeros(3),
@@ -95,27 +95,25 @@ class Readings:
             np.zeros(9),
         )
 
-    def _in_tanker_axes(self, out: Reading) -> list[float]:
-        """Rows of the position in tanker axes at the time of the sample, by the transmitted attitude C: xi = C d - (C d) x a;
-        C d [m]."""
-        peer_C = self._tk[TK_DCM]
-        self._a[:] = self._d
-        to_child(peer_C, self._a, self._b)
-        x, y, z = xi = self._b.tolist()
+    def _in_tanker_axes(self, out: Reading, d: Vec3) -> Vec3:
+        """Rows of the position in tanker axes by the attitude C in `_tk`: xi = C d - (C d) x a; C d [m]."""
+        C = self._tk[TK_DCM]
+        self._a[:] = d
+        to_child(C, self._a, self._b)
+        x, y, z = xi = vec3(self._b)
         turn = (0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0)
         for i in AXES:
             for j in AXES:
-                out.H[i, B_D + j] = peer_C[3 * i + j]
+                out.H[i, B_D + j] = C[3 * i + j]
                 out.H[i, B_AT + j] = -turn[i][j]
-        return list(xi)
+        return xi
 
     def relative(self, f: SensorFrame, peer: PeerTracker, d: Vec3) -> Reading:
         """Relative sensor: xi + slow + constant error; its rate xi' = C u - w x xi, + slow error; d [3] m: where the receiver is,
         NED, near enough for what turns with it."""
         p, out = self.p, _empty(REL, f.rel_t_us)
         peer.stage(f.rel_t_us, self._tk)
-        self._d = d
-        xi = self._in_tanker_axes(out)
+        xi = self._in_tanker_axes(out, d)
         C, w = self._tk[TK_DCM], self._tk[TK_RATE].tolist()
         far2 = sum(x * x for x in xi)
         out.y[:3], out.y[3:] = f.rel_pos_t, f.rel_vel_t
@@ -152,8 +150,7 @@ class Readings:
         ce, se = math.cos(f.boom_elevation), math.sin(f.boom_elevation)
         ca, sa = math.cos(f.boom_azimuth), math.sin(f.boom_azimuth)
         peer.stage(f.boom_t_us, self._tk)
-        self._d = d
-        self._in_tanker_axes(out)
+        self._in_tanker_axes(out, d)
         dcm_from_quat(np.array(f.att_q_nb), self._R)
         mul33_t(self._R, self._tk[TK_DCM], self._rel)  # tanker to own body
         to_parent(self._rel, np.array(receptacle.position_m), self._a)
