@@ -17,6 +17,7 @@ from sim_plant.world import World
 BATCHES = 10
 PLANT = "plant"
 AIR = "air"  # the plant with every model of the air on
+EVERYTHING = "everything"  # and with sensors of a grade
 DYNAMICS = "dynamics"  # the same without sensors, which JSBSim's aircraft do not have either
 AIRCRAFT = ("737", "B747")  # the 737 as shipped polls input sockets in every run(); the B747 has none
 
@@ -31,10 +32,11 @@ EVERY_AIR = {
     "wind.bow.source": "receiver",
     "wind.density": "sounding",
 }
+GRADED = {"sensors.tanker.grade": "tactical", "sensors.receiver.grade": "tactical"}
 
 
 def step_us(batch_steps: int = 400) -> dict[str, float]:
-    """Microseconds per step, median of alternating batches: `plant`, `air`, `dynamics` per aircraft and tick,
+    """Microseconds per step, median of alternating batches: `plant`, `air`, `everything`, `dynamics` per aircraft and tick,
     JSBSim's aircraft by name.
 
     Raises RuntimeError when JSBSim cannot load, initialise or trim an aircraft.
@@ -42,6 +44,7 @@ def step_us(batch_steps: int = 400) -> dict[str, float]:
     steppers = {
         PLANT: _plant(),
         AIR: _plant(sets=EVERY_AIR),
+        EVERYTHING: _plant(sets=EVERY_AIR | GRADED),
         DYNAMICS: _plant(sensors=False),
         **{name: _jsbsim(name) for name in AIRCRAFT},
     }

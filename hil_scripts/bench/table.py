@@ -122,12 +122,15 @@ def plant_rows() -> list[Row]:
     us = bench_plant.step_us()
     ours, dynamics = us[bench_plant.PLANT], us[bench_plant.DYNAMICS]
     with_sockets, bare = (us[k] for k in bench_plant.AIRCRAFT)
-    air = us[bench_plant.AIR]
+    air, everything = us[bench_plant.AIR], us[bench_plant.EVERYTHING]
     return [
         Row("plant.dynamics_step_us", "plant, one aircraft, one tick, no sensors", dynamics, "us"),
         Row("plant.aircraft_step_us", "plant, one aircraft, one tick, sensors included", ours, "us"),
         Row("plant.air_step_us", "the same, every model of the air on", air, "us"),
         Row("plant.air_ratio", "every model of the air on takes, times the scenario's", air / ours, "x", "<= 1.5"),
+        Row(
+            "plant.everything_ratio", "with tactical sensors of both aircraft besides", everything / ours, "x", "<= 1.5"
+        ),
         Row("jsbsim.run_us", "JSBSim run(), Boeing 737 (polls its input sockets)", with_sockets, "us"),
         Row("jsbsim.b747_run_us", "JSBSim run(), Boeing 747 (has none)", bare, "us"),
         Row(
