@@ -14,7 +14,19 @@ from flightsw.missions.receiver.integrity.integrity import Integrity
 from flightsw.missions.receiver.integrity.params import IntegrityParams
 from flightsw.missions.receiver.refuel import CONTACT, PRECONTACT
 from flightsw.missions.receiver.tanker_link import PeerTracker
-from flightsw.types import NO_GAIN, UPD_FIX, UPD_GNSS, UPD_IMU, UPD_REL, Gain, Health, PeerFix, PeerState, SensorFrame
+from flightsw.types import (
+    NO_GAIN,
+    UPD_FIX,
+    UPD_GNSS,
+    UPD_IMU,
+    UPD_REL,
+    Gain,
+    Health,
+    NavState,
+    PeerFix,
+    PeerState,
+    SensorFrame,
+)
 
 Arr = np.ndarray
 DT, T0 = 0.05, 1_000_000  # [s], [us]
@@ -58,6 +70,7 @@ class Seen:
     sigma: Arr
     ratio: Arr
     over: Arr
+    gnss: Arr  # [N] a fix is handed on to the estimator
     texts: list[tuple[float, str]]
     bank: Integrity
 
@@ -83,8 +96,11 @@ class Air:
 CALM = Air()
 
 
-def draw(seed: int, seconds: float, phase: int, fault: Fault | None = None, air: Air = CALM) -> Seen:
-    """One draw on a station of `phase`; the receiver wanders 0.3 m about it."""
+def draw(
+    seed: int, seconds: float, phase: int, fault: Fault | None = None, air: Air = CALM, off_m: float = 0.0
+) -> Seen:
+    """One draw on a station of `phase`; the receiver wanders 0.3 m about it. off_m: the estimate flown by is so far aside of the
+    bank from 20 s on."""
     n = round(seconds / DT)
     bank, t = (
         Integrity(IntegrityParams(on=True), load_aircraft("kc135r"), load_aircraft("learjet24")),
@@ -102,8 +118,9 @@ def draw(seed: int, seconds: float, phase: int, fault: Fault | None = None, air:
         if i % 2 == 0:
             peer.take(sample)
         new = f.updated
-        g, *_ = bank.step(f, new, Health(), peer, phase)
-        o = bank.out
+        g, handed, _ = bank.step(f, new, Health(), peer, phase)
+        o, (x, y, z) = bank.out, bank.out.pos
+        bank.publish(NavState(valid=True, rel_pos_t=(x, y + off_m * (t[i] > 20.0), z)), False)
         rows.append(
             (
                 *(np.array(o.pos) - true[i]),
@@ -112,11 +129,12 @@ def draw(seed: int, seconds: float, phase: int, fault: Fault | None = None, air:
                 *o.sigma,
                 *o.ratio,
                 bool(bank.over),
+                bool(handed & UPD_GNSS),
             )
         )
         texts += [(float(t[i]), x.text) for x in bank.texts[len(texts) :]]
     a = np.array(rows)
-    return Seen(t, a[:, :3], a[:, 3:6], a[:, 6:9], a[:, 9:12], a[:, 12:16], a[:, 16] > 0, texts, bank)
+    return Seen(t, a[:, :3], a[:, 3:6], a[:, 6:9], a[:, 9:12], a[:, 12:16], a[:, 16] > 0, a[:, 17] > 0, texts, bank)
 
 
 def frames(

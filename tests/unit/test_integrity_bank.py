@@ -143,6 +143,21 @@ def test_a_fault_is_told_in_time_and_its_error_stays_bounded(name: str) -> None:
         assert s.over[-1]
 
 
+def test_the_estimate_is_not_flown_by_what_the_bank_leaves_out() -> None:
+    """A fix of a pair that lies is not handed on: whose it is nobody knows."""
+    s = draw(4, 30.0, CONTACT, Fault("gnss", 0, step=5.0))
+    assert s.bank.excluded == 1 << GNSS
+    out = s.t >= s.texts[0][0]
+    assert s.gnss[~out].any() and not s.gnss[out].any()
+
+
+def test_an_estimate_aside_of_the_bank_is_no_better_bounded_than_that() -> None:
+    """The bound is the bank's, the flight the estimate's: 0.5 m apart passes in contact, 2.5 m ends it, in half a second."""
+    assert not draw(4, 30.0, CONTACT, off_m=0.5).over[400:].any()
+    s = draw(4, 30.0, CONTACT, off_m=2.5)
+    assert not s.over[(s.t > 15.0) & (s.t < 20.4)].any() and s.over[s.t > 21.0].all()
+
+
 @pytest.mark.parametrize(("until_s", "back"), [(35.0, True), (math.inf, False)], ids=["ends", "lasts"])
 def test_a_source_left_out_comes_back_by_agreeing_with_the_others_for_long(until_s: float, back: bool) -> None:
     """A step of 3 m that ends: taken again 30 s after its end, the bound honest throughout; one that lasts never is."""

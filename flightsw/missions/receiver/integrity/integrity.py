@@ -32,7 +32,7 @@ from flightsw.missions.receiver.refuel import (
 )
 from flightsw.missions.receiver.tanker_link import PeerTracker
 from flightsw.sixdof.estimator_core import failed_bits
-from flightsw.types import HF_REL, UPD_FIX, UPD_GNSS, UPD_REL, Health, NavState, SensorFrame, Text, Vec3
+from flightsw.types import HF_REL, UPD_FIX, UPD_GNSS, UPD_REL, ZERO3, Health, NavState, SensorFrame, Text, Vec3
 
 CRITICAL, WARNING, NOTICE = 2, 4, 5  # MAV_SEVERITY
 NEAR = (TO_PRECONTACT, PRECONTACT, TO_CONTACT, DISCONNECT, HOLD)  # phases held to the limit of closing in
@@ -67,6 +67,7 @@ class Integrity:
         self._agrees_us = [-1] * SOURCES  # since when a source left out agrees with the others
         self._wait_us = self._known_us = -1
         self._calm_s = self._over_s = 0.0
+        self._off = ZERO3  # [m] the estimate, which is flown by, less the bank
         limits = ((OBSERVATION, p.al_observation_m), (CONTACT, p.al_latched_m), *((k, p.al_closing_m) for k in NEAR))
         self._limit = dict(limits)
 
@@ -74,7 +75,9 @@ class Integrity:
         """Put into the estimate whether its relative position serves the phase, and the sigma it has here; rejoined: the tanker's
         frame has jumped, begin anew in it. What was left out stays so."""
         nav.rel_doubt = self.over
+        self._off = ZERO3
         if self.ready and nav.valid:
+            self._off = less(nav.rel_pos_t, self.bank.xi)
             (x, y, z), (a, b, c) = nav.scatter, self.bank.sigma
             nav.rel_sigma = (math.hypot(x, a), math.hypot(y, b), math.hypot(z, c))
         self.ready &= not rejoined
@@ -235,7 +238,8 @@ class Integrity:
 
     def _rule(self, dt: float, al: float) -> None:
         """Whether the phase may go on: its limit not passed for long, and no dispute that nobody can ever settle."""
-        worst = max(self.out.pl)
+        flown = [pl + abs(off) for pl, off in zip(self.out.pl, self._off, strict=True)]  # by the estimate, not the bank
+        worst = max(flown)
         self._over_s = self._over_s + dt if worst > al else 0.0
         if self.undecided.bit_count() == 2 and math.isfinite(al):
             self.over = "two sources of position disagree"  # among three the bound covers it until it is known which
@@ -250,6 +254,10 @@ class Integrity:
         """The relative reading without its estimated errors; the bank's position where it is silent or left out, carried on by
         specific force for a while where nothing is left."""
         m = 1 + self.suspect  # the filter that has not heard it; 0 without one
+        if self.excluded >> GNSS & 1 or self.suspect == GNSS:
+            updated &= (
+                ~UPD_GNSS
+            )  # whose of the two it is nobody knows: the estimator does not fly by the own one either
         if live:
             self._known_us = f.t_us
         if live >> REL & 1 and self.suspect != REL and (f.t_us - self._live_us[REL]) * 1e-6 <= self.p.stand_in_s:
