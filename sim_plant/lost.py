@@ -62,8 +62,12 @@ class Watch:
             return f"broke up: Mach {mach:.2f}, its structure bears {limit.dive_mach:g}"
         _, pitch, bank = o[n.O_EULER : n.O_EULER + 3]
         rate = max(abs(s[n.S_W]), abs(s[n.S_W + 1]), abs(s[n.S_W + 2]))
+        alpha = o[n.O_ALPHA]
+        well = abs(bank) <= BANK and abs(pitch) <= PITCH and abs(alpha) <= self._alpha and rate <= RATE
+        if well and not self._upset and self._within_s > HOLD_S:
+            return ""
         seen = (
-            ("bank", bank, BANK), ("pitch", pitch, PITCH), ("incidence", o[n.O_ALPHA], self._alpha), ("rate", rate, RATE),
+            ("bank", bank, BANK), ("pitch", pitch, PITCH), ("incidence", alpha, self._alpha), ("rate", rate, RATE),
         )  # fmt: skip
         if self._within_s <= HOLD_S:
             inside = all(abs(value) <= bound for _, value, bound in seen)

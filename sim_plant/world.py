@@ -86,7 +86,8 @@ class World:
             if f.commands:
                 f.commands = []
             for s in m.sensors:
-                s.step(self.tick, t_us, m.view, f)
+                if s.waiting or self.tick % s.every == 0:
+                    s.step(self.tick, t_us, m.view, f)
         self.orders.deliver(self.tick)
         self._sensed = True
         return [m.frame for m in self.members]

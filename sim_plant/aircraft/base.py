@@ -75,7 +75,8 @@ class Member(ABC):
 
     def show(self) -> None:
         """Copy `s` and `obs` into the view."""
-        self.view.s, self.view.o = self.s.tolist(), self.obs.tolist()
+        v = self.view
+        v.s, v.o, v.arrays = self.s.tolist(), self.obs.tolist(), (self.s, self.obs)
 
     def check_limits(self) -> None:
         """Raise ConfigError for a start beyond the limits of the aircraft's file; an upset may be beyond its incidence."""

@@ -7,6 +7,9 @@ from collections import deque
 from copy import copy
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from flightsw.strict import ConfigError
 from flightsw.types import SensorFrame
 from sim_plant.kernels import layout as n
@@ -17,17 +20,20 @@ if TYPE_CHECKING:
     from sim_plant.sensors.errors import Errors
     from sim_plant.sensors.ports import Before
 
+Arr = NDArray[np.float64]
+
 
 class View:
     """True values of one aircraft at the current tick, as plain floats (layout.py orders)."""
 
     __slots__ = (
-        "boom", "contact", "inside", "lateral_m", "lateral_read", "o", "probes", "rel", "s", "target", "transfer_kgps",
+        "arrays", "boom", "contact", "inside", "lateral_m", "lateral_read", "o", "probes", "rel", "s", "target", "transfer_kgps",
     )  # fmt: skip
 
     def __init__(self, probes: int) -> None:
         self.s = [0.0] * n.NS  # state
         self.o = [0.0] * n.NO  # observation
+        self.arrays: tuple[Arr, Arr] | None = None  # the same two, where a kind has them as arrays
         self.rel = [0.0] * n.NR  # relative to the leader; of the leader zero
         self.boom = [0.0] * n.NR  # the same of whoever is at the boom: own, or (leader) its partner's
         self.contact = False
@@ -39,8 +45,9 @@ class View:
         self.lateral_read = False  # or already what the crew reads, the truth being spread about it
 
     def still(self) -> View:
-        """As it is now, for good."""
+        """As it is now, for good, and to be changed."""
         out = copy(self)
+        out.arrays = None
         out.s, out.o, out.rel, out.boom = self.s[:], self.o[:], self.rel[:], self.boom[:]
         return out
 
@@ -64,11 +71,11 @@ class Sensor:
         self, key: str, rate_hz: float, latency_ms: float, base_hz: int, noise: NoiseRows | None, columns: int
     ) -> None:
         self.key = key
-        self.div = divisor(base_hz, rate_hz, key)
+        self.div = self.every = divisor(base_hz, rate_hz, key)  # ticks between samples; and between calls of `step`
         self.latency_us = round(latency_ms * 1000.0)
         self.noise = noise
         self.columns = columns
-        self._queue: deque[tuple[int, Any]] = deque()
+        self.waiting: deque[tuple[int, Any]] = deque()  # samples not yet delivered: `step` is due every tick
         self._last: Any = None
         self.graded: Errors | None = None  # what a grade, or single terms, add to the noise
         # faults, set by failures.schedule.FaultPlan
@@ -108,16 +115,16 @@ class Sensor:
                 value = None if out else self.sample(view, e)
                 if value is None:
                     pass
-                elif self.latency_us == 0 and not self._queue:
+                elif self.latency_us == 0 and not self.waiting:
                     self._last = value
                     self.fill(frame, t_us, value)
                     frame.updated |= self.bit
                 else:
-                    self._queue.append((t_us, value))
+                    self.waiting.append((t_us, value))
             else:
                 self._faulty_sample(t_us, view, e, out)
-        if self._queue and self._queue[0][0] + self.latency_us <= t_us:
-            taken, value = self._queue.popleft()
+        if self.waiting and self.waiting[0][0] + self.latency_us <= t_us:
+            taken, value = self.waiting.popleft()
             self._last = value
             self.fill(frame, max(taken + self.stamp_us, 0), value)
             frame.updated |= self.bit
@@ -141,7 +148,7 @@ class Sensor:
         frozen = self.stuck and before is not None
         value = before if frozen else self.sample(view, e)
         if value is not None and (value := self.alter(value, frozen)) is not None:
-            self._queue.append((t_us, value))
+            self.waiting.append((t_us, value))
 
     def shown(self, view: View, t_us: int) -> View:
         """The truth as it reaches the sensor at t_us."""
@@ -158,7 +165,7 @@ class Sensor:
 
     def newest(self) -> Any:
         """The last sample taken, delivered or still on its way; None before the first."""
-        return self._queue[-1][1] if self._queue else self._last
+        return self.waiting[-1][1] if self.waiting else self._last
 
     def alter(self, value: Any, frozen: bool) -> Any | None:
         """What faults of the whole group make of a sample; None: it is lost. `frozen`: it is the last one once more."""

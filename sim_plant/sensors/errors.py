@@ -6,7 +6,6 @@ another's draws.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,10 +15,19 @@ from sim_plant.kernels import layout as n
 from sim_plant.rng import BLOCK, generator
 from sim_plant.sensors.base import View
 from sim_plant.sensors.faulty import Flicker
-from sim_plant.sensors.shape_kernel import lever_acc, lever_gnss, shaped
+from sim_plant.sensors.shape_kernel import (
+    LEVER_ACC,
+    LEVER_GNSS,
+    NLEVER,
+    NWORK,
+    W_B0,
+    W_FRICTION,
+    W_QUANTUM,
+    W_SIGN,
+    told,
+)
 from sim_plant.sensors.shared import Shared
 from sim_plant.sensors.terms import FAMILIES, Group
-from sim_plant.sensors.vane import Bearings
 from sim_plant.wind.air import gauss_markov_block
 
 Arr = NDArray[np.float64]
@@ -27,22 +35,30 @@ SHARED = {"gnss": "gnss.constellation", "baro": "baro.weather"}  # stream of wha
 NEAR_M = 50.0  # [m] within which another aircraft blocks part of the sky (our choice: a tanker's span)
 
 
-def _zeros(view: View) -> list[float]:
-    return [0.0, 0.0, 0.0]
+NONE = np.zeros(n.NR)  # in place of relative motion, for those who measure none
+STATE, FLOW, PAIR = (
+    0,
+    n.NS,
+    n.NS + n.NO,
+)  # where state, observation and relative motion lie in what a column is read from
 
 
-TRUE: dict[str, Callable[[View], list[float]]] = {  # the measured quantity, in the columns of the error row
-    "imu": lambda v: [*v.s[n.S_W : n.S_W + 3], *v.o[n.O_F : n.O_F + 3]],
-    "baro": lambda v: [-v.s[n.S_P + 2]],
-    "mag": lambda v: v.o[n.O_MAG : n.O_MAG + 3],
-    "gnss": lambda v: [*v.s[n.S_P : n.S_P + 3], *v.s[n.S_V : n.S_V + 3]],
-    "att": _zeros,
-    "fuel": lambda v: [v.s[n.S_FUEL]],
-    "air": lambda v: v.o[n.O_PROBE : n.O_PROBE + 3 * v.probes],
-    "rel": lambda v: v.rel[0:6],
-    "radalt": lambda v: [-v.s[n.S_P + 2]],
-    "boom": lambda v: v.boom[n.R_EL : n.R_EXT + 1],
-}
+def measured(group: str, probes: int) -> list[int]:
+    """Where the measured quantity of every column of a group's error row lies; -1: nowhere, its errors do not depend on it."""
+    s, o, r = STATE, FLOW, PAIR
+    at: dict[str, list[int]] = {
+        "imu": [*range(s + n.S_W, s + n.S_W + 3), *range(o + n.O_F, o + n.O_F + 3)],
+        "baro": [s + n.S_P + 2],
+        "mag": [*range(o + n.O_MAG, o + n.O_MAG + 3)],
+        "gnss": [*range(s + n.S_P, s + n.S_P + 3), *range(s + n.S_V, s + n.S_V + 3)],
+        "att": [-1, -1, -1],
+        "fuel": [s + n.S_FUEL],
+        "air": [*range(o + n.O_PROBE, o + n.O_PROBE + 3 * probes)],
+        "rel": [*range(r, r + 6)],
+        "radalt": [s + n.S_P + 2],
+        "boom": [*range(r + n.R_EL, r + n.R_EXT + 1)],
+    }
+    return at[group]
 
 
 @dataclass(frozen=True)
@@ -93,15 +109,17 @@ class Errors:
         scale: float,
         bias_scale: float,
     ) -> None:
-        self.true, self.terms, self.period_s = TRUE[group], terms, period_s
+        self.terms, self.group = terms, group
         fams = FAMILIES[group]
-        width = 3 * probes if group == "air" else 1 + max(c for cols, _ in fams.values() for c in cols)
-        self.width = width
+        self.at = np.array(measured(group, probes))
+        self.width = width = len(self.at)
         self.draws: list[tuple[list[int], Draw]] = []
-        self.mat, self.lag, self.quantum = np.eye(width), np.zeros((width, 3)), np.zeros(width)
-        self.mem, self.out, self.fresh = np.zeros((2, width)), np.zeros(width), np.ones(1)
-        friction = np.zeros(width)
-        self.shaping = False
+        self.work = np.zeros((NWORK + width, width))
+        self.work[W_B0] = 1.0
+        self.work[W_SIGN] = -1.0 if group in ("baro", "radalt") else 1.0  # heights, of a place that counts downwards
+        mat = self.work[NWORK:]
+        mat[:] = np.eye(width)
+        shaping = False
         self.sky: list[tuple[int, float, float, Shared]] = []
         key = f"{name}.{group}"
         turns: Arr = generator(seed, f"{key}.align").standard_normal(3)  # one mounting for the whole sensor
@@ -123,9 +141,9 @@ class Errors:
             self.draws.append((cols, draw))
             factor = bias_scale * t.scale * rng("scale").standard_normal(m)
             for i, c in enumerate(cols):
-                self.mat[c, c] += factor[i]
-                self.quantum[c], friction[c] = t.quantum, t.friction
-                self.lag[c] = lag_of(t.lag_s, period_s)
+                mat[c, c] += factor[i]
+                self.work[W_QUANTUM, c], self.work[W_FRICTION, c] = t.quantum, t.friction
+                self.work[: W_B0 + 2, c] = lag_of(t.lag_s, period_s)
                 if t.common > 0.0 or t.gradient > 0.0:
                     shared = Shared.of(seed, SHARED[group], t.common_tau_s)
                     self.sky.append((c, scale * t.common, scale * t.gradient, shared))
@@ -134,13 +152,16 @@ class Errors:
                 i0, i1, i2 = cols
                 # a sensor mounted turned by (a, b, c) sees v - (a, b, c) x v
                 for row, col, x in ((i0, i1, c3), (i0, i2, -b), (i1, i0, -c3), (i1, i2, a), (i2, i0, b), (i2, i1, -a)):
-                    self.mat[row, col] += x
-            self.shaping |= max(t.scale, t.align, t.lag_s, t.quantum, t.friction) > 0.0
-        self.vanes = Bearings(friction) if friction.any() else None
-        self.lever = bias_scale * terms.lever_m * generator(seed, f"{key}.lever").standard_normal(3)
-        self.lever_on = {"imu": 1, "gnss": 2}.get(group, 0) if terms.lever_m > 0.0 else 0
-        self.last_w = np.full(3, math.nan)
+                    mat[row, col] += x
+            shaping |= max(t.scale, t.align, t.lag_s, t.quantum, t.friction) > 0.0
+        self.lever = np.full(NLEVER, math.nan)
+        self.lever[:3] = bias_scale * terms.lever_m * generator(seed, f"{key}.lever").standard_normal(3)
+        self.lever[3] = period_s
+        self.how = 1 if shaping else 0
+        if terms.lever_m > 0.0:
+            self.how |= {"imu": LEVER_ACC, "gnss": LEVER_GNSS}[group]
         self._rows: Arr = np.zeros((0, width))
+        self.out = np.zeros(width)
         self._i = 0
         share = terms.outage_per_h * terms.outage_s / 3600.0
         self.flicker = None
@@ -159,27 +180,24 @@ class Errors:
             for cols, d in self.draws:
                 self._rows[:, cols] = d.block(BLOCK)
             self._i = 0
-        row = self._rows[self._i]
+        i = self._i
         self._i += 1
-        if self.terms.blocked > 1.0:
-            row *= self._blocked(view)
+        if e or self.sky or self.terms.blocked > 1.0:
+            self._own(e, t_us, view, self._rows[i])
+        s, o = view.arrays or (np.array(view.s), np.array(view.o))
+        r = np.array(view.boom if self.group == "boom" else view.rel) if self.at[0] >= PAIR else NONE
+        told(s, o, r, self._rows, i, self.at, self.work, self.lever, self.how, self.out)
+        out: list[float] = self.out.tolist()
+        return out
+
+    def _own(self, e: list[float], t_us: int, view: View, row: Arr) -> None:
+        """What is asked of few: a blocked sky, the paper's draws, slow errors that all share."""
+        if self.terms.blocked > 1.0 and (factor := self._blocked(view)) > 1.0:
+            row *= factor
         if e:
             row += e
-        if self.sky:
-            north, east = view.s[n.S_P], view.s[n.S_P + 1]
-            for c, common, gradient, sky in self.sky:
-                row[c] += sky.error(c, t_us, common, gradient, north, east)
-        if self.lever_on == 1:
-            lever_acc(np.array(view.s[n.S_W : n.S_W + 3]), self.last_w, self.period_s, self.lever, row)
-        elif self.lever_on == 2:
-            lever_gnss(np.array(view.s[0:7]), self.lever, row)
-        if not self.shaping:
-            return list(row.tolist())
-        true = self.true(view)
-        felt = self.vanes.felt(true, view) if self.vanes is not None else true
-        shaped(np.array(felt), row, self.mat, self.lag, self.quantum, self.mem, self.fresh, self.out)
-        out = list(self.out.tolist())
-        return out if felt is true else [e + z - t for e, z, t in zip(out, felt, true, strict=True)]
+        for c, common, gradient, sky in self.sky:
+            row[c] += sky.error(c, t_us, common, gradient, view.s[n.S_P], view.s[n.S_P + 1])
 
     def _blocked(self, view: View) -> float:
         r = view.rel

@@ -12,7 +12,6 @@ Below Mach 0.2 within 1 % of V^2 = 2 (pt - ps) / rho. The air is the standard at
 from __future__ import annotations
 
 import math
-from copy import copy
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -53,8 +52,7 @@ class StaticPort:
 
     def act(self, view: View, t_us: int) -> View:
         """The barometer's view: the height of the trapped pressure."""
-        out = copy(view)
-        out.s = view.s[:]
+        out = view.still()
         out.s[n.S_P + 2] = -self.trapped(view)
         return out
 
@@ -94,8 +92,7 @@ class Tubes:
 
     def act(self, view: View, t_us: int) -> View:
         """The air data's view."""
-        out = copy(view)
-        out.o = view.o[:]
+        out = view.still()
         t, p, _, _ = isa(-view.s[n.S_P + 2])
         known = p if self.static is None else isa(self.static.trapped(view))[1]
         for i in range(view.probes):
@@ -118,8 +115,7 @@ class Still:
         """The air data's view: the columns as they were at the first call."""
         if not self.held:
             self.held = [view.o[n.O_PROBE + c] for c in self.columns]
-        out = copy(view)
-        out.o = view.o[:]
+        out = view.still()
         for c, x in zip(self.columns, self.held, strict=True):
             out.o[n.O_PROBE + c] = x
         return out

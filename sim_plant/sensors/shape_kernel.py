@@ -1,4 +1,10 @@
-"""What a sensor makes of the quantity it measures: lag, scale, misalignment, quantisation, place. Compiled."""
+"""What a sensor makes of the quantity it measures: place, bearings that rub, lag, scale, misalignment, quantisation. Compiled.
+
+Vanes whose bearings rub: a vane stays in its bearing until the air's torque on it overcomes the friction. The torque of the air
+about the pivot is q S l C' (a - z), a the direction of the air, z the vane's; Coulomb friction M holds it while
+|a - z| < M / (q S l C'). The term `friction` is M / (S l C') [rad Pa], so that the angle is friction / q: what does not show at
+195 m/s does at 20. Vanes settle within a sample (their own lag follows), and so z is a kept within the angle to both sides: play.
+"""
 
 from __future__ import annotations
 
@@ -7,57 +13,105 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from sim_plant.kernels import layout as n
+from sim_plant.kernels.atmosphere import isa
 from sim_plant.kernels.jit import jit
 
 Arr = NDArray[np.float64]
+# rows of the work array, column by column of the reading: lag y' = a y + b0 t' + b1 t; step of the output; friction of a bearing;
+# sign of what is measured; y, t and bearing of the last sample; scale and misalignment from NWORK on
+W_A, W_B0, W_B1, W_QUANTUM, W_FRICTION, W_SIGN, W_Y, W_T, W_Z, NWORK = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
+# lever: arm [3, m], period [s], body rates of the last sample [3, rad/s] (NaN: none), NaN before the first sample
+L_LAST, L_FRESH, NLEVER = 4, 7, 8
+SHAPES, LEVER_ACC, LEVER_GNSS = 1, 2, 4  # bits of `how`
 
 
 @jit
-def shaped(t: Arr, e: Arr, mat: Arr, lag: Arr, quantum: Arr, mem: Arr, fresh: Arr, out: Arr) -> None:
-    """Write into `out` [m] what must be added to the true row `t` [m] so that the reading is Q(mat y + e).
+def told(
+    s: Arr, o: Arr, r: Arr, rows: Arr, i: int, at: NDArray[np.int64], work: Arr, lever: Arr, how: int, out: Arr
+) -> None:
+    """Write into `out` [m] what must be added to the measured row t [m] so that the reading is Q(mat y + e).
 
-    y: t through the lag y' = a y + b0 t' + b1 t with `lag` [m, 3] = (a, b0, b1); mat [m, m]: scale and misalignment;
-    e [m]: additive errors; Q rounds to multiples of `quantum` [m] (0: not). mem [2, m] keeps y and t; fresh [1] = 1 before the
-    first sample, which finds the lag settled.
+    Column c measures entry at[c] of state `s` [NS], observation `o` [NO] and relative motion `r` [NR] one after the other (-1:
+    nothing). e = rows[i] [m] and, by the bits `how`, the lever arm's part; y: t, held in a vane's bearing, through the lag; Q
+    rounds to multiples of the step (0: not). `work` [NWORK + m, m] and `lever` [NLEVER] as above; both remember the sample.
     """
-    m = t.shape[0]
-    for i in range(m):
-        if fresh[0] > 0.0:
-            mem[0, i] = t[i]
+    e, m = rows[i], at.shape[0]
+    if how & LEVER_ACC:
+        lever_acc(s[n.S_W : n.S_W + 3], lever, e)
+    elif how & LEVER_GNSS:
+        lever_gnss(s, lever, e)
+    if not how & SHAPES:
+        for c in range(m):
+            out[c] = e[c]
+        return
+    fresh = math.isnan(lever[L_FRESH])
+    lever[L_FRESH] = 1.0
+    for c in range(m):
+        k, x = at[c], 0.0
+        if k >= n.NS + n.NO:
+            x = work[W_SIGN, c] * r[k - n.NS - n.NO]
+        elif k >= n.NS:
+            x = work[W_SIGN, c] * o[k - n.NS]
+        elif k >= 0:
+            x = work[W_SIGN, c] * s[k]
+        out[c] = x
+    if work[W_FRICTION].any():
+        held(isa(-s[n.S_P + 2])[2], fresh, work, out)
+    for c in range(m):
+        z = work[W_Z, c] if work[W_FRICTION, c] > 0.0 else out[c]
+        if fresh:
+            work[W_Y, c] = z
         else:
-            mem[0, i] = lag[i, 0] * mem[0, i] + lag[i, 1] * t[i] + lag[i, 2] * mem[1, i]
-        mem[1, i] = t[i]
-    fresh[0] = 0.0
-    for i in range(m):
-        x = e[i]
+            work[W_Y, c] = work[W_A, c] * work[W_Y, c] + work[W_B0, c] * z + work[W_B1, c] * work[W_T, c]
+        work[W_T, c] = z
+    for c in range(m):
+        x, q, z = e[c], work[W_QUANTUM, c], work[W_T, c]
         for j in range(m):
-            x += mat[i, j] * mem[0, j]
-        if quantum[i] > 0.0:
-            x = quantum[i] * math.floor(x / quantum[i] + 0.5)
-        out[i] = x - t[i]
+            x += work[NWORK + c, j] * work[W_Y, j]
+        if q > 0.0:
+            x = q * math.floor(x / q + 0.5)
+        out[c] = x - out[c]
 
 
 @jit
-def lever_acc(w: Arr, last: Arr, period: float, r: Arr, row: Arr) -> None:
-    """Add to row[3:6] the specific force at r [3, m] from the cg over that at it: w' x r + w x (w x r) [m/s^2].
+def held(rho: float, fresh: bool, work: Arr, t: Arr) -> None:
+    """Move the vanes' bearings work[W_Z] to the air data `t` [m] (V, alpha, beta of probe 0, of probe 1, ...) in air of density
+    rho [kg/m^3]. The first sample finds them settled."""
+    for c in range(t.shape[0]):
+        friction = work[W_FRICTION, c]
+        if friction <= 0.0:
+            continue
+        v, a = t[c - c % 3], t[c]
+        q, z = 0.5 * rho * v**2, a if fresh else work[W_Z, c]
+        if q * abs(a - z) > friction:
+            z = a + (friction / q if z > a else -friction / q)
+        work[W_Z, c] = z
 
-    w [3, rad/s] of this sample, `last` [3] of the one before (NaN: none), replaced; w' is their difference over `period` [s].
+
+@jit
+def lever_acc(w: Arr, lever: Arr, row: Arr) -> None:
+    """Add to row[3:6] the specific force at r = lever[:3] [m] from the cg over that at it: w' x r + w x (w x r) [m/s^2].
+
+    w [3, rad/s] of this sample; w' is its difference from the last one's over the period.
     """
     d0 = d1 = d2 = 0.0
+    period, last = lever[3], lever[L_LAST : L_LAST + 3]
     if not math.isnan(last[0]):
         d0, d1, d2 = (w[0] - last[0]) / period, (w[1] - last[1]) / period, (w[2] - last[2]) / period
     last[0], last[1], last[2] = w[0], w[1], w[2]
-    u0, u1, u2 = w[1] * r[2] - w[2] * r[1], w[2] * r[0] - w[0] * r[2], w[0] * r[1] - w[1] * r[0]
-    row[3] += d1 * r[2] - d2 * r[1] + w[1] * u2 - w[2] * u1
-    row[4] += d2 * r[0] - d0 * r[2] + w[2] * u0 - w[0] * u2
-    row[5] += d0 * r[1] - d1 * r[0] + w[0] * u1 - w[1] * u0
+    r0, r1, r2 = lever[0], lever[1], lever[2]
+    u0, u1, u2 = w[1] * r2 - w[2] * r1, w[2] * r0 - w[0] * r2, w[0] * r1 - w[1] * r0
+    row[3] += d1 * r2 - d2 * r1 + w[1] * u2 - w[2] * u1
+    row[4] += d2 * r0 - d0 * r2 + w[2] * u0 - w[0] * u2
+    row[5] += d0 * r1 - d1 * r0 + w[0] * u1 - w[1] * u0
 
 
 @jit
 def lever_gnss(s: Arr, r: Arr, row: Arr) -> None:
-    """Add position C r [m] and velocity C (w x r) [m/s] of an antenna at r [3, m], body axes, to row[0:3] and row[3:6].
+    """Add position C r [m] and velocity C (w x r) [m/s] of an antenna at r[:3] [m], body axes, to row[0:3] and row[3:6].
 
-    s [7]: quaternion q_nb and body rates [rad/s]; C turns body to NED.
+    s [NS]: quaternion q_nb and body rates [rad/s] first; C turns body to NED.
     """
     q0, q1, q2, q3 = s[0], s[1], s[2], s[3]
     for k in range(2):

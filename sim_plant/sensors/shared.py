@@ -38,7 +38,8 @@ class Shared:
             gauss_markov_block(self._x, self._e, unit)
             self._nodes += unit.tolist()
         a, b, f = self._nodes[k], self._nodes[k + 1], rest / NODE_US
-        at, dn, de = (a[i] + f * (b[i] - a[i]) for i in (axis, 3 + axis, 6 + axis))
+        n, e = axis + 3, axis + 6
+        at, dn, de = a[axis] + f * (b[axis] - a[axis]), a[n] + f * (b[n] - a[n]), a[e] + f * (b[e] - a[e])
         return common * at + gradient * (dn * north_m + de * east_m)
 
 

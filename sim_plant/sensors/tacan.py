@@ -26,7 +26,7 @@ class TacanSensor(Sensor):
         if cfg.latency_ms >= 1e3 * cfg.interval_s:
             raise ConfigError(f"{key}.latency_ms = {cfg.latency_ms:g}: allowed: below interval_s")
         self.cfg = cfg
-        self.first = round(cfg.first_s * base_hz)
+        self.first, self.every = round(cfg.first_s * base_hz), 1  # its samples count from the first on
         self._bearing = generator(seed, f"{name}.tacan.bearing")
         self._dropout = generator(seed, f"{name}.tacan.dropout")
 
@@ -61,7 +61,7 @@ class RadarSensor(Sensor):
     group, bit = "radar", UPD_RADAR
 
     def __init__(self, name: str, cfg: Radar, base_hz: int, seed: int, sigma_m: float) -> None:
-        super().__init__(f"sensors.{name}.radar", float(base_hz), 0.0, base_hz, None, 0)
+        super().__init__(f"sensors.{name}.radar", float(base_hz), 0.0, base_hz, None, 0)  # called every tick
         self.at, self.sigma = round(cfg.at_s * base_hz), sigma_m
         self.error = sigma_m * float(generator(seed, f"{name}.radar").standard_normal())
 

@@ -27,17 +27,29 @@ def gauss_markov_block(x: Arr, e: float, noise: Arr) -> None:
 
 @jit
 def linear_block(x: Arr, phi: Arr, chol: Arr, c: Arr, noise: Arr, tmp: Arr, out: Arr) -> None:
-    """Run x' = phi x + chol n, y = c x over the rows of `noise` [m, nx]; `out` [m, ny] is filled, `x` carried on."""
+    """Run x' = phi x + chol n, y = c x over the rows of `noise` [m, nx]; `out` [m, ny] is filled, `x` carried on.
+
+    The axes of a gust do not act on each other: of each row only what lies between its first and last entry is summed.
+    """
     nx, ny = phi.shape[0], c.shape[0]
+    first, last = np.full(nx, nx), np.zeros(nx, np.int64)
+    from_, to = np.full(ny, nx), np.zeros(ny, np.int64)
+    for j in range(nx):
+        for i in range(nx):
+            if phi[i, j] != 0.0 or chol[i, j] != 0.0:
+                first[i], last[i] = min(first[i], j), j + 1
+        for i in range(ny):
+            if c[i, j] != 0.0:
+                from_[i], to[i] = min(from_[i], j), j + 1
     for k in range(noise.shape[0]):
         for i in range(ny):
             y = 0.0
-            for j in range(nx):
+            for j in range(from_[i], to[i]):
                 y += c[i, j] * x[j]
             out[k, i] = y
         for i in range(nx):
             v = 0.0
-            for j in range(nx):
+            for j in range(first[i], last[i]):
                 v += phi[i, j] * x[j] + chol[i, j] * noise[k, j]
             tmp[i] = v
         for i in range(nx):
