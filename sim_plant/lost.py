@@ -46,7 +46,7 @@ class Watch:
     def step(self) -> str:
         """What has happened to it, as of the present view; "" while it flies."""
         s, o, limit = self.m.view.s, self.m.view.o, self.m.ac.structure
-        if not math.isfinite(math.fsum(s)):
+        if not math.isfinite(sum(s)):
             return "has left the model: its state is not finite"
         height = -s[n.S_P + 2]
         if height <= 0.0:

@@ -86,7 +86,7 @@ class World:
             if f.commands:
                 f.commands = []
             for s in m.sensors:
-                if s.waiting or self.tick % s.every == 0:
+                if self.tick % s.every == 0 or t_us >= s.ready_us:
                     s.step(self.tick, t_us, m.view, f)
         self.orders.deliver(self.tick)
         self._sensed = True

@@ -40,7 +40,8 @@ class Member(ABC):
 
     `view` holds state and what instruments see (layout.py) as plain floats, current after start() and observe(), and what
     couplings put there. A kind that flies in formation keeps both in the arrays `s` [NS] and `obs` [NO] too, `s` also current
-    after advance(): that is what others are measured from. Wind of a kind's own comes on top of `free`, into `wind`.
+    after advance(): that is what others are measured from. `calm` is `free` without gusts; wind of a kind's own comes on top of
+    `free`, into `wind`.
     """
 
     # what others can meet at it, if it has one
@@ -61,7 +62,8 @@ class Member(ABC):
         self.probes = np.array([p.position_m for p in self.ac.probe]).reshape(-1, 3)
         self.sensors = sensors_of(setup.sc, self.cfg, tuple(p.name for p in self.ac.probe), setup.seed)
         self.s, self.obs = np.zeros(n.NS), np.zeros(n.NO)
-        self.wind, self.free, self.probe_wake = np.zeros(n.NW), np.zeros(3), np.zeros((len(self.probes), 3))
+        self.wind, self.free, self.calm = np.zeros(n.NW), np.zeros(3), np.zeros(3)
+        self.probe_wake = np.zeros((len(self.probes), 3))
         self.view = View(len(self.probes))
         self.frame = SensorFrame()
 

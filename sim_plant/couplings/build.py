@@ -22,7 +22,7 @@ def build_couplings(sc: Scenario, members: Sequence[Member], air: AirMass, seed:
     named = {m.cfg.name: m for m in members}
     out: list[Coupling] = [RelativeMotion(lead, m) for lead, m in pairs(members)]
     if sc.wind.wake.source:
-        wake = WakeCoupling(sc.wind.wake, members, air, dt_s)
+        wake = WakeCoupling(sc.wind.wake, members, dt_s)
         air.disturb(wake)
         out.append(wake)
     if sc.wind.bow.source:

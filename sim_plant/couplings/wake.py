@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from flightsw.strict import ConfigError
 from sim_plant.aircraft.base import Member
 from sim_plant.couplings.base import Coupling
 from sim_plant.couplings.relative import pairs
 from sim_plant.wind.config import Wake
-from sim_plant.wind.field import AirMass
 from sim_plant.wind.trail import Trail
 from sim_plant.wind.trail_kernel import trail_on_airframe
 from sim_plant.wind.vortex import wake_on_airframe
@@ -22,15 +19,14 @@ class WakeCoupling(Coupling):
     """A disturbance of the air mass, not an act of its own: it depends on the leader's momentary lift and is felt before anything
     is observed. Raises ConfigError for a leader that sheds none and a follower that cannot feel it."""
 
-    def __init__(self, cfg: Wake, members: Sequence[Member], air: AirMass, dt_s: float) -> None:
+    def __init__(self, cfg: Wake, members: Sequence[Member], dt_s: float) -> None:
         found = pairs(members)
         self._lead = found[0][0]
         source = self._lead.wake_source(cfg)
         if source is None:
             raise ConfigError(f"wind.wake.source = {cfg.source!r}: its model = {self._lead.cfg.model!r} sheds no wake")
-        self.source, self._air = source, air
+        self.source = source
         self._trail = Trail(cfg, source, dt_s) if cfg.path == "flown" else None
-        self._calm = np.zeros(3)
         self._ticks, self._due = 0, True
         self._felt: dict[str, Exposure] = {}
         for _, m in found:
@@ -45,11 +41,10 @@ class WakeCoupling(Coupling):
 
     def _shed(self, trail: Trail) -> None:
         lead = self._lead
-        self._air.calm(lead.height_m, self._calm)
         if self._ticks > 1:
-            trail.shed(lead.s, lead.obs, self._calm, lead.free)
+            trail.shed(lead.s, lead.obs, lead.calm, lead.free)
         else:
-            trail.begin(lead.s, lead.obs, self._calm)
+            trail.begin(lead.s, lead.obs, lead.calm)
         self._due = self._ticks == 0  # before the first tick the start is sought
 
     def over(self, m: Member) -> None:

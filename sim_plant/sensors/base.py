@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 Arr = NDArray[np.float64]
 
+NEVER_US = 1 << 62
+
 
 class View:
     """True values of one aircraft at the current tick, as plain floats (layout.py orders)."""
@@ -75,7 +77,8 @@ class Sensor:
         self.latency_us = round(latency_ms * 1000.0)
         self.noise = noise
         self.columns = columns
-        self.waiting: deque[tuple[int, Any]] = deque()  # samples not yet delivered: `step` is due every tick
+        self.waiting: deque[tuple[int, Any]] = deque()  # samples not yet delivered,
+        self.ready_us = NEVER_US  # and when the first of them will be
         self._last: Any = None
         self.graded: Errors | None = None  # what a grade, or single terms, add to the noise
         # faults, set by failures.schedule.FaultPlan
@@ -109,8 +112,9 @@ class Sensor:
             out = False
             if self.faulty:
                 view = self.shown(view, t_us)
-            if self.graded is not None:
-                e, out = self.graded.add(e, t_us, view), self.graded.lost()
+            g = self.graded
+            if g is not None:
+                e, out = g.add(e, t_us, view), g.flicker is not None and g.flicker.lost()
             if not self.faulty:
                 value = None if out else self.sample(view, e)
                 if value is None:
@@ -120,14 +124,20 @@ class Sensor:
                     self.fill(frame, t_us, value)
                     frame.updated |= self.bit
                 else:
-                    self.waiting.append((t_us, value))
+                    self._queue(t_us, value)
             else:
                 self._faulty_sample(t_us, view, e, out)
-        if self.waiting and self.waiting[0][0] + self.latency_us <= t_us:
+        if self.ready_us <= t_us:
             taken, value = self.waiting.popleft()
+            self.ready_us = self.waiting[0][0] + self.latency_us if self.waiting else NEVER_US
             self._last = value
             self.fill(frame, max(taken + self.stamp_us, 0), value)
             frame.updated |= self.bit
+
+    def _queue(self, t_us: int, value: Any) -> None:
+        if not self.waiting:
+            self.ready_us = t_us + self.latency_us
+        self.waiting.append((t_us, value))
 
     def _faulty_sample(self, t_us: int, view: View, e: list[float], out: bool) -> None:
         e = e or [0.0] * self.columns
@@ -148,7 +158,7 @@ class Sensor:
         frozen = self.stuck and before is not None
         value = before if frozen else self.sample(view, e)
         if value is not None and (value := self.alter(value, frozen)) is not None:
-            self.waiting.append((t_us, value))
+            self._queue(t_us, value)
 
     def shown(self, view: View, t_us: int) -> View:
         """The truth as it reaches the sensor at t_us."""

@@ -20,6 +20,8 @@ from sim_plant.sensors.shape_kernel import (
     LEVER_GNSS,
     NLEVER,
     NWORK,
+    RUBS,
+    SHAPES,
     W_B0,
     W_FRICTION,
     W_QUANTUM,
@@ -109,7 +111,7 @@ class Errors:
         scale: float,
         bias_scale: float,
     ) -> None:
-        self.terms, self.group = terms, group
+        self.terms = terms
         fams = FAMILIES[group]
         self.at = np.array(measured(group, probes))
         self.width = width = len(self.at)
@@ -157,11 +159,13 @@ class Errors:
         self.lever = np.full(NLEVER, math.nan)
         self.lever[:3] = bias_scale * terms.lever_m * generator(seed, f"{key}.lever").standard_normal(3)
         self.lever[3] = period_s
-        self.how = 1 if shaping else 0
+        self.how = SHAPES * shaping | RUBS * bool(self.work[W_FRICTION].any())
         if terms.lever_m > 0.0:
             self.how |= {"imu": LEVER_ACC, "gnss": LEVER_GNSS}[group]
         self._rows: Arr = np.zeros((0, width))
         self.out = np.zeros(width)
+        self._few = bool(self.sky) or terms.blocked > 1.0
+        self._pair, self._boom = int(self.at[0]) >= PAIR, group == "boom"
         self._i = 0
         share = terms.outage_per_h * terms.outage_s / 3600.0
         self.flicker = None
@@ -181,14 +185,14 @@ class Errors:
                 self._rows[:, cols] = d.block(BLOCK)
             self._i = 0
         i = self._i
-        self._i += 1
-        if e or self.sky or self.terms.blocked > 1.0:
+        self._i = i + 1
+        if self._few or e:
             self._own(e, t_us, view, self._rows[i])
         s, o = view.arrays or (np.array(view.s), np.array(view.o))
-        r = np.array(view.boom if self.group == "boom" else view.rel) if self.at[0] >= PAIR else NONE
-        told(s, o, r, self._rows, i, self.at, self.work, self.lever, self.how, self.out)
-        out: list[float] = self.out.tolist()
-        return out
+        r = NONE if not self._pair else np.array(view.boom if self._boom else view.rel)
+        out = self.out
+        told(s, o, r, self._rows, i, self.at, self.work, self.lever, self.how, out)
+        return out.tolist()  # type: ignore[no-any-return]
 
     def _own(self, e: list[float], t_us: int, view: View, row: Arr) -> None:
         """What is asked of few: a blocked sky, the paper's draws, slow errors that all share."""

@@ -23,7 +23,7 @@ Arr = NDArray[np.float64]
 W_A, W_B0, W_B1, W_QUANTUM, W_FRICTION, W_SIGN, W_Y, W_T, W_Z, NWORK = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
 # lever: arm [3, m], period [s], body rates of the last sample [3, rad/s] (NaN: none), NaN before the first sample
 L_LAST, L_FRESH, NLEVER = 4, 7, 8
-SHAPES, LEVER_ACC, LEVER_GNSS = 1, 2, 4  # bits of `how`
+SHAPES, LEVER_ACC, LEVER_GNSS, RUBS = 1, 2, 4, 8  # bits of `how`
 
 
 @jit
@@ -56,10 +56,10 @@ def told(
         elif k >= 0:
             x = work[W_SIGN, c] * s[k]
         out[c] = x
-    if work[W_FRICTION].any():
+    if how & RUBS:
         held(isa(-s[n.S_P + 2])[2], fresh, work, out)
     for c in range(m):
-        z = work[W_Z, c] if work[W_FRICTION, c] > 0.0 else out[c]
+        z = work[W_Z, c] if how & RUBS and work[W_FRICTION, c] > 0.0 else out[c]
         if fresh:
             work[W_Y, c] = z
         else:

@@ -94,17 +94,39 @@ def lay_gusts(cs: float, sn: float, gust: Arr, at: int, rings: Arr, k: int) -> N
 
 
 @jit
-def free_air(h: float, table: Arr, slow: Arr, at: int, ring: Arr, k: int, lag: float, free: Arr) -> None:
-    """Wind [m/s, NED] without wake at height h [m]: sounding + slow[at] (north, east, down) + gust laid `lag` ticks ago.
+def meet(
+    h: float,
+    table: Arr,
+    slow: Arr,
+    at: int,
+    ring: Arr,
+    k: int,
+    lag: float,
+    calm: Arr,
+    free: Arr,
+    wind: Arr,
+    probe: Arr,
+) -> None:
+    """calm_air, free_air, and the undisturbed effective wind [NW] and probes' [m, 3] that go with it: what disturbs them adds to
+    both."""
+    calm_air(h, table, slow, at, calm)
+    free_air(calm, ring, k, lag, free)
+    wind[0], wind[1], wind[2] = free[0], free[1], free[2]
+    wind[3:] = 0.0
+    probe[:] = 0.0
 
-    `table` [m, 3] height, north, east component, ascending; components are interpolated linearly, ends held. The
-    gust is interpolated linearly in the ring buffer; `lag` is limited to what the buffer holds.
+
+@jit
+def calm_air(h: float, table: Arr, slow: Arr, at: int, calm: Arr) -> None:
+    """Wind [m/s, NED] without gusts and wake at height h [m]: sounding + slow[at] (north, east, down).
+
+    `table` [m, 3] height, north, east component, ascending; components are interpolated linearly, ends held.
     """
     m = table.shape[0]
     if h <= table[0, 0]:
-        free[0], free[1] = table[0, 1], table[0, 2]
+        calm[0], calm[1] = table[0, 1], table[0, 2]
     elif h >= table[m - 1, 0]:
-        free[0], free[1] = table[m - 1, 1], table[m - 1, 2]
+        calm[0], calm[1] = table[m - 1, 1], table[m - 1, 2]
     else:
         lo, hi = 0, m - 1
         while hi - lo > 1:
@@ -114,15 +136,24 @@ def free_air(h: float, table: Arr, slow: Arr, at: int, ring: Arr, k: int, lag: f
             else:
                 hi = mid
         f = (h - table[lo, 0]) / (table[hi, 0] - table[lo, 0])
-        free[0] = table[lo, 1] + f * (table[hi, 1] - table[lo, 1])
-        free[1] = table[lo, 2] + f * (table[hi, 2] - table[lo, 2])
-    free[0] += slow[at, 0]
-    free[1] += slow[at, 1]
+        calm[0] = table[lo, 1] + f * (table[hi, 1] - table[lo, 1])
+        calm[1] = table[lo, 2] + f * (table[hi, 2] - table[lo, 2])
+    calm[0] += slow[at, 0]
+    calm[1] += slow[at, 1]
+    calm[2] = slow[at, 2]
+
+
+@jit
+def free_air(calm: Arr, ring: Arr, k: int, lag: float, free: Arr) -> None:
+    """Wind [m/s, NED] without wake: `calm` [3] and the gust laid `lag` ticks before tick k.
+
+    The gust is interpolated linearly in the ring buffer; `lag` is limited to what the buffer holds.
+    """
     size = ring.shape[0]
     lag = min(float(size - 2), max(0.0, lag))
     i = int(lag)
     f = lag - i
     a, b = (k - i) % size, (k - i - 1) % size
-    free[0] += ring[a, 0] + f * (ring[b, 0] - ring[a, 0])
-    free[1] += ring[a, 1] + f * (ring[b, 1] - ring[a, 1])
-    free[2] = slow[at, 2] + ring[a, 2] + f * (ring[b, 2] - ring[a, 2])
+    free[0] = calm[0] + (ring[a, 0] + f * (ring[b, 0] - ring[a, 0]))
+    free[1] = calm[1] + (ring[a, 1] + f * (ring[b, 1] - ring[a, 1]))
+    free[2] = calm[2] + ring[a, 2] + f * (ring[b, 2] - ring[a, 2])

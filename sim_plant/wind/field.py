@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from flightsw.strict import ConfigError
 from sim_plant.kernels import layout as n
 from sim_plant.rng import BLOCK, generator
-from sim_plant.wind.air import free_air, gauss_markov_block
+from sim_plant.wind.air import gauss_markov_block, meet
 from sim_plant.wind.config import Wind
 from sim_plant.wind.extent import Over, extent, lines
 from sim_plant.wind.gusts import RING, Gusts
@@ -65,20 +65,16 @@ class AirMass:
             self._slow_e = math.exp(-dt_s / cfg.slow.tau_s)
         self._rate = 1.0 / dt_s
         self._zero = np.zeros((1, 3))
-        self._calm = np.zeros((2, 3))
+        self._none = np.zeros((2, 3))
 
     def disturb(self, d: Disturbance) -> None:
         """Let `d` act on every aircraft from now on."""
         self._disturbances.append(d)
 
     def mean(self, m: Member) -> None:
-        """Wind on `m` without gusts and slow variation (for trim): fills m.free, m.wind, m.probe_wake."""
-        free_air(m.height_m, self._table, self._zero, 0, self._calm, 0, 0.0, m.free)
+        """Wind on `m` without gusts and slow variation (for trim): fills m.calm, m.free, m.wind, m.probe_wake."""
+        meet(m.height_m, self._table, self._zero, 0, self._none, 0, 0.0, m.calm, m.free, m.wind, m.probe_wake)
         self._disturbed(m)
-
-    def calm(self, height_m: float, out: Arr) -> None:
-        """out [3] <- wind [m/s, NED] at a height without gusts and wakes, now."""
-        free_air(height_m, self._table, self._slow, self._slow_at % BLOCK, self._calm, 0, 0.0, out)
 
     def steady(self, alt_m: float) -> tuple[float, float]:
         """Prevailing wind [m/s] north, east (towards) at a height [m]."""
@@ -116,14 +112,15 @@ class AirMass:
         self._next_slow()
 
     def step(self, m: Member, k: int) -> None:
-        """Wind on `m` at tick k: fills m.free, m.wind, m.probe_wake. In scenario order; each observes before the next."""
+        """Wind on `m` at tick k: fills m.calm, m.free, m.wind, m.probe_wake. In scenario order; each observes before the next."""
         g, lag = self._gusts[m.cfg.name], 0.0
         if g.owner == m.cfg.name:
             g.lay(self._axes(m), k + g.ahead, m.height_m)
             g.seen = m.obs
         else:
             lag = min(g.most, max(0.0, -m.view.rel[n.R_XI]) / max(1.0, float(g.seen[n.O_V])) * self._rate)
-        free_air(m.height_m, self._table, self._slow, self._slow_at, g.ring, k, lag, m.free)
+        at = self._slow_at
+        meet(m.height_m, self._table, self._slow, at, g.ring, k, lag, m.calm, m.free, m.wind, m.probe_wake)
         self._disturbed(m)
         over = self._over.get(m.cfg.name)
         if over is not None:
@@ -133,9 +130,6 @@ class AirMass:
         return m.track() if self._aligned else (1.0, 0.0)
 
     def _disturbed(self, m: Member) -> None:
-        m.wind[0:3] = m.free
-        m.wind[3:6] = 0.0
-        m.probe_wake[:] = 0.0
         for d in self._disturbances:
             d.over(m)
 

@@ -99,17 +99,31 @@ def source_strength(obs: Arr, src: Arr) -> tuple[float, float]:
 
 
 @jit
+def downstream(obs: Arr) -> V3:
+    """Unit vector [body axes] along the flow met by who is observed in `obs`."""
+    ca, sa = math.cos(obs[n.O_ALPHA]), math.sin(obs[n.O_ALPHA])
+    cb, sb = math.cos(obs[n.O_BETA]), math.sin(obs[n.O_BETA])
+    return -ca * cb, -sb, -sa * cb
+
+
+@jit
 def wake_velocity(x: float, y: float, z: float, obs: Arr, src: Arr) -> V3:
     """Velocity [m/s, source body axes] at a point [m, same] by wing and tail, or wing and body, of who is observed in `obs`."""
     gw, gt = source_strength(obs, src)
-    ca, sa = math.cos(obs[n.O_ALPHA]), math.sin(obs[n.O_ALPHA])
-    cb, sb = math.cos(obs[n.O_BETA]), math.sin(obs[n.O_BETA])
-    d0, d1, d2 = -ca * cb, -sb, -sa * cb
-    a0, a1, a2 = horseshoe(x, y, z, src, K_WING, gw, d0, d1, d2, src[K_NU], obs[n.O_V])
+    d0, d1, d2 = downstream(obs)
+    return shed(x, y, z, gw, gt, d0, d1, d2, obs[n.O_V], src)
+
+
+@jit
+def shed(
+    x: float, y: float, z: float, gw: float, gt: float, d0: float, d1: float, d2: float, speed: float, src: Arr
+) -> V3:
+    """wake_velocity by circulations of wing and tail [m^2/s], legs along the unit vector d, at `speed` [m/s]."""
+    a0, a1, a2 = horseshoe(x, y, z, src, K_WING, gw, d0, d1, d2, src[K_NU], speed)
     if src[K_BODY] > 0.0:
-        b0, b1, b2 = oval(x, y, z, src[K_BODY] * obs[n.O_V], src[K_BODY + 1], src[K_BODY + 2], src[K_BODY + 3])
+        b0, b1, b2 = oval(x, y, z, src[K_BODY] * speed, src[K_BODY + 1], src[K_BODY + 2], src[K_BODY + 3])
     else:
-        b0, b1, b2 = horseshoe(x, y, z, src, K_TAIL, gt, d0, d1, d2, src[K_NU], obs[n.O_V])
+        b0, b1, b2 = horseshoe(x, y, z, src, K_TAIL, gt, d0, d1, d2, src[K_NU], speed)
     return a0 + b0, a1 + b1, a2 + b2
 
 
@@ -151,18 +165,17 @@ def wake_on_airframe(
     t00, t01, t02, t10, t11, t12, t20, t21, t22 = quat_dcm(st[0], st[1], st[2], st[3])
     c00, c01, c02, c10, c11, c12, c20, c21, c22 = quat_dcm(sr[0], sr[1], sr[2], sr[3])
     ox, oy, oz = sr[10] - st[10], sr[11] - st[11], sr[12] - st[12]
+    gw, gt = source_strength(obs, src)
+    d0, d1, d2 = downstream(obs)
     for i in range(points.shape[0]):
         bx, by, bz = points[i, 0], points[i, 1], points[i, 2]
         dn = ox + c00 * bx + c01 * by + c02 * bz
         de = oy + c10 * bx + c11 * by + c12 * bz
         dd = oz + c20 * bx + c21 * by + c22 * bz
-        u, v, w = wake_velocity(
-            t00 * dn + t10 * de + t20 * dd,
-            t01 * dn + t11 * de + t21 * dd,
-            t02 * dn + t12 * de + t22 * dd,
-            obs,
-            src,
-        )
+        x = t00 * dn + t10 * de + t20 * dd
+        y = t01 * dn + t11 * de + t21 * dd
+        z = t02 * dn + t12 * de + t22 * dd
+        u, v, w = shed(x, y, z, gw, gt, d0, d1, d2, obs[n.O_V], src)
         un, ue, ud = t00 * u + t01 * v + t02 * w, t10 * u + t11 * v + t12 * w, t20 * u + t21 * v + t22 * w
         if i >= n_frame:
             probe_wake[i - n_frame, 0] += un

@@ -46,10 +46,12 @@ class Flight:
 
         return wait_for(lambda: self.sil.poll() is not None or all_written())
 
-    def pid(self, what: str) -> int:
-        """Process whose command line contains `what`."""
-        (pid,) = (p for p, line in processes(self.run).items() if what in line)
-        return pid
+    def pid(self, *what: str) -> int:
+        """Process whose command line contains all of `what`."""
+        alive = processes(self.run)
+        found = [p for p, line in alive.items() if all(w in line for w in what)]
+        assert len(found) == 1, f"{what}: {found} of {alive}; sil {self.sil.poll()}: {self.text()}"
+        return found[0]
 
     def text(self) -> str:
         """What the launcher has printed, without line breaks."""
@@ -85,7 +87,7 @@ def flight(request: pytest.FixtureRequest, tmp_path: Path, port_offset: int) -> 
     indirect=["flight"],
 )
 def test_killing_any_process_ends_the_run_and_names_it(flight: Flight, module: str, extra: str, name: str) -> None:
-    pid = next(p for p, line in processes(flight.run).items() if module in line and extra in line)
+    pid = flight.pid(module, extra)
     os.kill(pid, signal.SIGKILL)
     assert flight.sil.wait(END_S) == 1
     assert f"{name} (pid {pid}) ended: killed by SIGKILL" in flight.text()

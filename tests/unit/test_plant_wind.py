@@ -10,7 +10,7 @@ from scipy.signal import welch
 from flightsw.strict import ConfigError
 from sim_plant.rng import BLOCK
 from sim_plant.scenario import load_scenario
-from sim_plant.wind.air import free_air
+from sim_plant.wind.air import calm_air
 from sim_plant.wind.dryden import DrydenSeries, discretise, shaping
 from sim_plant.wind.prevailing import constant_table, sounding_table
 from sim_plant.world import World
@@ -21,7 +21,7 @@ OUN = "sounding_oun_20181222_12z_uwyo.txt"
 
 def _wind_at(table: np.ndarray, h: float) -> np.ndarray:
     out = np.zeros(3)
-    free_air(h, table, np.zeros((1, 3)), 0, np.zeros((2, 3)), 0, 0.0, out)
+    calm_air(h, table, np.zeros((1, 3)), 0, out)
     return out
 
 
