@@ -80,10 +80,13 @@ def hash_(
     with StopFlag() as stop:
         try:
             names, before = h.chosen(scenarios or []), None if against is None else h.read(against)
-            if w.warm(err, stop):
+            ready = w.warm(err, stop)
+            if ready:
                 table = h.table(names, None if full else h.SHORT_S, seed, stop, lambda n: err.print(f"flying: {n} ..."))
             if stop:
                 raise typer.Exit(128 + stop.signum)
+            if not ready:
+                raise typer.Exit(1)  # why has been said
             if out is not None:
                 h.write(out, table)
             differ = [] if before is None else h.differences(before, table)
