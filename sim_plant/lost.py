@@ -25,6 +25,8 @@ BANK, PITCH = (
     math.radians(60.0),
 )  # [rad] on its side; beyond any attitude flown here (upsets: from 45, 25 deg)
 RATE = math.radians(180.0)  # [rad/s] half a turn a second: tumbling, not flying
+LEAST_SOUND = 260.0  # [m/s] no air is as cold (168 K), and
+THIN_M = 3000.0  # [m] none above here as dense as that of the sea level: below both, an airspeed within the limits is within them
 STALLED = 2.0  # [-] times the file's largest incidence: deep in the stall, where the equations know nothing
 Point = tuple[float, float, float]
 
@@ -42,27 +44,31 @@ class Watch:
         self._upset: dict[str, list[float]] = {}  # what it is beyond -> for how long, and since when not any more [s]
         self._within_s = 0.0 if m.cfg.start.upset is not None else math.inf  # since it started upset
         self._alpha = STALLED * math.radians(m.ac.limits.alpha_max_deg)
+        limit = m.ac.structure
+        self._load, self._eas, self._mach = limit.load_g, limit.dive_eas_mps, limit.dive_mach
+        self._safe = min(self._eas, self._mach * LEAST_SOUND)
 
     def step(self) -> str:
         """What has happened to it, as of the present view; "" while it flies."""
-        s, o, limit = self.m.view.s, self.m.view.o, self.m.ac.structure
+        view = self.m.view
+        s, o = view.s, view.o
         if not math.isfinite(sum(s)):
             return "has left the model: its state is not finite"
         height = -s[n.S_P + 2]
         if height <= 0.0:
             return "hit the ground"
-        load = -o[2] / n.G0
-        if not limit.load_g[0] <= load <= limit.load_g[1]:
-            return f"broke up: load factor {load:.2f}, its structure bears {limit.load_g[0]:g} to {limit.load_g[1]:g}"
-        _, _, rho, sound = self.m.air(height)
-        eas, mach = o[n.O_V] * math.sqrt(rho / RHO0), o[n.O_V] / sound
-        if eas > limit.dive_eas_mps:
-            return f"broke up: {eas:.0f} m/s equivalent airspeed, its structure bears {limit.dive_eas_mps:g}"
-        if mach > limit.dive_mach:
-            return f"broke up: Mach {mach:.2f}, its structure bears {limit.dive_mach:g}"
-        _, pitch, bank = o[n.O_EULER : n.O_EULER + 3]
+        load, (least, most) = -o[2] / n.G0, self._load
+        if not least <= load <= most:
+            return f"broke up: load factor {load:.2f}, its structure bears {least:g} to {most:g}"
+        if o[n.O_V] > self._safe or height < THIN_M:
+            _, _, rho, sound = self.m.air(height)
+            eas, mach = o[n.O_V] * math.sqrt(rho / RHO0), o[n.O_V] / sound
+            if eas > self._eas:
+                return f"broke up: {eas:.0f} m/s equivalent airspeed, its structure bears {self._eas:g}"
+            if mach > self._mach:
+                return f"broke up: Mach {mach:.2f}, its structure bears {self._mach:g}"
+        pitch, bank, alpha = o[n.O_EULER + 1], o[n.O_EULER + 2], o[n.O_ALPHA]
         rate = max(abs(s[n.S_W]), abs(s[n.S_W + 1]), abs(s[n.S_W + 2]))
-        alpha = o[n.O_ALPHA]
         well = abs(bank) <= BANK and abs(pitch) <= PITCH and abs(alpha) <= self._alpha and rate <= RATE
         if well and not self._upset and self._within_s > HOLD_S:
             return ""
@@ -97,8 +103,8 @@ class Collision:
 
     def step(self) -> str:
         """What has happened to `m`; "" while they are apart."""
-        xi = self.m.view.rel[n.R_XI : n.R_XI + 3]
-        near = math.hypot(*xi) < self._reach
+        xi = self.m.view.rel
+        near = math.hypot(xi[n.R_XI], xi[n.R_XI + 1], xi[n.R_XI + 2]) < self._reach
         return f"touched {self.lead.cfg.name}" if near and self.gap() < 0.0 else ""
 
     def gap(self) -> float:

@@ -63,6 +63,29 @@ def derivative(
 
 
 @jit
+def fly(
+    s: Arr,
+    aileron: float,
+    elevator: float,
+    rudder: float,
+    throttle: float,
+    jam0: float,
+    jam1: float,
+    jam2: float,
+    transfer_kgps: float,
+    c: Arr,
+    w: Arr,
+    par: Arr,
+    dt: float,
+    scratch: Arr,
+) -> None:
+    """step with the command [rad, -], jam flags and transfer as numbers: they are put into `c`."""
+    c[0], c[1], c[2], c[n.C_THROTTLE] = aileron, elevator, rudder, throttle
+    c[n.C_JAM], c[n.C_JAM + 1], c[n.C_JAM + 2], c[n.C_TRANSFER] = jam0, jam1, jam2, transfer_kgps
+    step(s, c, w, par, dt, scratch)
+
+
+@jit
 def step(s: Arr, c: Arr, w: Arr, par: Arr, dt: float, scratch: Arr) -> None:
     """Advance one aircraft by dt [s] in place: servos, then classical Runge-Kutta, then fuel.
 

@@ -11,7 +11,7 @@ from flightsw.aircraft import Aircraft
 from flightsw.strict import ConfigError
 from sim_plant.aircraft.base import MAG_N, Arr, Member, Tanks
 from sim_plant.aircraft.kind import Setup
-from sim_plant.aircraft.sixdof.eom import step as integrate
+from sim_plant.aircraft.sixdof.eom import fly
 from sim_plant.aircraft.sixdof.observe import observe
 from sim_plant.aircraft.sixdof.params import mistaken, parameter_vector, perturb
 from sim_plant.aircraft.sixdof.trim import throttle_for, trim
@@ -129,5 +129,7 @@ class SixDofMember(Member):
 
     def advance(self, jam: list[float]) -> None:
         a, e, r, t, _, _ = self.path.current
-        self.c[:] = (a, e, r, t, jam[0], jam[1], jam[2], self.view.transfer_kgps - self.leak_kgps)
-        integrate(self.s, self.c, self.wind, self.par, self.dt_s, self._scratch)
+        flow = self.view.transfer_kgps - self.leak_kgps
+        fly(
+            self.s, a, e, r, t, jam[0], jam[1], jam[2], flow, self.c, self.wind, self.par, self.dt_s, self._scratch
+        )  # fmt: skip
