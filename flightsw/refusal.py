@@ -51,6 +51,7 @@ KINEMATIC = {
 
 Prob = Annotated[float, Range(0.0, 0.1)]
 Pos = Annotated[float, Range(1e-9)]
+NonNeg = Annotated[float, Range(0.0)]
 Factor = Annotated[float, Range(1.0)]
 
 
@@ -70,6 +71,7 @@ class GateParams:
     pos_sigma_max: Pos = 100.0  # [m] beyond: reported as failed
     att_sigma_max: Pos = 0.05  # [rad] likewise
     silent_s: Annotated[float, Range(0.5, 60.0)] = 2.0  # [s] without any accepted reading: likewise
+    turn_sigma: NonNeg = 5.0  # gyro against attitude reference: sigmas that count (sixdof/turning.py); 0: not compared
 
     def __post_init__(self) -> None:
         """Raises ValueError for a setting that nothing obeys."""

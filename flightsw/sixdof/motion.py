@@ -95,6 +95,23 @@ def force_moment(
 
 
 @jit
+def moment_rates(
+    V: float, beta: float, alpha: float, w: np.ndarray, u: np.ndarray, rho: float, P: np.ndarray, fm: np.ndarray,
+) -> np.ndarray:  # fmt: skip
+    """Angular acceleration [3] rad/s^2 at body rates w [3] rad/s: Euler's equation with Ixz, the moments of force_moment without
+    their alpha-dot part. Other arguments as there; fm [9] work space."""
+    p, q, r = w[0], w[1], w[2]
+    force_moment(V, beta, alpha, p, q, r, u, rho, P, fm)
+    Ix, Iy, Iz, Ixz = P[pv.IX], P[pv.IY], P[pv.IZ], P[pv.IXZ]
+    hx, hz = Ix * p - Ixz * r, Iz * r - Ixz * p
+    mx = fm[3] - (q * hz - r * Iy * q)
+    my = fm[4] - (r * hx - p * hz)
+    mz = fm[5] - (p * Iy * q - q * hx)
+    D = Ix * Iz - Ixz * Ixz
+    return np.array([(Iz * mx + Ixz * mz) / D, my / Iy, (Ixz * mx + Ix * mz) / D])
+
+
+@jit
 def _rigid(
     V: float, beta: float, alpha: float, p: float, q: float, r: float, fm: np.ndarray,
     gx: float, gy: float, gz: float, P: np.ndarray, d: np.ndarray,

@@ -148,7 +148,12 @@ def gate(owners: tuple[str, ...], nav: str = "nav") -> tuple[Situation, ...]:
     quiet = tuple(f"{w}.{nav}.gate.silent_s=1.0" for w in owners)
     deaf = tuple(f"{w}.{nav}.gate.lift_sigma=10.0" for w in owners)
     blind = [event(t_s=1.2, kind="dropout", target=w, sensor="att", for_s=1.2) for w in owners]
+    jump = [
+        event(t_s=2.5, kind="bias", target=w, sensor="imu", value=[0.0, 0.15, 0.0, 0.0, 0.0, 0.0], for_s=4.0)
+        for w in owners
+    ]
     return (
+        Situation("a gyro jumps", rf"{nav}\.gate\.turn_sigma", (events(*jump),), 5.0),
         Situation("nothing measures attitude", rf"{nav}\.(bias_gyro|gate\.loose_rate)", (events(*blind),), 3.0),
         Situation("all sensors silent", rf"{nav}\.gate\.silent_s", (events(*mute), *quiet), 3.0),
         Situation("at the start", rf"{nav}\.gate\.(samples|lift_error|(wind|pos|att)_sigma_max)", (), 2.0),

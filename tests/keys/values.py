@@ -107,6 +107,7 @@ VALUES: dict[str, tuple[Any, ...]] = {
     "GateParams.pos_sigma_max": (0.01,),
     "GateParams.att_sigma_max": (1e-5,),
     "GateParams.silent_s": (0.6,),
+    "GateParams.turn_sigma": (0.0,),
     "GateParams.lift_sigma": (10.0, 1e-4),
     "GateParams.side_sigma": (1e3, 1e-3),
     "GateParams.peer_wind_sigma": (1e3, 1e-3),

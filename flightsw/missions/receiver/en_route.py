@@ -33,6 +33,7 @@ from flightsw.sixdof.estimator import AirframeNav
 from flightsw.sixdof.estimator_core import NavParams, failed_bits
 from flightsw.sixdof.layout import TK, TK_DCM, TK_VEL
 from flightsw.sixdof.recovery.cruising import protected
+from flightsw.sixdof.turning import compared, make_turning
 from flightsw.strict import Range
 from flightsw.terms import Laws
 from flightsw.types import (
@@ -105,6 +106,7 @@ class JoinMission(Mission[ActuatorModel]):
         self.cruise = (j.guid.V_mps, j.guid.alt_m)
         self.joined = False
         self._refused = (0, 0)  # phase and action of the sequence's order that was refused
+        self.turning = make_turning(ac, j.nav)
         self.peer = PeerTracker()
         self.sight = Sight()
         self._settled_s = 0.0
@@ -132,6 +134,7 @@ class JoinMission(Mission[ActuatorModel]):
                 self._by_rule(action)
             return self.refuel.step(f, act, updated, health, dt)
         mean = act.take_mean()
+        updated, health = compared(self.turning, self.nav.core, f, mean, self.nav.out, updated, health, dt)
         nav = self.nav.step(f, mean, health, updated)
         self._look(f, nav, updated & ~failed_bits(health))
         g = self.guid.step(f.t_us, nav, self.sight, dt)
@@ -141,6 +144,8 @@ class JoinMission(Mission[ActuatorModel]):
             return nav, g, *taken
         if nav.valid:
             u, throttle = self.free.step(nav, g, act, dt)
+            if guard is not None:
+                u = self.refuel.load.bound(u, f, nav)
         else:
             u, throttle = self.free.trim_command(g.V, g.alt_m)
         if self.guid.ready and self._settled_s >= self.p.settle_s:
@@ -265,6 +270,8 @@ class JoinMission(Mission[ActuatorModel]):
         """Messages since the last call."""
         out = self._texts + self.guid.texts + self.refuel.texts()
         self._texts, self.guid.texts = [], []
+        if self.turning is not None and self.turning.texts:
+            out, self.turning.texts = out + self.turning.texts, []
         return out
 
 

@@ -30,7 +30,9 @@ from flightsw.sixdof.actuators import ActuatorModel
 from flightsw.sixdof.command import ScheduleParams
 from flightsw.sixdof.estimator_core import NavParams
 from flightsw.sixdof.layout import TK, TK_DCM, TK_VN
+from flightsw.sixdof.load_limit import LoadLimit
 from flightsw.sixdof.recovery.protection import Protection, RecoveryParams, Rejoin
+from flightsw.sixdof.turning import compared, make_turning
 from flightsw.sixdof.windcal.feed import make_wind_calibration
 from flightsw.sixdof.windcal.params import WindCalParams
 from flightsw.sixdof.windcal.record import WindReport
@@ -99,6 +101,8 @@ class ReceiverMission(Mission[ActuatorModel]):
         self.V0 = float(np.mean(p.ctrl.schedule.V_mps))
         self.h0 = p.ctrl.schedule.h_m
         self.guard = Protection(ac, self.h0) if p.recovery.on else None
+        self.load = LoadLimit(ac)
+        self.turning = make_turning(ac, p.nav)
         self._tk = np.zeros(TK)
         self._lost = False
         self._t_us = 0
@@ -107,7 +111,9 @@ class ReceiverMission(Mission[ActuatorModel]):
         self, f: SensorFrame, act: ActuatorModel, updated: int, health: Health, dt: float
     ) -> tuple[NavState, GuidanceCmd, np.ndarray, float]:
         """One 20 Hz step: (nav, guidance, surfaces and thrust [4], throttle)."""
-        nav = self.navigate(f, act.take_mean(), updated, health)
+        mean = act.take_mean()
+        updated, health = compared(self.turning, self.nav.core, f, mean, self.nav.out, updated, health, dt)
+        nav = self.navigate(f, mean, updated, health)
         rejoin = self._guarded(f, nav, updated, health, dt)
         if (self._lost or self.nav.rejoined) and nav.valid and not self.recovering:
             self.guid.recapture(nav)
@@ -120,6 +126,8 @@ class ReceiverMission(Mission[ActuatorModel]):
         elif nav.valid:
             psi_dot, V_t = self._tanker_condition(f.t_us, nav)
             u, throttle = self.ctrl.step(nav, g, act, psi_dot, V_t, -nav.pos_n[2], dt)
+            if self.guard is not None:
+                u = self.load.bound(u, f, nav)
         else:
             u, throttle = self.ctrl.trim_command(self.V0, self.h0)
         if self.wind is not None:  # after the law: that goes by the estimator's own wind
@@ -240,6 +248,8 @@ class ReceiverMission(Mission[ActuatorModel]):
             out, self.guard.texts = out + self.guard.texts, []
         if self.integrity is not None and self.integrity.texts:
             out, self.integrity.texts = out + self.integrity.texts, []
+        if self.turning is not None and self.turning.texts:
+            out, self.turning.texts = out + self.turning.texts, []
         return out if self.wind is None else out + self.wind.tell()
 
 

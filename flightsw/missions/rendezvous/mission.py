@@ -27,8 +27,10 @@ from flightsw.sixdof.autopilot import TankerCtrlParams, make_autopilot
 from flightsw.sixdof.command import ScheduleParams
 from flightsw.sixdof.estimator import AirframeNav
 from flightsw.sixdof.estimator_core import NavParams
+from flightsw.sixdof.load_limit import LoadLimit
 from flightsw.sixdof.recovery.cruising import protected
 from flightsw.sixdof.recovery.protection import Protection, RecoveryParams
+from flightsw.sixdof.turning import compared, make_turning
 from flightsw.strict import Range
 from flightsw.terms import Laws
 from flightsw.types import (
@@ -77,6 +79,8 @@ class RendezvousMission(Mission[ActuatorModel]):
 
     def __init__(self, ac: Aircraft, p: RendezvousMissionParams, period_s: float) -> None:
         self.nav = AirframeNav(ac, p.nav)
+        self.turning = make_turning(ac, p.nav)
+        self.load = LoadLimit(ac)
         self.track = ReceiverTrack(p.rendezvous.track)
         self.pilot = RendezvousPilot(p.rendezvous.pilot)
         self.guid = make_path(p.guid)
@@ -105,7 +109,9 @@ class RendezvousMission(Mission[ActuatorModel]):
         self, f: SensorFrame, act: ActuatorModel, updated: int, health: Health, dt: float
     ) -> tuple[NavState, GuidanceCmd, np.ndarray, float]:
         """One 20 Hz step: (nav, guidance, surfaces and thrust [4], throttle)."""
-        nav = self.nav.step(f, act.take_mean(), health, updated)
+        mean = act.take_mean()
+        updated, health = compared(self.turning, self.nav.core, f, mean, self.nav.out, updated, health, dt)
+        nav = self.nav.step(f, mean, health, updated)
         self.met = self.track.step(f, nav, updated)
         if self.joined:
             g = self.guid.step(f, nav, dt)
@@ -118,6 +124,8 @@ class RendezvousMission(Mission[ActuatorModel]):
             u, throttle = taken
         elif nav.valid:
             u, throttle = self.ctrl.step(nav, g, act, dt)
+            if self.guard is not None:
+                u = self.load.bound(u, f, nav)
         else:
             u, throttle = self.ctrl.trim_command(g.V, self.alt_m)
         return nav, g, u, throttle
@@ -210,6 +218,8 @@ class RendezvousMission(Mission[ActuatorModel]):
         self.track.texts, self.said, self.guid.texts = [], [], []
         if self.guard is not None and self.guard.texts:
             out, self.guard.texts = out + self.guard.texts, []
+        if self.turning is not None and self.turning.texts:
+            out, self.turning.texts = out + self.turning.texts, []
         return out
 
 

@@ -20,8 +20,10 @@ from flightsw.sixdof.autopilot import TankerCtrlParams, make_autopilot
 from flightsw.sixdof.command import ScheduleParams
 from flightsw.sixdof.estimator import AirframeNav
 from flightsw.sixdof.estimator_core import NavParams
+from flightsw.sixdof.load_limit import LoadLimit
 from flightsw.sixdof.recovery.cruising import protected
 from flightsw.sixdof.recovery.protection import Protection, RecoveryParams
+from flightsw.sixdof.turning import compared, make_turning
 from flightsw.sixdof.windcal.feed import make_wind_calibration
 from flightsw.sixdof.windcal.params import WindCalParams
 from flightsw.sixdof.windcal.record import WindReport, report_values
@@ -74,18 +76,24 @@ class TankerMission(Mission[ActuatorModel]):
         e.turn("guid.turn_rate_degps", p.guid.turn_rate_degps, p.guid.V_mps)
         self.alt_m = p.guid.alt_m
         self.guard = Protection(ac, self.alt_m) if p.recovery.on else None
+        self.load = LoadLimit(ac)
+        self.turning = make_turning(ac, p.nav)
 
     def step(
         self, f: SensorFrame, act: ActuatorModel, updated: int, health: Health, dt: float
     ) -> tuple[NavState, GuidanceCmd, np.ndarray, float]:
         """One 20 Hz step: (nav, guidance, surfaces and thrust [4], throttle)."""
-        nav = self.nav.step(f, act.take_mean(), health, updated)
+        mean = act.take_mean()
+        updated, health = compared(self.turning, self.nav.core, f, mean, self.nav.out, updated, health, dt)
+        nav = self.nav.step(f, mean, health, updated)
         g = self.guid.step(f, nav, dt)
         taken = protected(self.guard, self.ctrl.terms, f, nav, g, updated, health, dt, self.nav)
         if taken is not None:
             u, throttle = taken
         elif nav.valid:
             u, throttle = self.ctrl.step(nav, g, act, dt)
+            if self.guard is not None:
+                u = self.load.bound(u, f, nav)
         else:
             u, throttle = self.ctrl.trim_command(g.V, self.alt_m)
         if self.wind is not None:  # after the law: that goes by the estimator's own wind
@@ -140,6 +148,8 @@ class TankerMission(Mission[ActuatorModel]):
         out, self.guid.texts = self.guid.texts, []
         if self.guard is not None:
             out, self.guard.texts = out + self.guard.texts, []
+        if self.turning is not None and self.turning.texts:
+            out, self.turning.texts = out + self.turning.texts, []
         return out if self.wind is None else out + self.wind.tell()
 
 

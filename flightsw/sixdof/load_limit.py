@@ -1,0 +1,65 @@
+"""The load factor an elevator command leads to, kept within what the structure bears with a margin (docs/sources/recovery.md 9).
+
+A law of station keeping answers a large error of its estimate with what its gains say, and a receiver bears no more than an upset
+of a second of that. Within the limits the command passes unchanged, to the bit.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flightsw.aircraft import Aircraft
+from flightsw.kernels.atmosphere import G0, density
+from flightsw.sixdof.motion import force_moment
+from flightsw.sixdof.params import IY, parameter_vector, set_mass
+from flightsw.types import NavState, SensorFrame
+
+AHEAD_S = 0.25  # [s] from where the surface has moved: of the receiver 0.4 s after the command
+LEAST, MOST = 0.35, 0.6  # [-] of the smallest and largest load factor of the structure
+STEP = 0.01  # [rad] the load is straight in the elevator
+
+
+class LoadLimit:
+    """One aircraft's. `bound` after every step of a law."""
+
+    def __init__(self, ac: Aircraft) -> None:
+        least, most = ac.structure.load_g
+        self.least, self.most = LEAST * least, MOST * most
+        self.ac = ac
+        self.acting = False  # in the last step
+        self._P = parameter_vector(ac, ac.mass.empty_kg + ac.mass.default_fuel_kg)
+        self._fm = np.zeros(9)
+        lo, hi = ac.controls.elevator_deg
+        self._range = float(np.radians(lo)), float(np.radians(hi))
+
+    def bound(self, u: np.ndarray, f: SensorFrame, nav: NavState) -> np.ndarray:
+        """Command u [4] (surfaces rad, thrust N), its elevator as near to it as the load allows; nav: the estimate it goes by."""
+        if f.fuel_t_us > 0:
+            set_mass(self._P, self.ac, self.ac.mass.empty_kg + f.fuel_kg)
+        n = self.load(u, nav)
+        self.acting = not self.least <= n <= self.most
+        if not self.acting:
+            return u
+        out = u.copy()
+        out[1] += STEP
+        slope = (self.load(out, nav) - n) / STEP
+        wanted = min(max(n, self.least), self.most)
+        elevator = u[1] + (wanted - n) / slope if slope < -1e-3 else u[1]
+        out[1] = min(max(elevator, self._range[0]), self._range[1])
+        return out
+
+    def load(self, u: np.ndarray, nav: NavState) -> float:
+        """Load factor [-] AHEAD_S after surfaces have moved as u [4] commands.
+
+        alpha'' = M/I_yy, alpha' = q + Z/(m V) + g cos/V of now; the lift then: n = -fz/g.
+        """
+        P, fm, T = self._P, self._fm, AHEAD_S
+        V, rho = max(nav.V, 1.0), density(-nav.pos_n[2])
+        p, q, r = nav.w_b
+        force_moment(V, nav.beta, nav.alpha, p, q, r, u, rho, P, fm)
+        q_dot = fm[4] / P[IY]
+        w, x, y, z = nav.q_nb
+        down = w * w - x * x - y * y + z * z  # of gravity along body z
+        alpha = nav.alpha + T * (q + (fm[2] + G0 * down) / V) + 0.5 * T * T * q_dot
+        force_moment(V, nav.beta, alpha, p, q + T * q_dot, r, u, rho, P, fm)
+        return float(-fm[2] / G0)

@@ -1,0 +1,116 @@
+"""Gyro against attitude reference against moments: who is left out, in motions made by scipy's integrator and rotations."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.spatial.transform import Rotation
+
+from flightsw.aircraft import Aircraft, load_aircraft
+from flightsw.sixdof.estimator_core import NavParams
+from flightsw.sixdof.motion import moment_rates
+from flightsw.sixdof.params import parameter_vector
+from flightsw.sixdof.turning import make_turning
+from flightsw.types import HF_ATT, HF_IMU, UPD_ATT, UPD_IMU, Health, NavState, SensorFrame
+
+DT, V, RHO = 0.05, 195.0, 0.59
+SIGMA_W, SIGMA_A = 0.0131, 0.0035  # of a gyro reading at 100 Hz, of an attitude
+Arr = np.ndarray
+
+
+@pytest.fixture(scope="module")
+def ac() -> Aircraft:
+    return load_aircraft("learjet24")
+
+
+def flown(ac: Aircraft, seconds: float, seed: int) -> tuple[Arr, Arr, Arr]:
+    """Rates [k, 3], attitudes body to navigation (Rotation's quaternions [k, 4], scalar last) and controls [k, 4] of an aircraft
+    whose elevator and aileron move to and fro, incidence and sideslip held: the moments are the model's, and a tenth more."""
+    P, fm = parameter_vector(ac, ac.mass.empty_kg + ac.mass.default_fuel_kg), np.zeros(9)
+    n, rng = round(seconds / DT), np.random.default_rng(seed)
+    u = np.zeros((n, 4))
+    phase = rng.uniform(0.0, 6.28, 3)
+    t = np.arange(n) * DT
+    for j, (size, period) in enumerate(((0.004, 1.7), (0.01, 2.3), (0.002, 4.0))):
+        u[:, j] = size * np.sin(2.0 * np.pi * t / period + phase[j])
+    still = moment_rates(V, 0.0, 0.01, np.zeros(3), np.zeros(4), RHO, P, fm)
+    w, R = np.zeros((n, 3)), [Rotation.identity()]
+    for k in range(n - 1):
+
+        def rates(_t: float, x: Arr, u: Arr = u[k]) -> Arr:
+            return 1.1 * (moment_rates(V, 0.0, 0.01, x, u, RHO, P, fm) - still)
+
+        w[k + 1] = solve_ivp(rates, (0.0, DT), w[k], rtol=1e-8).y[:, -1]
+        R.append(R[-1] * Rotation.from_rotvec(0.5 * (w[k] + w[k + 1]) * DT))
+    return w, np.array([r.as_quat() for r in R]), u
+
+
+Wrong = Callable[[float, Arr, Arr], tuple[Arr, Arr]]
+
+
+def watched(ac: Aircraft, seconds: float, seed: int, wrong: Wrong) -> list[tuple[float, int]]:
+    """(t, who is left out) at every change; wrong(t, mean rate, attitude quaternion): what is read of them without noise."""
+    w, q, u = flown(ac, seconds, seed)
+    rng = np.random.default_rng(seed + 1)
+    turning = make_turning(ac, NavParams())
+    assert turning is not None
+    nav, out = NavState(valid=True, V=V, alpha=0.01, pos_n=(0.0, 0.0, -7010.0)), [(0.0, 0)]
+    for k in range(1, len(w)):
+        t = k * DT
+        rate, att = wrong(t, 0.5 * (w[k - 1] + w[k]), q[k])
+        att = (Rotation.from_quat(att) * Rotation.from_rotvec(SIGMA_A * rng.standard_normal(3))).as_quat()
+        rate = rate + SIGMA_W / np.sqrt(5.0) * rng.standard_normal(3)
+        t_us = round(t * 1e6)
+        x, y, z, s = att.tolist()
+        f = SensorFrame(t_us=t_us, att_t_us=t_us, att_q_nb=(s, x, y, z), gyro_mean_b=tuple(rate.tolist()), gyro_count=5)
+        updated, health = turning.step(f, u[k - 1], nav, UPD_ATT | UPD_IMU, Health(), DT)
+        assert updated == (UPD_ATT | UPD_IMU) & ~{0: 0, HF_IMU: UPD_IMU, HF_ATT: UPD_ATT}[turning.out]
+        assert health.failed == turning.out
+        if turning.out != out[-1][1]:
+            out.append((t, turning.out))
+    return out
+
+
+def frozen(which: int, at: float, until: float = 1e9) -> Wrong:
+    kept: list[Arr] = []
+
+    def wrong(t: float, rate: Arr, att: Arr) -> tuple[Arr, Arr]:
+        if not at <= t < until:
+            return rate, att
+        kept[:] = kept or [rate, att]
+        return (kept[0], att) if which == HF_IMU else (rate, kept[1])
+
+    return wrong
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_nobody_is_left_out_of_a_sound_flight(ac: Aircraft, seed: int) -> None:
+    assert watched(ac, 120.0, seed, lambda t, rate, att: (rate, att)) == [(0.0, 0)]
+
+
+@pytest.mark.parametrize("which", [HF_IMU, HF_ATT])
+@pytest.mark.parametrize("seed", range(4))
+def test_who_stands_still_is_left_out_and_taken_again(ac: Aircraft, seed: int, which: int) -> None:
+    [_, (t, who), (back, nobody), *more] = watched(ac, 40.0, seed, frozen(which, 20.0, 25.0))
+    assert who == which and 20.0 < t < 22.0
+    assert nobody == 0 and 29.0 < back < 35.0 and not more
+
+
+@pytest.mark.parametrize("axis", range(3))
+def test_a_gyro_that_jumps_is_not_taken_for_a_turn(ac: Aircraft, axis: int) -> None:
+    off = 0.1 * np.eye(3)[axis]
+    [_, (t, who), *_] = watched(ac, 24.0, 5, lambda t, rate, att: (rate + off * (t >= 20.0), att))
+    assert who == HF_IMU and 20.0 < t < 21.0
+
+
+def test_a_reference_that_jumps_is(ac: Aircraft) -> None:
+    off = Rotation.from_rotvec([0.0, 0.1, 0.0])
+
+    def wrong(t: float, rate: Arr, att: Arr) -> tuple[Arr, Arr]:
+        return rate, (Rotation.from_quat(att) * off).as_quat() if t >= 20.0 else att
+
+    [_, (t, who), *_] = watched(ac, 24.0, 6, wrong)
+    assert who == HF_ATT and 20.0 < t < 20.5
