@@ -107,7 +107,7 @@ class ReceiverMission(Mission[ActuatorModel]):
         self, f: SensorFrame, act: ActuatorModel, updated: int, health: Health, dt: float
     ) -> tuple[NavState, GuidanceCmd, np.ndarray, float]:
         """One 20 Hz step: (nav, guidance, surfaces and thrust [4], throttle)."""
-        nav = self.navigate(f, act.take_mean(), updated, health)
+        nav = self.navigate(f, act.take_mean(), updated if self.guard is None else self.guard.sound(updated), health)
         rejoin = self._guarded(f, nav, updated, health, dt)
         if (self._lost or self.nav.rejoined) and nav.valid and not self.recovering:
             self.guid.recapture(nav)

@@ -105,7 +105,7 @@ class RendezvousMission(Mission[ActuatorModel]):
         self, f: SensorFrame, act: ActuatorModel, updated: int, health: Health, dt: float
     ) -> tuple[NavState, GuidanceCmd, np.ndarray, float]:
         """One 20 Hz step: (nav, guidance, surfaces and thrust [4], throttle)."""
-        nav = self.nav.step(f, act.take_mean(), health, updated)
+        nav = self.nav.step(f, act.take_mean(), health, updated if self.guard is None else self.guard.sound(updated))
         self.met = self.track.step(f, nav, updated)
         if self.joined:
             g = self.guid.step(f, nav, dt)

@@ -79,7 +79,7 @@ class TankerMission(Mission[ActuatorModel]):
         self, f: SensorFrame, act: ActuatorModel, updated: int, health: Health, dt: float
     ) -> tuple[NavState, GuidanceCmd, np.ndarray, float]:
         """One 20 Hz step: (nav, guidance, surfaces and thrust [4], throttle)."""
-        nav = self.nav.step(f, act.take_mean(), health, updated)
+        nav = self.nav.step(f, act.take_mean(), health, updated if self.guard is None else self.guard.sound(updated))
         g = self.guid.step(f, nav, dt)
         taken = protected(self.guard, self.ctrl.terms, f, nav, g, updated, health, dt, self.nav)
         if taken is not None:
