@@ -91,7 +91,7 @@ class ReceiverMission(Mission[ActuatorModel]):
         elif p.airdata.on is None and (idle := changed(p.airdata, AirDataParams())) is not None:
             raise ConfigError(f"airdata.{idle[0]} = {idle[1]!r}: nothing obeys it without airdata.on = true")
         tanker = load_aircraft(p.tanker)
-        if not p.integrity.on and (idle := changed(p.integrity, IntegrityParams())) is not None:
+        if p.integrity.on is None and (idle := changed(p.integrity, IntegrityParams())) is not None:
             raise ConfigError(f"integrity.{idle[0]} = {idle[1]!r}: nothing obeys it without integrity.on = true")
         self.integrity = Integrity(p.integrity, tanker, ac) if p.integrity.on else None
         self.guid = make_refuel_path(p.guid, Surroundings(tanker, ac))
