@@ -74,6 +74,17 @@ def test_a_wrong_gyro_is_not_laid_on_the_reference(bias: Vec3, rate: float) -> N
     assert fly(40.0, rate, bias=bias)[1] == math.inf
 
 
+@pytest.mark.parametrize("rate", [TURN, -3.0 * TURN])
+def test_an_imu_that_stands_still_is_not_laid_on_the_reference(rate: float) -> None:
+    """Gyro and accelerometers stay at level flight while the aircraft begins to turn."""
+    guard, level = Protection(load_aircraft("learjet24"), H), frame(0.0, 0.0)
+    for k in range(round(20.0 / DT)):
+        f = frame(max(k * DT - 5.0, 0.0), rate if k * DT >= 5.0 else 0.0)
+        f.gyro_mean_b, f.acc_mean_b = level.gyro_mean_b, level.acc_mean_b
+        guard.step(f, NavState(), f.updated, Health(), Rejoin(), DT)
+        assert not guard.readings.motion.doubted
+
+
 def test_without_a_fix_nobody_can_tell() -> None:
     assert fly(30.0, TURN, 10.0, fixes=False)[1] == math.inf
 
