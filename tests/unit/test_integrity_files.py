@@ -11,6 +11,7 @@ from flightsw.missions.receiver.integrity.params import IntegrityParams
 from flightsw.process.application import make_app
 from flightsw.process.config import load_flight
 from flightsw.strict import ConfigError, convert
+from hil_scripts.studies.integrity.table import MOMENTS
 from sim_plant.scenario import load_scenario
 from sim_plant.sensors.config import Suite
 
@@ -46,3 +47,11 @@ def test_off_by_name_lets_the_rest_stand_and_the_raw_fixes_come_with_the_tanker(
         make_app(load_flight(bare, {}))
     assert load_flight(PARAMS / "tanker.toml").link.raw_fix
     assert believed("receiver_airdata").on and not believed("receiver_rendezvous").on
+
+
+@pytest.mark.parametrize("name", MOMENTS)
+def test_a_moment_is_judged_about_the_station_that_is_flown(name: str) -> None:
+    m = MOMENTS[name]
+    file = load_scenario(m.scenario).aircraft[1].mission
+    station = load_flight(PARAMS / f"{file}.toml").tables["guid"][f"{m.phase}_m"]
+    assert list(m.station_m) == station
