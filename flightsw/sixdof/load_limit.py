@@ -1,4 +1,4 @@
-"""The load factor an elevator command leads to, kept within what the structure bears with a margin (docs/sources/recovery.md 9).
+"""The load factor an elevator command leads to, kept within what the structure bears with a margin (docs/sources/recovery.md 10).
 
 A law of station keeping answers a large error of its estimate with what its gains say, and a receiver bears no more than an upset
 of a second of that. Within the limits the command passes unchanged, to the bit.

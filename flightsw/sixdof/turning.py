@@ -3,7 +3,7 @@
 A gyro whose readings stand still, or come late, takes the damping out of every law, and an aircraft breaks up within a second or
 two; the estimator believes it, as its noise is small. A reference that stands still turns the horizon. Either alone looks
 sound. What the reference turns beyond the gyro is white but for one of them being wrong; who is, the moments decide
-(docs/sources/recovery.md 8).
+(docs/sources/recovery.md 9).
 """
 
 from __future__ import annotations

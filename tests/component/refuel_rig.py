@@ -60,6 +60,7 @@ def app(name: str, **over: Any) -> FlightApp:
     """The application of the shipped flight file with `over` (dotted keys with __ for the dot)."""
     t = read_toml(f"flightsw/params/{name}.toml")
     apply_overrides(t, {k.replace("__", "."): v for k, v in over.items()}, name)
+    t.pop("integrity", None)  # no raw fixes come over this link
     a = t.pop("app")
     t.pop("link", None)
     return FlightApp(a["mission"], a["aircraft"], t, mission_rate_hz=a["mission_rate_hz"])

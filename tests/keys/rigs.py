@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from flightsw.condition import Condition, ConditionParams
+from flightsw.missions.receiver.integrity.params import IntegrityParams
 from flightsw.missions.receiver.joinup import JoinUpParams
 from flightsw.missions.receiver.refuel import CONTACT, OBSERVATION, RefuelParams
 from flightsw.missions.receiver.sequence import Sequence, SequenceParams
@@ -23,6 +24,7 @@ from flightsw.types import UPD_FUEL, NavState, SensorFrame
 from hil_scripts.launch.runfolder import resolve
 from hil_scripts.studies.rivard.six_dof_flight import fly_twin
 from tests.component.test_onboard_guidance import Flight as Refuelling
+from tests.keys.integrity_rig import integrity
 from tests.unit.test_joinup import Flight as Joining
 from tests.unit.windcal_synth import Errors, fly
 
@@ -153,6 +155,7 @@ RIGS: dict[type, tuple[Any, Rig]] = {
     RacetrackParams: (RacetrackParams(), racetrack),
     ConditionParams: (ConditionParams(), condition),
     WindCalParams: (WindCalParams(on=True), wind_calibration),
+    IntegrityParams: (IntegrityParams(on=True), integrity),
 }
 
 

@@ -12,8 +12,9 @@ from flightsw.aircraft import load_aircraft
 from flightsw.kernels.rotations import dcm_from_euler, quat_from_euler, rotate_dcm
 from flightsw.sixdof.recovery.cruising import cruise
 from flightsw.sixdof.recovery.law import RecoveryLaw, Wanted
+from flightsw.sixdof.recovery.motion import angle
 from flightsw.sixdof.recovery.protection import HOLDING, Protection, Rejoin
-from flightsw.sixdof.recovery.readings import COAST_S, V_COAST_S, Readings, angle
+from flightsw.sixdof.recovery.readings import COAST_S, V_COAST_S, Readings
 from flightsw.types import HF_ATT, UPD_AIR, UPD_ATT, UPD_BARO, UPD_IMU, Health, NavState, SensorFrame, Vec3
 
 AC = load_aircraft("learjet24")
@@ -221,3 +222,17 @@ def test_a_law_of_height_is_given_the_aircraft_near_its_height() -> None:
     low = cruise(V, H, nav)
     assert not low.ready and low.path == pytest.approx(math.radians(3.0))
     assert cruise(V, 6010.0, nav).ready and not cruise(V + 20.0, 6010.0, nav).ready
+
+
+@pytest.mark.parametrize("rate", [-60.0, -20.0])
+def test_an_airspeed_that_runs_away_is_not_followed_and_one_that_is_felt_is(rate: float) -> None:
+    """A tube that ices over in seconds: 20 m/s off what the accelerometers make of the speed it is taken no more."""
+    s, felt = Readings(AC, H), Readings(AC, H)
+    for k in range(round(5.0 / DT)):
+        V_now = max(V + rate * k * DT, 60.0)
+        s.step(frame(V=V_now), NEW, GOOD, DT)
+        slowing = frame(V=max(V - 5.0 * k * DT, 60.0))
+        slowing.acc_mean_b = (-5.0, 0.0, -9.81)
+        felt.step(slowing, NEW, GOOD, DT)
+    assert abs(s.V - V) < 20.0
+    assert pytest.approx(V - 25.0, abs=1.0) == felt.V and felt.V_measured

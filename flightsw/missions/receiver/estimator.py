@@ -252,7 +252,8 @@ class RelativeNav:
         self.witness.hear(gate, f, tk, c.ukf.x[POS], self.peer.position(f.gnss_t_us))
         if rd.REL_POS in gate.opened:
             gate.opened.remove(rd.REL_POS)
-            c.widen(POS, gate.gate.offsets(rd.REL_POS))
+            # in a step without a reading of it all channels of the group come, of which it fills three
+            c.widen(POS, gate.gate.offsets(rd.REL_POS)[:3])
 
     def fits(self, f: SensorFrame) -> bool:
         """Whether a new reading of the relative sensor may be used elsewhere: what its gate would say of the position."""

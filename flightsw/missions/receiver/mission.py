@@ -93,7 +93,7 @@ class ReceiverMission(Mission[ActuatorModel]):
         elif p.airdata.on is None and (idle := changed(p.airdata, AirDataParams())) is not None:
             raise ConfigError(f"airdata.{idle[0]} = {idle[1]!r}: nothing obeys it without airdata.on = true")
         tanker = load_aircraft(p.tanker)
-        if not p.integrity.on and (idle := changed(p.integrity, IntegrityParams())) is not None:
+        if p.integrity.on is None and (idle := changed(p.integrity, IntegrityParams())) is not None:
             raise ConfigError(f"integrity.{idle[0]} = {idle[1]!r}: nothing obeys it without integrity.on = true")
         self.integrity = Integrity(p.integrity, tanker, ac) if p.integrity.on else None
         self.guid = make_refuel_path(p.guid, Surroundings(tanker, ac))
@@ -113,7 +113,8 @@ class ReceiverMission(Mission[ActuatorModel]):
         """One 20 Hz step: (nav, guidance, surfaces and thrust [4], throttle)."""
         mean = act.take_mean()
         updated, health = compared(self.turning, self.nav.core, f, mean, self.nav.out, updated, health, dt)
-        nav = self.navigate(f, mean, updated, health)
+        heard = updated if self.guard is None else self.guard.sound(updated)
+        nav = self.navigate(f, mean, heard, health)
         rejoin = self._guarded(f, nav, updated, health, dt)
         if (self._lost or self.nav.rejoined) and nav.valid and not self.recovering:
             self.guid.recapture(nav)

@@ -111,7 +111,8 @@ class RendezvousMission(Mission[ActuatorModel]):
         """One 20 Hz step: (nav, guidance, surfaces and thrust [4], throttle)."""
         mean = act.take_mean()
         updated, health = compared(self.turning, self.nav.core, f, mean, self.nav.out, updated, health, dt)
-        nav = self.nav.step(f, mean, health, updated)
+        heard = updated if self.guard is None else self.guard.sound(updated)
+        nav = self.nav.step(f, mean, health, heard)
         self.met = self.track.step(f, nav, updated)
         if self.joined:
             g = self.guid.step(f, nav, dt)

@@ -85,7 +85,8 @@ class TankerMission(Mission[ActuatorModel]):
         """One 20 Hz step: (nav, guidance, surfaces and thrust [4], throttle)."""
         mean = act.take_mean()
         updated, health = compared(self.turning, self.nav.core, f, mean, self.nav.out, updated, health, dt)
-        nav = self.nav.step(f, mean, health, updated)
+        heard = updated if self.guard is None else self.guard.sound(updated)
+        nav = self.nav.step(f, mean, health, heard)
         g = self.guid.step(f, nav, dt)
         taken = protected(self.guard, self.ctrl.terms, f, nav, g, updated, health, dt, self.nav)
         if taken is not None:

@@ -12,8 +12,9 @@ import numpy as np
 from flightsw.aircraft import Aircraft
 from flightsw.kernels.rotations import dcm_from_quat
 from flightsw.sixdof.recovery.law import RecoveryLaw, Wanted
-from flightsw.sixdof.recovery.readings import Readings, angle
-from flightsw.types import GuidanceCmd, Health, NavState, SensorFrame, Text
+from flightsw.sixdof.recovery.motion import angle
+from flightsw.sixdof.recovery.readings import Readings
+from flightsw.types import UPD_ATT, GuidanceCmd, Health, NavState, SensorFrame, Text
 
 BANK_BEYOND, PITCH_BEYOND = math.radians(20.0), math.radians(25.0)  # [rad] above the file's largest bank; either way
 RATE_BEYOND = (
@@ -85,10 +86,18 @@ class Protection:
         limits = self.ac.limits
         self._V_keep = 0.5 * (limits.V_min_mps + limits.V_max_mps)
 
+    def sound(self, updated: int) -> int:
+        """Of the UPD_* bits of a step those an estimator may use: an attitude that does not turn with the aircraft is none."""
+        return updated & ~UPD_ATT if self.readings.motion.doubted else updated
+
     def step(self, f: SensorFrame, nav: NavState, updated: int, health: Health, rejoin: Rejoin, dt: float) -> bool:
         """Look at frame f and estimate nav, dt [s] after the last; whether `fly` has the command now."""
         s = self.readings
+        doubted = s.motion.doubted
         s.step(f, updated, health, dt)
+        if s.motion.doubted != doubted:
+            again, not_now = Text(5, "attitude reference good again"), Text(4, "attitude reference does not turn along")
+            self.texts.append(again if doubted else not_now)
         self.began = self.ended = self.anew = False
         self._was_valid = self._was_valid or nav.valid
         apart = self._apart(nav)

@@ -11,13 +11,28 @@ from flightsw.aircraft import Aircraft
 from flightsw.kernels.atmosphere import G0, density
 from flightsw.kernels.rotations import dcm_from_quat, rotate_dcm
 from flightsw.sixdof.params import IX, IY, IZ, M, parameter_vector, set_mass
-from flightsw.types import HF_AIR, HF_ATT, HF_IMU, UPD_AIR, UPD_ATT, UPD_BARO, ZERO3, Health, SensorFrame, Vec3
+from flightsw.sixdof.recovery.motion import Motion, angle
+from flightsw.types import (
+    HF_AIR,
+    HF_ATT,
+    HF_GNSS,
+    HF_IMU,
+    UPD_AIR,
+    UPD_ATT,
+    UPD_BARO,
+    UPD_GNSS,
+    ZERO3,
+    Health,
+    SensorFrame,
+    Vec3,
+)
 
 TURN_GATE, GATE_GROWS = math.radians(8.0), math.radians(1.0)  # [rad], [rad/s] attitude reference against the gyro
 RATE_GATE = 0.15  # [-] of the rate: latency and sampling
 COAST_S = 30.0  # [s] after which the gyro alone is no better than a reference that disagrees
 V_GATE, V_COAST_S = 20.0, 10.0  # [m/s] against what the accelerometers make of the last one; [s] it is carried on
 FLOW_MOST = 0.6  # [rad]
+SETTLE_V_S = 4.0  # [s] over which the accelerometers' airspeed takes over the probes'
 SHARE_V = 0.6  # [-] of the range of airspeeds, where none is known
 TAU_V_S = 20.0  # [s] over which an airspeed that is carried on is given up for that
 HEIGHT_AGE_US = 1_000_000
@@ -44,7 +59,9 @@ class Readings:
         self.known = False  # an attitude has been taken
         self.trusted = False  # of the reference, now
         self.coasting_s = 0.0  # on the gyro alone
+        self.motion = Motion()  # whether the reference turns with the aircraft
         self._V_age = self._baro_us = 0.0
+        self._V_felt = self.V  # [m/s] by the accelerometers, slowly brought to the probes
         self.q = 0.0
 
     @property
@@ -65,7 +82,7 @@ class Readings:
         if f.gyro_count and not health.failed & HF_IMU:
             self.w = f.gyro_mean_b
             self.load = -f.acc_mean_b[2] / G0
-        self._attitude(f, bool(good & UPD_ATT), dt)
+        self._attitude(f, bool(good & UPD_ATT), f.gnss_vel_n if good & UPD_GNSS else None, dt)
         if updated & UPD_BARO and -1e3 < f.baro_alt_m < 20e3:
             self.h_m = f.baro_alt_m
         rho = density(self.h_m)
@@ -73,15 +90,21 @@ class Readings:
         self.q = 0.5 * rho * self.V * self.V
         self._flow(f, bool(good & UPD_AIR))
 
-    def _attitude(self, f: SensorFrame, fresh: bool, dt: float) -> None:
-        """Turn on with the gyro; take the reference where it agrees with that, or where there is nothing better."""
+    def _attitude(self, f: SensorFrame, fresh: bool, v: Vec3 | None, dt: float) -> None:
+        """Turn on with the gyro; take the reference where it agrees with that and turns with it, or where there is nothing
+        better. v [3] m/s NED: a new GNSS velocity."""
         if self.known:
             rotate_dcm(self.R, np.array(self.w), dt, self._turned)
             self.R, self._turned = self._turned, self.R
         self.coasting_s += dt
+        R: np.ndarray | None = None
         if fresh:
             R = np.zeros(9)
             dcm_from_quat(np.array(f.att_q_nb), R)
+        self.motion.step(R, self.R, self.w, f.acc_mean_b, v, dt)
+        if self.motion.began:
+            self.R[:] = self.motion.R
+        if R is not None and not self.motion.doubted:
             limit = TURN_GATE + GATE_GROWS * self.coasting_s + RATE_GATE * math.hypot(*self.w)
             if not self.known or self.coasting_s > COAST_S or angle(R, self.R) < limit:
                 self.R, self.known, self.coasting_s = R, True, 0.0
@@ -98,14 +121,24 @@ class Readings:
         self._V_age += dt
         a, down = f.acc_mean_b, self.down
         ca, sa = math.cos(self.alpha), math.sin(self.alpha)
-        self.V += dt * (ca * (a[0] + G0 * down[0]) + sa * (a[2] + G0 * down[2]))
+        gained = dt * (ca * (a[0] + G0 * down[0]) + sa * (a[2] + G0 * down[2]))
+        self.V += gained
+        self._V_felt += gained
         seen = (
             sorted(v for i, v in enumerate(f.air_V) if f.air_mask >> i & 1 and not f.air_bad >> i & 1) if fresh else []
         )
         if seen:
             V = _middle(seen)
-            if not self.V_measured or abs(V - self.V) < V_GATE:
+            if not self.V_measured:
+                self._V_felt = V
+            off = V - self._V_felt
+            if abs(off) < V_GATE:
                 self.V, self._V_age, self.V_measured = V, 0.0, True
+                self._V_felt += min(dt / SETTLE_V_S, 1.0) * off
+            elif (
+                self._V_age <= dt
+            ):  # it has run away from what is felt, not leapt: what has been taken of it is wrong too
+                self.V = self._V_felt
         if self._V_age > V_COAST_S:
             self.V_measured = False
             self.V += min(dt / TAU_V_S, 1.0) * (self._V_between - self.V)
@@ -131,15 +164,10 @@ class Readings:
 
 def _lost(health: Health) -> int:
     """UPD_* bits of what health has given up."""
-    return (UPD_AIR if health.failed & HF_AIR else 0) | (UPD_ATT if health.failed & HF_ATT else 0)
+    pairs = ((HF_AIR, UPD_AIR), (HF_ATT, UPD_ATT), (HF_GNSS, UPD_GNSS))
+    return sum(upd for flag, upd in pairs if health.failed & flag)
 
 
 def _middle(v: list[float]) -> float:
     k = len(v) // 2
     return v[k] if len(v) % 2 else 0.5 * (v[k - 1] + v[k])
-
-
-def angle(A: np.ndarray, B: np.ndarray) -> float:
-    """Angle [rad] between two attitudes [9]."""
-    trace = sum(a * b for a, b in zip(A.tolist(), B.tolist(), strict=True))
-    return math.acos(min(max(0.5 * (trace - 1.0), -1.0), 1.0))

@@ -24,9 +24,9 @@ START_M = [-47.0, 0.0, 12.5]  # [m] pre-contact: observation is flown there, and
 LIMIT_M = 2.0  # [m] latched
 NAV, RELATIVE, INTEGRITY = IDS["NAV_STATE"], IDS["RELATIVE_STATE"], IDS["INTEGRITY_STATUS"]
 GUARDED = (
-    "tanker.link.raw_fix=true", "receiver.integrity.on=true", "tanker.wind_calibration.on=true",
-    "receiver.wind_calibration.on=true",
+    "plant.aircraft.receiver.mission=receiver_tactical", "tanker.wind_calibration.on=true", "receiver.wind_calibration.on=true",
 )  # fmt: skip
+BARE = ("receiver.integrity.on=false",)  # what the flight file believes is one grade's
 NOT_REACHED = "not_reached"  # contact was never flown
 OUTCOMES = (*(o.name.lower() for o in Outcome), NOT_REACHED)
 LEAST_S = 5.0  # [s] of contact below which there are no figures of it
@@ -48,7 +48,7 @@ def settings(grade: str, sigma_mps: float, times: Timetable, guarded: bool = Fal
     """What the scenario `refueling` is changed by; both aircraft carry sensors of the grade; guarded: integrity of the relative
     position and calibrated wind on board."""
     return (
-        *(GUARDED if guarded else ()),
+        *(GUARDED if guarded else BARE),
         f"plant.sensors.tanker.grade={grade}", f"plant.sensors.receiver.grade={grade}",
         f"plant.wind.dryden.sigma_mps={sigma_mps}", f"plant.event.0.t_s={times.precontact_s}",
         f"plant.event.1.t_s={times.contact_s}", f"tanker.guid.first_leg_s={times.turn_s}",

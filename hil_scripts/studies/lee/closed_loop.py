@@ -128,8 +128,9 @@ def _app(name: str, over: dict[str, Any], delay_ticks: int) -> FlightApp:
             raise ConfigError(
                 f"closed loop: {name}.{key}: nothing obeys it in this study, which flies the application alone"
             )
-    # the works refuse no reading, and nothing takes the command from their laws
+    # the works refuse no reading, bound no position, and nothing takes the command from their laws
     works = {"nav.gate.false_alarm": 0.0, "recovery.on": False, "link.delay_ticks": delay_ticks}
+    works |= {"integrity.on": False} if name == "receiver" else {}
     app = make_app(load_flight(PARAMS / f"{name}.toml", works | over))
     assert isinstance(app, FlightApp)
     return app

@@ -73,8 +73,9 @@ def fly(s: Setting, seed: int, keep: Path | None = None) -> Track:
     """Fly it; `keep`: folder for the run's logs, else they are thrown away. Raises ConfigError for a bad setting."""
     sets = [
         *(f"{who}.nav.gate.false_alarm=0" for who in ("tanker", "receiver")),
+        "receiver.integrity.on=false",
         *s.sets,
-    ]  # the work refuses no reading
+    ]  # the work refuses no reading and bounds no position
     if s.short:
         sets += [
             f"plant.aircraft.receiver.start.xi_m={list(s.start_m)}",

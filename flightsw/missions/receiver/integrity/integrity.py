@@ -8,6 +8,7 @@ and the receiver leaves.
 
 from __future__ import annotations
 
+import copy
 import math
 from collections import deque
 from dataclasses import replace
@@ -265,7 +266,8 @@ class Integrity:
                 if self._wild[REL] and not self.undecided:  # a spike; in a dispute it may be filter 0 that is off
                     return f, updated & ~UPD_REL, health
                 pos, vel = self.bank.relative_error(m)
-                f = replace(f, rel_pos_t=less(f.rel_pos_t, pos), rel_vel_t=less(f.rel_vel_t, vel))
+                f = copy.copy(f)  # `replace` takes ten times as long
+                f.rel_pos_t, f.rel_vel_t = less(f.rel_pos_t, pos), less(f.rel_vel_t, vel)
             return f, updated, health
         if (f.t_us - self._known_us) * 1e-6 > self.p.coast_s:
             return f, updated & ~UPD_REL if self.excluded >> REL & 1 else updated, health

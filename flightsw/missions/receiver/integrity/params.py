@@ -18,7 +18,7 @@ class IntegrityParams:
     """[integrity] of a receiver flight file. Errors are 1 sigma, of tactical sensors (docs/grades.md), with a margin on
     the slow ones; `_tau` their correlation times."""
 
-    on: bool = False
+    on: bool | None = None  # left out: off, and nothing else here may be set; false: off, whatever else is set
     # relative sensor: noise, slow and constant error, boresight, share of the range; its velocity
     rel_pos_m: Pos = 0.1
     rel_slow_m: Pos = 0.22

@@ -70,8 +70,9 @@ class Reading:
         H, at, by = self.H.copy(), self.H[:, D], self.H[:, U]
         H[:, U] += tau * at
         H[:, AB] += 0.5 * tau * tau * at + tau * by
-        (d1, u1), (d0, u0) = (np.array(now[0]), np.array(now[1])), (np.array(then[0]), np.array(then[1]))
-        y = self.y - (at * (d1 - d0 - tau * u0) + by * (u1 - u0)).sum(axis=1)
+        (d1, u1), (d0, u0) = now, then
+        moved = np.array([a - b - tau * c for a, b, c in zip(d1, d0, u0, strict=True)])
+        y = self.y - (at * moved + by * np.array(less(u1, u0))).sum(axis=1)
         grown = density * density * tau
         r = self.r + grown * ((at * at).sum(axis=1) * tau * tau / 3.0 + (by * by).sum(axis=1))
         return Reading(self.source, self.t_us, H, y, r, self.count)

@@ -27,7 +27,7 @@ class Unrest:
     def __init__(self, p: IntegrityParams) -> None:
         self._least, self._top = p.accel, max(2.0 * math.log(p.accel_most / p.accel), 0.0)
         start = min(max(2.0 * math.log(p.accel_start / p.accel), 0.0), self._top)
-        self._log, self._last = [start] * len(RATED), [np.zeros(LAST - FIRST) for _ in RATED]
+        self._log, self._last = [start] * len(RATED), [[0.0] * (LAST - FIRST) for _ in RATED]
         self.density = 0.0  # [m/s^2 per sqrt(Hz)]
         self._settle((True, True))
 
@@ -35,8 +35,8 @@ class Unrest:
         """Learn from the innovations z [ROWS] of a reading in their sigmas; sound: which of RATED are heard and believed."""
         if source not in RATED:
             return
-        k, now = RATED.index(source), z[FIRST:LAST].copy()
-        turn = float(np.mean(now * self._last[k] - LEAVE * now * now))
+        k, now = RATED.index(source), z[FIRST:LAST].tolist()
+        turn = sum(a * b - LEAVE * a * a for a, b in zip(now, self._last[k], strict=True)) / len(now)
         self._log[k] = min(max(self._log[k] + GAIN * min(max(turn, -MOST), MOST), 0.0), self._top)
         self._last[k] = now
         self._settle(sound)

@@ -1,0 +1,57 @@
+"""What the receiver's flight files believe of the sensors, and that it is switched off by name."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import flightsw
+from flightsw.missions.receiver.integrity.params import IntegrityParams
+from flightsw.process.application import make_app
+from flightsw.process.config import load_flight
+from flightsw.strict import ConfigError, convert
+from hil_scripts.studies.integrity.table import MOMENTS
+from sim_plant.scenario import load_scenario
+from sim_plant.sensors.config import Suite
+
+PARAMS = Path(flightsw.__file__).parent / "params"
+
+
+def believed(name: str) -> IntegrityParams:
+    """[integrity] of a flight file."""
+    return convert(load_flight(PARAMS / f"{name}.toml").tables["integrity"], IntegrityParams, "integrity")
+
+
+def test_tactical_sensors_are_believed_as_by_default() -> None:
+    assert believed("receiver_tactical") == IntegrityParams(on=True)
+
+
+@pytest.mark.parametrize("scenario", ["refueling", "airdata"])
+def test_no_paper_sensor_errs_by_more_than_is_believed(scenario: str) -> None:
+    s, p = load_scenario(scenario).sensors.get("receiver", Suite()), believed("receiver")
+    assert s.grade == "paper" and p.on
+    assert p.rel_pos_m >= s.rel.pos_std_m and p.rel_vel_mps >= s.rel.vel_std_mps
+    assert p.rel_const_m >= s.rel.pos_bias_std_m and p.rel_vel_slow_mps >= s.rel.vel_bias_std_mps
+    assert p.gnss_pos_m >= s.gnss.pos_std_m and p.gnss_vel_mps >= s.gnss.vel_std_mps
+    assert min(p.gnss_slow_m) >= s.gnss.pos_bias_std_m and p.gnss_vel_slow_mps >= s.gnss.vel_bias_std_mps
+
+
+def test_off_by_name_lets_the_rest_stand_and_the_raw_fixes_come_with_the_tanker(tmp_path: Path) -> None:
+    make_app(load_flight(PARAMS / "receiver.toml", {"integrity.on": False}))
+    bare = tmp_path / "bare.toml"
+    bare.write_text(
+        '[app]\nname = "r"\nmission = "receiver"\naircraft = "learjet24"\nsysid = 2\n[integrity]\ngate = 7.0\n'
+    )
+    with pytest.raises(ConfigError, match=r"integrity\.gate = 7\.0: nothing obeys it without integrity\.on = true"):
+        make_app(load_flight(bare, {}))
+    assert load_flight(PARAMS / "tanker.toml").link.raw_fix
+    assert believed("receiver_airdata").on and not believed("receiver_rendezvous").on
+
+
+@pytest.mark.parametrize("name", MOMENTS)
+def test_a_moment_is_judged_about_the_station_that_is_flown(name: str) -> None:
+    m = MOMENTS[name]
+    file = load_scenario(m.scenario).aircraft[1].mission
+    station = load_flight(PARAMS / f"{file}.toml").tables["guid"][f"{m.phase}_m"]
+    assert list(m.station_m) == station
