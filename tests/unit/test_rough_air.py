@@ -78,7 +78,7 @@ def learnt(sigma: float, seed: int = 1, t_s: float = 60.0, p: RoughAirParams = P
 def test_the_intensity_of_made_up_gusts_is_found(sigma: float) -> None:
     for seed in (1, 2, 3):
         got = learnt(sigma, seed)[0][round(P.window_s / DT) :]
-        assert got.mean() == pytest.approx(sigma, rel=0.12) and got.std() < 0.15 * sigma
+        assert got.mean() == pytest.approx(sigma, rel=0.12) and got.std() < 0.2 * sigma
 
 
 def test_calm_air_a_mean_wind_and_its_noise_are_no_turbulence() -> None:

@@ -25,10 +25,10 @@ class RoughAirParams:
 
     on: bool | None = None  # left out: as integrity.on; then nothing else here may be set without that
     bear_mps: Annotated[float, Range(0.5, 20.0)] = 3.5  # 1 sigma; moderate is 2.1 and severe 6.2 at 7010 m
-    over_s: Annotated[float, Range(0.1, 60.0)] = 1.0  # beyond it for so long: the receiver leaves
+    over_s: Annotated[float, Range(0.1, 60.0)] = 0.5  # beyond it for so long: the receiver leaves
     calm_frac: Annotated[float, Range(0.1, 1.0)] = 0.8  # [-] of it, and
     calm_s: Annotated[float, Range(1.0, 3600.0)] = 30.0  # below that for so long: it may go on
-    window_s: Annotated[float, Range(2.0, 120.0)] = 8.0  # differences remembered
+    window_s: Annotated[float, Range(2.0, 120.0)] = 4.0  # differences remembered
     lag_s: Annotated[float, Range(0.1, 2.0)] = 0.3  # over which a difference is taken
     noise_mps: Annotated[float, Range(0.0, 5.0)] = 0.38  # 1 sigma of a difference in calm air, of tactical sensors
     L_m: Annotated[float, Range(50.0, 5000.0)] = 533.4  # scale length that an intensity is stated for
