@@ -17,10 +17,10 @@ from flightsw.terms import LawTerms
 V_TAU_S, PATH_TAU_S = 5.0, 2.0  # [s] airspeed, path: gusts are shorter
 K_RATE, K_PITCH, PITCH_RATE = 1.0, 1.0, math.radians(3.0)  # [1/s], [1/s], [rad/s] most
 K_TRIM, TRIM_MOST = 0.3, 0.4  # [1/s] of K_RATE, [rad/s^2] moments that the file does not tell
-K_ROLL, K_BANK, ROLL_RATE = 1.5, 0.8, math.radians(12.0)
+K_ROLL, K_BANK, ROLL_RATE = 4.0, 1.2, math.radians(20.0)  # [1/s], [1/s], [rad/s]: bank costs no load
 K_HEADING, BANK_MOST = 0.5, math.radians(10.0)  # [-] of bank over heading
-K_PATH, K_LEVEL, LEVEL_MOST = 0.3, 0.08, math.radians(6.0)  # [-], [1/s], [rad] of pitch over the path's error
-PATH_RATE = math.radians(1.0)  # [rad/s] of the path asked for: 0.35 g at most
+K_PATH, K_LEVEL, LEVEL_MOST = 0.4, 0.08, math.radians(6.0)  # [-], [1/s], [rad] of pitch over the path's error
+PATH_RATE = math.radians(1.5)  # [rad/s] of the path asked for: half a g at most
 K_SPEED = 0.1  # [1/s]
 
 
@@ -80,9 +80,10 @@ class RoughAirLaw:
     def _thrust(self, s: Readings, q: float, lift: float, weight: float, dt: float) -> tuple[float, float]:
         """Thrust [N] and what is available; q [Pa] and lift [-] of the airspeed without gusts."""
         c, p = self.ac.aero, self.p
-        self._V_asked += min(max(p.V_mps - self._V_asked, -p.speed_mps2 * dt), p.speed_mps2 * dt)
+        change = min(max((p.V_mps - self._V_asked) / dt, -p.speed_mps2), p.speed_mps2)
+        self._V_asked += change * dt
         avail = thrust_available(self.ac, s.h_m, self._V)
         drag = q * self.ac.geometry.S_m2 * (c.CD0 + c.K * lift * lift)
-        more = s.mass * K_SPEED * (self._V_asked - self._V) if s.V_measured else 0.0
+        more = s.mass * (K_SPEED * (self._V_asked - self._V) + change) if s.V_measured else 0.0
         thrust = drag + more + weight * self._path_asked
         return min(max(thrust, self.ac.engine.idle_frac * avail), avail), avail
