@@ -104,7 +104,7 @@ def test_air_data_messages_have_a_field_for_every_value_of_their_type(name: str)
 def test_integrity_on_the_wire_has_no_infinity_and_the_stock_decoder_reads_it() -> None:
     r = IntegrityReport(
         20_000, (0.9, 1.1, math.inf), (10.0, 3.0, math.inf), (0.2, 0.3, math.nan), (-35.5, 0.25, 8.5), 5, 8, 2,
-        (0.4, 0.0, math.inf, 2.5),
+        (0.4, 0.0, math.inf, 2.5), 2.25, math.inf,
     )  # fmt: skip
     [values] = integrity_values(r)
     [m] = mav.MAVLink(None).parse_buffer(wire.Sender(2, 1).pack(wire.BY_NAME["INTEGRITY_STATUS"], *values))
@@ -117,10 +117,11 @@ def test_integrity_on_the_wire_has_no_infinity_and_the_stock_decoder_reads_it() 
         "ratio": (0.4, 0.0, 1e9, 2.5),
     }
     assert got == {
-        "time_usec": 20_000, "used": 5, "excluded": 8, "undecided": 2, **{k: pytest.approx(v) for k, v in want.items()}
+        "time_usec": 20_000, "used": 5, "excluded": 8, "undecided": 2, "turbulence": 2.25, "turbulence_max": 1e9,
+        **{k: pytest.approx(v) for k, v in want.items()}
     }  # fmt: skip
     [nothing] = integrity_values(IntegrityReport())
-    assert nothing[1:10] == (1e9,) * 9 and not any(nothing[10:])
+    assert nothing[1:10] == (1e9,) * 9 and not any(nothing[10:-1]) and nothing[-1] == 1e9
 
 
 def test_generated_files_are_current(capsys: pytest.CaptureFixture[str]) -> None:

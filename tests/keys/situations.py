@@ -95,6 +95,8 @@ def action(t_s: float, name: str) -> str:
     return event(t_s=t_s, kind="command", target="receiver", action=name)
 
 
+ROUGH = ("plant.wind.dryden.sigma_mps=6.22", "plant.wind.dryden.step=[{t_s = 4.0, sigma_mps = 0.0}]")
+RIDDEN = ("on=true", "window_s=2.0", "calm_s=1.0")
 # choices of the estimators: why, keys, set after the owner
 CHOICES = (
     ("wind calculated", r"nav\.cmw_samples", "nav.cmw=true"),
@@ -297,6 +299,10 @@ CONTEXTS = (
                 "noise as states",
                 r"nav\.r_peer_rate",
                 ("receiver.nav.colour_tau_s=1.0", "receiver.nav.colour=augmented"),
+            ),
+            Situation("rough air", r"rough_air\.on", ROUGH, 4.0),
+            Situation(
+                "rough air that calms", r"rough_air\..*", (*ROUGH, *(f"receiver.rough_air.{k}" for k in RIDDEN)), 11.0
             ),
         ),
     ),

@@ -76,7 +76,7 @@ def test_a_run_without_the_message_has_no_figures_and_no_picture(run: Run) -> No
 def test_arrays_have_no_number_where_there_is_none(run: Run) -> None:
     found = {s.path.removeprefix("nav/receiver/integrity/"): s for s in signals(run)}
     states = {f"state/{s}" for s in ("rel", "gnss", "boom", "wake")}
-    assert set(found) == {"pl", "al", "sigma", "position", "error", "ratio"} | states
+    assert set(found) == {"pl", "al", "sigma", "position", "error", "ratio", "turbulence"} | states
     assert np.isnan(found["pl"].values[:, 1]).all() and (found["pl"].values[:, 0] == 2.0).all()
     assert np.isnan(found["al"].values[300:, 2]).all() and (found["al"].values[:300, 2] == 3.0).all()
     assert found["error"].values[:, 0] == pytest.approx(ERROR, abs=1e-5)

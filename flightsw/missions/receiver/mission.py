@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from flightsw.aircraft import Aircraft, load_aircraft
+from flightsw.envelope import Envelope
 from flightsw.kernels.rotations import to_parent, vec3
 from flightsw.missions.base import Mission, MissionSpec, Reports, choices
 from flightsw.missions.receiver.airdata.airdata import AirData, AirDataParams
@@ -32,6 +33,7 @@ from flightsw.sixdof.estimator_core import NavParams
 from flightsw.sixdof.layout import TK, TK_DCM, TK_VN
 from flightsw.sixdof.load_limit import LoadLimit
 from flightsw.sixdof.recovery.protection import Protection, RecoveryParams, Rejoin
+from flightsw.sixdof.recovery.turbulence import RoughAirParams
 from flightsw.sixdof.turning import compared, make_turning
 from flightsw.sixdof.windcal.feed import make_wind_calibration
 from flightsw.sixdof.windcal.params import WindCalParams
@@ -66,7 +68,7 @@ ALIKE_MPS, STRANGE_MPS = 4.0, 30.0  # [m/s] off the tanker's velocity: station k
 
 @dataclass(frozen=True)
 class ReceiverParams:
-    """[nav], [ctrl], [guid], [airdata], [integrity], [wind_calibration] and [recovery] of a receiver flight file."""
+    """[nav], [ctrl], [guid], [airdata], [integrity], [wind_calibration], [recovery] and [rough_air] of a receiver flight file."""
 
     tanker: str = "kc135r"
     nav: NavParams = field(default_factory=lambda: NavParams(q_rate=0.1, q_wind=0.40))
@@ -76,6 +78,7 @@ class ReceiverParams:
     integrity: IntegrityParams = field(default_factory=IntegrityParams)
     wind_calibration: WindCalParams = field(default_factory=WindCalParams)
     recovery: RecoveryParams = field(default_factory=RecoveryParams)
+    rough_air: RoughAirParams = field(default_factory=RoughAirParams)
 
 
 class ReceiverMission(Mission[ActuatorModel]):
@@ -100,7 +103,8 @@ class ReceiverMission(Mission[ActuatorModel]):
         self.ctrl = make_station_keeping(ac, tanker, p.ctrl, period_s, ReceiverParams().ctrl)
         self.V0 = float(np.mean(p.ctrl.schedule.V_mps))
         self.h0 = p.ctrl.schedule.h_m
-        self.guard = Protection(ac, self.h0) if p.recovery.on else None
+        rough = _rough_air(p, Envelope(ac))
+        self.guard = Protection(ac, self.h0, rough) if p.recovery.on else None
         self.load = LoadLimit(ac)
         self.turning = make_turning(ac, p.nav)
         self._tk = np.zeros(TK)
@@ -143,6 +147,8 @@ class ReceiverMission(Mission[ActuatorModel]):
             return Rejoin()
         rejoin = behind(f, nav)
         guard.step(f, nav, updated, health, rejoin, dt)
+        if self.integrity is not None and guard.air is not None:
+            self.integrity.out.turbulence, self.integrity.out.turbulence_max = guard.air.sigma, guard.air.p.bear_mps
         if guard.active:
             self.ctrl.terms.open()
         elsewhere = guard.active and self.guid.phase != BREAKAWAY  # the first valid estimate, an order on its way
@@ -217,8 +223,8 @@ class ReceiverMission(Mission[ActuatorModel]):
         action, why = c.choice(ACTIONS, "action")
         if why:
             return DENIED, why
-        if self.recovering:
-            return TEMPORARILY_REJECTED, "recovery has the aircraft"
+        if self.guard is not None and self.guard.active:
+            return TEMPORARILY_REJECTED, self.guard.why if self.guard.riding else "recovery has the aircraft"
         ok, why = self.guid.command(action)
         return (ACCEPTED if ok else TEMPORARILY_REJECTED), why
 
@@ -252,6 +258,22 @@ class ReceiverMission(Mission[ActuatorModel]):
         if self.turning is not None and self.turning.texts:
             out, self.turning.texts = out + self.turning.texts, []
         return out if self.wind is None else out + self.wind.tell()
+
+
+def _rough_air(p: ReceiverParams, envelope: Envelope) -> RoughAirParams | None:
+    """What air is too rough, None: none is. Raises ConfigError for keys nothing would obey, a speed beyond the file's."""
+    air = p.rough_air
+    on = p.integrity.on if air.on is None else air.on
+    if not on:
+        if air.on is None and (idle := changed(air, RoughAirParams())) is not None:
+            raise ConfigError(
+                f"rough_air.{idle[0]} = {idle[1]!r}: nothing obeys it without integrity.on or rough_air.on = true"
+            )
+        return None
+    if air.on and not p.recovery.on:
+        raise ConfigError("rough_air.on = True: nothing obeys it without recovery.on = true")
+    envelope.speed("rough_air.V_mps", air.V_mps)
+    return air
 
 
 def behind(f: SensorFrame, nav: NavState) -> Rejoin:

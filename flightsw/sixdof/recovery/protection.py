@@ -1,5 +1,6 @@
-"""Envelope protection around whatever law flies: takes the command when the aircraft leaves its envelope or nothing is left for
-the law to fly by, brings it back to level flight, and gives it back (docs/sources/recovery.md 7).
+"""Envelope protection around whatever law flies: takes the command when the aircraft leaves its envelope, nothing is left for
+the law to fly by, or the air is too rough for it; brings it back to level flight, and gives it back (docs/sources/recovery.md 7,
+docs/sources/rough-air.md 3).
 """
 
 from __future__ import annotations
@@ -14,7 +15,9 @@ from flightsw.kernels.rotations import dcm_from_quat
 from flightsw.sixdof.recovery.law import RecoveryLaw, Wanted
 from flightsw.sixdof.recovery.motion import angle
 from flightsw.sixdof.recovery.readings import Readings
-from flightsw.types import UPD_ATT, GuidanceCmd, Health, NavState, SensorFrame, Text
+from flightsw.sixdof.recovery.rough import RoughAirLaw
+from flightsw.sixdof.recovery.turbulence import RoughAirParams, Turbulence
+from flightsw.types import HF_GNSS, UPD_ATT, GuidanceCmd, Health, NavState, SensorFrame, Text
 
 BANK_BEYOND, PITCH_BEYOND = math.radians(20.0), math.radians(25.0)  # [rad] above the file's largest bank; either way
 RATE_BEYOND = (
@@ -37,7 +40,8 @@ SPEED_BACK, SPEED_APART = 3.0, 10.0  # [m/s] inside the limits; estimate from th
 ANCHOR_S = 10.0  # [s] on the gyro alone
 LEVEL_S, READY_S = 5.0, 2.0  # [s] level; and all there is to fly by
 TURN_MOST, K_TURN = math.radians(20.0), 0.15  # [rad] of bank, [1/s]
-OUT, RECOVERING, HOLDING = range(3)
+CLIMB_AGE_US = 500_000  # [us] of a rate of climb by GNSS
+OUT, RECOVERING, HOLDING, RIDING = range(4)  # riding: rough air
 
 
 @dataclass(frozen=True)
@@ -68,6 +72,7 @@ class Protection:
 
     ac: Aircraft
     h_m: float  # taken for the height until one is measured
+    rough: RoughAirParams | None = None  # None: no air is too rough
     texts: list[Text] = field(default_factory=list)
     why: str = ""
     active: bool = False
@@ -78,6 +83,9 @@ class Protection:
     def __post_init__(self) -> None:
         self.readings = Readings(self.ac, self.h_m)
         self.law = RecoveryLaw(self.ac)
+        self.air = None if self.rough is None else Turbulence(self.rough)
+        self._ride = None if self.rough is None else RoughAirLaw(self.ac, self.rough, self.law.terms)
+        self._climb: float | None = None  # [m/s]
         self._nav_R = np.zeros(9)
         self._phase = OUT
         self._since: dict[str, float] = {}
@@ -99,6 +107,11 @@ class Protection:
             again, not_now = Text(5, "attitude reference good again"), Text(4, "attitude reference does not turn along")
             self.texts.append(again if doubted else not_now)
         self.began = self.ended = self.anew = False
+        if self.air is not None:
+            fresh = f.t_us - f.gnss_t_us < CLIMB_AGE_US and f.gnss_t_us > 0 and not health.failed & HF_GNSS
+            self._climb = -f.gnss_vel_n[2] if fresh else None
+            self.air.step(s, self._phase != RECOVERING, dt)
+            self.texts += self.air.tell()
         self._was_valid = self._was_valid or nav.valid
         apart = self._apart(nav)
         if self._phase == OUT:
@@ -107,6 +120,11 @@ class Protection:
             why = self._beyond(nav, apart, rejoin.strange, dt)
             if why and s.known:
                 self._take(why)
+            elif self._too_rough:
+                self.active = self.began = True
+                self._go_riding()
+        elif self._phase == RIDING:
+            self._riding(nav, dt)
         else:
             self._come_back(nav, apart, rejoin, dt)
         return self.active
@@ -121,6 +139,8 @@ class Protection:
     def fly(self, rejoin: Rejoin, dt: float) -> tuple[np.ndarray, float]:
         """Command (surfaces [rad] and thrust [N] [4], throttle 0..1) of the recovery law."""
         s = self.readings
+        if self._phase == RIDING and self._ride is not None:
+            return self._ride.step(s, self._climb, rejoin.path, dt)
         want = Wanted(self._V_keep)
         if self._phase == HOLDING:
             if rejoin.V is not None:
@@ -152,8 +172,8 @@ class Protection:
         limit = APART if self._phase == OUT else TOGETHER
         return off > limit or (self._phase != OUT and s.V_measured and abs(nav.V - s.V) > SPEED_APART)
 
-    def _beyond(self, nav: NavState, apart: bool, strange: str, dt: float) -> str:
-        """What the aircraft is beyond, for long enough; "" while it is inside its envelope."""
+    def _beyond(self, nav: NavState, apart: bool, strange: str, dt: float, lost: bool = True) -> str:
+        """What the aircraft is beyond, for long enough; "" inside its envelope. lost: navigation that is lost counts."""
         s, limits = self.readings, self.ac.limits
         bank, pitch = math.atan2(s.down[1], s.down[2]), -math.asin(min(max(s.down[0], -1.0), 1.0))
         top = math.radians(limits.alpha_max_deg)
@@ -172,7 +192,7 @@ class Protection:
             (over > 1.0, MOTION_S, "rates " + ", ".join(f"{deg(x):.0f}" for x in s.w) + " deg/s"),
             (not (nav.valid or self.law.load_low < s.load < self.law.load_high), MOTION_S, f"load {s.load:.1f}"),
             (bool(strange), LOST_S, strange),
-            (self._was_valid and not nav.valid, LOST_S, "navigation lost"),
+            (lost and self._was_valid and not nav.valid, LOST_S, "navigation lost"),
             (apart, APART_S, "estimated attitude not that of the sensors"),
         )  # fmt: skip
         for beyond, after, text in seen:
@@ -190,6 +210,31 @@ class Protection:
         self.law.reset()
         self.texts.append(Text(4, self.why[:50]))
 
+    @property
+    def riding(self) -> bool:
+        """Whether the aircraft rides gusts that are too rough for the law."""
+        return self._phase == RIDING
+
+    @property
+    def _too_rough(self) -> bool:
+        return self.air is not None and self.air.rough
+
+    def _go_riding(self) -> None:
+        """Ride the gusts from here on."""
+        if self.air is not None and self._ride is not None:
+            self._phase, self.why = RIDING, self.air.why
+            self._since.clear()
+            self._ride.begin(self.readings, 0.0 if self._climb is None else self._climb / self.readings.V)
+
+    def _riding(self, nav: NavState, dt: float) -> None:
+        """Until the air is calm enough to go back to the law, or the envelope is left."""
+        why = self._beyond(nav, False, "", dt, lost=False)
+        if why:
+            self._take(why)
+        elif not self._too_rough:
+            self._phase, self.why = HOLDING, "recovery: air calm again"
+            self._good_s = self._ready_s = 0.0
+
     def _come_back(self, nav: NavState, apart: bool, rejoin: Rejoin, dt: float) -> None:
         """Level for long enough, then all there is to fly by for long enough; back to recovering where it goes beyond again."""
         s, law, limits = self.readings, self.law, self.ac.limits
@@ -204,6 +249,9 @@ class Protection:
                 self._phase, self.anew = HOLDING, self._suspect
                 self._suspect = False
                 self.texts.append(Text(5, "recovery: level"))
+            return
+        if self._too_rough:
+            self._go_riding()
             return
         if not good and (abs(law.bank) > 2.0 * TURN_MOST or abs(law.path) > 3.0 * LEVEL):
             self._phase, self._suspect = RECOVERING, True

@@ -41,7 +41,8 @@ HEIGHT_AGE_US = 1_000_000
 class Readings:
     """Step it at every mission step, in recovery or not; the fields are what is known then.
 
-    down [3]: the vertical in body axes; w [3] rad/s; load [-]; V [m/s]; alpha, beta [rad]; q [Pa]; h_m [m]; mass [kg].
+    down [3]: the vertical in body axes; w [3] rad/s; force [3] m/s^2, specific; load [-]; V [m/s]; alpha, beta [rad]; q [Pa];
+    h_m [m]; mass [kg].
     """
 
     def __init__(self, ac: Aircraft, h_m: float) -> None:
@@ -55,6 +56,7 @@ class Readings:
         self.alpha_measured = False
         self.h_m = h_m
         self.load, self.down, self.w = 1.0, (0.0, 0.0, 1.0), ZERO3
+        self.force: Vec3 = (0.0, 0.0, -G0)
         self.R, self._turned = np.array([1.0, 0, 0, 0, 1, 0, 0, 0, 1]), np.zeros(9)
         self.known = False  # an attitude has been taken
         self.trusted = False  # of the reference, now
@@ -81,7 +83,7 @@ class Readings:
             set_mass(self._P, self.ac, self.ac.mass.empty_kg + f.fuel_kg)
         if f.gyro_count and not health.failed & HF_IMU:
             self.w = f.gyro_mean_b
-            self.load = -f.acc_mean_b[2] / G0
+            self.load, self.force = -f.acc_mean_b[2] / G0, f.acc_mean_b
         self._attitude(f, bool(good & UPD_ATT), f.gnss_vel_n if good & UPD_GNSS else None, dt)
         if updated & UPD_BARO and -1e3 < f.baro_alt_m < 20e3:
             self.h_m = f.baro_alt_m

@@ -65,19 +65,23 @@ def words(status: Fields | None) -> list[Words]:
         for s, r in zip(SOURCES, status["ratio"], strict=True)
         if r > 0.0
     ]
+    air, most = status["turbulence"], status["turbulence_max"]
+    if 0.0 < most < NONE:
+        out.append(Words("turbulence", MESSAGE, f"{air:.1f} of {most:.1f} m/s", air > most))
     out.append(Words("tests", MESSAGE, ", ".join(ratios) or "none", any(r > 1.0 for r in status["ratio"])))
     return out
 
 
 def signals(run: Run) -> Iterator[Signal]:
-    """nav/<receiver>/integrity/{pl, al, sigma, position, error} [m] in the tanker's axes, NaN where there is none; ratio [-] and
-    state/<source> (words) per source."""
+    """nav/<receiver>/integrity/{pl, al, sigma, position, error} [m] in the tanker's axes, NaN where there is none; turbulence
+    [m/s]; ratio [-] and state/<source> (words) per source."""
     name, d = run.names.get(RECEIVER), run.tlm.get(RECEIVER, MESSAGE)
     if name is None or d is None:
         return
     at = f"nav/{name}/integrity"
     for key, field in (("pl", "pl"), ("al", "al"), ("sigma", "sigma"), ("position", "pos")):
         yield Signal(f"{at}/{key}", d.t_us, known(d[field]), "m", XYZ, MESSAGE)
+    yield Signal(f"{at}/turbulence", d.t_us, known(d["turbulence"]), "m/s", (), MESSAGE)
     yield Signal(f"{at}/ratio", d.t_us, known(d["ratio"]), "", SOURCES, MESSAGE)
     for i, source in enumerate(SOURCES):
         yield Signal(f"{at}/state/{source}", d.t_us, np.array(states(d, i), dtype=object), source=MESSAGE)

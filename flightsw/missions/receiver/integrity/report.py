@@ -27,12 +27,15 @@ class IntegrityReport:
     excluded: int = 0
     undecided: int = 0
     ratio: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)  # [-] largest statistic / threshold; 0: not live
+    turbulence: float = 0.0  # [m/s] 1 sigma learnt; 0: not yet
+    turbulence_max: float = math.inf  # [m/s] refuelling bears; inf: no limit
 
 
 def integrity_values(r: IntegrityReport) -> Packets:
     """Fields of INTEGRITY_STATUS."""
     numbers = (_said(v) for v in (r.pl, r.al, r.sigma, r.pos, r.ratio))
-    yield (r.t_us, *(x for v in numbers for x in v), r.used, r.excluded, r.undecided)
+    air = _said((r.turbulence, r.turbulence_max))
+    yield (r.t_us, *(x for v in numbers for x in v), r.used, r.excluded, r.undecided, *air)
 
 
 def _said(v: Iterable[float]) -> tuple[float, ...]:
