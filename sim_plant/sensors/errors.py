@@ -111,7 +111,7 @@ class Errors:
         scale: float,
         bias_scale: float,
     ) -> None:
-        self.terms = terms
+        self.terms, self.period_s = terms, period_s
         fams = FAMILIES[group]
         self.at = np.array(measured(group, probes))
         self.width = width = len(self.at)
