@@ -68,7 +68,7 @@ class Terms:
     lag_s: NonNeg = 0.0  # first-order lag
     quantum: NonNeg = 0.0  # [u] step of the output
     friction: NonNeg = (
-        0.0  # [rad Pa] of a vane's bearing: over the dynamic pressure, the angle within which it stays (shape_kernel.py)
+        0.0  # [rad Pa] of a vane's bearing: over the dynamic pressure, the angle within which it stays (vane.py)
     )
     common: NonNeg = 0.0  # [u] Gauss-Markov of the constellation or the weather: the same series for every aircraft
     common_tau_s: Time = 1800.0
