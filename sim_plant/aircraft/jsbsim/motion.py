@@ -54,6 +54,7 @@ def library() -> Any:
             "model = 'jsbsim': JSBSim is not installed; allowed with: pip install 'wakefield[jsbsim]'"
         ) from None
     jsbsim.FGJSBBase().debug_lvl = 0
+    jsbsim.set_logger(jsbsim.DefaultLogger(jsbsim.LogLevel.ERROR))  # it prints what it takes for granted otherwise
     return jsbsim
 
 

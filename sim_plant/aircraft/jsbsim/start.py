@@ -15,6 +15,7 @@ from sim_plant.kernels.earth import rigid_rates
 from sim_plant.kernels.rot import euler_from_quat, quat_from_euler
 
 Arr = NDArray[np.float64]
+WIDTH = 0.1  # [rad], or a hundredth of the static thrust: a step of what a trim is looked for by
 RETRACTED = (
     "gear/gear-pos-norm", "gear/gear-cmd-norm", "fcs/flap-pos-norm", "fcs/speedbrake-pos-norm", "fcs/spoiler-pos-norm",
 )  # fmt: skip
@@ -66,18 +67,20 @@ def trim_motion(motion: Motion, s: Arr, wind: Arr, at: str) -> Arr:
     unit = 0.1 * float(par[n.P_T0])
     mass = float(par[n.P_EMPTY] + s[n.S_FUEL])
 
+    x0 = np.array([*euler_from_quat(*s[0:4].tolist()), *s[n.S_SURF : n.S_SURF + 3], s[n.S_T] / unit])
+
     def residual(z: Arr) -> Arr:
-        out[0:4] = quat_from_euler(z[0], z[1], z[2])
-        out[n.S_SURF : n.S_SURF + 3], out[n.S_T] = z[3:6], z[6] * unit
+        x = x0 + WIDTH * (z - 1.0)  # about 1: the solver's steps are relative, and some of x0 are all but nothing
+        out[0:4] = quat_from_euler(x[0], x[1], x[2])
+        out[n.S_SURF : n.S_SURF + 3], out[n.S_T] = x[3:6], x[6] * unit
         return rest(motion, out, wind, mass)
 
-    z0 = np.array([*euler_from_quat(*s[0:4].tolist()), *s[n.S_SURF : n.S_SURF + 3], s[n.S_T] / unit])
-    z = root(residual, z0, method="hybr", tol=1e-13).x
-    off = float(np.max(np.abs(residual(z))))
+    off = residual(root(residual, np.ones(7), method="hybr", tol=1e-13, options={"eps": 1e-8}).x)
     lo, hi = par[n.P_LO : n.P_LO + 3], par[n.P_HI : n.P_HI + 3]
-    if not off <= 1e-5 or np.any(z[3:6] < lo) or np.any(z[3:6] > hi) or not out[n.S_T] > 0.0:
+    worst, held = float(np.max(np.abs(off))), out[n.S_SURF : n.S_SURF + 3]
+    if not worst <= 1e-5 or np.any(held < lo) or np.any(held > hi) or not out[n.S_T] > 0.0:
         raise ConfigError(
-            f"{at}: no trim in JSBSim: residual {off:.2g}, surfaces {np.degrees(z[3:6]).round(2)} deg of "
+            f"{at}: no trim in JSBSim: residual {worst:.2g}, surfaces {np.degrees(held).round(2)} deg of "
             f"{np.degrees(lo).round(1)} to {np.degrees(hi).round(1)}, thrust {out[n.S_T]:.0f} N"
         )
     return out

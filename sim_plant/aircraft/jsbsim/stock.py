@@ -33,7 +33,8 @@ INERTIA = {"SLUG*FT2": SLUG * FT**2, "KG*M2": 1.0}
 @dataclass(frozen=True)
 class Stock:
     """A model's file, inputs and outputs stripped. Masses [kg] as it is empty (point masses of the file are in it); thrusters and
-    centre of gravity in structural axes (aft, right, up) [m], tanks' capacities [kg]."""
+    centre of gravity in structural axes (aft, right, up) [m], tanks' capacities and what is
+    in them as shipped [kg]."""
 
     name: str
     tree: ET.Element
@@ -41,6 +42,7 @@ class Stock:
     cg_m: tuple[float, float, float]
     thrusters_m: tuple[tuple[float, float, float], ...]
     tanks_kg: tuple[float, ...]
+    contents_kg: tuple[float, ...]
     points: int  # point masses of the file
     engines: tuple[str, ...]  # files of its engines
     dropped: tuple[str, ...]
@@ -87,19 +89,20 @@ def read(source: str) -> Stock:
     """A model by name or path. Raises ConfigError for a file that is no aircraft, or has what this reader does not know."""
     path = place(source)
     name = path.stem
-    root = _parse(path)
+    root = parse(path)
     kept, dropped = [], []
     for part in list(root):
         if part.tag not in KEEP:
             dropped.append(part.tag)
             continue
         if part.get("file"):
-            part = _parse(_beside(path, str(part.get("file"))))
+            part = parse(_beside(path, str(part.get("file"))))
         kept.append(part)
     out = ET.Element("fdm_config", {"name": name, "version": root.get("version", "2.0"), "release": "BETA"})
     out.extend(kept)
     _use_own_rates(_child(out, "aerodynamics", name))
-    balance, engines, thrusters, tanks = _child(out, "mass_balance", name), [], [], []
+    balance = _child(out, "mass_balance", name)
+    engines, thrusters, tanks, contents = [], [], [], []
     propulsion = out.find("propulsion")
     for part in [] if propulsion is None else list(propulsion):
         if part.tag == "engine":
@@ -109,6 +112,8 @@ def read(source: str) -> Stock:
             propulsion.remove(part)
         elif part.tag == "tank":
             tanks.append(_number(_child(part, "capacity", name), WEIGHT, name))
+            inside = part.find("contents")
+            contents.append(0.0 if inside is None else _number(inside, WEIGHT, name))
     if not thrusters:
         raise ConfigError(f"JSBSim's {name}: no engine: nothing to identify thrust by")
     points = balance.findall("pointmass")
@@ -118,11 +123,20 @@ def read(source: str) -> Stock:
     if cg is None:
         raise ConfigError(f"JSBSim's {name}: mass_balance has no location CG")
     return Stock(
-        name, out, empty, cg, tuple(thrusters), tuple(tanks), len(points), tuple(engines), tuple(sorted(set(dropped)))
+        name,
+        out,
+        empty,
+        cg,
+        tuple(thrusters),
+        tuple(tanks),
+        tuple(contents),
+        len(points),
+        tuple(engines),
+        tuple(sorted(set(dropped))),
     )
 
 
-def _parse(path: Path) -> ET.Element:
+def parse(path: Path) -> ET.Element:
     """Raises ConfigError for what is no XML, or declares entities: a model needs none, and they can ask for files."""
     text = path.read_text(encoding="utf-8", errors="replace")
     if "<!ENTITY" in text:
