@@ -20,6 +20,10 @@ from sim_plant.scenario import HERE as SCENARIOS
 
 ORDER = ("CL", "CD", "Cm", "CY", "Cl", "Cn")
 DIGITS = 7
+ALT_M, ALT_INT_MS = (
+    1.5,
+    8.0,
+)  # [m], [m s] Bryson weights of the tanker's height: the KC-135R's let an MD-11 go 2.2 m in light air
 NOTHING = 1e-9  # a coefficient no larger is none
 
 
@@ -111,6 +115,7 @@ def flight_tree(name: str, file: str, trim: Point, height_m: float, limits: Flow
     lo = max(trim.V - 15.0, limits.V_min_mps)
     hi = min(trim.V + 5.0, limits.V_max_mps)
     tree["ctrl"]["w_input"][3] = 0.0
+    tree["ctrl"]["w_alt_m"], tree["ctrl"]["w_int"][1] = ALT_M, ALT_INT_MS
     tree["ctrl"]["schedule"] |= {"mass_kg": 0.0, "V_mps": [lo, hi], "h_m": height_m}
     tree["guid"] |= {"V_mps": trim.V, "alt_m": height_m}
     return tree

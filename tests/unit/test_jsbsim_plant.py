@@ -47,6 +47,28 @@ def test_the_same_flight_as_by_the_plants_own_equations(earth: str, metres: floa
         assert a.obs[n.O_PROBE : n.O_PROBE + 3] == pytest.approx(b.obs[n.O_PROBE : n.O_PROBE + 3], rel=1e-3, abs=1e-4)
 
 
+def test_failures_do_the_same_in_both() -> None:
+    """An engine out on the tanker, a jammed rudder and a leak on the receiver."""
+    worlds = [World(load_scenario("refueling", s), 3) for s in ({}, BOTH)]
+    for world in worlds:
+        tanker, receiver = world.members
+        cmds = [world.trim_cmd(i) for i in range(2)]
+        tanker.set_power([0.0, 1.0, 1.0, 1.0])
+        receiver.leak_kgps = 5.0
+        world.faults.outage["receiver"].jam[2] = 1.0
+        cmds[1].rudder += 0.05
+        for _ in range(300):
+            world.sense()
+            world.step(cmds)
+        world.sense()
+    for a, b in zip(worlds[0].members, worlds[1].members, strict=True):
+        assert abs(a.s[n.S_P : n.S_FUEL + 1] - b.s[n.S_P : n.S_FUEL + 1]).max() < 1.0  # thrust in newtons among them
+        assert abs(a.s[n.S_W : n.S_P + 3] - b.s[n.S_W : n.S_P + 3]).max() < 5e-3
+    tanker, receiver = worlds[1].members
+    assert tanker.s[n.S_YAW] < -1e5 and tanker.view.o[n.O_EULER + 2] != 0.0
+    assert receiver.s[n.S_SURF + 2] == pytest.approx(worlds[1].trim_cmd(1).rudder)
+
+
 def test_mass_and_inertia_are_the_files_as_fuel_is_taken_on() -> None:
     world = flown(1, BOTH, moved=False)
     m = world.members[1]
