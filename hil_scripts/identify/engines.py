@@ -13,7 +13,7 @@ from flightsw.strict import ConfigError
 from sim_plant.aircraft.jsbsim import stock
 from sim_plant.aircraft.jsbsim.motion import FT, LB, LBF, library
 
-DROP = ("input", "output", "autopilot", "ground_reactions", "external_reactions")
+DROP = ("input", "output")
 STEP_S = 0.01
 SURFACES = (
     ("aileron", "fcs/left-aileron-pos-rad"), ("elevator", "fcs/elevator-pos-rad"), ("rudder", "fcs/rudder-pos-rad"),
@@ -41,8 +41,10 @@ class Engines:
         for part in list(root):
             if part.tag in DROP:
                 root.remove(part)
-        root.append(ET.Element("ground_reactions"))
+        if root.find("ground_reactions") is None:
+            root.append(ET.Element("ground_reactions"))
         jsbsim, name = library(), path.stem
+        self.name = name
         shipped = Path(jsbsim.get_default_root_dir())
         with tempfile.TemporaryDirectory() as folder:
             (place := Path(folder, name)).mkdir()
@@ -65,6 +67,13 @@ class Engines:
             self.count += 1
 
     def _start(self, height_m: float, mach: float, lever: float) -> None:
+        """Running at a lever. Raises ConfigError for a model that does not run without what was dropped, or at all."""
+        try:
+            self._run(height_m, mach, lever)
+        except RuntimeError as e:
+            raise ConfigError(f"JSBSim does not run {self.name} with its engines: {e}") from None
+
+    def _run(self, height_m: float, mach: float, lever: float) -> None:
         f = self.fdm
         f["ic/h-sl-ft"], f["ic/mach"], f["ic/theta-rad"] = height_m / FT, mach, 0.03
         f.run_ic()

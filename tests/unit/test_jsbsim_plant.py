@@ -35,10 +35,14 @@ def flown(ticks: int, sets: dict[str, Any], moved: bool = True) -> World:
     return world
 
 
-@pytest.mark.parametrize(("earth", "metres"), [("flat", 1e-2), ("wgs84", 2e-2)])
-def test_the_same_flight_as_by_the_plants_own_equations(earth: str, metres: float) -> None:
+@pytest.mark.parametrize(
+    ("sets", "metres"),
+    [({}, 1e-2), ({"earth": "wgs84"}, 2e-2), ({"wind.density": "sounding"}, 1e-2)],
+    ids=["flat", "wgs84", "warm"],
+)
+def test_the_same_flight_as_by_the_plants_own_equations(sets: dict[str, Any], metres: float) -> None:
     """Turbulence, wake, moved controls, 5 s. On the round earth JSBSim's damping knows no turning of the earth (7e-5 rad/s)."""
-    own, other = (flown(500, {"earth": earth, **s}) for s in ({}, BOTH))
+    own, other = (flown(500, {**sets, **s}) for s in ({}, BOTH))
     for a, b in zip(own.members, other.members, strict=True):
         assert abs(a.s[n.S_P : n.S_P + 3] - b.s[n.S_P : n.S_P + 3]).max() < metres
         assert abs(a.s[n.S_V : n.S_V + 3] - b.s[n.S_V : n.S_V + 3]).max() < metres
@@ -120,6 +124,10 @@ def test_what_is_not_there_or_not_ours_to_bend_is_refused_by_name(tmp_path: Path
             ),
             1,
         )
+    with pytest.raises(
+        ConfigError, match=r"earth = 'sphere': allowed with aircraft\.tanker\.model = 'jsbsim': flat, wgs84"
+    ):
+        World(load_scenario("refueling", {**BOTH, "earth": "sphere"}), 1)
     with pytest.raises(ConfigError, match=r"aircraft\.tanker\.airframe = 'full': nothing obeys it"):
         load_scenario("refueling", {**BOTH, "aircraft.tanker.airframe": "full"})
 

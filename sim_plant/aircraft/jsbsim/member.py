@@ -21,13 +21,18 @@ from sim_plant.kernels.earth import air_height, rigid_rates
 from sim_plant.kernels.servo import servo_step
 from sim_plant.wind.field import AirMass
 
+EARTHS = ("flat", "wgs84")  # the plant's names of those JSBSim is given
+
 
 class JsbsimMember(SixDofMember):
     """Motion by JSBSim; servos, engine, fuel, start and what instruments see as with six degrees of freedom."""
 
     def __init__(self, setup: Setup) -> None:
-        """Raises ConfigError if JSBSim is not installed or refuses the model."""
+        """Raises ConfigError if JSBSim is not installed or refuses the model, or for an earth it does not know."""
         library()
+        if setup.sc.earth not in EARTHS:
+            at = f"aircraft.{setup.cfg.name}.model = {setup.cfg.model!r}"
+            raise ConfigError(f"earth = {setup.sc.earth!r}: allowed with {at}: {', '.join(EARTHS)}")
         super().__init__(setup)
         self.table = setup.table(JsbsimTable)
         self._step_s = self.dt_s / self.table.substeps

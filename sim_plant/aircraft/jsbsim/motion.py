@@ -154,7 +154,7 @@ class Motion:
             lon = s.item(n.S_P + 1) / self.par[n.P_MAP_E]
             om = self.par[n.P_OMEGA]
             earth = np.array([om * math.cos(lat), 0.0, -om * math.sin(lat)])
-            w = w - np.array(quat_dcm(*s[0:4])).reshape(3, 3).T @ earth
+            w = w - (np.array(quat_dcm(*s[0:4])).reshape(3, 3) * earth[:, None]).sum(axis=0)
         else:
             lat = s.item(n.S_P) / (R_FLAT + h)
             lon = s.item(n.S_P + 1) / ((R_FLAT + h) * math.cos(lat))
