@@ -25,6 +25,7 @@ AIR = ("atmosphere/override/temperature", "atmosphere/override/pressure", "atmos
 AERO_RATES = (
     "velocities/p-aero-rad_sec", "velocities/q-aero-rad_sec", "velocities/r-aero-rad_sec", "aero/alphadot-rad_sec",
 )  # fmt: skip
+INERTIAL_RATES = ("velocities/pi-rad_sec", "velocities/qi-rad_sec", "velocities/ri-rad_sec")
 OWN_RATES = ("aero/function/p-air", "aero/function/q-air", "aero/function/r-air", "aero/function/alphadot-air")
 
 
@@ -58,11 +59,14 @@ def system() -> str:
 
 
 def own_rates() -> str:
-    """Functions of the body rates against air that turns (JSBSim knows no such wind but its own turbulence), and of the rate of
-    incidence. JSBSim takes that from u' and w' of the motion over the ground; in a wind W, however steady, they lack w x W."""
+    """Functions of the body rates against air that turns (JSBSim knows no such wind but its own turbulence; over a turning earth
+    they are inertial, as the plant's), and of the rate of incidence.
+
+    JSBSim takes that one from u' and w' of the motion over the ground: in a wind W, however steady, they lack w x W.
+    """
     rates = "".join(
-        f'<function name="{own}"><difference><p>{aero}</p><p>{wind}</p></difference></function>'
-        for own, aero, wind in zip(OWN_RATES, AERO_RATES, WIND_RATES, strict=False)
+        f'<function name="{own}"><difference><p>{inertial}</p><p>{wind}</p></difference></function>'
+        for own, inertial, wind in zip(OWN_RATES, INERTIAL_RATES, WIND_RATES, strict=False)
     )
     u, v, w = (f"<difference><p>velocities/{k}-fps</p><p>velocities/{k}-aero-fps</p></difference>" for k in "uvw")
     p, q, r = (f"<p>velocities/{k}-rad_sec</p>" for k in "pqr")
