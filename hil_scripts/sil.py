@@ -15,7 +15,7 @@ from flightsw.cli import SigningKey, Version, make
 from hil_scripts.campaign.cli import campaign
 from hil_scripts.launch import screen
 from hil_scripts.shell import Json, RunDir, fail, kernels, scenario_names
-from hil_scripts.tools_cli import air, allan, bench, case, estimate, hash_, keys, pictures
+from hil_scripts.tools_cli import air, allan, bench, case, estimate, hash_, identify, keys, pictures
 
 app = make("Software in the loop: plant, onboard software and ground on this machine.", no_args_is_help=True)
 
@@ -219,6 +219,7 @@ for name, each in (
     app.command(name)(each)
 app.command()(campaign)
 app.command()(estimate)
+app.command()(identify)
 
 
 def main() -> None:

@@ -1,4 +1,4 @@
-"""`sil pictures`, `allan`, `air`, `hash`, `keys`, `case`, `bench`, `estimate`: what is measured and shown beside flying."""
+"""`sil pictures`, `allan`, `air`, `hash`, `keys`, `case`, `bench`, `estimate`, `identify`: measured and shown beside flying."""
 
 from __future__ import annotations
 
@@ -190,5 +190,25 @@ def estimate(
 
     try:
         command.estimate(file, out or Path("runs") / f"estimate-{file.stem}", twins, screen.console())
+    except (ValueError, OSError) as e:
+        raise fail(str(e)) from None
+
+
+def identify(
+    source: Annotated[str, typer.Argument(help="A JSBSim aircraft: jsbsim:737, or the path of a model (.xml).")],
+    like: Annotated[
+        str, typer.Option(help="Aircraft file whose servos, structure, boom, probes and wake it gets.")
+    ] = "kc135r",
+    altitude: Annotated[float, typer.Option(help="Geopotential height [m].", min=0.0, max=12000.0)] = 7010.0,
+    speed: Annotated[float, typer.Option(help="True airspeed [m/s].", min=20.0, max=300.0)] = 195.0,
+    fuel: Annotated[float, typer.Option(help="Fuel [kg]; negative: as the model is shipped.")] = -1.0,
+    out: Annotated[Path | None, typer.Option(help="Folder (default: identified/<name>).")] = None,
+) -> None:
+    """Trim a JSBSim aircraft, fit an aircraft file to it and write what flies it. Exit 2: it does not fly there."""
+    kernels()
+    from hil_scripts.identify import command
+
+    try:
+        command.identify(command.Asked(source, like, altitude, speed, fuel, out), screen.console())
     except (ValueError, OSError) as e:
         raise fail(str(e)) from None

@@ -8,7 +8,7 @@ are not in the cost, and undamped states outside it leave the Riccati equation w
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Protocol, runtime_checkable
 
 import numpy as np
@@ -16,7 +16,16 @@ import numpy as np
 from flightsw.aircraft import Aircraft
 from flightsw.plugins import EVERY_KEY, OursOr, made, refuse_ignored
 from flightsw.sixdof.actuators import ActuatorModel
-from flightsw.sixdof.command import ControlCore, Node3, Pos, ScheduleParams, lqr_terms
+from flightsw.sixdof.command import (
+    ControlCore,
+    Four,
+    Node3,
+    Pos,
+    ScheduleParams,
+    design_mass,
+    lqr_terms,
+    thrust_unit,
+)
 from flightsw.sixdof.layout import RATE, X_ALPHA, X_BETA, X_P, X_PHI, X_PSI, X_Q, X_R, X_THETA, X_V, X_Z
 from flightsw.sixdof.lqr import ENGINE, OLD, SERVO, SERVO_RATE, Design, augment, design
 from flightsw.sixdof.lqr import INTEGRALS as BEHIND
@@ -30,6 +39,7 @@ KEEP = [X_V, X_BETA, X_ALPHA, X_P, X_Q, X_R, X_THETA, X_PHI, X_Z]
 Z_V, Z_BETA, Z_ALPHA, Z_THETA, Z_PHI, Z_ALT = 0, 1, 2, 6, 7, 8  # [m/s] error, [rad], [m] error
 N = len(KEEP)
 INTEGRALS = slice(N + BEHIND, N + OLD)  # of the design state
+THRUST_UNIT = 0.017  # of the weight: 20 kN of the KC-135R at 120 t
 CONTROLLED = (("airspeed", "m/s"), ("altitude", "m"), ("turn_rate", "rad/s"))
 
 
@@ -43,11 +53,17 @@ class TankerCtrlParams:
     w_att_rad: tuple[float, float] = (0.05, 0.1)  # theta, phi
     w_alt_m: Pos = 5.0
     w_int: Node3 = (10.0, 30.0, 0.03)  # V [m], z [m s], psi [rad]
-    w_input: tuple[float, float, float, float] = (0.1, 0.1, 0.1, 2.0e4)
+    w_input: Four = (0.1, 0.1, 0.1, 0.0)  # thrust [N]; 0: in proportion to the weight
     int_limit: Node3 = (100.0, 300.0, 0.5)
     law: Annotated[str, OursOr(("autopilot",))] = (
         "autopilot"  # an AutopilotLaw, made from (aircraft, this table, period)
     )
+
+
+def sized(ac: Aircraft, p: TankerCtrlParams, table: str = "ctrl") -> TankerCtrlParams:
+    """`p` with what it leaves to the aircraft filled in: mass, thrust. Raises ConfigError for a mass it cannot have."""
+    mass = design_mass(ac, p.schedule.mass_kg, f"{table}.schedule.mass_kg")
+    return replace(p, schedule=replace(p.schedule, mass_kg=mass), w_input=thrust_unit(p.w_input, mass, THRUST_UNIT))
 
 
 @runtime_checkable
@@ -79,8 +95,8 @@ class TankerControl:
     obeys = EVERY_KEY
 
     def __init__(self, ac: Aircraft, p: TankerCtrlParams, dt_s: float) -> None:
-        """Designs the six nominal laws for control period dt_s. Raises TrimError or DesignError."""
-        self.p = p
+        """Designs the six nominal laws for control period dt_s. Raises ConfigError, TrimError or DesignError."""
+        self.p = p = sized(ac, p)
         s = p.schedule
         self.core = ControlCore(ac, lqr_terms("autopilot", CONTROLLED, s), np.array(p.int_limit))
         self.nodes = tuple(float(np.radians(v)) for v in s.psi_dot_degps)
@@ -160,6 +176,6 @@ def make_autopilot(
     """The law p.law names, for control period dt_s; table: name of the TOML table p is, default: what it is where nobody sets a
     key. Raises ConfigError, TrimError or DesignError."""
     place = f"{table}.law"
-    law = made(OURS, AutopilotLaw, p.law, place, ac, p, dt_s)  # type: ignore[type-abstract]
+    law = made(OURS, AutopilotLaw, p.law, place, ac, sized(ac, p, table), dt_s)  # type: ignore[type-abstract]
     refuse_ignored(place, p.law, law.obeys, p, default)
     return law

@@ -9,13 +9,16 @@ from typing import Annotated
 import numpy as np
 
 from flightsw.aircraft import Aircraft
+from flightsw.kernels.atmosphere import G0
 from flightsw.sixdof.actuators import ActuatorModel, surface_limits, thrust_available
 from flightsw.sixdof.lqr import ENGINE, SERVO, SERVO_RATE
-from flightsw.strict import Range
+from flightsw.strict import ConfigError, Range
 from flightsw.terms import HELD, INTEGRAL, Controlled, LawTerms, Output, Scheduled, beyond
 
 Pos = Annotated[float, Range(1e-9)]
+NonNeg = Annotated[float, Range(0.0)]
 Node3 = tuple[float, float, float]
+Four = tuple[float, float, float, float]
 
 
 @dataclass(frozen=True)
@@ -25,8 +28,30 @@ class ScheduleParams:
     psi_dot_degps: Node3 = (-1.7, 0.0, 1.7)
     V_mps: tuple[float, float] = (180.0, 200.0)
     h_m: Pos = 7010.0
-    mass_kg: Pos = 120000.0
+    mass_kg: NonNeg = 0.0  # 0: that of the aircraft file, empty and its usual fuel
     delay_s: Annotated[float, Range(0.0, 0.25)] = 0.015  # command to actuator, design value
+
+
+def design_mass(ac: Aircraft, mass_kg: float, key: str) -> float:
+    """Mass [kg] a law is designed for: `mass_kg`, or for 0 what the aircraft's file usually starts with.
+
+    Raises ConfigError naming `key` for a mass the aircraft cannot have: a law for 120 t finds a trim of a 40 t aircraft that no
+    wing flies at."""
+    m = ac.mass
+    if mass_kg == 0.0:
+        return m.empty_kg + m.default_fuel_kg
+    if not m.empty_kg <= mass_kg <= m.max_kg:
+        raise ConfigError(
+            f"{key} = {mass_kg:g}: allowed for {ac.meta.name}: {m.empty_kg:g} to {m.max_kg:g} kg, or 0 for "
+            f"{m.empty_kg + m.default_fuel_kg:g} kg of its file"
+        )
+    return mass_kg
+
+
+def thrust_unit(w: Four, mass_kg: float, share: float) -> Four:
+    """Bryson weights of the inputs, surfaces [rad] and thrust [N], a thrust of 0 replaced by a share of the weight of
+    mass_kg: the same deviation accelerates every aircraft alike."""
+    return w if w[3] != 0.0 else (*w[:3], share * mass_kg * G0)
 
 
 def lqr_terms(law: str, controlled: tuple[tuple[str, str], ...], s: ScheduleParams, *more: Scheduled) -> LawTerms:

@@ -31,7 +31,9 @@ ROOT = Path(__file__).resolve().parents[2]
 SCENARIOS = ROOT / "sim_plant" / "scenarios"
 PARAMS = ROOT / "flightsw" / "params"
 PLANT_KEY = "plant"
-LIBRARIES = ("wakefield", "numpy", "scipy", "numba", "llvmlite", "msgspec", "pymavlink", "rerun-sdk", "fastcrc")
+LIBRARIES = (
+    "wakefield", "numpy", "scipy", "numba", "llvmlite", "msgspec", "pymavlink", "rerun-sdk", "fastcrc", "jsbsim",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,9 @@ from scipy.linalg import solve_discrete_are
 from scipy.signal import cont2discrete
 
 from flightsw.aircraft import load_aircraft
+from flightsw.missions.receiver import station_keeping
 from flightsw.missions.receiver.station_keeping import ReceiverControl, ReceiverCtrlParams
+from flightsw.sixdof import autopilot
 from flightsw.sixdof.autopilot import TankerControl, TankerCtrlParams
 from flightsw.sixdof.command import ScheduleParams
 from flightsw.sixdof.lqr import DesignError, augment, design, discretise
@@ -231,11 +233,11 @@ def test_every_nominal_closed_loop_is_stable(who: str, node: int, monkeypatch: p
     tan, rec = load_aircraft("kc135r"), load_aircraft("learjet24")
     if who == "tanker":
         law = object.__new__(TankerControl)
-        law.p = TankerCtrlParams(s)
+        law.p = autopilot.sized(tan, TankerCtrlParams(s))
         law._design(tan, yd, V, T)
     else:
         other = object.__new__(ReceiverControl)
-        other.p = ReceiverCtrlParams(s)
+        other.p = station_keeping.sized(rec, tan, ReceiverCtrlParams(s))
         p = other.p
         other._design(rec, tan, yd, V, T, (p.w_pos_m, p.w_int_ms, p.w_input))
     A, B, period, delay, d = seen[0]

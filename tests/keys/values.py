@@ -57,6 +57,8 @@ VALUES: dict[str, tuple[Any, ...]] = {
     "Event.value": ((0.3,),),
     "Event.params": ((5.0,),),
     "Event.action": ("breakaway", "hold"),
+    "ScheduleParams.mass_kg": (110000.0, 4500.0),
+    "ReceiverCtrlParams.tanker_mass_kg": (110000.0,),
     "AppConfig.mission": ("nobody", "gust", "windshear", "rendezvous", "tanker"),
     "AppConfig.aircraft": ("kc135r", "learjet24"),
     "TelemetryConfig.rates_hz": ({"ATTITUDE_QUATERNION": 1.0},),

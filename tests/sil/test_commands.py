@@ -20,7 +20,7 @@ from sim_plant.scenario import load_scenario
 
 ROOT = Path(__file__).resolve().parents[2]
 PROGRAMS = {"sil": sil.app, "flightsw": flightsw.__main__.app, "sim-plant": sim_plant.__main__.app}
-COMMANDS = ("list", "run", "warmup", "replay", "bench", "campaign", "estimate")
+COMMANDS = ("list", "run", "warmup", "replay", "bench", "campaign", "estimate", "identify")
 
 
 def call(app: typer.Typer, *args: str) -> Result:

@@ -12,6 +12,7 @@ the deflections and the thrust the plant's own actuators produced.
 
 from __future__ import annotations
 
+import re
 import sys
 import tempfile
 from dataclasses import dataclass
@@ -22,13 +23,13 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from flightsw.aircraft import Aircraft, load_aircraft
+from sim_plant.aircraft.jsbsim.model import R_FLAT as RADIUS
+from sim_plant.aircraft.jsbsim.model import model_xml
 from sim_plant.aircraft.sixdof.eom import step
 from sim_plant.aircraft.sixdof.params import parameter_vector
 from sim_plant.aircraft.sixdof.trim import throttle_for, trim
 from sim_plant.kernels import layout as n
 
-RADIUS = 1.0e10  # [m] of the planet that stands for a flat earth
-G0 = 9.80665
 FT, LBF = 0.3048, 4.4482216152605
 H0, V0, DURATION = 7010.0, 195.0, 60.0  # [m], [m/s], [s]
 EARTH = 6356766.0  # [m] radius in the standard's geopotential height
@@ -43,88 +44,10 @@ Array = np.ndarray
 
 
 # --- the aircraft file ---------------------------------------------------------------------------------------------
-def _product(*factors: str | float) -> str:
-    items = "".join(f"<p>{f}</p>" if isinstance(f, str) else f"<v>{f!r}</v>" for f in factors)
-    return f"<product>{items}</product>"
-
-
-def _function(name: str, scale: list[str | float], terms: list[str]) -> str:
-    outer = "".join(f"<p>{f}</p>" if isinstance(f, str) else f"<v>{f!r}</v>" for f in scale)
-    return f'<function name="{name}"><product>{outer}<sum>{"".join(terms)}</sum></product></function>'
-
-
-def _rate(name: str, terms: str) -> str:
-    return f'<function name="{name}">{terms}</function>'
-
-
 def aircraft_xml(ac: Aircraft, mass_kg: float) -> str:
-    """JSBSim configuration of an aircraft record: drag, side force and lift in wind axes, moments in stability axes."""
-    a, g, t = ac.aero, ac.geometry, ac.inertia
-    ix, iy, iz, ixz = (
-        float(np.interp(mass_kg, t.mass_kg, c)) for c in (t.Ixx_kgm2, t.Iyy_kgm2, t.Izz_kgm2, t.Ixz_kgm2)
-    )
-    al, be, ad, q = "aero/alpha-rad", "aero/beta-rad", "aero/alphadot-rad_sec", "velocities/q-aero-rad_sec"
-    ps, rs, hb, hc = "aero/function/ps", "aero/function/rs", "aero/bi2vel", "aero/ci2vel"
-    static = "aero/function/static-lift"
-    de, da, dr = "ctl/de", "ctl/da", "ctl/dr"
-    p, r = "velocities/p-aero-rad_sec", "velocities/r-aero-rad_sec"
-    cos, sin = f"<cos><p>{al}</p></cos>", f"<sin><p>{al}</p></sin>"
-    turn = [
-        _rate("aero/function/ps", f"<sum><product><p>{p}</p>{cos}</product><product><p>{r}</p>{sin}</product></sum>"),
-        _rate(
-            "aero/function/rs",
-            f"<difference><product><p>{r}</p>{cos}</product><product><p>{p}</p>{sin}</product></difference>",
-        ),
-        _rate(static, f"<sum><v>{a.CL0!r}</v>{_product(a.CL_alpha, al)}{_product(a.CL_de, de)}</sum>"),
-    ]
-    qs: list[str | float] = ["aero/qbar-psf", "metrics/Sw-sqft"]
-    qsb, qsc = [*qs, "metrics/bw-ft"], [*qs, "metrics/cbarw-ft"]
-
-    def lateral(b: float, rp: float, rr: float, cda: float, cdr: float) -> list[str]:
-        return [_product(b, be), _product(rp, hb, ps), _product(rr, hb, rs), _product(cda, da), _product(cdr, dr)]
-
-    forces = {
-        "DRAG": _function("aero/coefficient/CD", qs, [f"<v>{a.CD0!r}</v>", _product(a.K, static, static)]),
-        "SIDE": _function("aero/coefficient/CY", qs, lateral(a.CY_beta, a.CY_p, a.CY_r, 0.0, a.CY_dr)),
-        "LIFT": _function(
-            "aero/coefficient/CL", qs, [f"<p>{static}</p>", _product(a.CL_q, hc, q), _product(a.CL_alphadot, hc, ad)]
-        ),
-    }
-    pitch = [f"<v>{a.Cm0!r}</v>", _product(a.Cm_alpha, al), _product(a.Cm_q, hc, q), _product(a.Cm_alphadot, hc, ad)]
-    moments = {
-        "ROLL": _function("aero/coefficient/Cl", qsb, lateral(a.Cl_beta, a.Cl_p, a.Cl_r, a.Cl_da, a.Cl_dr)),
-        "PITCH": _function("aero/coefficient/Cm", qsc, [*pitch, _product(a.Cm_de, de)]),
-        "YAW": _function("aero/coefficient/Cn", qsb, lateral(a.Cn_beta, a.Cn_p, a.Cn_r, a.Cn_da, a.Cn_dr)),
-    }
-    axes = "".join(f'<axis name="{k}">{f}</axis>' for k, f in forces.items())
-    axes += "".join(f'<axis name="{k}" frame="STABILITY">{f}</axis>' for k, f in moments.items())
-    zero = '<location unit="M"><x>0</x><y>0</y><z>0</z></location>'
-    here = "<x>0</x><y>0</y><z>0</z>"
-    return f"""<?xml version="1.0"?>
-<fdm_config name="{ac.meta.name}" version="2.0" release="BETA">
- <planet name="flat">
-  <semimajor_axis unit="M">{RADIUS!r}</semimajor_axis><semiminor_axis unit="M">{RADIUS!r}</semiminor_axis>
-  <rotation_rate unit="RAD/SEC">0.0</rotation_rate><GM unit="M3/SEC2">{G0 * (RADIUS + H_START) ** 2!r}</GM><J2>0.0</J2>
- </planet>
- <metrics>
-  <wingarea unit="M2">{g.S_m2!r}</wingarea><wingspan unit="M">{g.b_m!r}</wingspan><chord unit="M">{g.c_m!r}</chord>
-  <location name="AERORP" unit="M">{here}</location><location name="EYEPOINT" unit="M">{here}</location>
-  <location name="VRP" unit="M">{here}</location>
- </metrics>
- <mass_balance negated_crossproduct_inertia="false">
-  <ixx unit="KG*M2">{ix!r}</ixx><iyy unit="KG*M2">{iy!r}</iyy>
-  <izz unit="KG*M2">{iz!r}</izz><ixz unit="KG*M2">{ixz!r}</ixz>
-  <emptywt unit="KG">{mass_kg!r}</emptywt><location name="CG" unit="M">{here}</location>
- </mass_balance>
- <external_reactions><force name="thrust" frame="BODY">{zero}<direction><x>1</x><y>0</y><z>0</z></direction></force>
- </external_reactions>
- <ground_reactions/><propulsion/>
- <system name="ctl">
-  <property value="0.0">ctl/de</property><property value="0.0">ctl/da</property><property value="0.0">ctl/dr</property>
- </system>
- <aerodynamics>{"".join(turn)}{axes}</aerodynamics>
-</fdm_config>
-"""
+    """JSBSim configuration of an aircraft record, as the plant's own, but in JSBSim's atmosphere."""
+    xml = model_xml(ac.meta.name, parameter_vector(ac), mass_kg, H_START)
+    return re.sub(r"<property [^>]*>atmosphere/override/[a-z]+</property>", "", xml)
 
 
 # --- the manoeuvre in the plant ------------------------------------------------------------------------------------

@@ -48,7 +48,7 @@ def test_the_manoeuvre_moves_every_axis(flight: tuple[str, jm.History]) -> None:
 
 @pytest.mark.parametrize(
     ("right", "wrong"),
-    [('<ixz unit="KG*M2">', '<ixz unit="KG*M2">-'), (' frame="STABILITY"', ""), ('frame="BODY"', 'frame="WIND"')],
+    [('<ixz unit="SLUG*FT2">', '<ixz unit="SLUG*FT2">-'), (' frame="STABILITY"', ""), ('frame="BODY"', 'frame="WIND"')],
     ids=["sign of Ixz", "moments in body axes", "thrust along the flow"],
 )
 def test_a_modelling_slip_is_seen(

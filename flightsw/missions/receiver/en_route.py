@@ -61,9 +61,7 @@ Pos = Annotated[float, Range(1e-9)]
 
 
 def _free_control() -> TankerCtrlParams:
-    return TankerCtrlParams(
-        ScheduleParams(V_mps=(185.0, 215.0), h_m=6800.0, mass_kg=5000.0), w_input=(0.1, 0.1, 0.1, 2000.0)
-    )
+    return TankerCtrlParams(ScheduleParams(V_mps=(185.0, 215.0), h_m=6800.0))
 
 
 @dataclass(frozen=True)

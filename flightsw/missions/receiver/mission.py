@@ -72,7 +72,7 @@ class ReceiverParams:
 
     tanker: str = "kc135r"
     nav: NavParams = field(default_factory=lambda: NavParams(q_rate=0.1, q_wind=0.40))
-    ctrl: ReceiverCtrlParams = field(default_factory=lambda: ReceiverCtrlParams(ScheduleParams(mass_kg=5200.0)))
+    ctrl: ReceiverCtrlParams = field(default_factory=lambda: ReceiverCtrlParams(ScheduleParams()))
     guid: RefuelParams = field(default_factory=RefuelParams)
     airdata: AirDataParams = field(default_factory=AirDataParams)
     integrity: IntegrityParams = field(default_factory=IntegrityParams)

@@ -8,7 +8,7 @@ xi_dot = R^T u_a + R_BTI (W - v_T) + S(w_T) xi, so that a gust does not look lik
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Protocol, runtime_checkable
 
 import numpy as np
@@ -18,7 +18,16 @@ from flightsw.kernels.linalg import solve
 from flightsw.kernels.sampled import multiply
 from flightsw.plugins import EVERY_KEY, OursOr, made, refuse_ignored
 from flightsw.sixdof.actuators import ActuatorModel
-from flightsw.sixdof.command import ControlCore, Node3, Pos, ScheduleParams, lqr_terms
+from flightsw.sixdof.command import (
+    ControlCore,
+    Four,
+    Node3,
+    NonNeg,
+    ScheduleParams,
+    design_mass,
+    lqr_terms,
+    thrust_unit,
+)
 from flightsw.sixdof.layout import EULER, POS, RATE
 from flightsw.sixdof.lqr import ENGINE, OLD, SERVO, SERVO_RATE, Design, DesignError, augment, design
 from flightsw.sixdof.lqr import INTEGRALS as BEHIND
@@ -28,9 +37,9 @@ from flightsw.strict import ConfigError, Range
 from flightsw.terms import LawTerms, Scheduled
 from flightsw.types import GuidanceCmd, NavState
 
-Four = tuple[float, float, float, float]
 N = 12  # rigid design states
 INTEGRALS = slice(N + BEHIND, N + OLD)  # of the design state
+THRUST_UNIT, SOFT_UNIT = 0.067, 0.048  # of the weight: 3.5 and 2.5 kN of the Learjet at 5.3 t
 CONTROLLED = (("ahead", "m"), ("right", "m"), ("below", "m"))  # xi, tanker body axes
 VEL = slice(0, 3)  # [m/s] d(xi)/dt, in the place of V, beta, alpha; the rest as in the state
 
@@ -40,24 +49,36 @@ class ReceiverCtrlParams:
     """Bryson weights: the size of each deviation that counts as one unit."""
 
     schedule: ScheduleParams
-    tanker_mass_kg: Pos = 120000.0
+    tanker_mass_kg: NonNeg = 0.0  # 0: that of the tanker's file, empty and its usual fuel
     xi_m: Node3 = (-35.5, 0.0, 8.5)
     w_vel_mps: Node3 = (1.0, 1.0, 1.0)
     w_rate_radps: Node3 = (0.3, 0.3, 0.3)
     w_euler_rad: Node3 = (0.3, 0.3, 0.3)
     w_pos_m: Node3 = (0.6, 0.6, 0.6)
     w_int_ms: Node3 = (1.5, 1.5, 1.5)
-    w_input: Four = (0.106, 0.0707, 0.106, 1770.0)
+    w_input: Four = (0.106, 0.0707, 0.106, 0.0)  # thrust [N]; 0: in proportion to the weight
     int_limit_ms: Node3 = (30.0, 20.0, 20.0)
     # a softer law for poor sensing, blended in as the scatter of the estimated position goes from the first to the second: a
     # lasting error does not shake the aircraft
     soft_sigma_m: tuple[float, float] = (0.14, 0.19)
     soft_pos_m: Node3 = (1.0, 1.0, 1.0)
     soft_int_ms: Node3 = (3.0, 3.0, 3.0)
-    soft_input: Four = (0.075, 0.05, 0.075, 2500.0)
+    soft_input: Four = (0.075, 0.05, 0.075, 0.0)
     condition_tau_s: Annotated[float, Range(0.01)] = 1.0  # smoothing of the scheduling variables
     law: Annotated[str, OursOr(("station_keeping",))] = (
         "station_keeping"  # a StationKeepingLaw, made from (aircraft, tanker, this table, period)
+    )
+
+
+def sized(ac: Aircraft, tanker: Aircraft, p: ReceiverCtrlParams) -> ReceiverCtrlParams:
+    """`p` with what it leaves to the aircraft filled in: masses, thrust. Raises ConfigError for a mass not theirs."""
+    mass = design_mass(ac, p.schedule.mass_kg, "ctrl.schedule.mass_kg")
+    return replace(
+        p,
+        schedule=replace(p.schedule, mass_kg=mass),
+        tanker_mass_kg=design_mass(tanker, p.tanker_mass_kg, "ctrl.tanker_mass_kg"),
+        w_input=thrust_unit(p.w_input, mass, THRUST_UNIT),
+        soft_input=thrust_unit(p.soft_input, mass, SOFT_UNIT),
     )
 
 
@@ -93,8 +114,8 @@ class ReceiverControl:
     obeys = EVERY_KEY
 
     def __init__(self, ac: Aircraft, tanker: Aircraft, p: ReceiverCtrlParams, dt_s: float) -> None:
-        """Designs the six nominal laws for control period dt_s. Raises TrimError or DesignError."""
-        self.p = p
+        """Designs the six nominal laws for control period dt_s. Raises ConfigError, TrimError or DesignError."""
+        self.p = p = sized(ac, tanker, p)
         s = p.schedule
         terms = lqr_terms("station_keeping", CONTROLLED, s, Scheduled("softness", "", 0.0, 1.0))
         self.core = ControlCore(ac, terms, np.array(p.int_limit_ms))
@@ -203,6 +224,6 @@ def make_station_keeping(
 ) -> StationKeepingLaw:
     """The law p.law names, for control period dt_s; default: the table where nobody sets a key. Raises ConfigError, TrimError or
     DesignError."""
-    law = made(OURS, StationKeepingLaw, p.law, "ctrl.law", ac, tanker, p, dt_s)  # type: ignore[type-abstract]
+    law = made(OURS, StationKeepingLaw, p.law, "ctrl.law", ac, tanker, sized(ac, tanker, p), dt_s)  # type: ignore[type-abstract]
     refuse_ignored("ctrl.law", p.law, (*BESIDE, *law.obeys), p, default)
     return law

@@ -88,7 +88,9 @@ class _TruthPilot:
     def __init__(self, world: World) -> None:
         self.w = world
         ac = load_aircraft("kc135r")
-        self.ctrl = TankerControl(ac, TankerCtrlParams(ScheduleParams(mass_kg=119000.0)), DT)
+        self.ctrl = TankerControl(
+            ac, TankerCtrlParams(ScheduleParams(mass_kg=119000.0), w_input=(0.1, 0.1, 0.1, 2.0e4)), DT
+        )
         self.guid = RacetrackGuidance(
             RacetrackParams(V_mps=190.0, first_leg_s=TURN_AT_S, leg_s=1e4, turn_rate_degps=1.7)
         )

@@ -82,6 +82,18 @@ class SixDofMember(Member):
 
     def start(self, air: AirMass, other: Member | None) -> None:
         """Trimmed flight in the mean wind, wake included. Raises ConfigError where there is no trim."""
+        self._trimmed(air, other)
+        if self.cfg.start.upset is not None:
+            self._upset(self.cfg.start.upset)
+        self.observe()
+
+    def trim_at(self, pos: Arr, vel: Arr, fuel: float) -> Arr:
+        """State [NS] of steady flight at position [m] and inertial velocity [m/s] with fuel [kg], in the wind of now. Raises
+        ConfigError where there is none."""
+        return trim(pos, vel, self.wind, fuel, self.par)
+
+    def _trimmed(self, air: AirMass, other: Member | None) -> None:
+        """Into the trim, with the command that holds it."""
         st, s = self.cfg.start, self.s
         if other is None:
             pos = np.array(st.pos_n_m)
@@ -100,12 +112,9 @@ class SixDofMember(Member):
         s[n.S_P : n.S_P + 3], s[n.S_V : n.S_V + 3] = pos, vel
         for _ in range(3):  # attitude and wake depend on each other a little
             air.mean(self)
-            s[:] = trim(pos, vel, self.wind, fuel, self.par)
+            s[:] = self.trim_at(pos, vel, fuel)
         a, e, r = (float(x) for x in s[n.S_SURF : n.S_SURF + 3])
         self.hold((a, e, r, throttle_for(s, self.wind, self.par), False, 0.0))
-        if st.upset is not None:
-            self._upset(st.upset)
-        self.observe()
 
     def _upset(self, u: Upset) -> None:
         """Out of the trim: attitude, rates and flow as the scenario has them, in the wind where it is."""

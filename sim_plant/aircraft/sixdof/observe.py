@@ -20,6 +20,29 @@ Arr = NDArray[np.float64]
 
 
 @jit
+def seen(s: Arr, free: Arr, mag_n: Arr, probes: Arr, probe_wake: Arr, out: Arr) -> None:
+    """The part of `observe` that motion alone gives, whatever forces made it: attitude, field, probes."""
+    out[n.O_EULER], out[n.O_EULER + 1], out[n.O_EULER + 2] = euler_from_quat(s[0], s[1], s[2], s[3])
+    c00, c01, c02, c10, c11, c12, c20, c21, c22 = quat_dcm(s[0], s[1], s[2], s[3])
+    out[n.O_MAG] = c00 * mag_n[0] + c10 * mag_n[1] + c20 * mag_n[2]
+    out[n.O_MAG + 1] = c01 * mag_n[0] + c11 * mag_n[1] + c21 * mag_n[2]
+    out[n.O_MAG + 2] = c02 * mag_n[0] + c12 * mag_n[1] + c22 * mag_n[2]
+    p, q, r = s[n.S_W], s[n.S_W + 1], s[n.S_W + 2]
+    for i in range(probes.shape[0]):
+        an = s[n.S_V] - free[0] - probe_wake[i, 0]
+        ae = s[n.S_V + 1] - free[1] - probe_wake[i, 1]
+        ad = s[n.S_V + 2] - free[2] - probe_wake[i, 2]
+        x, y, z = probes[i, 0], probes[i, 1], probes[i, 2]
+        u = c00 * an + c10 * ae + c20 * ad + q * z - r * y
+        v = c01 * an + c11 * ae + c21 * ad + r * x - p * z
+        ww = c02 * an + c12 * ae + c22 * ad + p * y - q * x
+        speed = math.sqrt(u * u + v * v + ww * ww)
+        out[n.O_PROBE + 3 * i] = speed
+        out[n.O_PROBE + 3 * i + 1] = math.atan2(ww, u)
+        out[n.O_PROBE + 3 * i + 2] = math.asin(v / max(speed, 1e-6))
+
+
+@jit
 def observe(s: Arr, w: Arr, free: Arr, par: Arr, mag_n: Arr, probes: Arr, probe_wake: Arr, k: Arr, out: Arr) -> None:
     """Fill `out` [NO] (layout.py) from state `s` and effective wind `w`.
 
@@ -42,21 +65,4 @@ def observe(s: Arr, w: Arr, free: Arr, par: Arr, mag_n: Arr, probes: Arr, probe_
     for i in range(3):
         out[n.O_ACC + i] = k[n.S_V + i]
         out[n.O_WDOT + i] = k[n.S_W + i]
-    out[n.O_EULER], out[n.O_EULER + 1], out[n.O_EULER + 2] = euler_from_quat(s[0], s[1], s[2], s[3])
-    c00, c01, c02, c10, c11, c12, c20, c21, c22 = quat_dcm(s[0], s[1], s[2], s[3])
-    out[n.O_MAG] = c00 * mag_n[0] + c10 * mag_n[1] + c20 * mag_n[2]
-    out[n.O_MAG + 1] = c01 * mag_n[0] + c11 * mag_n[1] + c21 * mag_n[2]
-    out[n.O_MAG + 2] = c02 * mag_n[0] + c12 * mag_n[1] + c22 * mag_n[2]
-    p, q, r = s[n.S_W], s[n.S_W + 1], s[n.S_W + 2]
-    for i in range(probes.shape[0]):
-        an = s[n.S_V] - free[0] - probe_wake[i, 0]
-        ae = s[n.S_V + 1] - free[1] - probe_wake[i, 1]
-        ad = s[n.S_V + 2] - free[2] - probe_wake[i, 2]
-        x, y, z = probes[i, 0], probes[i, 1], probes[i, 2]
-        u = c00 * an + c10 * ae + c20 * ad + q * z - r * y
-        v = c01 * an + c11 * ae + c21 * ad + r * x - p * z
-        ww = c02 * an + c12 * ae + c22 * ad + p * y - q * x
-        speed = math.sqrt(u * u + v * v + ww * ww)
-        out[n.O_PROBE + 3 * i] = speed
-        out[n.O_PROBE + 3 * i + 1] = math.atan2(ww, u)
-        out[n.O_PROBE + 3 * i + 2] = math.asin(v / max(speed, 1e-6))
+    seen(s, free, mag_n, probes, probe_wake, out)

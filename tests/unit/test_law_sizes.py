@@ -1,0 +1,64 @@
+"""What a law is designed for belongs to the aircraft: masses come from its file or are refused, thrust is weighed by weight."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from flightsw.aircraft import Aircraft, load_aircraft
+from flightsw.missions.receiver import station_keeping
+from flightsw.missions.receiver.mission import ReceiverMission, ReceiverParams
+from flightsw.missions.receiver.station_keeping import ReceiverCtrlParams
+from flightsw.missions.tanker.mission import TankerMission, TankerParams
+from flightsw.sixdof import autopilot
+from flightsw.sixdof.autopilot import TankerControl, TankerCtrlParams
+from flightsw.sixdof.command import ScheduleParams, design_mass
+from flightsw.strict import ConfigError
+
+KC135, LEARJET = load_aircraft("kc135r"), load_aircraft("learjet24")
+
+
+def half(ac: Aircraft) -> Aircraft:
+    """The aircraft at half its masses and areas: the same flight at the same speed by half the force."""
+    m, g, i = ac.mass, ac.geometry, ac.inertia
+    mass = replace(m, empty_kg=m.empty_kg / 2, max_kg=m.max_kg / 2, default_fuel_kg=m.default_fuel_kg / 2)
+    inertia = {
+        f: tuple(x / 2 for x in getattr(i, f)) for f in ("mass_kg", "Ixx_kgm2", "Iyy_kgm2", "Izz_kgm2", "Ixz_kgm2")
+    }
+    return replace(ac, mass=mass, geometry=replace(g, S_m2=g.S_m2 / 2), inertia=replace(i, **inertia))
+
+
+def test_a_mass_left_out_is_that_of_the_file() -> None:
+    assert design_mass(KC135, 0.0, "k") == 120000.0
+    p = station_keeping.sized(LEARJET, KC135, ReceiverCtrlParams(ScheduleParams()))
+    assert (p.schedule.mass_kg, p.tanker_mass_kg) == (4989.5, 120000.0)
+    assert p.w_input[3] == pytest.approx(0.067 * 4989.5 * 9.80665)
+    small = station_keeping.sized(LEARJET, half(KC135), ReceiverCtrlParams(ScheduleParams()))
+    assert small.tanker_mass_kg == 60000.0
+
+
+def test_a_mass_the_aircraft_cannot_have_is_refused_by_name() -> None:
+    small = half(KC135)
+    with pytest.raises(
+        ConfigError, match=r"ctrl\.schedule\.mass_kg = 119000: allowed for kc135r: 22331.5 to 73142.5 kg"
+    ):
+        TankerMission(small, TankerParams(ctrl=TankerCtrlParams(ScheduleParams(mass_kg=119000.0))), 0.05)
+    with pytest.raises(ConfigError, match=r"ctrl\.tanker_mass_kg = 40000: allowed for kc135r"):
+        ReceiverMission(
+            LEARJET, ReceiverParams(ctrl=ReceiverCtrlParams(ScheduleParams(), tanker_mass_kg=40000.0)), 0.05
+        )
+
+
+def test_thrust_is_weighed_in_proportion_to_the_aircraft() -> None:
+    """Half the aircraft asks for about half the thrust; with the whole one's newtons it would ask for less."""
+    p = TankerCtrlParams(ScheduleParams())
+    whole, part = TankerControl(KC135, p, 0.05), TankerControl(half(KC135), p, 0.05)
+    n = autopilot.N
+    gain = part.sched.K[2, 3, :n] / whole.sched.K[2, 3, :n]
+    assert 0.45 < gain[autopilot.Z_V] < 0.6 and 0.45 < gain[autopilot.Z_ALT] < 0.7
+
+
+def test_what_a_flight_file_says_stays() -> None:
+    p = TankerCtrlParams(ScheduleParams(mass_kg=119000.0), w_input=(0.1, 0.1, 0.1, 2.0e4))
+    assert autopilot.sized(KC135, p) == p
