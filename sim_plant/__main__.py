@@ -17,10 +17,13 @@ from typing import Annotated, Any
 import typer
 
 from flightsw.cli import SigningKey, Unsigned, Version, make, report, tell
+from flightsw.icd.lines import UDP, Line, parse_line
+from flightsw.icd.link import plant_port
 from flightsw.icd.signing import SigningError, security
 from flightsw.strict import ConfigError
 from sim_plant.accounts import accounts
 from sim_plant.loops import PeerLostError, StoppedError, UdpPlant
+from sim_plant.peers import HOST
 from sim_plant.scenario import Scenario, load_scenario
 from sim_plant.server import PlantServer
 from sim_plant.world import AircraftLostError
@@ -71,9 +74,21 @@ def _build(sc: Scenario, seed: int | None, run_dir: Path | None) -> PlantServer:
         raise ConfigError(str(e)) from None
 
 
+def _lines(external: list[str], server: PlantServer, port_offset: int) -> dict[str, Line]:
+    """Options `--external` as aircraft -> line. Raises ConfigError, LinkError."""
+    out = {}
+    for text in external:
+        name, _, line = text.partition("=")
+        if name not in server.names:
+            raise ConfigError(f"--external {text!r}: no such aircraft; allowed: {', '.join(server.names)}")
+        port = plant_port(server.sysids[server.names.index(name)], port_offset)
+        out[name] = parse_line(line or f"{UDP}:{HOST}", port)
+    return out
+
+
 def fly(
     scenario: str, seed: int | None, run_dir: Path | None, realtime: bool, port_offset: int, sets: list[str], stop: Stop,
-    signing_key: Path | None = None, unsigned: bool = False,
+    signing_key: Path | None = None, unsigned: bool = False, external: list[str] | None = None,
 ) -> int:  # fmt: skip
     """Run one scenario against flightsw processes; the exit code."""
     server: PlantServer | None = None
@@ -86,7 +101,8 @@ def fly(
         sc = load_scenario(scenario, overrides)
         server = _build(sc, seed, run_dir)
         links = security(signing_key, unsigned, time.time)
-        link = UdpPlant(server, port_offset, stop.status, _say, lambda: bool(stop.signum), links)
+        lines = _lines(external or [], server, port_offset)
+        link = UdpPlant(server, port_offset, stop.status, _say, lambda: bool(stop.signum), links, lines)
         gc.collect()
         gc.freeze()
         gc.disable()  # nothing here makes reference cycles; a collection would only show as a late tick
@@ -134,12 +150,19 @@ def run(
     realtime: Annotated[bool, typer.Option("--realtime", help="paced by the wall clock instead of lockstep")] = False,
     port_offset: Annotated[int, typer.Option(min=0, max=50000, help="added to every UDP port")] = 0,
     sets: Annotated[list[str] | None, typer.Option("--set", help="override a scenario key: noise.scale=2")] = None,
+    external: Annotated[
+        list[str] | None,
+        typer.Option(help="aircraft flown by another computer: NAME=udp:HOST:PORT, tcp:HOST:PORT, serial:DEVICE:BAUD"),
+    ] = None,
     signing_key: SigningKey = None,
     unsigned: Unsigned = False,
     version: Version = False,
 ) -> None:
     """Fly a scenario: the world, its sensors and the radio, against one flightsw process per aircraft."""
-    raise typer.Exit(fly(scenario, seed, run_dir, realtime, port_offset, sets or [], Stop(), signing_key, unsigned))
+    code = fly(
+        scenario, seed, run_dir, realtime, port_offset, sets or [], Stop(), signing_key, unsigned, external
+    )  # fmt: skip
+    raise typer.Exit(code)
 
 
 def main() -> None:

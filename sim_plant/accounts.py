@@ -19,6 +19,7 @@ def accounts(server: PlantServer, link: UdpPlant | None = None) -> dict[str, int
         "unread_orders": 0 if link is None else link.unread,
         "stray_datagrams": 0 if link is None else link.stray,
         "unsent_datagrams": 0 if link is None else link.unsent,
+        **({} if link is None else link.line_accounts()),
         **{f"missed_ticks.{n}": k for n, k in zip(names, missed, strict=True)},
         **{f"rejected_datagrams.{n}": k for n, k in zip(names, server.rejected, strict=True)},
     }

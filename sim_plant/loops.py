@@ -3,14 +3,14 @@ live here."""
 
 from __future__ import annotations
 
-import socket
-import struct
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
-from flightsw.icd.link import MAX_DATAGRAM, Address, UdpLink, plant_command_port, plant_port
+from flightsw.icd.lines import Line
+from flightsw.icd.link import UdpLink, plant_command_port
 from flightsw.icd.overrun import overrun
-from flightsw.icd.signing import OPEN, ORDERS, PLANT, Security
+from flightsw.icd.signing import OPEN, ORDERS, Security
+from sim_plant.peers import STRANGER, Peers
 from sim_plant.server import PlantServer
 
 REPEAT_S = 0.2  # [s, wall] a tick is repeated this often until answered: a datagram may get lost in a flood
@@ -34,8 +34,9 @@ class PeerLostError(RuntimeError):
 
 
 class UdpPlant:
-    """Drives a PlantServer against one UDP peer per aircraft on 127.0.0.1. `status` is called about every STATUS_S; once
-    `stopped` says so the run ends with StoppedError, between two ticks: no packet is cut, no log written twice."""
+    """Drives a PlantServer against one onboard computer per aircraft: a process on this machine, or `external`, by name, wherever
+    its line leads. `status` is called about every STATUS_S; once `stopped` says so the run ends with StoppedError, between two
+    ticks: no packet is cut, no log written twice."""
 
     def __init__(
         self,
@@ -45,47 +46,37 @@ class UdpPlant:
         note: Callable[[str], None],
         stopped: Callable[[], bool] = _never,
         security: Security = OPEN,
+        external: Mapping[str, Line] | None = None,
     ) -> None:
         self.server = server
         self._status, self._note, self._stopped = status, note, stopped
-        self._link = UdpLink(0, "plant", security=security, ident=PLANT)
-        self._sock = self._link.sock
+        lockstep = server.scenario.clock.mode != "realtime"
+        self._peers = Peers(server.names, server.sysids, port_offset, external or {}, security, lockstep)
         try:
             self._orders = UdpLink(
                 plant_command_port(port_offset), "commands to the plant", security=security, ident=ORDERS
             )
         except OSError:
-            self._link.close()
+            self._peers.close()
             raise
-        self._sock.setblocking(True)
-        self._timeout(0.05)
-        self._peers: list[Address] = [("127.0.0.1", plant_port(s, port_offset)) for s in server.sysids]
-        self._index = {a: i for i, a in enumerate(self._peers)}
-        self._answered_tick = [-1] * len(self._peers)  # last tick each peer answered
+        n = len(server.names)
+        self._answered_tick = [-1] * n  # last tick each peer answered
         self._next_status = 0.0
         self.unread = 0  # datagrams to the command port dropped unread
         self._told = 0  # packets refused by signing, as last told
-        self.missed = [0] * len(self._peers)  # real time: ticks without a fresh reply
+        self.missed = [0] * n  # real time: ticks without a fresh reply
         self.late_ticks = 0  # real time: ticks that began after their deadline by a period or more
         self.stray = 0  # datagrams of somebody who is no aircraft
         self.overrun = 0  # datagrams dropped at the sockets, known after `finish`
 
-    def _timeout(self, seconds: float) -> None:
-        """Receive timeout in the kernel: one system call per datagram instead of poll and receive."""
-        s = max(seconds, 1e-6)
-        self._sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, struct.pack("ll", int(s), int(s % 1.0 * 1e6) or 1))
-
-    def _receive(self, exact: bool, flags: int = 0) -> int:
+    def _receive(self, exact: bool, wait: bool = True) -> int:
         """Take one datagram: ANSWER, RUBBISH (anything else that arrived) or NOTHING."""
-        try:
-            data, addr = self._sock.recvfrom(MAX_DATAGRAM, flags)
-        except (BlockingIOError, ConnectionError):  # nothing there, or a peer's port is not open yet
+        got = self._peers.receive(wait)
+        if got is None:
             return NOTHING
-        if self._link.signing is not None:
-            data = self._link.signing.check(data)
-        i = self._index.get(addr)
-        self.stray += i is None
-        if i is not None and self.server.accept(i, data, exact):
+        i, data = got
+        self.stray += i == STRANGER
+        if i != STRANGER and self.server.accept(i, data, exact):
             self._answered_tick[i] = self.server.tick
             return ANSWER
         return RUBBISH
@@ -93,12 +84,20 @@ class UdpPlant:
     @property
     def unsent(self) -> int:
         """Datagrams the system would not take."""
-        return self._link.dropped + self._orders.dropped
+        return self._peers.unsent + self._orders.dropped
 
     @property
     def refused(self) -> int:
         """Packets that signing has refused."""
-        return sum(link.signing.refused.total for link in (self._link, self._orders) if link.signing is not None)
+        return self._peers.refused + (self._orders.signing.refused.total if self._orders.signing is not None else 0)
+
+    def line_accounts(self) -> dict[str, int]:
+        """What the streams to external aircraft brought besides datagrams, by aircraft."""
+        out: dict[str, int] = {}
+        for i, far in self._peers.streams().items():
+            name = self.server.names[i]
+            out |= {f"noise_bytes.{name}": far.noise, f"torn_datagrams.{name}": far.torn, f"opened.{name}": far.opened}
+        return out
 
     def _look(self) -> None:
         if self._stopped():
@@ -114,9 +113,9 @@ class UdpPlant:
         self._orders.unread = 0
 
     def _send(self, datagrams: list[bytes], only_open: bool = False) -> None:
-        for i, (d, a) in enumerate(zip(datagrams, self._peers, strict=True)):
+        for i, d in enumerate(datagrams):
             if not (only_open and self.server.answered(i)):
-                self._link.send(d, a)
+                self._peers.send(i, d)
 
     def _report(self, now: float) -> None:
         if now >= self._next_status:
@@ -137,12 +136,12 @@ class UdpPlant:
 
     def _lost(self, waited: float, starting: bool) -> PeerLostError:
         s = self.server
-        silent = [i for i in range(len(self._peers)) if not s.answered(i)]
+        silent = [i for i in range(len(s.names)) if not s.answered(i)]
         parts = []
         for i in silent:
             last = f"last answered tick {self._answered_tick[i]}" if self._answered_tick[i] >= 0 else "never answered"
             bad = f", {s.rejected[i]} datagrams rejected" if s.rejected[i] else ""
-            parts.append(f"{s.names[i]} (sysid {s.sysids[i]}, UDP port {self._peers[i][1]}): {last}{bad}")
+            parts.append(f"{s.names[i]} (sysid {s.sysids[i]}, {self._peers.where[i]}): {last}{bad}")
         what = "no answer at start-up" if starting else "peer silent"
         return PeerLostError(
             f"{what} for {waited:.1f} s; plant is at tick {s.tick} (t = {s.t_us / 1e6:.2f} s); " + "; ".join(parts)
@@ -155,7 +154,7 @@ class UdpPlant:
         next_send = began
         limit = s.scenario.clock.startup_timeout_s
         out = s.begin_tick()
-        while not all(s.answered(i) for i in range(len(self._peers))):
+        while not all(map(s.answered, range(len(s.names)))):
             self._look()
             now = time.monotonic()
             if now - began > limit:
@@ -169,7 +168,7 @@ class UdpPlant:
 
     def lockstep(self) -> None:
         """Fly the scenario as fast as the peers answer. Raises PeerLostError naming a peer that falls silent."""
-        s, n = self.server, len(self._peers)
+        s, n = self.server, len(self.server.names)
         self.start()
         s.end_tick()
         clock = s.scenario.clock
@@ -201,14 +200,13 @@ class UdpPlant:
     def realtime(self) -> None:
         """Fly at the wall clock's pace: absolute deadlines, whatever reply is newest; silence ends the run as in
         lockstep."""
-        s, n = self.server, len(self._peers)
+        s, n = self.server, len(self.server.names)
         self.start()
         s.end_tick()
         period = 1.0 / s.world.rate_hz
         limit = s.scenario.clock.peer_timeout_s
         heard = [time.monotonic()] * n
         deadline = time.monotonic()
-        self._timeout(period)
         while not s.done:
             self._look()
             self._take_orders()
@@ -217,7 +215,7 @@ class UdpPlant:
             while (left := deadline - time.monotonic()) > 2e-4:
                 time.sleep(left - 1e-4)
             for _ in range(BURST):
-                if self._receive(False, socket.MSG_DONTWAIT) == NOTHING:
+                if self._receive(False, wait=False) == NOTHING:
                     break
             now = time.monotonic()
             for i in range(n):
@@ -237,6 +235,6 @@ class UdpPlant:
         """Tell every flightsw that the run is over (three times: UDP may lose one), and close the socket."""
         for _ in range(3):
             self._send(self.server.shutdown())
-        self.overrun = overrun(self._sock) + overrun(self._orders.sock)
-        self._link.close()
+        self.overrun = self._peers.overrun + overrun(self._orders)
+        self._peers.close()
         self._orders.close()

@@ -12,6 +12,7 @@ from types import FrameType
 
 from flightsw.icd.framing import modern
 from flightsw.icd.link import Address, UdpLink
+from flightsw.icd.stream_link import StreamLink
 from flightsw.process.clock import RealtimeClock, monotonic_us
 from flightsw.process.config import FlightConfig, parse_target
 from flightsw.process.node import Node
@@ -82,7 +83,7 @@ class Process:
         self,
         cfg: FlightConfig,
         node: Node,
-        plant: UdpLink,
+        plant: UdpLink | StreamLink,
         telemetry: UdpLink,
         log: LinkRecorder,
         stop: Stop,
@@ -93,7 +94,7 @@ class Process:
         targets = [(h, p + port_offset) for h, p in map(parse_target, cfg.link.targets)]
         self.ground = Ground(telemetry, node, targets)
         self._poll = select.poll()
-        self._poll.register(plant.sock, select.POLLIN)
+        self._poll.register(plant.fileno(), select.POLLIN)
         self._telemetry_fd = telemetry.sock.fileno()
         self._poll.register(self._telemetry_fd, select.POLLIN)
         self._from: Address | None = None  # where the plant was heard last
@@ -218,7 +219,8 @@ class Process:
 
     def _poll_plant(self) -> bool:
         """Wait a little; True if the plant sent something."""
-        return any(fd == self.plant.sock.fileno() for fd, _ in self._poll.poll(POLL_MS))
+        woken = {fd for fd, _ in self._poll.poll(POLL_MS)}
+        return self.plant.fileno() in woken and self.plant.arrived()
 
     def _is_silent(self, heard_us: int) -> bool:
         """True, and said, when the plant has been silent too long; until the second tick it may still be starting."""
@@ -229,5 +231,5 @@ class Process:
         where = (
             f"last tick here: {node.tick - 1} at t = {node.t_us / 1e6:.2f} s" if node.tick else "no tick was received"
         )
-        self.say(f"plant silent on port {self.plant.port} for {limit:g} s; {where}")
+        self.say(f"plant silent on {self.plant.where} for {limit:g} s; {where}")
         return True
