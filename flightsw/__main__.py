@@ -18,8 +18,9 @@ from flightsw.icd.overrun import overrun
 from flightsw.icd.signing import OPEN, TELEMETRY, Security, security
 from flightsw.icd.stream_link import StreamLink
 from flightsw.icd.tlog import TlogError
+from flightsw.priority import realtime_priority
 from flightsw.process.accounts import accounts
-from flightsw.process.clock import RealtimeClock, monotonic_us, realtime_priority, unix_s
+from flightsw.process.clock import RealtimeClock, monotonic_us, unix_s
 from flightsw.process.config import FlightConfig, load_flight
 from flightsw.process.executive import no_time
 from flightsw.process.loop import Process, Stop

@@ -143,7 +143,7 @@ def _fly(
 ) -> int:
     from flightsw.icd.signing import security as read_security
     from flightsw.strict import ConfigError
-    from hil_scripts.launch import external, finish, mission, ports, preflight, runfolder, warmup
+    from hil_scripts.launch import budget, external, finish, mission, ports, preflight, runfolder, warmup
 
     if realtime and in_process:
         raise ConfigError("--realtime and --in-process exclude each other: in one process there is no wall clock")
@@ -168,6 +168,10 @@ def _fly(
         console.print(f"warning: {text}", style="yellow")
     if not warmup.warm(console, stop):
         return 128 + stop.signum if stop else finish.EXIT_FAILED
+    for b in budget.budgets(plan, others.lines, signing_key is not None):
+        console.print(b.text(), soft_wrap=True, highlight=False)
+        if why := b.warning():
+            console.print(f"warning: {why}", style="yellow", soft_wrap=True)
     built = preflight.build(plan)
     run_dir = runfolder.make_folder(plan, out)
     external.hand_over(run_dir, others)

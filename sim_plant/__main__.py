@@ -20,6 +20,7 @@ from flightsw.cli import SigningKey, Unsigned, Version, make, report, tell
 from flightsw.icd.lines import UDP, Line, parse_line
 from flightsw.icd.link import plant_port
 from flightsw.icd.signing import SigningError, security
+from flightsw.priority import realtime_priority
 from flightsw.strict import ConfigError
 from sim_plant.accounts import accounts
 from sim_plant.loops import PeerLostError, StoppedError, UdpPlant
@@ -48,9 +49,9 @@ class Stop:
         if not report(record):
             self.signum = self.signum or signal.SIGPIPE
 
-    def status(self, t_us: int, tick: int) -> None:
-        """Where the run is."""
-        self.say({"t": t_us / 1e6, "tick": tick})
+    def status(self, t_us: int, tick: int, lines: dict[str, str]) -> None:
+        """Where the run is, and how the lines to external aircraft are."""
+        self.say({"t": t_us / 1e6, "tick": tick} | ({"lines": lines} if lines else {}))
 
 
 def _say(text: str) -> None:
@@ -107,6 +108,7 @@ def fly(
         gc.freeze()
         gc.disable()  # nothing here makes reference cycles; a collection would only show as a late tick
         if sc.clock.mode == "realtime":
+            _say(f"real time at {sc.clock.base_rate_hz} Hz: {realtime_priority()}")
             link.realtime()
         else:
             link.lockstep()

@@ -6,7 +6,7 @@ from sim_plant.loops import UdpPlant
 from sim_plant.server import PlantServer
 
 
-def accounts(server: PlantServer, link: UdpPlant | None = None) -> dict[str, int]:
+def accounts(server: PlantServer, link: UdpPlant | None = None) -> dict[str, int | float]:
     """Accounts of a run; without a link (all in one process) nothing can be late or lost on the way."""
     names = server.names
     missed = link.missed if link is not None else [0] * len(names)
@@ -19,7 +19,7 @@ def accounts(server: PlantServer, link: UdpPlant | None = None) -> dict[str, int
         "unread_orders": 0 if link is None else link.unread,
         "stray_datagrams": 0 if link is None else link.stray,
         "unsent_datagrams": 0 if link is None else link.unsent,
-        **({} if link is None else link.line_accounts()),
+        **({} if link is None else link.books.accounts()),
         **{f"missed_ticks.{n}": k for n, k in zip(names, missed, strict=True)},
         **{f"rejected_datagrams.{n}": k for n, k in zip(names, server.rejected, strict=True)},
     }

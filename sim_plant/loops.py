@@ -10,6 +10,7 @@ from flightsw.icd.lines import Line
 from flightsw.icd.link import UdpLink, plant_command_port
 from flightsw.icd.overrun import overrun
 from flightsw.icd.signing import OPEN, ORDERS, Security
+from sim_plant.books import Books
 from sim_plant.peers import STRANGER, Peers
 from sim_plant.server import PlantServer
 
@@ -18,7 +19,7 @@ STATUS_S = 0.5  # [s, wall] between status reports
 NOTES_MAX = 20  # lines for the operator in one report
 BURST = 1000  # datagrams taken in one tick of real time
 NOTHING, RUBBISH, ANSWER = 0, 1, 2
-Status = Callable[[int, int], None]  # simulated time [us], tick
+Status = Callable[[int, int, dict[str, str]], None]  # simulated time [us], tick, lines to external aircraft in words
 
 
 class StoppedError(RuntimeError):
@@ -59,6 +60,7 @@ class UdpPlant:
         except OSError:
             self._peers.close()
             raise
+        self.books = Books(self._peers, server)
         n = len(server.names)
         self._answered_tick = [-1] * n  # last tick each peer answered
         self._next_status = 0.0
@@ -76,7 +78,11 @@ class UdpPlant:
             return NOTHING
         i, data = got
         self.stray += i == STRANGER
-        if i != STRANGER and self.server.accept(i, data, exact):
+        if i == STRANGER or self.books.heard(i, data):
+            return RUBBISH
+        taken = self.server.accept(i, data, exact)
+        self.books.replied(i)
+        if taken:
             self._answered_tick[i] = self.server.tick
             return ANSWER
         return RUBBISH
@@ -90,14 +96,6 @@ class UdpPlant:
     def refused(self) -> int:
         """Packets that signing has refused."""
         return self._peers.refused + (self._orders.signing.refused.total if self._orders.signing is not None else 0)
-
-    def line_accounts(self) -> dict[str, int]:
-        """What the streams to external aircraft brought besides datagrams, by aircraft."""
-        out: dict[str, int] = {}
-        for i, far in self._peers.streams().items():
-            name = self.server.names[i]
-            out |= {f"noise_bytes.{name}": far.noise, f"torn_datagrams.{name}": far.torn, f"opened.{name}": far.opened}
-        return out
 
     def _look(self) -> None:
         if self._stopped():
@@ -116,11 +114,12 @@ class UdpPlant:
         for i, d in enumerate(datagrams):
             if not (only_open and self.server.answered(i)):
                 self._peers.send(i, d)
+                self.books.sent(i)
 
     def _report(self, now: float) -> None:
         if now >= self._next_status:
             self._next_status = now + STATUS_S
-            self._status(self.server.t_us, self.server.tick)
+            self._status(self.server.t_us, self.server.tick, self.books.words())
             notes = self.server.notes
             for line in notes[:NOTES_MAX]:
                 self._note(line)
@@ -197,6 +196,14 @@ class UdpPlant:
             if s.tick & 31 == 0:
                 self._report(time.monotonic())
 
+    def _pass(self, seconds: float) -> None:
+        """Let time go by; replies of external aircraft are taken as they come, so that it is known when."""
+        if self._peers.external and seconds >= 1e-3:  # the system waits whole milliseconds for several lines
+            self._peers.wait(seconds)
+            self._receive(False)
+        else:
+            time.sleep(seconds)
+
     def realtime(self) -> None:
         """Fly at the wall clock's pace: absolute deadlines, whatever reply is newest; silence ends the run as in
         lockstep."""
@@ -213,7 +220,7 @@ class UdpPlant:
             self._send(s.begin_tick())
             deadline += period
             while (left := deadline - time.monotonic()) > 2e-4:
-                time.sleep(left - 1e-4)
+                self._pass(left - 1e-4)
             for _ in range(BURST):
                 if self._receive(False, wait=False) == NOTHING:
                     break
@@ -226,6 +233,7 @@ class UdpPlant:
                     if now - heard[i] > limit:
                         raise self._lost(now - heard[i], False)
             s.end_tick()
+            self.books.close()
             if now - deadline >= period:  # fell behind: count and go on from here, no burst of ticks
                 self.late_ticks += 1
                 deadline = now
@@ -234,7 +242,8 @@ class UdpPlant:
     def finish(self) -> None:
         """Tell every flightsw that the run is over (three times: UDP may lose one), and close the socket."""
         for _ in range(3):
-            self._send(self.server.shutdown())
+            for i, last in enumerate(self.server.shutdown()):
+                self._peers.send(i, last)
         self.overrun = self._peers.overrun + overrun(self._orders)
         self._peers.close()
         self._orders.close()

@@ -112,7 +112,9 @@ class Peers:
         return self._index.get(addr, STRANGER), data
 
     def _gather(self, wait_ms: float) -> None:
-        woken = [self._by_fd[fd] for fd, _ in self._poll.poll(wait_ms)]
+        woken = [
+            self._by_fd[fd] for fd, _ in self._poll.poll(int(wait_ms))
+        ]  # whole ms, rounded down: better early than late
         for i in woken:
             if i == STRANGER:
                 while (got := self._of_local(socket.MSG_DONTWAIT)) is not None:

@@ -12,7 +12,10 @@ from types import FrameType
 
 from flightsw.icd.framing import modern
 from flightsw.icd.link import Address, UdpLink
+from flightsw.icd.scaling import COMP_AUTOPILOT
 from flightsw.icd.stream_link import StreamLink
+from flightsw.icd.timesync import LineStatus, answer, is_timesync
+from flightsw.icd.wire import Sender
 from flightsw.process.clock import RealtimeClock, monotonic_us
 from flightsw.process.config import FlightConfig, parse_target
 from flightsw.process.node import Node
@@ -97,6 +100,7 @@ class Process:
         self._poll.register(plant.fileno(), select.POLLIN)
         self._telemetry_fd = telemetry.sock.fileno()
         self._poll.register(self._telemetry_fd, select.POLLIN)
+        self._clock_sender = Sender(cfg.app.sysid, COMP_AUTOPILOT)
         self._from: Address | None = None  # where the plant was heard last
         self._alive_us = 0  # wall time of its last tick
 
@@ -159,8 +163,22 @@ class Process:
             got = friend
         self.node.unread_plant += self.plant.unread
         self.plant.unread = 0
+        got = [(d, s) for d, s in got if not self._asked_the_time(d, s)]
         self._judged()
         return got
+
+    def _asked_the_time(self, datagram: bytes, sender: Address) -> bool:
+        """Whether it is a question about this clock, which is answered here: nothing that flies hears of it."""
+        if not is_timesync(datagram):
+            return False
+        if reply := answer(datagram, self._clock_sender, monotonic_us() * 1000, self._line_status()):
+            self.plant.send(reply, sender)
+        return True
+
+    def _line_status(self) -> LineStatus:
+        plant, node = self.plant, self.node
+        noise, torn = (plant.noise, plant.torn) if isinstance(plant, StreamLink) else (0, 0)
+        return LineStatus(node.taken, node.passed_over, noise, torn, plant.dropped)
 
     def _judged(self) -> None:
         """Tell the node what signing has refused at both sockets."""
