@@ -16,7 +16,7 @@ from flightsw.icd.lines import Line, parse_line
 from flightsw.icd.link import GROUND_PORT, OPERATOR_PORT, LinkError
 from flightsw.icd.rates import MAX_RATE_HZ
 from flightsw.icd.scaling import STATIONS
-from flightsw.strict import Range, Tree, apply_overrides, convert, read_toml, to_dict
+from flightsw.strict import OneOf, Range, Tree, apply_overrides, convert, read_toml, to_dict
 
 Hz = Annotated[float, Range(0.0, MAX_RATE_HZ)]
 Port = Annotated[int, Range(1, 65535)]
@@ -70,6 +70,8 @@ class LinkConfig:
     targets: tuple[str, ...] = (f"127.0.0.1:{GROUND_PORT}", f"127.0.0.1:{OPERATOR_PORT}")
     startup_timeout_s: Annotated[float, Range(0.1, 3600.0)] = 180.0  # wall time to the first datagram
     peer_timeout_s: Annotated[float, Range(0.1, 600.0)] = 3.0  # wall time between datagrams
+    silence: Annotated[str, OneOf(("end", "wait"))] = "end"  # what follows: the process ends, or waits for the plant
+    silence_end_s: Annotated[float, Range(0.1, 3600.0)] = 60.0  # wall time of silence that ends it all the same
     delay_ticks: Annotated[int, Range(0, 20)] = 1  # transport delay the control law allows for
     broadcast_peer: bool = False  # send own state to the other aircraft
     peer_rate_hz: Annotated[int, Range(1, 100)] = 20
@@ -86,6 +88,8 @@ class LinkConfig:
         if self.line and not self.stream().stream:
             allowed = "tcp:HOST:PORT, serial:DEVICE:BAUD; UDP by host and plant_port"
             raise ValueError(f"line = {self.line!r}: allowed: {allowed}")
+        if self.silence == "end" and self.silence_end_s != LinkConfig.silence_end_s:
+            raise ValueError(f"silence_end_s = {self.silence_end_s}: allowed with silence = 'wait'")
         if not self.broadcast_peer and self.peer_rate_hz != LinkConfig.peer_rate_hz:
             raise ValueError(f"peer_rate_hz = {self.peer_rate_hz}: allowed with broadcast_peer = true")
         if self.raw_fix and not self.broadcast_peer:

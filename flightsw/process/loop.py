@@ -190,6 +190,9 @@ class Process:
         """Run at the base rate whatever comes, newest frame wins. Returns the exit code as `lockstep` does."""
         node, ground, log = self.node, self.ground, self.log
         period_us = self.cfg.period_us
+        while self.plant.take():  # what came during start-up: old news, if the plant is under way
+            pass
+        self.plant.unread = 0
         heard_us = monotonic_us()
         while not self._poll_plant():
             if self.stop.signum:
@@ -243,7 +246,8 @@ class Process:
     def _is_silent(self, heard_us: int) -> bool:
         """True, and said, when the plant has been silent too long; until the second tick it may still be starting."""
         link, node = self.cfg.link, self.node
-        limit = link.peer_timeout_s if node.tick > 1 else max(link.startup_timeout_s, link.peer_timeout_s)
+        patience_s = link.peer_timeout_s if link.silence == "end" else link.silence_end_s
+        limit = patience_s if node.tick > 1 else max(link.startup_timeout_s, patience_s)
         if monotonic_us() - heard_us < limit * 1e6:
             return False
         where = (

@@ -17,6 +17,7 @@ from hil_scripts.launch.keep import AIRCRAFT
 from hil_scripts.launch.ports import HOST
 from hil_scripts.launch.runfolder import RunPlan
 from sim_plant.peers import own_address
+from sim_plant.silence import END
 
 LONGER_S = 5.0  # [s]
 
@@ -75,9 +76,17 @@ def handed(plan: RunPlan, external: External, port_offset: int) -> RunPlan:
     longer for the start than the plant, which knows who is missing."""
     if not external.lines:
         return plan
+    clock = plan.scenario["clock"]
+    patient: dict[str, Any] = {}
+    if clock["silence"] != END:  # whoever ends earlier than the plant would end it for all
+        patient = {"silence": "wait", "silence_end_s": min(clock["silence_end_s"] + LONGER_S, 3600.0)}
     flights = []
     for f in plan.flights:
-        link = {**f.config["link"], "startup_timeout_s": min(f.config["link"]["startup_timeout_s"] + LONGER_S, 3600.0)}
+        link = {
+            **f.config["link"],
+            **patient,
+            "startup_timeout_s": min(f.config["link"]["startup_timeout_s"] + LONGER_S, 3600.0),
+        }
         if f.name in external.lines:
             link = _far(link, f.sysid, external.lines[f.name], external.here, port_offset)
         flights.append(replace(f, config={**f.config, "link": link}))
