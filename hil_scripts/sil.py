@@ -87,6 +87,10 @@ def run(
             "listens, or serial:DEVICE:BAUD here; without: UDP on this machine. What to take there is printed.",
         ),
     ] = None,
+    speed: Annotated[
+        float,
+        typer.Option(help="Lockstep at so many times real time (default: as fast as it goes).", min=0.0, max=1000.0),
+    ] = 0.0,
     here: Annotated[
         str, typer.Option(help="Address of this machine to which external aircraft send telemetry (default: found).")
     ] = "",
@@ -118,7 +122,7 @@ def run(
                 _where(watch, watch_web),
                 stop,
                 json_,
-                (external or [], here, unsigned),
+                (external or [], here, unsigned, speed),
             )
         except (ValueError, OSError) as e:
             raise fail(str(e)) from None
@@ -139,7 +143,7 @@ def _fly(
     watched: Any,
     stop: Any,
     json_: bool,
-    far: tuple[list[str], str, bool],
+    far: tuple[list[str], str, bool, float],
 ) -> int:
     from flightsw.icd.signing import security as read_security
     from flightsw.strict import ConfigError
@@ -149,9 +153,13 @@ def _fly(
         raise ConfigError("--realtime and --in-process exclude each other: in one process there is no wall clock")
     if in_process and signing_key is not None:
         raise ConfigError("--signing-key and --in-process exclude each other: in one process there are no links")
-    names, here, unsigned = far
+    names, here, unsigned, speed = far
     if in_process and names:
         raise ConfigError("--external and --in-process exclude each other: in one process nobody else flies")
+    if speed and (realtime or in_process):
+        raise ConfigError(
+            "--speed: allowed in lockstep with separate processes: not with --realtime, not with --in-process"
+        )
     links = read_security(signing_key, unsigned, time.time)
     plan = runfolder.resolve(scenario, seed, sets, duration, realtime)
     others = external.of_options(names, here, plan, port_offset)
@@ -181,7 +189,7 @@ def _fly(
 
         outcome = inproc.fly(plan, run_dir, console, stop, built, watched)
     else:
-        outcome = mission.fly(plan, run_dir, port_offset, console, stop, signing_key, watched, others, unsigned)
+        outcome = mission.fly(plan, run_dir, port_offset, console, stop, signing_key, watched, others, unsigned, speed)
     code = finish.finish(plan, run_dir, outcome, rrd, console, stop, in_process)
     if json_:
         print(json.dumps({"run.folder": str(run_dir)} | finish.read_summary(run_dir, console), indent=1))

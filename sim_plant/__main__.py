@@ -24,6 +24,7 @@ from flightsw.priority import realtime_priority
 from flightsw.strict import ConfigError
 from sim_plant.accounts import accounts
 from sim_plant.loops import PeerLostError, StoppedError, UdpPlant
+from sim_plant.pace import SPEED_MAX
 from sim_plant.peers import HOST
 from sim_plant.scenario import Scenario, load_scenario
 from sim_plant.server import PlantServer
@@ -89,7 +90,7 @@ def _lines(external: list[str], server: PlantServer, port_offset: int) -> dict[s
 
 def fly(
     scenario: str, seed: int | None, run_dir: Path | None, realtime: bool, port_offset: int, sets: list[str], stop: Stop,
-    signing_key: Path | None = None, unsigned: bool = False, external: list[str] | None = None,
+    signing_key: Path | None = None, unsigned: bool = False, external: list[str] | None = None, speed: float = 0.0,
 ) -> int:  # fmt: skip
     """Run one scenario against flightsw processes; the exit code."""
     server: PlantServer | None = None
@@ -107,6 +108,7 @@ def fly(
         gc.collect()
         gc.freeze()
         gc.disable()  # nothing here makes reference cycles; a collection would only show as a late tick
+        server.desk.pace.speed = speed
         if sc.clock.mode == "realtime":
             _say(f"real time at {sc.clock.base_rate_hz} Hz: {realtime_priority()}")
             link.realtime()
@@ -156,13 +158,16 @@ def run(
         list[str] | None,
         typer.Option(help="aircraft flown by another computer: NAME=udp:HOST:PORT, tcp:HOST:PORT, serial:DEVICE:BAUD"),
     ] = None,
+    speed: Annotated[
+        float, typer.Option(min=0.0, max=SPEED_MAX, help="lockstep at so many times real time; 0: flat out")
+    ] = 0.0,
     signing_key: SigningKey = None,
     unsigned: Unsigned = False,
     version: Version = False,
 ) -> None:
     """Fly a scenario: the world, its sensors and the radio, against one flightsw process per aircraft."""
     code = fly(
-        scenario, seed, run_dir, realtime, port_offset, sets or [], Stop(), signing_key, unsigned, external
+        scenario, seed, run_dir, realtime, port_offset, sets or [], Stop(), signing_key, unsigned, external, speed
     )  # fmt: skip
     raise typer.Exit(code)
 

@@ -65,7 +65,7 @@ class PlantLinks:
         self._who = STRANGER  # whose the datagram taken last was
         n = len(server.names)
         self._answered_tick = [-1] * n  # last tick each peer answered
-        self._next_status = 0.0
+        self._next_status = self._repeated = 0.0
         self.unread = 0  # datagrams to the command port dropped unread
         self._told = 0  # packets refused by signing, as last told
         self.missed = [0] * n  # real time: ticks without a fresh reply
@@ -149,8 +149,8 @@ class PlantLinks:
             f"{what} for {waited:.1f} s; plant is at tick {s.tick} (t = {s.t_us / 1e6:.2f} s); " + "; ".join(parts)
         )
 
-    def start(self) -> None:
-        """Repeat tick 0 until every aircraft has answered it. Raises PeerLostError after the start-up timeout."""
+    def start(self) -> list[bytes]:
+        """Repeat tick 0 until every aircraft has answered it; its datagrams. Raises PeerLostError after the start-up timeout."""
         s = self.server
         began = time.monotonic()
         next_send = began
@@ -167,6 +167,7 @@ class PlantLinks:
             self._receive(True)
             self._take_orders()
             self._report(now)
+        return out
 
     def finish(self) -> None:
         """Tell every flightsw that the run is over (three times: UDP may lose one), and close the socket."""

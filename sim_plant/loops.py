@@ -19,12 +19,14 @@ class UdpPlant(PlantLinks):
     def lockstep(self) -> None:
         """Fly the scenario as fast as the peers answer. Raises PeerLostError naming a peer that falls silent."""
         s, n = self.server, len(self.server.names)
-        self.start()
+        out = self.start()
         s.end_tick()
-        clock, quiet = s.scenario.clock, self.quiet
+        clock, quiet, pace = s.scenario.clock, self.quiet, s.desk.pace
         while not s.done:
             self._look()
             self._take_orders()
+            while pace.hold():
+                self._keep_alive(out)
             out = s.begin_tick()
             self._send(out)
             # as flightsw does: with the first ticks a peer may still be starting
@@ -54,6 +56,21 @@ class UdpPlant(PlantLinks):
             s.end_tick()
             if s.tick & 31 == 0:
                 self._report(time.monotonic())
+
+    def _keep_alive(self, out: list[bytes]) -> None:
+        """While time stands still: the last tick again, now and then, so that no peer takes this for silence; what is answered is
+        known already."""
+        s, now = self.server, time.monotonic()
+        if now - self._repeated >= REPEAT_S:
+            self._repeated = now
+            for i, d in enumerate(out):
+                self._peers.send(i, d)
+        while (got := self._peers.receive(wait=False)) is not None:
+            self.books.heard(*got)
+        s.desk.record()  # commands are taken a tick's worth at a time
+        self._look()
+        self._take_orders()
+        self._report(now)
 
     def _fall_silent(self, since: float, now: float) -> None:
         for i in range(len(self.server.names)):
@@ -110,6 +127,7 @@ class UdpPlant(PlantLinks):
         s, n = self.server, len(self.server.names)
         self.start()
         s.end_tick()
+        s.desk.pace.fixed = "real time goes at the pace of the wall clock"
         period = 1.0 / s.world.rate_hz
         limit, quiet = s.scenario.clock.peer_timeout_s, self.quiet
         heard = [time.monotonic()] * n

@@ -126,8 +126,8 @@ class Process:
                 if node.done:
                     return EXIT_OK
             if node.tick != before:
-                heard_us = self._alive_us = monotonic_us()
-            elif self._is_silent(heard_us):
+                self._alive_us = monotonic_us()
+            elif self._is_silent(max(heard_us, self._alive_us)):
                 return EXIT_SILENT
         return self.stop.exit_code
 
@@ -139,6 +139,7 @@ class Process:
         if reply:
             self.plant.send(reply, sender)
             self._from = sender
+            self._alive_us = monotonic_us()  # also by a repeat: a plant whose time stands still is not silent
         telemetry = node.after()
         if node.tick == before:
             return

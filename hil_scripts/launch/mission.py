@@ -12,7 +12,9 @@ from typing import Any
 
 from rich.console import Console
 
+from flightsw.icd.signing import security
 from hil_scripts.launch import external, ports, watching
+from hil_scripts.launch.pacekeys import HELP, PaceKeys
 from hil_scripts.launch.procs import Child, StopFlag, Supervisor, describe_exit
 from hil_scripts.launch.progress import Board
 from hil_scripts.launch.runfolder import RunPlan
@@ -50,16 +52,20 @@ def fly(
     watched: watching.Where | None = None,
     far: external.External = external.NONE,
     unsigned: bool = False,
+    speed: float = 0.0,
 ) -> Outcome:
-    """Run the plan to its end, its links signed by the key of a file if there is one, `watched` somewhere or not; `far` are the
-    aircraft that others fly, over links that `unsigned` leaves open. Everything started here has ended when this returns, also by
-    an exception."""
+    """Run the plan to its end, its links signed by the key of a file if there is one, `watched` somewhere or not.
+
+    `far`: aircraft that others fly, over links that `unsigned` leaves open; `speed`: times real time, 0 flat out. Everything
+    started here has ended when this returns, also by an exception.
+    """
     accounts: dict[str, int | float] = {}
     links = ["--signing-key", str(signing_key)] if signing_key is not None else ["--unsigned"] if unsigned else []
     both = [*_offset(port_offset), *links]
     for line in external.words(run, plan, far, port_offset, links):
         console.print(line, soft_wrap=True, highlight=False)
-    ended = _fly(plan, run, port_offset, both, console, stop, accounts, watched, far)
+    keys = PaceKeys(plan.flights[0].sysid, port_offset, speed, security=security(signing_key, False, time.time))
+    ended = _fly(plan, run, port_offset, both, console, stop, accounts, watched, far, keys)
     silent = bool(far.lines) and ended.outcome == "failed" and bool(accounts.pop(PEER_LOST, 0))
     return replace(ended, accounts=accounts, silent=silent)
 
@@ -74,6 +80,7 @@ def _fly(
     accounts: dict[str, int | float],
     watched: watching.Where | None,
     far: external.External,
+    keys: PaceKeys,
 ) -> Outcome:
     def account(who: str, then: OnMessage) -> OnMessage:
         def on(msg: dict[str, Any]) -> None:
@@ -86,7 +93,7 @@ def _fly(
 
     ports.check_free(ports.needed(plan.names, port_offset, watched is not None, far.lines))
     wait_s = float(plan.scenario["clock"]["startup_timeout_s"])
-    with Supervisor(run) as sup, Board(console, plan.duration_s, plan.names) as board:
+    with keys, Supervisor(run) as sup, Board(console, plan.duration_s, plan.names) as board:
         heard = ["--out", run, *both, *watching.forwarding(watched, port_offset)]
         heard += ["--host", EVERYWHERE] if far.open else []
         ground = sup.start("ground", _argv("ground", "record", *heard), account("ground", board.on_ground))
@@ -101,11 +108,14 @@ def _fly(
         watcher = watching.start(sup, watched, run, console, both)
         args = ["--scenario", run / "scenario.toml", "--seed", plan.seed, "--run-dir", run]
         args += ["--realtime"] if plan.realtime else []
-        argv = _argv("sim_plant", *args, *both, *far.plant_args)
+        argv = _argv("sim_plant", *args, *both, *far.plant_args, *keys.plant_args)
         plant = sup.start("sim-plant", argv, account("plant", board.on_plant))
         console.print("  ".join(f"{c.name} (pid {c.pid})" for c in sup.children), style="dim")
+        if keys.on and not plan.realtime:
+            console.print(HELP, style="dim")
         while not stop:
             sup.pump(0.05)
+            keys.poll()
             board.draw()
             ended = sup.newly_ended()
             if plant in ended and plant.popen.returncode in (0, AIRCRAFT_LOST):
