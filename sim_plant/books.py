@@ -28,6 +28,8 @@ class Books:
             return
         now = time.monotonic()
         self.meters[i].sent(self._server.t_us, now)
+        if not self._server.tick:  # nobody is there yet: what waits in his socket is the first tick, again and again
+            return
         if question := self.offsets[i].ask(now):
             self._peers.send(i, question)
 

@@ -36,7 +36,7 @@ def fly(run: Path, offset: int, at: str, seconds: float, onboard: Sequence[objec
     common = ("run", "refueling", "--seed", 3, "--duration", seconds, "--no-rrd", "--port-offset", offset)
     launcher = start(*common, "--external", external, "--out", run, *args, out=words)
     far = board(run, "receiver", offset, *onboard)
-    code = launcher.wait(TIMEOUT_S)
+    code = launcher.wait(max(TIMEOUT_S, 2.0 * seconds))
     far_code = far.wait(30.0)
     return Flown(
         run, Ended(code, words.read_text()), Ended(far_code, (run.parent / f"board-{run.name}.txt").read_text())
