@@ -26,6 +26,7 @@ POLL_MS = 100  # [ms] longest wait before signals and time-outs are looked at
 FRIEND_US = 1_000_000  # [us] wall time after which another than the plant heard last may take its place
 LISTEN_TICKS = 1000  # telemetry also goes to whoever sent something within so many ticks
 MAX_LISTENERS = 4
+STALE_TAKES = 100  # times the socket is emptied before real time begins
 MAGIC = (b"\xfd", b"\xfe")
 
 
@@ -191,8 +192,9 @@ class Process:
         """Run at the base rate whatever comes, newest frame wins. Returns the exit code as `lockstep` does."""
         node, ground, log = self.node, self.ground, self.log
         period_us = self.cfg.period_us
-        while self.plant.take():  # what came during start-up: old news, if the plant is under way
-            pass
+        for _ in range(STALE_TAKES):  # what came during start-up: old news, if the plant is under way
+            if not self.plant.take():
+                break
         self.plant.unread = 0
         heard_us = monotonic_us()
         while not self._poll_plant():

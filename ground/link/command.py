@@ -205,7 +205,7 @@ class _Line:
             said = ""
             datagram = heard(datagram, self.signing)
             for packet, fault in split(datagram):
-                if fault or packet[5] != self.system or packet[6] != self.component:
+                if fault or (self.system and packet[5] != self.system) or packet[6] != self.component:
                     continue
                 kind = packet_id(packet)
                 if kind not in WANTED:

@@ -7,7 +7,7 @@ from ground.link.command import COMP_PLANT, CommandError, Order
 
 CMD_PACE: int = VALUES["MAV_CMD_USER_4"]
 WORDS = {"pause": "WKF_PACE_PAUSE", "resume": "WKF_PACE_RESUME", "step": "WKF_PACE_STEP", "pace": "WKF_PACE_SPEED"}
-USUAL = 2  # [-] system id of an aircraft of the run
+ANY = 0  # system id: the pace is that of the whole run
 
 
 def pace(word: str, value: float | None, to: int | None) -> Order:
@@ -18,5 +18,5 @@ def pace(word: str, value: float | None, to: int | None) -> Order:
         raise CommandError("pace needs a number: times real time, 0 flat out")
     params = (float(VALUES[WORDS[word]]), value or 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     return Order(
-        USUAL if to is None else to, CMD_PACE, params, word if value is None else f"{word} {value:g}", COMP_PLANT
+        ANY if to is None else to, CMD_PACE, params, word if value is None else f"{word} {value:g}", COMP_PLANT
     )

@@ -21,13 +21,22 @@ STATION_IDS = (255, 191)  # system and component of the launcher
 HELP = "keys: p pause, s one tick, r resume, + faster, - slower"
 
 
+def own_terminal() -> int | None:
+    """The terminal on stdin, if there is one and this process is in front of it: one in the background may not touch it."""
+    try:
+        fd = sys.stdin.fileno()
+        return fd if os.isatty(fd) and os.tcgetpgrp(fd) == os.getpgrp() else None
+    except (AttributeError, OSError, ValueError):
+        return None
+
+
 class PaceKeys:
     """Context manager: reads single keys of `fd` and sends what they mean to the plant; without a terminal it does nothing."""
 
     def __init__(
         self, sysid: int, port_offset: int, speed: float, fd: int | None = None, security: Security = OPEN
     ) -> None:
-        self._fd = sys.stdin.fileno() if fd is None and sys.stdin is not None and sys.stdin.isatty() else fd
+        self._fd = own_terminal() if fd is None else fd
         self._sysid, self._to, self._speed = sysid, (HOST, plant_command_port(port_offset)), speed
         self._security = security
         self._old: Any = None

@@ -49,11 +49,11 @@ def main() -> int:
     sets = [w for s in a.sets for w in ("--set", s)]
     with ExitStack() as stack:
         if a.baud:
-            line = stack.enter_context(PtyLine(baud=a.baud))
+            line = stack.enter_context(PtyLine(baud=a.baud, first=True))
             at, link = f"serial:{line.a}:{a.baud}", ("--link", f"serial:{line.b}:{a.baud}")
         else:
             to = ("127.0.0.1", 4700 + offset)
-            proxy = stack.enter_context(Proxy(to, a.delay_ms * 1e-3, a.jitter_ms * 1e-3, a.loss))
+            proxy = stack.enter_context(Proxy(to, a.delay_ms * 1e-3, a.jitter_ms * 1e-3, a.loss, first=True))
             at, link = f"udp:127.0.0.1:{proxy.port}", ("--link", f"udp:{to[0]}:{to[1]}")
         flown = fly(run, offset, at, a.seconds, (*link, *pace), *pace, *sets)
     print(flown.launcher.text[-1500:])

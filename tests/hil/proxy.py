@@ -10,6 +10,8 @@ import threading
 import time
 from types import TracebackType
 
+from tests.hil.ptys import at_once
+
 Address = tuple[str, int]
 
 
@@ -24,6 +26,7 @@ class Proxy:
         loss: float = 0.0,
         listen: Address = ("127.0.0.1", 0),
         seed: int = 1,
+        first: bool = False,
     ) -> None:
         self.cut = False
         self.lost = self.passed = 0
@@ -36,6 +39,7 @@ class Proxy:
         self.port: int = self._near.getsockname()[1]
         self._asker: Address | None = None
         self._ends = False
+        self._first = first
         self._thread = threading.Thread(target=self._run, daemon=True)
 
     def __enter__(self) -> Proxy:
@@ -49,6 +53,8 @@ class Proxy:
         self._far.close()
 
     def _run(self) -> None:
+        if self._first:
+            at_once()
         waiting: list[tuple[float, int, socket.socket, bytes]] = []
         n = 0
         while not self._ends:
