@@ -13,16 +13,19 @@ from typing import Annotated
 import typer
 
 from flightsw.cli import SigningKey, Unsigned, Version, make, report, tell
-from flightsw.icd.link import LinkError, UdpLink, plant_port, telemetry_port
+from flightsw.icd.link import LinkError, UdpLink, telemetry_port
 from flightsw.icd.overrun import overrun
-from flightsw.icd.signing import OPEN, PLANT, TELEMETRY, Security, security
+from flightsw.icd.signing import OPEN, TELEMETRY, Security, security
+from flightsw.icd.stream_link import StreamLink
 from flightsw.icd.tlog import TlogError
+from flightsw.priority import realtime_priority
 from flightsw.process.accounts import accounts
-from flightsw.process.clock import RealtimeClock, monotonic_us, realtime_priority, unix_s
+from flightsw.process.clock import RealtimeClock, monotonic_us, unix_s
 from flightsw.process.config import FlightConfig, load_flight
 from flightsw.process.executive import no_time
 from flightsw.process.loop import Process, Stop
 from flightsw.process.node import Node
+from flightsw.process.plantlink import link_overrides, open_plant
 from flightsw.process.recorder import LinkRecorder
 from flightsw.strict import ConfigError
 
@@ -51,13 +54,7 @@ def open_process(
     def say(text: str) -> None:
         tell(f"flightsw {name} (sysid {sysid}): {text}")
 
-    plant = UdpLink(
-        cfg.link.plant_port or plant_port(sysid, port_offset),
-        f"plant link of {name}, sysid {sysid}",
-        cfg.link.host,
-        security=security,
-        ident=PLANT,
-    )
+    plant = open_plant(cfg, realtime, port_offset, security)
     try:
         telemetry = UdpLink(
             cfg.link.telemetry_port or telemetry_port(sysid, port_offset),
@@ -88,6 +85,12 @@ def run(
     run_dir: Annotated[Path, typer.Option(help="Folder for link_<name>.tlog; must exist.")],
     sysid: Annotated[int, typer.Option(help="MAVLink system id; 0: the file's.")] = 0,
     sets: Annotated[list[str], typer.Option("--set", help="Override, key=value; repeatable.")] = [],  # noqa: B006
+    link: Annotated[
+        str,
+        typer.Option(
+            help="The plant's link: udp:HOST[:PORT] or tcp:HOST:PORT to listen on, or serial:DEVICE:BAUD (default: the file's)."
+        ),
+    ] = "",
     realtime: Annotated[bool, typer.Option(help="Run against the wall clock instead of in lockstep.")] = False,
     port_offset: Annotated[int, typer.Option(help="Added to every port, for parallel runs.")] = 0,
     signing_key: SigningKey = None,
@@ -95,7 +98,7 @@ def run(
     version: Version = False,
 ) -> None:
     """Fly one aircraft."""
-    raise typer.Exit(fly(config, run_dir, sysid or None, sets, realtime, port_offset, signing_key, unsigned))
+    raise typer.Exit(fly(config, run_dir, sysid or None, sets, realtime, port_offset, signing_key, unsigned, link))
 
 
 def fly(
@@ -107,11 +110,12 @@ def fly(
     port_offset: int,
     signing_key: Path | None = None,
     unsigned: bool = False,
+    link: str = "",
 ) -> int:
     """Run one flight process to its end. Returns the exit code; every expected failure is one line on stderr."""
     stop = Stop()
     try:
-        overrides: dict[str, object] = dict(parse_sets(sets))
+        overrides: dict[str, object] = (link_overrides(link) if link else {}) | dict(parse_sets(sets))
         if sysid is not None:
             overrides["app.sysid"] = sysid
         cfg = load_flight(config, overrides)
@@ -140,7 +144,7 @@ def fly(
         traceback.print_exc()
         process.say(f"stopped at t = {process.node.t_us / 1e6:.2f} s by {type(e).__name__}: {e}")
     finally:
-        lost = overrun(process.plant.sock) + overrun(process.ground.link.sock)
+        lost = overrun(process.plant) + overrun(process.ground.link.sock)
         try:
             process.close()
         except TlogError as e:
@@ -149,12 +153,18 @@ def fly(
                 code = EXIT_LOG
     if stop.signum and code == stop.exit_code:
         process.say(f"stopped by signal {stop.signum} at t = {max(process.node.t_us, 0) / 1e6:.2f} s; log closed")
+    if isinstance(process.plant, StreamLink):
+        process.say(
+            f"{process.plant.noise} bytes of noise, {process.plant.torn} torn datagrams on {process.plant.where}"
+        )
     report({"done": True, "accounts": accounts(process.node, lost)})
     return code
 
 
 def _loop(process: Process, realtime: bool) -> int:
     process.freeze()
+    if process.cfg.link.line:
+        process.say(f"ready; waits for the plant on {process.plant.where}")
     if not realtime:
         return process.lockstep()
     process.say(f"real time at {process.cfg.app.base_rate_hz} Hz: {realtime_priority()}")

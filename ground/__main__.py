@@ -165,7 +165,9 @@ def live(
 
 @app.command(context_settings={"ignore_unknown_options": True})  # so that a value may be negative
 def send(
-    action: Annotated[str, typer.Argument(help="a word of the mission flown (`list` shows all), or inject")],
+    action: Annotated[
+        str, typer.Argument(help="a word of the mission flown (`list` shows all), inject; pause, resume, step, pace")
+    ],
     value: Annotated[
         float | None,
         typer.Argument(help="the number it takes: a speed [m/s], the number of a law; inject: see --type, SI"),
@@ -196,6 +198,7 @@ def send(
     from ground.link.command import CommandError, listing, order
     from ground.link.command import send as transmit
     from ground.link.inject import inject
+    from ground.link.pace import WORDS, pace
 
     try:
         if action == "list":
@@ -203,6 +206,8 @@ def send(
             return
         if action == "inject":
             what = inject(value, kind or "", unit, probe, channel, for_s, to)
+        elif action in WORDS and kind is None:
+            what = pace(action, value, to)
         elif kind is not None:
             raise CommandError(f"--type belongs to inject, not to {action!r}")
         else:

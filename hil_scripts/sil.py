@@ -11,7 +11,7 @@ from typing import Annotated, Any
 
 import typer
 
-from flightsw.cli import SigningKey, Version, make
+from flightsw.cli import SigningKey, Unsigned, Version, make
 from hil_scripts.campaign.cli import campaign
 from hil_scripts.launch import screen
 from hil_scripts.shell import Json, RunDir, fail, kernels, scenario_names
@@ -79,11 +79,27 @@ def run(
         bool, typer.Option("--watch-web", help="Draw it as it flies, in a browser at an address that is printed.")
     ] = False,
     duration: Annotated[float | None, typer.Option(help="End after this many simulated seconds.", min=0.1)] = None,
+    external: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME[=LINE]",
+            help="An aircraft whose flightsw runs elsewhere, repeatable. LINE: udp:HOST[:PORT] or tcp:HOST[:PORT], where it "
+            "listens, or serial:DEVICE:BAUD here; without: UDP on this machine. What to take there is printed.",
+        ),
+    ] = None,
+    speed: Annotated[
+        float,
+        typer.Option(help="Lockstep at so many times real time (default: as fast as it goes).", min=0.0, max=1000.0),
+    ] = 0.0,
+    here: Annotated[
+        str, typer.Option(help="Address of this machine to which external aircraft send telemetry (default: found).")
+    ] = "",
+    unsigned: Unsigned = False,
     signing_key: SigningKey = None,
     json_: Json = False,
 ) -> None:
-    """Fly a scenario. Exit 0: completed within its bounds; 1: failed, or an aircraft lost; 2: bad input; 4: bound violated; 130:
-    Ctrl-C."""
+    """Fly a scenario. Exit 0: completed within its bounds; 1: failed, or an aircraft lost; 2: bad input; 3: an external aircraft
+    not heard; 4: bound violated; 130: Ctrl-C."""
     from hil_scripts.launch import forked
     from hil_scripts.launch.procs import SINGLE_THREAD, StopFlag
 
@@ -106,6 +122,7 @@ def run(
                 _where(watch, watch_web),
                 stop,
                 json_,
+                (external or [], here, unsigned, speed),
             )
         except (ValueError, OSError) as e:
             raise fail(str(e)) from None
@@ -126,37 +143,53 @@ def _fly(
     watched: Any,
     stop: Any,
     json_: bool,
+    far: tuple[list[str], str, bool, float],
 ) -> int:
     from flightsw.icd.signing import security as read_security
     from flightsw.strict import ConfigError
-    from hil_scripts.launch import finish, mission, ports, preflight, runfolder, warmup
+    from hil_scripts.launch import budget, external, finish, mission, ports, preflight, runfolder, warmup
 
     if realtime and in_process:
         raise ConfigError("--realtime and --in-process exclude each other: in one process there is no wall clock")
     if in_process and signing_key is not None:
         raise ConfigError("--signing-key and --in-process exclude each other: in one process there are no links")
-    read_security(signing_key, False, time.time)
+    names, here, unsigned, speed = far
+    if in_process and names:
+        raise ConfigError("--external and --in-process exclude each other: in one process nobody else flies")
+    if speed and (realtime or in_process):
+        raise ConfigError(
+            "--speed: allowed in lockstep with separate processes: not with --realtime, not with --in-process"
+        )
+    links = read_security(signing_key, unsigned, time.time)
     plan = runfolder.resolve(scenario, seed, sets, duration, realtime)
+    others = external.of_options(names, here, plan, port_offset)
+    links.admit(others.here)
+    plan = external.handed(plan, others, port_offset)
     if plan.realtime and in_process:
         raise ConfigError(
             "plant.clock.mode = 'realtime' and --in-process exclude each other: in one process there is no wall clock"
         )
     if not in_process:
-        ports.check_free(ports.needed(plan.names, port_offset, watched is not None))
+        ports.check_free(ports.needed(plan.names, port_offset, watched is not None, others.lines))
     console = screen.console(stderr=json_)
     for text in plan.warnings:
         console.print(f"warning: {text}", style="yellow")
     if not warmup.warm(console, stop):
         return 128 + stop.signum if stop else finish.EXIT_FAILED
+    for b in budget.budgets(plan, others.lines, signing_key is not None):
+        console.print(b.text(), soft_wrap=True, highlight=False)
+        if why := b.warning():
+            console.print(f"warning: {why}", style="yellow", soft_wrap=True)
     built = preflight.build(plan)
     run_dir = runfolder.make_folder(plan, out)
+    external.hand_over(run_dir, others)
     runfolder.write_meta(run_dir, plan, mode="in-process" if in_process else scenario_mode(plan.realtime))
     if in_process:
         from hil_scripts.launch import inproc
 
         outcome = inproc.fly(plan, run_dir, console, stop, built, watched)
     else:
-        outcome = mission.fly(plan, run_dir, port_offset, console, stop, signing_key, watched)
+        outcome = mission.fly(plan, run_dir, port_offset, console, stop, signing_key, watched, others, unsigned, speed)
     code = finish.finish(plan, run_dir, outcome, rrd, console, stop, in_process)
     if json_:
         print(json.dumps({"run.folder": str(run_dir)} | finish.read_summary(run_dir, console), indent=1))

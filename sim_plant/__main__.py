@@ -17,10 +17,15 @@ from typing import Annotated, Any
 import typer
 
 from flightsw.cli import SigningKey, Unsigned, Version, make, report, tell
+from flightsw.icd.lines import UDP, Line, parse_line
+from flightsw.icd.link import plant_port
 from flightsw.icd.signing import SigningError, security
+from flightsw.priority import realtime_priority
 from flightsw.strict import ConfigError
 from sim_plant.accounts import accounts
 from sim_plant.loops import PeerLostError, StoppedError, UdpPlant
+from sim_plant.pace import SPEED_MAX
+from sim_plant.peers import HOST
 from sim_plant.scenario import Scenario, load_scenario
 from sim_plant.server import PlantServer
 from sim_plant.world import AircraftLostError
@@ -45,9 +50,9 @@ class Stop:
         if not report(record):
             self.signum = self.signum or signal.SIGPIPE
 
-    def status(self, t_us: int, tick: int) -> None:
-        """Where the run is."""
-        self.say({"t": t_us / 1e6, "tick": tick})
+    def status(self, t_us: int, tick: int, lines: dict[str, str]) -> None:
+        """Where the run is, and how the lines to external aircraft are."""
+        self.say({"t": t_us / 1e6, "tick": tick} | ({"lines": lines} if lines else {}))
 
 
 def _say(text: str) -> None:
@@ -71,9 +76,21 @@ def _build(sc: Scenario, seed: int | None, run_dir: Path | None) -> PlantServer:
         raise ConfigError(str(e)) from None
 
 
+def _lines(external: list[str], server: PlantServer, port_offset: int) -> dict[str, Line]:
+    """Options `--external` as aircraft -> line. Raises ConfigError, LinkError."""
+    out = {}
+    for text in external:
+        name, _, line = text.partition("=")
+        if name not in server.names:
+            raise ConfigError(f"--external {text!r}: no such aircraft; allowed: {', '.join(server.names)}")
+        port = plant_port(server.sysids[server.names.index(name)], port_offset)
+        out[name] = parse_line(line or f"{UDP}:{HOST}", port)
+    return out
+
+
 def fly(
     scenario: str, seed: int | None, run_dir: Path | None, realtime: bool, port_offset: int, sets: list[str], stop: Stop,
-    signing_key: Path | None = None, unsigned: bool = False,
+    signing_key: Path | None = None, unsigned: bool = False, external: list[str] | None = None, speed: float = 0.0,
 ) -> int:  # fmt: skip
     """Run one scenario against flightsw processes; the exit code."""
     server: PlantServer | None = None
@@ -86,11 +103,14 @@ def fly(
         sc = load_scenario(scenario, overrides)
         server = _build(sc, seed, run_dir)
         links = security(signing_key, unsigned, time.time)
-        link = UdpPlant(server, port_offset, stop.status, _say, lambda: bool(stop.signum), links)
+        lines = _lines(external or [], server, port_offset)
+        link = UdpPlant(server, port_offset, stop.status, _say, lambda: bool(stop.signum), links, lines)
         gc.collect()
         gc.freeze()
         gc.disable()  # nothing here makes reference cycles; a collection would only show as a late tick
+        server.desk.pace.speed = speed
         if sc.clock.mode == "realtime":
+            _say(f"real time at {sc.clock.base_rate_hz} Hz: {realtime_priority()}")
             link.realtime()
         else:
             link.lockstep()
@@ -134,12 +154,22 @@ def run(
     realtime: Annotated[bool, typer.Option("--realtime", help="paced by the wall clock instead of lockstep")] = False,
     port_offset: Annotated[int, typer.Option(min=0, max=50000, help="added to every UDP port")] = 0,
     sets: Annotated[list[str] | None, typer.Option("--set", help="override a scenario key: noise.scale=2")] = None,
+    external: Annotated[
+        list[str] | None,
+        typer.Option(help="aircraft flown by another computer: NAME=udp:HOST:PORT, tcp:HOST:PORT, serial:DEVICE:BAUD"),
+    ] = None,
+    speed: Annotated[
+        float, typer.Option(min=0.0, max=SPEED_MAX, help="lockstep at so many times real time; 0: flat out")
+    ] = 0.0,
     signing_key: SigningKey = None,
     unsigned: Unsigned = False,
     version: Version = False,
 ) -> None:
     """Fly a scenario: the world, its sensors and the radio, against one flightsw process per aircraft."""
-    raise typer.Exit(fly(scenario, seed, run_dir, realtime, port_offset, sets or [], Stop(), signing_key, unsigned))
+    code = fly(
+        scenario, seed, run_dir, realtime, port_offset, sets or [], Stop(), signing_key, unsigned, external, speed
+    )  # fmt: skip
+    raise typer.Exit(code)
 
 
 def main() -> None:

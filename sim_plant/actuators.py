@@ -29,6 +29,7 @@ class CommandPath:
         self._asked = trim
         self.current = trim  # what was asked for; whoever bends it does so after each push
         self.refused = 0  # non-finite replies
+        self.silent = 0  # ticks since a reply came, armed or not
 
     @property
     def latch(self) -> bool:
@@ -39,6 +40,7 @@ class CommandPath:
         """Take the reply to tick k (None: no reply) and make `current` the command in force during tick k."""
         if self._jitter and not self._draws:
             self._draws = np.asarray(self._rng.integers(0, self._jitter + 1, 1000)).tolist()
+        self.silent = self.silent + 1 if cmd is None else 0
         extra = self._draws.pop() if self._jitter else 0
         if cmd is not None and cmd.armed:
             v = (cmd.aileron, cmd.elevator, cmd.rudder, cmd.throttle, cmd.latch, cmd.flap)

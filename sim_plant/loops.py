@@ -1,186 +1,39 @@
-"""The plant against real flightsw processes over UDP: lockstep (exact) and paced real time. Sockets and wall clock
-live here."""
+"""The plant against real flightsw processes: lockstep (exact) and paced real time, and what silence does to either."""
 
 from __future__ import annotations
 
-import socket
-import struct
 import time
-from collections.abc import Callable
 
-from flightsw.icd.link import MAX_DATAGRAM, Address, UdpLink, plant_command_port, plant_port
-from flightsw.icd.overrun import overrun
-from flightsw.icd.signing import OPEN, ORDERS, PLANT, Security
-from sim_plant.server import PlantServer
+from sim_plant.links import ANSWER, NOTHING, REPEAT_S, PeerLostError, PlantLinks, StoppedError
+from sim_plant.peers import STRANGER
+from sim_plant.silence import END, FLY, WAIT
 
-REPEAT_S = 0.2  # [s, wall] a tick is repeated this often until answered: a datagram may get lost in a flood
-STATUS_S = 0.5  # [s, wall] between status reports
-NOTES_MAX = 20  # lines for the operator in one report
+__all__ = ["PeerLostError", "StoppedError", "UdpPlant"]
+
 BURST = 1000  # datagrams taken in one tick of real time
-NOTHING, RUBBISH, ANSWER = 0, 1, 2
-Status = Callable[[int, int], None]  # simulated time [us], tick
 
 
-class StoppedError(RuntimeError):
-    """The run was asked to end; the plant is between two ticks."""
-
-
-def _never() -> bool:
-    return False
-
-
-class PeerLostError(RuntimeError):
-    """A flightsw never answered, or fell silent. The text names the aircraft and the last tick on each side."""
-
-
-class UdpPlant:
-    """Drives a PlantServer against one UDP peer per aircraft on 127.0.0.1. `status` is called about every STATUS_S; once
-    `stopped` says so the run ends with StoppedError, between two ticks: no packet is cut, no log written twice."""
-
-    def __init__(
-        self,
-        server: PlantServer,
-        port_offset: int,
-        status: Status,
-        note: Callable[[str], None],
-        stopped: Callable[[], bool] = _never,
-        security: Security = OPEN,
-    ) -> None:
-        self.server = server
-        self._status, self._note, self._stopped = status, note, stopped
-        self._link = UdpLink(0, "plant", security=security, ident=PLANT)
-        self._sock = self._link.sock
-        try:
-            self._orders = UdpLink(
-                plant_command_port(port_offset), "commands to the plant", security=security, ident=ORDERS
-            )
-        except OSError:
-            self._link.close()
-            raise
-        self._sock.setblocking(True)
-        self._timeout(0.05)
-        self._peers: list[Address] = [("127.0.0.1", plant_port(s, port_offset)) for s in server.sysids]
-        self._index = {a: i for i, a in enumerate(self._peers)}
-        self._answered_tick = [-1] * len(self._peers)  # last tick each peer answered
-        self._next_status = 0.0
-        self.unread = 0  # datagrams to the command port dropped unread
-        self._told = 0  # packets refused by signing, as last told
-        self.missed = [0] * len(self._peers)  # real time: ticks without a fresh reply
-        self.late_ticks = 0  # real time: ticks that began after their deadline by a period or more
-        self.stray = 0  # datagrams of somebody who is no aircraft
-        self.overrun = 0  # datagrams dropped at the sockets, known after `finish`
-
-    def _timeout(self, seconds: float) -> None:
-        """Receive timeout in the kernel: one system call per datagram instead of poll and receive."""
-        s = max(seconds, 1e-6)
-        self._sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, struct.pack("ll", int(s), int(s % 1.0 * 1e6) or 1))
-
-    def _receive(self, exact: bool, flags: int = 0) -> int:
-        """Take one datagram: ANSWER, RUBBISH (anything else that arrived) or NOTHING."""
-        try:
-            data, addr = self._sock.recvfrom(MAX_DATAGRAM, flags)
-        except (BlockingIOError, ConnectionError):  # nothing there, or a peer's port is not open yet
-            return NOTHING
-        if self._link.signing is not None:
-            data = self._link.signing.check(data)
-        i = self._index.get(addr)
-        self.stray += i is None
-        if i is not None and self.server.accept(i, data, exact):
-            self._answered_tick[i] = self.server.tick
-            return ANSWER
-        return RUBBISH
-
-    @property
-    def unsent(self) -> int:
-        """Datagrams the system would not take."""
-        return self._link.dropped + self._orders.dropped
-
-    @property
-    def refused(self) -> int:
-        """Packets that signing has refused."""
-        return sum(link.signing.refused.total for link in (self._link, self._orders) if link.signing is not None)
-
-    def _look(self) -> None:
-        if self._stopped():
-            raise StoppedError
-
-    def _take_orders(self) -> None:
-        """Commands of the ground to the plant: each is answered at once and takes effect at the next tick."""
-        for data, addr in self._orders.take():
-            for ack in self.server.desk.take(data):
-                self._orders.send(ack, addr)
-        self.server.desk.unread += self._orders.unread
-        self.unread += self._orders.unread
-        self._orders.unread = 0
-
-    def _send(self, datagrams: list[bytes], only_open: bool = False) -> None:
-        for i, (d, a) in enumerate(zip(datagrams, self._peers, strict=True)):
-            if not (only_open and self.server.answered(i)):
-                self._link.send(d, a)
-
-    def _report(self, now: float) -> None:
-        if now >= self._next_status:
-            self._next_status = now + STATUS_S
-            self._status(self.server.t_us, self.server.tick)
-            notes = self.server.notes
-            for line in notes[:NOTES_MAX]:
-                self._note(line)
-            if len(notes) > NOTES_MAX:
-                self._note(f"{len(notes) - NOTES_MAX} more lines of this kind")
-            notes.clear()
-            if (n := self.refused) != self._told:
-                self._note(f"signing: {n - self._told} packets refused")
-                self._told = n
-            if unread := self.server.desk.unread:
-                self._note(f"{unread} commands to the plant dropped unread")
-                self.server.desk.unread = 0
-
-    def _lost(self, waited: float, starting: bool) -> PeerLostError:
-        s = self.server
-        silent = [i for i in range(len(self._peers)) if not s.answered(i)]
-        parts = []
-        for i in silent:
-            last = f"last answered tick {self._answered_tick[i]}" if self._answered_tick[i] >= 0 else "never answered"
-            bad = f", {s.rejected[i]} datagrams rejected" if s.rejected[i] else ""
-            parts.append(f"{s.names[i]} (sysid {s.sysids[i]}, UDP port {self._peers[i][1]}): {last}{bad}")
-        what = "no answer at start-up" if starting else "peer silent"
-        return PeerLostError(
-            f"{what} for {waited:.1f} s; plant is at tick {s.tick} (t = {s.t_us / 1e6:.2f} s); " + "; ".join(parts)
-        )
-
-    def start(self) -> None:
-        """Repeat tick 0 until every aircraft has answered it. Raises PeerLostError after the start-up timeout."""
-        s = self.server
-        began = time.monotonic()
-        next_send = began
-        limit = s.scenario.clock.startup_timeout_s
-        out = s.begin_tick()
-        while not all(s.answered(i) for i in range(len(self._peers))):
-            self._look()
-            now = time.monotonic()
-            if now - began > limit:
-                raise self._lost(now - began, True)
-            if now >= next_send:
-                self._send(out, only_open=True)
-                next_send = now + REPEAT_S
-            self._receive(True)
-            self._take_orders()
-            self._report(now)
+class UdpPlant(PlantLinks):
+    """Drives a PlantServer against its onboard computers. Raises PeerLostError, StoppedError."""
 
     def lockstep(self) -> None:
         """Fly the scenario as fast as the peers answer. Raises PeerLostError naming a peer that falls silent."""
-        s, n = self.server, len(self._peers)
-        self.start()
+        s, n = self.server, len(self.server.names)
+        out = self.start()
         s.end_tick()
-        clock = s.scenario.clock
+        clock, quiet, pace = s.scenario.clock, self.quiet, s.desk.pace
         while not s.done:
             self._look()
             self._take_orders()
+            while pace.hold():
+                self._keep_alive(out)
             out = s.begin_tick()
             self._send(out)
             # as flightsw does: with the first ticks a peer may still be starting
             limit = clock.peer_timeout_s if s.tick > 1 else max(clock.startup_timeout_s, clock.peer_timeout_s)
-            waiting, began, sent = n, 0.0, 0.0
+            waiting, began, sent = n - len(quiet.since), 0.0, 0.0
+            if quiet.since:
+                waiting += self._while_silent()
             while waiting:
                 if self._receive(True) == ANSWER:
                     waiting -= 1
@@ -189,35 +42,106 @@ class UdpPlant:
                 now = time.monotonic()  # the clock is asked only when something is odd
                 began, sent = began or now, sent or now
                 if now - began > limit:
-                    raise self._lost(now - began, False)
+                    if quiet.rule == END or quiet.over(now):
+                        raise self._lost(now - began, False)
+                    self._fall_silent(began, now)
+                    if quiet.rule == FLY:
+                        break
                 if now - sent >= REPEAT_S:
                     self._send(out, only_open=True)
                     sent = now
                 self._report(now)
+            if quiet.since and quiet.rule == WAIT:
+                self._come_back()
             s.end_tick()
             if s.tick & 31 == 0:
                 self._report(time.monotonic())
 
+    def _keep_alive(self, out: list[bytes]) -> None:
+        """While time stands still: the last tick again, now and then, so that no peer takes this for silence; what is answered is
+        known already."""
+        s, now = self.server, time.monotonic()
+        if now - self._repeated >= REPEAT_S:
+            self._repeated = now
+            for i, d in enumerate(out):
+                self._peers.send(i, d)
+        while (got := self._peers.receive(wait=False)) is not None:
+            self.books.heard(*got)
+        s.desk.record()  # commands are taken a tick's worth at a time
+        self._look()
+        self._take_orders()
+        self._report(now)
+
+    def _fall_silent(self, since: float, now: float) -> None:
+        for i in range(len(self.server.names)):
+            if not self.server.answered(i):
+                self.quiet.falls(i, since, now, self.server.t_us)
+
+    def _come_back(self) -> None:
+        """All that have answered are silent no more."""
+        now = time.monotonic()
+        for i in [i for i in self.quiet.since if self.server.answered(i)]:
+            self.quiet.heard(i, now, self.server.t_us)
+
+    def _while_silent(self) -> int:
+        """Lockstep goes at the wall clock's pace while it does not wait for somebody. The number of those that have spoken: their
+        answers are waited for again. Raises PeerLostError when it is enough."""
+        s, back = self.server, 0
+        time.sleep(1.0 / s.world.rate_hz)
+        while (what := self._receive(True, wait=False)) != NOTHING:
+            i = self._who
+            if i != STRANGER and s.stamps[i] >= 0 and self.quiet.heard(i, time.monotonic(), s.t_us):
+                back += what != ANSWER  # its answer to a tick long past: it is there, and has the present one to answer
+        if waited := self.quiet.over(time.monotonic()):
+            raise self._lost(waited, False)
+        return back
+
+    def _stand_still(self, out: list[bytes]) -> None:
+        """Real time stops until all have answered the open tick."""
+        sent = 0.0
+        self._peers.wait(0.05)
+        while not all(map(self.server.answered, range(len(self.server.names)))):
+            self._look()
+            self._take_orders()
+            now = time.monotonic()
+            if waited := self.quiet.over(now):
+                raise self._lost(waited, False)
+            if now - sent >= REPEAT_S:
+                self._send(out, only_open=True)
+                sent = now
+            self._receive(False)
+            self._report(now)
+        self._come_back()
+
+    def _pass(self, seconds: float) -> None:
+        """Let time go by; replies of external aircraft are taken as they come, so that it is known when."""
+        if self._peers.external and seconds >= 1e-3:  # the system waits whole milliseconds for several lines
+            self._peers.wait(seconds)
+            self._receive(False)
+        else:
+            time.sleep(seconds)
+
     def realtime(self) -> None:
         """Fly at the wall clock's pace: absolute deadlines, whatever reply is newest; silence ends the run as in
         lockstep."""
-        s, n = self.server, len(self._peers)
+        s, n = self.server, len(self.server.names)
         self.start()
         s.end_tick()
+        s.desk.pace.fixed = "real time goes at the pace of the wall clock"
         period = 1.0 / s.world.rate_hz
-        limit = s.scenario.clock.peer_timeout_s
+        limit, quiet = s.scenario.clock.peer_timeout_s, self.quiet
         heard = [time.monotonic()] * n
         deadline = time.monotonic()
-        self._timeout(period)
         while not s.done:
             self._look()
             self._take_orders()
-            self._send(s.begin_tick())
+            out = s.begin_tick()
+            self._send(out)
             deadline += period
             while (left := deadline - time.monotonic()) > 2e-4:
-                time.sleep(left - 1e-4)
+                self._pass(left - 1e-4)
             for _ in range(BURST):
-                if self._receive(False, socket.MSG_DONTWAIT) == NOTHING:
+                if self._receive(False, wait=False) == NOTHING:
                     break
             now = time.monotonic()
             for i in range(n):
@@ -226,17 +150,18 @@ class UdpPlant:
                 else:
                     self.missed[i] += 1
                     if now - heard[i] > limit:
-                        raise self._lost(now - heard[i], False)
+                        if quiet.rule == END or quiet.over(now):
+                            raise self._lost(now - heard[i], False)
+                        quiet.falls(i, heard[i], now, s.t_us)
+            if quiet.since:
+                if quiet.rule == WAIT:
+                    self._stand_still(out)
+                    now = deadline = time.monotonic()
+                    heard = [now] * n
+                self._come_back()
             s.end_tick()
+            self.books.close()
             if now - deadline >= period:  # fell behind: count and go on from here, no burst of ticks
                 self.late_ticks += 1
                 deadline = now
             self._report(now)
-
-    def finish(self) -> None:
-        """Tell every flightsw that the run is over (three times: UDP may lose one), and close the socket."""
-        for _ in range(3):
-            self._send(self.server.shutdown())
-        self.overrun = overrun(self._sock) + overrun(self._orders.sock)
-        self._link.close()
-        self._orders.close()

@@ -14,6 +14,7 @@ from sim_plant.aircraft.kind import formation_models, kind_of
 from sim_plant.sensors.config import Suite
 from sim_plant.sensors.over import replaced_by_grade
 from sim_plant.sensors.terms import FAMILIES, PAPER, grade_of, group_terms
+from sim_plant.silence import END
 
 if TYPE_CHECKING:
     from sim_plant.scenario import AircraftCfg, Scenario
@@ -36,6 +37,13 @@ def check_obeyed(sc: Scenario) -> None:
         _aircraft(a)
         _sensors(sc, a)
     _wind(sc, sum(kind_of(a).formation for a in sc.aircraft), len(sc.aircraft))
+    if sc.clock.silence == END:
+        refuse(
+            "clock.silence_end_s",
+            sc.clock.silence_end_s,
+            "with clock.silence = 'end'",
+            default=type(sc.clock)().silence_end_s,
+        )
     if len(sc.aircraft) < 2:
         link = sc.link
         for key, value, default in (("latency_ms", link.radio_latency_ms, 50.0), ("loss", link.radio_loss, 0.0)):

@@ -22,6 +22,7 @@ from sim_plant.obeyed import check_obeyed, refuse
 from sim_plant.sensors.config import Latency, NoiseCfg, NonNeg, Suite
 from sim_plant.sensors.over import asked, lay_over
 from sim_plant.sensors.terms import PAPER, grade_of
+from sim_plant.silence import END, RULES
 from sim_plant.wind.config import Wind
 
 __all__ = ["ACTIONS", "SENSORS", "Event", "Scenario", "dump", "load_scenario"]
@@ -50,7 +51,9 @@ class Clock:
     base_rate_hz: Annotated[int, Range(10, 1000)] = 100
     truth_hz: Annotated[int, Range(1, 1000)] = 20  # truth.tlog
     startup_timeout_s: Pos = 180.0  # [s, wall] until a flightsw first answers
-    peer_timeout_s: Pos = 3.0  # [s, wall] silence that ends the run
+    peer_timeout_s: Pos = 3.0  # [s, wall] until an aircraft that is not heard counts as silent
+    silence: Annotated[str, OneOf(RULES)] = END  # then: end the run, let time wait, or fly on by its servo unit
+    silence_end_s: Pos = 60.0  # [s, wall] of silence that end it all the same
 
 
 @dataclass(frozen=True)

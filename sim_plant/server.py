@@ -51,6 +51,7 @@ class PlantServer:
         )
         self.notes: list[str] = []
         self.rejected = [0] * len(self.names)  # datagrams that were no reply to an open tick
+        self.stamps = [-1] * len(self.names)  # [us] what the last reply looked at answers; -1: it was none
         self._out: list[bytes] = []
         self._replies: list[Reply | None] = [None] * len(self.names)
         self._answers: list[list[bytes]] = [[] for _ in self.names]  # to orders that came by way of the aircraft
@@ -147,6 +148,7 @@ class PlantServer:
         """
         reply = self.codecs[i].decode_reply(datagram)
         cmd = reply.cmd
+        self.stamps[i] = -1 if cmd is None else cmd.t_us
         late = 0 if cmd is None else self.t_us - cmd.t_us
         if cmd is None or not 0 <= late <= REPLY_AGE_US or (exact and (late or self._replies[i] is not None)):
             if cmd is None or cmd.t_us:  # tick 0 is repeated until answered: more than one answer to it is no fault

@@ -44,6 +44,8 @@ class World:
         for m in self.members:
             to = m.cfg.start.relative_to
             m.start(self.air, named[to] if to else None)
+        for m in self.members:
+            m.unit.begin(m.view)
         self.air.fill_history(self.members)
         for m in self.members:
             m.check_limits()
@@ -98,6 +100,8 @@ class World:
             self.sense()
         for m, cmd in zip(self.members, cmds, strict=True):
             m.path.push(self.tick, cmd)
+            if m.path.silent > m.unit.after:
+                m.path.current = m.unit.command(m.path.current, m.view)
             out = self.faults.outage[m.cfg.name]
             if out.bent:
                 m.path.current = bend(m.path.current, out.bent, m.view)

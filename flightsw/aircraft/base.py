@@ -8,7 +8,7 @@ from typing import Annotated, TypeVar
 
 from flightsw.aircraft.structure import Structure
 from flightsw.plugins import RECORDS, PartOf
-from flightsw.strict import ConfigError, Range, load, near, read_toml
+from flightsw.strict import ConfigError, OneOf, Range, load, near, read_toml
 
 HERE = Path(__file__).parent
 Pos = Annotated[float, Range(1e-9)]
@@ -17,6 +17,7 @@ Pair = tuple[float, float]
 V3 = tuple[float, float, float]
 PROBES = 4  # what AIR_DATA carries
 DEFAULT_MODEL = "sixdof"  # of a file that names none
+HOLD, TRIM, LEVEL = "hold", "trim", "level"
 T = TypeVar("T", bound="Airframe")
 
 
@@ -43,6 +44,21 @@ class Controls:
     flap_rate_degps: NonNeg = 0.0
     servo_wn_radps: NonNeg = 0.0
     servo_zeta: NonNeg = 0.0
+    # what the servos do by themselves once no command has come for so many ticks: keep the last, go to the trim of steady flight,
+    # or hold wings and pitch level about it
+    silent: Annotated[str, OneOf((HOLD, TRIM, LEVEL))] = HOLD
+    silent_ticks: Annotated[int, Range(1, 1000)] = 5
+    silent_pitch_deg: Annotated[float, Range(-10.0, 10.0)] = 0.0  # level: pitch held, from that of the trim
+    silent_throttle: Annotated[float, Range(0.0, 2.0)] = 1.0  # trim and level: times the throttle of the trim
+
+    def __post_init__(self) -> None:
+        """Raises ConfigError for what the rule of silence does not ask for."""
+        unasked = {HOLD: ("silent_ticks", "silent_pitch_deg", "silent_throttle"), TRIM: ("silent_pitch_deg",)}
+        for key in unasked.get(self.silent, ()):
+            if getattr(self, key) != getattr(Controls, key):
+                raise ConfigError(
+                    f"controls.{key} = {getattr(self, key)}: nothing obeys it with silent = {self.silent!r}"
+                )
 
     def needs(self, at: str, *keys: str) -> None:
         """Raise ConfigError naming the first of `keys` that is left out; `at` names the aircraft."""

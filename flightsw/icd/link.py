@@ -74,6 +74,15 @@ class UdpLink:
             raise LinkError(f"UDP port {host}:{port} ({use}) {why}; free it or choose another --port-offset") from None
         self.sock.setblocking(False)
         self.port: int = self.sock.getsockname()[1]
+        self.where = f"udp:{host}:{self.port}"
+
+    def fileno(self) -> int:
+        """To wait on."""
+        return self.sock.fileno()
+
+    def arrived(self) -> bool:
+        """Whether something may wait, asked once the socket has become readable."""
+        return True
 
     def _set_buffer(self, size: int) -> None:
         """Ask for a large receive buffer: first beyond the system limit (needs privilege), then within it."""

@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 import os
-import socket
 from pathlib import Path
+from typing import Protocol
 
 TABLE = Path("/proc/net/udp")
 
 
-def overrun(sock: socket.socket, table: Path = TABLE) -> int:
-    """Datagrams dropped at `sock` so far; 0 where the system does not tell (it is no Linux)."""
+class Waitable(Protocol):
+    """A socket, or what stands for one."""
+
+    def fileno(self) -> int:
+        """Its number in this process."""
+
+
+def overrun(sock: Waitable, table: Path = TABLE) -> int:
+    """Datagrams dropped at `sock` so far; 0 where the system does not tell, and of what is no socket."""
     try:
         inode = str(os.fstat(sock.fileno()).st_ino)
         lines = table.read_text().splitlines()

@@ -12,10 +12,11 @@ from typing import Annotated, Any
 
 from flightsw.files import beside
 from flightsw.icd.geo import Origin
-from flightsw.icd.link import GROUND_PORT, OPERATOR_PORT
+from flightsw.icd.lines import Line, parse_line
+from flightsw.icd.link import GROUND_PORT, OPERATOR_PORT, LinkError
 from flightsw.icd.rates import MAX_RATE_HZ
 from flightsw.icd.scaling import STATIONS
-from flightsw.strict import Range, Tree, apply_overrides, convert, read_toml, to_dict
+from flightsw.strict import OneOf, Range, Tree, apply_overrides, convert, read_toml, to_dict
 
 Hz = Annotated[float, Range(0.0, MAX_RATE_HZ)]
 Port = Annotated[int, Range(1, 65535)]
@@ -65,9 +66,12 @@ class LinkConfig:
     host: str = "127.0.0.1"
     plant_port: Annotated[int, Range(0, 65535)] = 0
     telemetry_port: Annotated[int, Range(0, 65535)] = 0
+    line: str = ""  # instead of UDP on host and plant_port: tcp:HOST:PORT to listen on, or serial:DEVICE:BAUD
     targets: tuple[str, ...] = (f"127.0.0.1:{GROUND_PORT}", f"127.0.0.1:{OPERATOR_PORT}")
     startup_timeout_s: Annotated[float, Range(0.1, 3600.0)] = 180.0  # wall time to the first datagram
     peer_timeout_s: Annotated[float, Range(0.1, 600.0)] = 3.0  # wall time between datagrams
+    silence: Annotated[str, OneOf(("end", "wait"))] = "end"  # what follows: the process ends, or waits for the plant
+    silence_end_s: Annotated[float, Range(0.1, 3600.0)] = 60.0  # wall time of silence that ends it all the same
     delay_ticks: Annotated[int, Range(0, 20)] = 1  # transport delay the control law allows for
     broadcast_peer: bool = False  # send own state to the other aircraft
     peer_rate_hz: Annotated[int, Range(1, 100)] = 20
@@ -81,10 +85,22 @@ class LinkConfig:
     def __post_init__(self) -> None:
         for text in self.targets:
             parse_target(text)
+        if self.line and not self.stream().stream:
+            allowed = "tcp:HOST:PORT, serial:DEVICE:BAUD; UDP by host and plant_port"
+            raise ValueError(f"line = {self.line!r}: allowed: {allowed}")
+        if self.silence == "end" and self.silence_end_s != LinkConfig.silence_end_s:
+            raise ValueError(f"silence_end_s = {self.silence_end_s}: allowed with silence = 'wait'")
         if not self.broadcast_peer and self.peer_rate_hz != LinkConfig.peer_rate_hz:
             raise ValueError(f"peer_rate_hz = {self.peer_rate_hz}: allowed with broadcast_peer = true")
         if self.raw_fix and not self.broadcast_peer:
             raise ValueError("raw_fix = true: allowed with broadcast_peer = true")
+
+    def stream(self) -> Line:
+        """Of `line`, which is not empty. Raises ValueError."""
+        try:
+            return parse_line(self.line, 0)
+        except LinkError as e:
+            raise ValueError(f"line: {e}") from None
 
 
 @dataclass(frozen=True)

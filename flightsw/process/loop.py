@@ -12,6 +12,10 @@ from types import FrameType
 
 from flightsw.icd.framing import modern
 from flightsw.icd.link import Address, UdpLink
+from flightsw.icd.scaling import COMP_AUTOPILOT
+from flightsw.icd.stream_link import StreamLink
+from flightsw.icd.timesync import LineStatus, answer, is_timesync
+from flightsw.icd.wire import Sender
 from flightsw.process.clock import RealtimeClock, monotonic_us
 from flightsw.process.config import FlightConfig, parse_target
 from flightsw.process.node import Node
@@ -22,6 +26,7 @@ POLL_MS = 100  # [ms] longest wait before signals and time-outs are looked at
 FRIEND_US = 1_000_000  # [us] wall time after which another than the plant heard last may take its place
 LISTEN_TICKS = 1000  # telemetry also goes to whoever sent something within so many ticks
 MAX_LISTENERS = 4
+STALE_TAKES = 100  # times the socket is emptied before real time begins
 MAGIC = (b"\xfd", b"\xfe")
 
 
@@ -82,7 +87,7 @@ class Process:
         self,
         cfg: FlightConfig,
         node: Node,
-        plant: UdpLink,
+        plant: UdpLink | StreamLink,
         telemetry: UdpLink,
         log: LinkRecorder,
         stop: Stop,
@@ -93,9 +98,10 @@ class Process:
         targets = [(h, p + port_offset) for h, p in map(parse_target, cfg.link.targets)]
         self.ground = Ground(telemetry, node, targets)
         self._poll = select.poll()
-        self._poll.register(plant.sock, select.POLLIN)
+        self._poll.register(plant.fileno(), select.POLLIN)
         self._telemetry_fd = telemetry.sock.fileno()
         self._poll.register(self._telemetry_fd, select.POLLIN)
+        self._clock_sender = Sender(cfg.app.sysid, COMP_AUTOPILOT)
         self._from: Address | None = None  # where the plant was heard last
         self._alive_us = 0  # wall time of its last tick
 
@@ -121,8 +127,8 @@ class Process:
                 if node.done:
                     return EXIT_OK
             if node.tick != before:
-                heard_us = self._alive_us = monotonic_us()
-            elif self._is_silent(heard_us):
+                self._alive_us = monotonic_us()
+            elif self._is_silent(max(heard_us, self._alive_us)):
                 return EXIT_SILENT
         return self.stop.exit_code
 
@@ -134,6 +140,7 @@ class Process:
         if reply:
             self.plant.send(reply, sender)
             self._from = sender
+            self._alive_us = monotonic_us()  # also by a repeat: a plant whose time stands still is not silent
         telemetry = node.after()
         if node.tick == before:
             return
@@ -158,8 +165,22 @@ class Process:
             got = friend
         self.node.unread_plant += self.plant.unread
         self.plant.unread = 0
+        got = [(d, s) for d, s in got if not self._asked_the_time(d, s)]
         self._judged()
         return got
+
+    def _asked_the_time(self, datagram: bytes, sender: Address) -> bool:
+        """Whether it is a question about this clock, which is answered here: nothing that flies hears of it."""
+        if not is_timesync(datagram):
+            return False
+        if reply := answer(datagram, self._clock_sender, monotonic_us() * 1000, self._line_status()):
+            self.plant.send(reply, sender)
+        return True
+
+    def _line_status(self) -> LineStatus:
+        plant, node = self.plant, self.node
+        noise, torn = (plant.noise, plant.torn) if isinstance(plant, StreamLink) else (0, 0)
+        return LineStatus(node.taken, node.passed_over, noise, torn, plant.dropped)
 
     def _judged(self) -> None:
         """Tell the node what signing has refused at both sockets."""
@@ -171,6 +192,10 @@ class Process:
         """Run at the base rate whatever comes, newest frame wins. Returns the exit code as `lockstep` does."""
         node, ground, log = self.node, self.ground, self.log
         period_us = self.cfg.period_us
+        for _ in range(STALE_TAKES):  # what came during start-up: old news, if the plant is under way
+            if not self.plant.take():
+                break
+        self.plant.unread = 0
         heard_us = monotonic_us()
         while not self._poll_plant():
             if self.stop.signum:
@@ -218,16 +243,18 @@ class Process:
 
     def _poll_plant(self) -> bool:
         """Wait a little; True if the plant sent something."""
-        return any(fd == self.plant.sock.fileno() for fd, _ in self._poll.poll(POLL_MS))
+        woken = {fd for fd, _ in self._poll.poll(POLL_MS)}
+        return self.plant.fileno() in woken and self.plant.arrived()
 
     def _is_silent(self, heard_us: int) -> bool:
         """True, and said, when the plant has been silent too long; until the second tick it may still be starting."""
         link, node = self.cfg.link, self.node
-        limit = link.peer_timeout_s if node.tick > 1 else max(link.startup_timeout_s, link.peer_timeout_s)
+        patience_s = link.peer_timeout_s if link.silence == "end" else link.silence_end_s
+        limit = patience_s if node.tick > 1 else max(link.startup_timeout_s, patience_s)
         if monotonic_us() - heard_us < limit * 1e6:
             return False
         where = (
             f"last tick here: {node.tick - 1} at t = {node.t_us / 1e6:.2f} s" if node.tick else "no tick was received"
         )
-        self.say(f"plant silent on port {self.plant.port} for {limit:g} s; {where}")
+        self.say(f"plant silent on {self.plant.where} for {limit:g} s; {where}")
         return True

@@ -105,6 +105,7 @@ class Node:
         self.dt_s = 0.0
         self.done = False
         self.duplicates = 0
+        self.taken = self.passed_over = 0  # ticks that came in; of these not answered for a newer one
         self.heard: list[Heard] = []
         self.heard_lost = 0
         self.settled: list[tuple[int, Settled]] = []
@@ -161,6 +162,8 @@ class Node:
                 again, self.answers = True, k
             elif what == TICK:
                 self._last_datagram = d
+                self.taken += 1
+                self.passed_over += new
                 new, self.answers = True, k
         if f.commands:
             self._own_commands()

@@ -26,7 +26,7 @@ from flightsw.kernels.rotations import (
 )
 from flightsw.sixdof import aids
 from flightsw.sixdof.calculated_wind import CalculatedWind, calculated_wind
-from flightsw.sixdof.estimator_core import NavParams, channel_sigma, failed_bits, inertial_acceleration
+from flightsw.sixdof.estimator_core import GAP_US, NavParams, channel_sigma, failed_bits, inertial_acceleration
 from flightsw.sixdof.free import Aerodynamic, FreeSensors, Sensed, check
 from flightsw.sixdof.gating import TrustedCore
 from flightsw.sixdof.layout import (
@@ -78,6 +78,8 @@ class AirframeNav:
         `updated` the union of update bits since then. Never raises on bad data: `valid` and `reason` say what is wrong.
         """
         c = self.core
+        if self.started_us >= 0 and f.t_us - self.t_us > GAP_US:
+            self.begin_again(f"no step for {(f.t_us - self.t_us) * 1e-6:.1f} s, restarting")
         if self.started_us < 0:
             return self._start(f, u, updated, health)
         dt = (f.t_us - self.t_us) * 1e-6

@@ -31,7 +31,7 @@ CMD_REQUEST_MESSAGE: int = VALUES["MAV_CMD_REQUEST_MESSAGE"]
 RETRY_S = 0.7  # [s] wall time before a repeat
 ATTEMPTS = 4
 IN_PROGRESS = 5  # MAV_RESULT: begun, a final answer follows
-RESERVED = ("inject", "list")  # words of `ground send` that are of no mission
+RESERVED = ("inject", "list", "pause", "resume", "step", "pace")  # words of `ground send` that are of no mission
 UNSUPPORTED: int = VALUES["MAV_RESULT_UNSUPPORTED"]
 PROGRESS_S = 5.0  # [s] how long to wait for that final answer
 DATAGRAM = 65536  # [byte]
@@ -205,7 +205,7 @@ class _Line:
             said = ""
             datagram = heard(datagram, self.signing)
             for packet, fault in split(datagram):
-                if fault or packet[5] != self.system or packet[6] != self.component:
+                if fault or (self.system and packet[5] != self.system) or packet[6] != self.component:
                     continue
                 kind = packet_id(packet)
                 if kind not in WANTED:

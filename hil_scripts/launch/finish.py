@@ -23,6 +23,7 @@ from hil_scripts.launch.runfolder import RunPlan
 
 FAILED = "run.failed_views"  # of the figures (ground.metrics): views that failed
 EXIT_FAILED = 1
+EXIT_SILENT = 3  # an aircraft that another computer flies was not heard
 EXIT_EXPECT = 4  # completed, but a bound of the scenario is violated
 
 
@@ -75,7 +76,7 @@ def finish(
         console.print(outcome.reason, style="red")
         code = EXIT_FAILED
     elif outcome.outcome != "completed" or not got_metrics:
-        code = EXIT_FAILED
+        code = EXIT_SILENT if outcome.silent else EXIT_FAILED
     else:
         code = _judge(plan, summary, console) or (EXIT_FAILED if FAILED in summary else 0)
     if unwritten:

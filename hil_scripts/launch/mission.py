@@ -12,7 +12,9 @@ from typing import Any
 
 from rich.console import Console
 
-from hil_scripts.launch import ports, watching
+from flightsw.icd.signing import security
+from hil_scripts.launch import external, ports, watching
+from hil_scripts.launch.pacekeys import HELP, PaceKeys
 from hil_scripts.launch.procs import Child, StopFlag, Supervisor, describe_exit
 from hil_scripts.launch.progress import Board
 from hil_scripts.launch.runfolder import RunPlan
@@ -21,6 +23,8 @@ DRAIN_S = 10.0  # [s] for onboard processes to end after the plant has, and for 
 COLLATERAL_S = 0.3  # [s] wait for further deaths, to name the cause and not a consequence
 AIRCRAFT_LOST = 4  # exit code of sim-plant
 OnMessage = Callable[[dict[str, Any]], None]
+EVERYWHERE = "0.0.0.0"  # noqa: S104 (telemetry of external aircraft; it took a key or --unsigned to come here)
+PEER_LOST = "peer_lost"  # of the accounts while it flies: the plant gave somebody up
 PEER_SILENT = 3  # exit code of a program whose peer fell silent: a consequence, not a cause
 
 
@@ -35,6 +39,7 @@ class Outcome:
     speed: float  # simulated s per wall s
     signum: int = 0
     accounts: dict[str, int | float] = field(default_factory=dict)  # what each process lost or was late with
+    silent: bool = False  # failed because an aircraft that another computer flies was not heard
 
 
 def fly(
@@ -45,12 +50,24 @@ def fly(
     stop: StopFlag,
     signing_key: Path | None = None,
     watched: watching.Where | None = None,
+    far: external.External = external.NONE,
+    unsigned: bool = False,
+    speed: float = 0.0,
 ) -> Outcome:
-    """Run the plan to its end, its links signed by the key of a file if there is one, `watched` somewhere or not. Everything
-    started here has ended when this returns, also by an exception."""
+    """Run the plan to its end, its links signed by the key of a file if there is one, `watched` somewhere or not.
+
+    `far`: aircraft that others fly, over links that `unsigned` leaves open; `speed`: times real time, 0 flat out. Everything
+    started here has ended when this returns, also by an exception.
+    """
     accounts: dict[str, int | float] = {}
-    both = [*_offset(port_offset), *(["--signing-key", str(signing_key)] if signing_key is not None else [])]
-    return replace(_fly(plan, run, port_offset, both, console, stop, accounts, watched), accounts=accounts)
+    links = ["--signing-key", str(signing_key)] if signing_key is not None else ["--unsigned"] if unsigned else []
+    both = [*_offset(port_offset), *links]
+    for line in external.words(run, plan, far, port_offset, links):
+        console.print(line, soft_wrap=True, highlight=False)
+    keys = PaceKeys(plan.flights[0].sysid, port_offset, speed, security=security(signing_key, False, time.time))
+    ended = _fly(plan, run, port_offset, both, console, stop, accounts, watched, far, keys)
+    silent = bool(far.lines) and ended.outcome == "failed" and bool(accounts.pop(PEER_LOST, 0))
+    return replace(ended, accounts=accounts, silent=silent)
 
 
 def _fly(
@@ -62,21 +79,26 @@ def _fly(
     stop: StopFlag,
     accounts: dict[str, int | float],
     watched: watching.Where | None,
+    far: external.External,
+    keys: PaceKeys,
 ) -> Outcome:
     def account(who: str, then: OnMessage) -> OnMessage:
         def on(msg: dict[str, Any]) -> None:
             then(msg)
+            if msg.get("outcome") == "peer lost" and far.lines:
+                accounts[PEER_LOST] = 1
             accounts.update({f"{who}.{k}": v for k, v in msg.get("accounts", {}).items()})
 
         return on
 
-    ports.check_free(ports.needed(plan.names, port_offset, watched is not None))
+    ports.check_free(ports.needed(plan.names, port_offset, watched is not None, far.lines))
     wait_s = float(plan.scenario["clock"]["startup_timeout_s"])
-    with Supervisor(run) as sup, Board(console, plan.duration_s, plan.names) as board:
+    with keys, Supervisor(run) as sup, Board(console, plan.duration_s, plan.names) as board:
         heard = ["--out", run, *both, *watching.forwarding(watched, port_offset)]
+        heard += ["--host", EVERYWHERE] if far.open else []
         ground = sup.start("ground", _argv("ground", "record", *heard), account("ground", board.on_ground))
         flights = []
-        for f in plan.flights:
+        for f in (f for f in plan.flights if f.name not in far.lines):
             args = ["--config", run / f"flight_{f.name}.toml", "--sysid", f.sysid, "--run-dir", run]
             args += ["--realtime"] if plan.realtime else []
             argv = _argv("flightsw", *args, *both)
@@ -86,11 +108,14 @@ def _fly(
         watcher = watching.start(sup, watched, run, console, both)
         args = ["--scenario", run / "scenario.toml", "--seed", plan.seed, "--run-dir", run]
         args += ["--realtime"] if plan.realtime else []
-        argv = _argv("sim_plant", *args, *both)
+        argv = _argv("sim_plant", *args, *both, *far.plant_args, *keys.plant_args)
         plant = sup.start("sim-plant", argv, account("plant", board.on_plant))
         console.print("  ".join(f"{c.name} (pid {c.pid})" for c in sup.children), style="dim")
+        if keys.on and not plan.realtime:
+            console.print(HELP, style="dim")
         while not stop:
             sup.pump(0.05)
+            keys.poll()
             board.draw()
             ended = sup.newly_ended()
             if plant in ended and plant.popen.returncode in (0, AIRCRAFT_LOST):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import errno
 import socket
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 
 from flightsw.icd.link import GROUND_PORT, WATCH_PORT, plant_command_port, plant_port, telemetry_port
 
@@ -15,12 +15,15 @@ class PortBusyError(OSError):
     """A port the run needs is held by another program; the text names port and purpose."""
 
 
-def needed(names: dict[int, str], offset: int, watched: bool = False) -> dict[int, str]:
-    """Port -> purpose for the aircraft {sysid: name}; `watched`: of a run that is drawn as it flies."""
+def needed(names: dict[int, str], offset: int, watched: bool = False, external: Collection[str] = ()) -> dict[int, str]:
+    """Port -> purpose for the aircraft {sysid: name}; `watched`: of a run that is drawn as it flies;
+    `external`: names of those whose ports are another computer's."""
     out = {GROUND_PORT + offset: "ground telemetry", plant_command_port(offset): "commands to the plant"}
     if watched:
         out[WATCH_PORT + offset] = "live picture"
     for sysid, name in names.items():
+        if name in external:
+            continue
         out[plant_port(sysid, offset)] = f"plant link of {name}"
         out[telemetry_port(sysid, offset)] = f"telemetry of {name}"
     return out

@@ -28,6 +28,7 @@ class Board:
         self._console = console
         self._duration_s = duration_s
         self._phases: dict[str, str] = {}
+        self._lines: dict[str, str] = {}
         self._first: tuple[float, float] | None = None
         self._last: tuple[float, float] = (0.0, 0.0)
         self._drawn = 0.0
@@ -63,6 +64,7 @@ class Board:
     def on_plant(self, msg: dict[str, Any]) -> None:
         """Status line of sim-plant: {"t": simulated seconds, "tick": n}, at the end perhaps "lost": which aircraft, when."""
         self.lost = str(msg.get("lost", self.lost))
+        self._lines = {str(k): str(v) for k, v in msg.get("lines", {}).items()}
         if isinstance(msg.get("t"), (int, float)):
             self.advance(float(msg["t"]), int(msg.get("tick", self.tick)))
 
@@ -88,6 +90,7 @@ class Board:
             return
         self._drawn = now
         phase = "  ".join(f"{self._name(k)}: {v.lower()}" for k, v in sorted(self._phases.items()))
+        phase += "".join(f"  line to {k}: {v}" for k, v in self._lines.items())
         sim = f"{self.sim_s:7.1f} / {self._duration_s:.0f} s" if self.tick else "starting"
         speed = f"{self.speed:5.1f} x real time" if self.speed else ""
         if self._console.is_terminal:

@@ -18,6 +18,7 @@ from sim_plant.kernels import layout as n
 from sim_plant.kernels.atmosphere import isa
 from sim_plant.sensors.base import View
 from sim_plant.sensors.suite import sensors_of
+from sim_plant.servo_unit import ServoUnit
 from sim_plant.wind.config import Bow, Wake
 from sim_plant.wind.field import AirMass
 from sim_plant.wind.wake import Exposure
@@ -54,6 +55,7 @@ class Member(ABC):
 
     trim: Values  # the command that holds the start: aileron, elevator, rudder [rad], throttle, latch, flap [rad]
     path: CommandPath  # `path.current`: the command in force
+    unit: ServoUnit
 
     def __init__(self, setup: Setup) -> None:
         """Raises ConfigError for a sensor's rate that does not fit."""
@@ -71,6 +73,7 @@ class Member(ABC):
         """Begin with this command in force."""
         link = self.setup.sc.link
         self.trim = trim
+        self.unit = ServoUnit(self.ac.controls, trim)
         self.path = CommandPath(
             self.setup.seed, self.cfg.name, link.actuator_delay_ticks, link.actuator_jitter_ticks, trim
         )

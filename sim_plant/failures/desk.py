@@ -17,6 +17,7 @@ from flightsw.icd.wire import BY_NAME, Counters, Sender, split, table
 from flightsw.types import ACCEPTED, DENIED, UNSUPPORTED, Ack, Command
 from sim_plant.failures.orders import Injected
 from sim_plant.failures.script import CMD_INJECT_FAILURE
+from sim_plant.pace import CMD_PACE, Pace
 from sim_plant.world import World
 
 _ACCEPT = table(("COMMAND_LONG", "COMMAND_INT"))
@@ -39,6 +40,7 @@ class CommandDesk:
     def __init__(self, world: World, notes: list[str], folder: Path | None) -> None:
         self._world, self._notes, self._folder = world, notes, folder
         self._sysids = [m.cfg.sysid for m in world.members]
+        self.pace = Pace(world.rate_hz)
         self.count = Counters()
         self.strangers = 0  # commands of systems that are no ground station, refused
         self.unread = 0  # datagrams and commands dropped; whoever tells the operator sets it back
@@ -73,6 +75,8 @@ class CommandDesk:
             if not concerned:
                 self._notes.append(f"command {command} for sysid {target}: no such aircraft in this run")
                 continue
+            if command == CMD_PACE:  # of the whole run, whoever it is sent for
+                del concerned[1:]
             # NaN is unequal to itself: compare what was sent, not what it means
             key, sender = (target, command, repr(params)), (sysid, compid)
             before = self._done.get(sender)
@@ -96,6 +100,11 @@ class CommandDesk:
         return out
 
     def _carry_out(self, i: int, cmd: Command) -> Ack:
+        if cmd.command == CMD_PACE:
+            result, why = self.pace.order(cmd.params)
+            if result == ACCEPTED and not self.pace.stepping:
+                self._notes.append(f"pace: {self.pace.words or 'flat out'}")
+            return Ack(cmd.command, result, cmd.src_system, cmd.src_component, why)
         verdict = self._world.command(i, cmd).verdict
         why = "" if verdict.result == ACCEPTED else verdict.text
         return Ack(cmd.command, verdict.result, cmd.src_system, cmd.src_component, why)

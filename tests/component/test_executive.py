@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import flightsw
-from flightsw.process.clock import LockstepClock, RealtimeClock, realtime_priority
+from flightsw.priority import realtime_priority
+from flightsw.process.clock import LockstepClock, RealtimeClock
 from flightsw.process.executive import Executive, Histogram
 from flightsw.types import Timing
 

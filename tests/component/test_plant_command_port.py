@@ -94,7 +94,7 @@ class StockGround:
 def run(offset: int, folder: Path, mode: str, orders: dict[int, tuple[int, int, int]]) -> tuple[Flight, StockGround]:
     """Fly two seconds; order {tick: (unit, type, instance)} goes out before the receiver answers that tick."""
     s = PlantServer(load_scenario("refueling", {"meta.duration_s": 2.0, "clock.mode": mode}), 1, folder)
-    plant, ground = UdpPlant(s, offset, lambda t, k: None, lambda text: None), StockGround(offset)
+    plant, ground = UdpPlant(s, offset, lambda *_: None, lambda text: None), StockGround(offset)
     todo = dict(orders)
 
     def before(k: int) -> None:
@@ -147,7 +147,7 @@ def test_real_time(port_offset: int, tmp_path: Path) -> None:
 def test_a_lost_datagram_is_repeated_in_lockstep(port_offset: int, tmp_path: Path) -> None:
     """What a flood may do to the kernel's queue: the aircraft never sees some ticks at first."""
     s = PlantServer(load_scenario("refueling", {"meta.duration_s": 0.6}), 1, tmp_path)
-    plant = UdpPlant(s, port_offset, lambda t, k: None, lambda text: None)
+    plant = UdpPlant(s, port_offset, lambda *_: None, lambda text: None)
     peers = [Flight(s, 0, port_offset), Flight(s, 1, port_offset, deaf={7, 31})]
     try:
         plant.lockstep()
@@ -188,5 +188,5 @@ def test_a_busy_port_is_named(port_offset: int) -> None:
     s = PlantServer(load_scenario("refueling"), 1)
     taken = UdpLink(plant_command_port(port_offset), "test")
     with pytest.raises(LinkError, match=rf"{taken.port} \(commands to the plant\) is already in use"):
-        UdpPlant(s, port_offset, lambda t, k: None, lambda text: None)
+        UdpPlant(s, port_offset, lambda *_: None, lambda text: None)
     taken.close()

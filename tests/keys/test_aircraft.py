@@ -19,15 +19,16 @@ from sim_plant.world import World
 from tests.keys.flights import acts, designs_kept
 from tests.keys.keys import Key, leaves, others
 
+SILENT = ("controls.silent",)  # what the servos do when nobody answers: tests/hil/test_restart.py
 # keys one side has no use for: linear model and height of the filter; side force and (of forces per mass) the mass of the plant
 NOT_PLANT = {
-    "alexis": ("trim.height_m", "linear.A", "linear.B", "linear.E"),
-    "twinjet": (),
+    "alexis": ("trim.height_m", "linear.A", "linear.B", "linear.E", *SILENT),
+    "twinjet": SILENT,
 }
 STRUCTURE = ("structure.load_g", "structure.dive_eas_mps", "structure.dive_mach")  # where the truth ends
 NOT_ONBOARD = {
-    "alexis": ("mass.kg", "side.beta", *STRUCTURE),
-    "twinjet": ("side.CY_beta", *STRUCTURE),
+    "alexis": ("mass.kg", "side.beta", *STRUCTURE, *SILENT),
+    "twinjet": ("side.CY_beta", *STRUCTURE, *SILENT),
 }
 STALLED = ("lift.fall", "lift.fall_rad", "drag.beyond")  # beyond the stall: tests/unit/test_windshear_plant.py
 UNASKED = ("onboard", "alexis", "limits")  # this mission asks for nothing near them

@@ -197,7 +197,7 @@ class Thread:
 def over_udp(over: dict[str, Any], twist: Callable[[int, bytes], list[bytes]]) -> tuple[PlantServer, UdpPlant, float]:
     s = PlantServer(load_scenario("refueling", SHORT | over), 1)
     offset = free_offset()
-    u = UdpPlant(s, offset, lambda t, k: None, lambda text: None)
+    u = UdpPlant(s, offset, lambda *_: None, lambda text: None)
     peers = [Thread(s, 0, offset, lambda k, d: [d]), Thread(s, 1, offset, twist)]
     began = time.monotonic()
     try:
@@ -260,7 +260,7 @@ def test_the_first_tick_may_take_as_long_as_the_start() -> None:
 def test_asked_to_stop_it_ends_between_two_ticks(tmp_path: Path) -> None:
     s = PlantServer(load_scenario("refueling", {**SHORT, "clock.startup_timeout_s": 60.0}), 1, tmp_path)
     asked = iter([False, False, True])
-    u = UdpPlant(s, free_offset(), lambda t, k: None, lambda text: None, lambda: next(asked))
+    u = UdpPlant(s, free_offset(), lambda *_: None, lambda text: None, lambda: next(asked))
     with pytest.raises(StoppedError):
         u.lockstep()
     u.finish()

@@ -35,7 +35,7 @@ from flightsw.missions.receiver.rotational import WIND_CODE
 from flightsw.missions.receiver.tanker_link import PeerTracker
 from flightsw.sixdof import aids
 from flightsw.sixdof.calculated_wind import CalculatedWind
-from flightsw.sixdof.estimator_core import NavParams, failed_bits, inertial_acceleration
+from flightsw.sixdof.estimator_core import GAP_US, NavParams, failed_bits, inertial_acceleration
 from flightsw.sixdof.gating import TrustedCore
 from flightsw.sixdof.layout import AIR, EULER, M_OWN_VEL, NX, POS, RATE, ROT, TK, TK_DCM, TK_END, TK_START, WIND
 from flightsw.sixdof.motion import air_velocity, relative_rates
@@ -95,6 +95,8 @@ class RelativeNav:
         # a station held over the gap by the relative sensor is not given up when the link comes back
         self.rejoined = was_coasting and not self.peer.coasting and not o.rel_held
         o.peer_age_s = (f.t_us - f.peer.t_us) * 1e-6 if f.peer.t_us > 0 else 1e9
+        if self.started_us >= 0 and f.t_us - self.t_us > GAP_US:
+            self.begin_again(f"no step for {(f.t_us - self.t_us) * 1e-6:.1f} s, restarting")
         if self.started_us < 0:
             return self._start(f, u, updated, health)
         if self.rejoined:

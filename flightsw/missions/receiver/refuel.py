@@ -39,6 +39,7 @@ TAKES = {  # what it takes besides
 }
 
 CRITICAL, WARNING, INFO = 2, 4, 6  # MAV_SEVERITY
+JOINED_US, NEAR_M = 1_000_000, 300.0  # begun later than this the flight was under way; [m] from the tanker
 WAYPOINTS = ("observation_m", "low_m", "behind_m", "precontact_m", "contact_m", "breakaway_m")
 
 Leg = tuple[Vec3, float]  # way-point [m], largest speed [m/s]
@@ -108,6 +109,7 @@ class RefuelGuidance:
         self._bad_s = 0.0
         self._coupled = False  # the boom has been in since closing began
         self._open_s = 0.0
+        self._began_us = -1
 
     # --- commands -------------------------------------------------------------------------------------------------
     def command(self, action: int) -> tuple[bool, str]:
@@ -160,6 +162,8 @@ class RefuelGuidance:
     def step(self, f: SensorFrame, nav: NavState, dt: float) -> GuidanceCmd:
         """Advance by dt [s] and return the reference."""
         self.t_us = f.t_us
+        if self._began_us < 0:
+            self._began_us = f.t_us
         err = self.error_m = math.dist(nav.rel_pos_t, self.pos)
         self.blind = self._nothing_to_fly_on(nav)
         self.doubt = nav.rel_doubt
@@ -184,6 +188,11 @@ class RefuelGuidance:
             return
         # start from where the aircraft is: no step in the reference
         self.pos, self.vel = nav.rel_pos_t, nav.rel_vel_t
+        if self._began_us > JOINED_US and math.hypot(*nav.rel_pos_t) < NEAR_M:
+            # the computer was started again in flight: what it was about to do here nobody knows, and the way to observation may
+            # lead through the tanker's wake or height
+            self.recapture(nav, "begun in flight close to the tanker")
+            return
         self._enter(OBSERVATION, "navigation valid")
         self._fly([(self.p.observation_m, self.p.v_join_mps)], t_min=8.0)
 

@@ -58,6 +58,11 @@ class ReceiverCtrlParams:
     w_int_ms: Node3 = (1.5, 1.5, 1.5)
     w_input: Four = (0.106, 0.0707, 0.106, 0.0)  # thrust [N]; 0: in proportion to the weight
     int_limit_ms: Node3 = (30.0, 20.0, 20.0)
+    pos_limit_m: Node3 = (
+        20.0,
+        20.0,
+        20.0,
+    )  # of the position error the law is given: no more bank and pull than for that
     # a softer law for poor sensing, blended in as the scatter of the estimated position goes from the first to the second: a
     # lasting error does not shake the aircraft
     soft_sigma_m: tuple[float, float] = (0.14, 0.19)
@@ -183,7 +188,8 @@ class ReceiverControl:
         z[VEL], z[RATE], z[EULER], z[POS] = nav.rel_vel_t, nav.rel_w_b, nav.rel_euler, nav.rel_pos_t
         z[VEL] -= cmd.rel_vel_t
         for i in range(3):
-            self._err[i] = nav.rel_pos_t[i] - cmd.rel_pos_t[i]
+            e, most = nav.rel_pos_t[i] - cmd.rel_pos_t[i], self.p.pos_limit_m[i]
+            self._err[i] = min(max(e, -most), most)
         z[POS] = self._err
         c.actuator_states(z, N, act)
         c.integrate(self._err, dt)

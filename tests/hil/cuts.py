@@ -1,0 +1,116 @@
+"""A refuelling whose receiver or tanker falls silent for a while, in process: by a cut cable (the onboard software lives on and
+hears nothing either) or by its death (what comes back is fresh). `python -m tests.hil.cuts` prints the table."""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+ORDERS = ((10.0, "precontact"), (16.0, "contact"))
+POINTS = ("plant.aircraft.receiver.start.xi_m", "receiver.guid.observation_m", "receiver.guid.precontact_m")
+AT_S = {"observation": 20.0, "precontact": 15.0, "contact": 32.0}
+TANKER, RECEIVER = 0, 1
+FOR_EVER = 1e9
+
+
+@dataclass
+class Flown:
+    """What came of it: worst from the cut on; separation and height [m] of the receiver; phase at the end; lost or not."""
+
+    bank_deg: float
+    highest_m: float  # least z of the receiver under the tanker
+    closest_m: float
+    back_s: float  # from the return to the first valid navigation of a fresh process
+    phase: str
+    lost: str
+    bank_then_deg: float  # when it was back
+
+
+def fly(where: str, who: int, seconds: float, fresh: bool, after_s: float = 15.0, sets: Sequence[str] = ()) -> Flown:
+    """Cut aircraft `who` for `seconds` once the receiver is at `where`; fly on for `after_s` s."""
+    from flightsw.process.config import load_flight
+    from flightsw.process.node import Node
+    from hil_scripts.launch.inproc import InProcess
+    from hil_scripts.launch.runfolder import make_folder, resolve
+    from sim_plant.kernels import layout as n
+    from sim_plant.world import AircraftLostError
+
+    at_s = AT_S[where]
+    near = [] if where == "observation" else [f"{key}=[-38.0, 0.0, 6.7]" for key in POINTS]
+    orders = (
+        ""
+        if where == "observation"
+        else ", ".join(
+            f'{{t_s={t}, kind="command", target="receiver", action="{name}"}}'
+            for t, name in ORDERS
+            if name == "precontact" or where == "contact"
+        )
+    )
+    alive_s = min(seconds, 30.0)
+    plan = resolve(
+        "refueling", 3, [*near, *([f"plant.event=[{orders}]"] if orders else []), *sets], at_s + alive_s + after_s
+    )
+    with tempfile.TemporaryDirectory(prefix="wakefield-cut-") as tmp:
+        run = make_folder(plan, Path(tmp) / "run")
+        f = InProcess(plan, run)
+        server, members = f.server, f.server.world.members
+        out = Flown(0.0, math.inf, math.inf, math.nan, "", "", 0.0)
+        cut, back = round(at_s * 100), round((at_s + seconds) * 100)
+        try:
+            while not server.done:
+                k = server.tick
+                silent = cut <= k < back
+                if k == back and fresh:
+                    name = server.names[who]
+                    f.nodes[who] = Node(load_flight(run / f"flight_{name}.toml"))
+                    out.bank_then_deg = math.degrees(members[who].view.o[n.O_EULER + 2])
+                sent = server.begin_tick()
+                replies = [
+                    b"" if silent and i == who else node.step((d,))
+                    for i, (node, d) in enumerate(zip(f.nodes, sent, strict=True))
+                ]
+                server.end_tick(replies)
+                for i, node in enumerate(f.nodes):
+                    if not (silent and i == who):
+                        for t in node.after():
+                            f.ground.take(t)
+                if k >= cut:
+                    v = members[RECEIVER].view
+                    xi = v.rel[n.R_XI : n.R_XI + 3]
+                    out.bank_deg = max(out.bank_deg, abs(math.degrees(members[who].view.o[n.O_EULER + 2])))
+                    out.highest_m = min(out.highest_m, xi[2])
+                    out.closest_m = min(out.closest_m, math.hypot(*xi))
+                    if k >= back and math.isnan(out.back_s) and getattr(f.nodes[who].app, "nav_valid", True):
+                        out.back_s = (k - back) / 100.0
+        except AircraftLostError as e:
+            out.lost = str(e)
+        out.phase = f.ground.phase.get(2, "")
+        f.close()
+    return out
+
+
+def main() -> None:
+    """The table."""
+    print("| who | where | silent | what | bank [deg] | least z [m] | closest [m] | phase after | lost |")
+    print("|---|---|---|---|---|---|---|---|---|")
+    for who, name in ((RECEIVER, "receiver"), (TANKER, "tanker")):
+        for where in AT_S:
+            for seconds in (0.3, 1.0, 3.0, 5.0, 30.0):
+                for fresh in (False, True):
+                    r = fly(where, who, seconds, fresh)
+                    what = "killed" if fresh else "cut"
+                    print(
+                        f"| {name} | {where} | {seconds:g} s | {what} | {r.bank_deg:.1f} | {r.highest_m:.1f} | "
+                        f"{r.closest_m:.1f} | {r.phase.lower()} | {r.lost or '-'} |",
+                        flush=True,
+                    )
+
+
+if __name__ == "__main__":
+    from hil_scripts.launch import kernel_cache
+
+    kernel_cache.use()
+    main()
