@@ -123,7 +123,9 @@ def design(
     Bd[nz : nz + 4] = np.eye(4)
     for k in range(1, n_old):
         Ad[nz + 4 * k : nz + 4 * k + 4, nz + 4 * (k - 1) : nz + 4 * k] = np.eye(4)
-    Q = np.diag(np.concatenate((q, np.full(4 * n_old, 1e-9))))
+    # commands under way cost next to nothing; of a heavy aircraft's thrust 1e-9 per N^2 would be more than its own weight r
+    under_way = np.minimum(1e-9, 0.5 * r)
+    Q = np.diag(np.concatenate((q, np.tile(under_way, n_old))))
     R = np.diag(r)
     K, radius = regulator(Ad, Bd, Q, R, None, what)
     return Design(K, np.concatenate((z0, np.tile(u0, n_old))), u0, radius)
