@@ -54,6 +54,7 @@ class UdpPlant(PlantLinks):
             if quiet.since and quiet.rule == WAIT:
                 self._come_back()
             s.end_tick()
+            self.books.close()
             if s.tick & 31 == 0:
                 self._report(time.monotonic())
 

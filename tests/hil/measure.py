@@ -39,10 +39,11 @@ def main() -> int:
     p.add_argument("--jitter-ms", type=float, default=0.0)
     p.add_argument("--loss", type=float, default=0.0)
     p.add_argument("--lockstep", action="store_true")
+    p.add_argument("--port-offset", type=int, default=900)
     p.add_argument("--out", type=Path)
     p.add_argument("--set", action="append", default=[], dest="sets")
     a = p.parse_args()
-    offset = 900
+    offset = a.port_offset
     run = a.out or Path(tempfile.mkdtemp(prefix="wakefield-hil-")) / "run"
     run.parent.mkdir(parents=True, exist_ok=True)
     pace: tuple[str, ...] = () if a.lockstep else ("--realtime",)

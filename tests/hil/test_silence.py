@@ -63,9 +63,10 @@ def test_time_waits_for_a_cut_cable(pace: tuple[str, ...], tmp_path: Path, port_
         assert (run / "truth.tlog").read_bytes() == (local / "truth.tlog").read_bytes()
 
 
-@pytest.mark.parametrize("pace", [(), ("--realtime",)])
+@pytest.mark.parametrize("pace", [("--speed", "2"), ("--realtime",)])
 def test_killed_and_started_again(pace: tuple[str, ...], tmp_path: Path, port_offset: int) -> None:
     run, words = tmp_path / "run", tmp_path / "words.txt"
+    onboard = [w for w in pace if w == "--realtime"]
     near = [
         w
         for k in ("plant.aircraft.receiver.start.xi_m", "receiver.guid.observation_m")
@@ -76,11 +77,11 @@ def test_killed_and_started_again(pace: tuple[str, ...], tmp_path: Path, port_of
         *("--external", "receiver", "--set", "plant.clock.silence=fly", *SHORT, *near, *pace),
         out=words,
     )
-    first = board(run, "receiver", port_offset, *pace)
+    first = board(run, "receiver", port_offset, *onboard)
     assert wait_for(lambda: ticks(run) > 20_000)
     first.send_signal(signal.SIGKILL)
     first.wait(10.0)
-    second = board(run, "receiver", port_offset, *pace)
+    second = board(run, "receiver", port_offset, *onboard)
     assert launcher.wait(TIMEOUT_S) == 0, words.read_text()
     assert second.wait(30.0) == 0
     said = [
