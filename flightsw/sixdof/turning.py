@@ -173,13 +173,13 @@ class Turning:
             gyro += x.turn
             more += x.more
         off = (gyro - model)[axes], (gyro + more - model)[axes]
-        off_gyro, off_att = (float(np.linalg.norm(x)) for x in off)
+        off_gyro, off_att = (math.hypot(*x.tolist()) for x in off)
         if min(off_gyro, off_att) > SHARE * max(off_gyro, off_att):
             return False
         self.out = HF_IMU if off_att < off_gyro else HF_ATT
         if self.out == HF_IMU:
             self.believed, self.over_s = more, sum(x.dt for x in oldest_first[1:])
-        deg = math.degrees(float(np.linalg.norm(more)))
+        deg = math.degrees(math.hypot(*more.tolist()))
         self.texts.append(Text(4, f"{NAMES[self.out]} left out: {deg:.1f} deg off, not by moments"[:50]))
         return True
 
@@ -193,7 +193,7 @@ class Turning:
             return
         before = self._steps[-2]
         gain = min(s.dt / LEARN_S, 1.0)
-        each = float(s.more @ s.more) / 6.0  # of one axis of one of two readings
+        each = math.hypot(*s.more.tolist()) ** 2 / 6.0  # of one axis of one of two readings
         floor = (LEAST * self.r_euler) ** 2
         self._scatter = max(self._scatter + gain * (each - self._scatter), floor)
         w0, w1 = before.turn / before.dt, s.turn / s.dt

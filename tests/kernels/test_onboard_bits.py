@@ -277,6 +277,15 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         P,
         z(9),
     ],
+    "sixdof.motion.moment_rates": lambda r: [
+        r.uniform(150, 220),
+        *r.uniform(-0.1, 0.1, 2),
+        r.uniform(-0.2, 0.2, 3),
+        controls(r),
+        0.59,
+        P,
+        z(9),
+    ],
     "sixdof.motion._rigid": lambda r: [
         r.uniform(150, 220),
         *r.uniform(-0.1, 0.1, 2),

@@ -16,8 +16,6 @@ ELSEWHERE = {
     "Clock.peer_timeout_s": "wall clock of the plant's process (sim_plant.loops, tests/sil)",
     "Clock.silence": "what follows silence on a link (sim_plant.loops, tests/hil)",
     "Clock.silence_end_s": "wall clock of the plant's process (sim_plant.loops, tests/hil)",
-    "Controls.silent": "what the servos do when nobody answers (sim_plant.servo_unit, tests/hil)",
-    "Controls.silent_ticks": "what the servos do when nobody answers (sim_plant.servo_unit, tests/hil)",
     "LinkConfig.line": "socket of the onboard process (flightsw.process.plantlink, tests/hil)",
     "LinkConfig.silence": "wall clock of the onboard process (flightsw.process.loop, tests/hil)",
     "LinkConfig.silence_end_s": "wall clock of the onboard process (flightsw.process.loop, tests/hil)",

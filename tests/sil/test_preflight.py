@@ -32,7 +32,11 @@ READ = [  # told by reading: nothing is built
 ]
 BUILT = [  # told by building: values that do not go together
     ("refueling", ["receiver.nav.model=hybrid"], r"aircraft receiver: .*nav\.model = 'hybrid'"),
-    ("refueling", ["receiver.tanker=learjet24"], r"aircraft receiver: .*no trim"),
+    (
+        "refueling",
+        ["receiver.ctrl.tanker_mass_kg=9e5"],
+        r"aircraft receiver: .*tanker_mass_kg = 900000: allowed for kc135r",
+    ),
     ("refueling", ["tanker.app.aircraft=alexis"], r"aircraft tanker: .*alexis\.toml"),
     ("refueling", ["plant.aircraft.tanker.start.V_mps=20"], r"scenario refueling: no trim at airspeed 20"),
     ("refueling", ["plant.aircraft.receiver.file=kc135r"], r"scenario refueling: .*receptacle"),

@@ -110,7 +110,7 @@ def test_it_is_calm_again_after_a_while_below_a_part_of_the_limit() -> None:
             s.step(frame((g[0], g[1], g[2])), NEW, GOOD, DT)
             air.step(s, True, DT)
             told += [t.text for t in air.tell()]
-        if sigma > p.calm_frac * p.bear_mps:
+        if sigma > p.ease_frac * p.bear_mps:
             assert air.rough  # too rough for contact, and then not calm enough
     assert not air.rough
     assert [t.split()[0] for t in told] == ["turbulence"] * 2 and told[0].endswith("allowed 3.5") and "calm" in told[1]

@@ -21,7 +21,7 @@ from flightsw.missions.receiver.guidances import make_join_path
 from flightsw.missions.receiver.integrity.report import REPORTS as INTEGRITY
 from flightsw.missions.receiver.joinup import ENROUTE, INIT, JOIN_UP, JoinUpParams, Sight
 from flightsw.missions.receiver.mission import ORDERS, ReceiverMission, ReceiverParams
-from flightsw.missions.receiver.refuel import NAMES, OBSERVATION
+from flightsw.missions.receiver.refuel import NAMES, OBSERVATION, RefuelGuidance
 from flightsw.missions.receiver.sequence import Sequence, SequenceParams
 from flightsw.missions.receiver.station_keeping import StationKeepingLaw
 from flightsw.missions.receiver.tanker_link import PeerTracker, turn_rate
@@ -196,6 +196,8 @@ class JoinMission(Mission[ActuatorModel]):
 
     def _join(self) -> None:
         self.joined, self.ctrl = True, self.refuel.ctrl
+        if isinstance(self.refuel.guid, RefuelGuidance):
+            self.refuel.guid.handed_over()
         self.guid.terms.open()
         self.free.terms.open()
 

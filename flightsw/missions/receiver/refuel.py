@@ -111,6 +111,10 @@ class RefuelGuidance:
         self._open_s = 0.0
         self._began_us = -1
 
+    def handed_over(self) -> None:
+        """Another half of the mission has led here: its first step is no start of the computer in flight."""
+        self._began_us = 0
+
     # --- commands -------------------------------------------------------------------------------------------------
     def command(self, action: int) -> tuple[bool, str]:
         """Ground action 1..6 (hold, precontact, contact, disconnect, breakaway, observation): accepted?, reason if not."""

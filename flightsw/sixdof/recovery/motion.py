@@ -45,7 +45,7 @@ class Window:
         rotate_dcm(self.R, w, dt, self._next)
         self.R, self._next = self._next, self.R
         self.age_s += dt
-        self.turned += float(np.sqrt(w @ w)) * dt
+        self.turned += math.hypot(*w.tolist()) * dt
         for gained, R in ((self.by_gyro, self.R.tolist()), (self.by_reference, reference.tolist())):
             for i in range(3):
                 gained[i] += dt * (

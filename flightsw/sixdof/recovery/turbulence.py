@@ -26,7 +26,7 @@ class RoughAirParams:
     on: bool | None = None  # left out: as integrity.on; then nothing else here may be set without that
     bear_mps: Annotated[float, Range(0.5, 20.0)] = 3.5  # 1 sigma; moderate is 2.1 and severe 6.2 at 7010 m
     over_s: Annotated[float, Range(0.1, 60.0)] = 0.5  # beyond it for so long: the receiver leaves
-    calm_frac: Annotated[float, Range(0.1, 1.0)] = 0.8  # [-] of it, and
+    ease_frac: Annotated[float, Range(0.1, 1.0)] = 0.8  # [-] of it, and
     calm_s: Annotated[float, Range(1.0, 3600.0)] = 30.0  # below that for so long: it may go on
     window_s: Annotated[float, Range(2.0, 120.0)] = 4.0  # differences remembered
     lag_s: Annotated[float, Range(0.1, 2.0)] = 0.3  # over which a difference is taken
@@ -93,7 +93,7 @@ class Turbulence:
     def _judge(self, dt: float) -> None:
         p = self.p
         self._over_s = self._over_s + dt if self.sigma > p.bear_mps else 0.0
-        self._calm_s = self._calm_s + dt if self.sigma < p.calm_frac * p.bear_mps else 0.0
+        self._calm_s = self._calm_s + dt if self.sigma < p.ease_frac * p.bear_mps else 0.0
         if not self.rough and self._over_s >= p.over_s:
             self.rough = True
             self.texts.append(Text(WARNING, self.why))

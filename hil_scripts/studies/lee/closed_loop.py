@@ -66,7 +66,7 @@ class _OtherFeedback:
 
     def __init__(self, nav: Any, kind: str, truth: list[Truth]) -> None:
         self.inner, self.kind, self.truth = nav, kind, truth
-        self.peer, self.core, self.rejoined = nav.peer, nav.core, False
+        self.peer, self.core, self.rejoined, self.out = nav.peer, nav.core, False, nav.out
 
     def step(self, f: SensorFrame, u: np.ndarray, health: Health, updated: int) -> NavState:
         """The real estimator runs (for its wind); the relative state comes from elsewhere."""

@@ -266,8 +266,9 @@ class Integrity:
                 if self._wild[REL] and not self.undecided:  # a spike; in a dispute it may be filter 0 that is off
                     return f, updated & ~UPD_REL, health
                 pos, vel = self.bank.relative_error(m)
-                f = copy.copy(f)  # `replace` takes ten times as long
-                f.rel_pos_t, f.rel_vel_t = less(f.rel_pos_t, pos), less(f.rel_vel_t, vel)
+                g = copy.copy(f)  # `replace` takes ten times as long
+                g.rel_pos_t, g.rel_vel_t = less(f.rel_pos_t, pos), less(f.rel_vel_t, vel)
+                return g, updated, health
             return f, updated, health
         if (f.t_us - self._known_us) * 1e-6 > self.p.coast_s:
             return f, updated & ~UPD_REL if self.excluded >> REL & 1 else updated, health

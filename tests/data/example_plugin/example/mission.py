@@ -1,6 +1,6 @@
 """Cruise of a light aircraft: readings -> wind by the triangle -> course, altitude and airspeed held.
 
-20 Hz. MAV_CMD_USER_4, param1: another course [deg].
+20 Hz. MAV_CMD_USER_5, param1: another course [deg].
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from flightsw.types import (
     Text,
 )  # fmt: skip
 
-MAV_CMD_USER_4, INIT, CRUISE = 31013, 0, 200  # of dialect.xml
+MAV_CMD_USER_5, INIT, CRUISE = 31014, 0, 200  # of dialect.xml
 
 
 @dataclass(frozen=True)
@@ -175,6 +175,6 @@ SPEC = MissionSpec(
     CruiseMission,
     ActuatorModel,
     phases=(INIT, CRUISE),
-    orders=(Order(MAV_CMD_USER_4, "course", frozenset((INIT, CRUISE))),),
+    orders=(Order(MAV_CMD_USER_5, "course", frozenset((INIT, CRUISE))),),
     reports=(report("EXAMPLE_WIND", WindState, wind_values, rate_hz=10.0),),
 )

@@ -26,7 +26,7 @@ class Cruise(View):
     """Wind by the triangle and the course held in it."""
 
     own_time = frozenset({MESSAGE})
-    commands = (Command("course", VALUES["MAV_CMD_USER_4"], ("example_cruise",), value=Value(0, 180.0, "deg")),)
+    commands = (Command("course", VALUES["MAV_CMD_USER_5"], ("example_cruise",), value=Value(0, 180.0, "deg")),)
 
     def finds(self, tlm: Columns) -> bool:
         """EXAMPLE_WIND of anybody."""
