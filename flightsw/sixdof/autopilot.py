@@ -177,5 +177,6 @@ def make_autopilot(
     key. Raises ConfigError, TrimError or DesignError."""
     place = f"{table}.law"
     law = made(OURS, AutopilotLaw, p.law, place, ac, sized(ac, p, table), dt_s)  # type: ignore[type-abstract]
-    refuse_ignored(place, p.law, law.obeys, p, default)
+    # the flight files state the thrust weight their aircraft would have without them
+    refuse_ignored(place, p.law, law.obeys, p, replace(default, w_input=p.w_input))
     return law

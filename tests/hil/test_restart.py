@@ -38,9 +38,8 @@ def test_nobody_is_hurt(who: int, where: str, seconds: float, fresh: bool) -> No
 def test_hold_is_what_killed_it(tmp_path: Path) -> None:
     """The rule of the servo unit decides: the receiver whose servos keep the last command does not live through this."""
     held = tmp_path / "held.toml"
-    held.write_text(
-        find("learjet24").read_text().replace('silent = "level"', 'silent = "hold"').replace("silent_pitch_deg", "#")
-    )
+    text = find("learjet24").read_text().replace('silent = "level"', 'silent = "hold"')
+    held.write_text(text.replace("silent_pitch_deg", "#").replace("silent_throttle", "#"))
     flown = fly("contact", RECEIVER, 3.0, True, after_s=8.0, sets=(f"plant.aircraft.receiver.file={held}",))
     assert flown.lost or flown.bank_deg > 15.0 or flown.highest_m < 2.0
 

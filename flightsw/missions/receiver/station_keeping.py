@@ -231,5 +231,7 @@ def make_station_keeping(
     """The law p.law names, for control period dt_s; default: the table where nobody sets a key. Raises ConfigError, TrimError or
     DesignError."""
     law = made(OURS, StationKeepingLaw, p.law, "ctrl.law", ac, tanker, sized(ac, tanker, p), dt_s)  # type: ignore[type-abstract]
+    # the flight file states the thrust weights its aircraft would have without them
+    default = replace(default, w_input=p.w_input, soft_input=p.soft_input)
     refuse_ignored("ctrl.law", p.law, (*BESIDE, *law.obeys), p, default)
     return law
