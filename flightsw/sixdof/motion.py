@@ -97,9 +97,9 @@ def force_moment(
 @jit
 def moment_rates(
     V: float, beta: float, alpha: float, w: np.ndarray, u: np.ndarray, rho: float, P: np.ndarray, fm: np.ndarray,
-) -> np.ndarray:  # fmt: skip
-    """Angular acceleration [3] rad/s^2 at body rates w [3] rad/s: Euler's equation with Ixz, the moments of force_moment without
-    their alpha-dot part. Other arguments as there; fm [9] work space."""
+) -> tuple[float, float, float]:  # fmt: skip
+    """Angular acceleration p', q', r' rad/s^2 at body rates w [3] rad/s: Euler's equation with Ixz, the moments of force_moment
+    without their alpha-dot part. Other arguments as there; fm [9] work space."""
     p, q, r = w[0], w[1], w[2]
     force_moment(V, beta, alpha, p, q, r, u, rho, P, fm)
     Ix, Iy, Iz, Ixz = P[pv.IX], P[pv.IY], P[pv.IZ], P[pv.IXZ]
@@ -108,7 +108,7 @@ def moment_rates(
     my = fm[4] - (r * hx - p * hz)
     mz = fm[5] - (p * Iy * q - q * hx)
     D = Ix * Iz - Ixz * Ixz
-    return np.array([(Iz * mx + Ixz * mz) / D, my / Iy, (Ixz * mx + Ix * mz) / D])
+    return (Iz * mx + Ixz * mz) / D, my / Iy, (Ixz * mx + Ix * mz) / D
 
 
 @jit

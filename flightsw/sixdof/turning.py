@@ -185,7 +185,7 @@ class Turning:
 
     def _rates(self, x: _Step, w: np.ndarray) -> np.ndarray:
         """Angular acceleration [3] rad/s^2 of the model at rates w [3]."""
-        return moment_rates(x.V, x.beta, x.alpha, w, x.u, x.rho, self._P, self._fm)
+        return np.array(moment_rates(x.V, x.beta, x.alpha, w, x.u, x.rho, self._P, self._fm))
 
     def _learn(self, s: _Step) -> None:
         """The scatter of the reference, and lasting moments the model lacks."""

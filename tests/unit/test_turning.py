@@ -36,12 +36,12 @@ def flown(ac: Aircraft, seconds: float, seed: int) -> tuple[Arr, Arr, Arr]:
     t = np.arange(n) * DT
     for j, (size, period) in enumerate(((0.004, 1.7), (0.01, 2.3), (0.002, 4.0))):
         u[:, j] = size * np.sin(2.0 * np.pi * t / period + phase[j])
-    still = moment_rates(V, 0.0, 0.01, np.zeros(3), np.zeros(4), RHO, P, fm)
+    still = np.array(moment_rates(V, 0.0, 0.01, np.zeros(3), np.zeros(4), RHO, P, fm))
     w, R = np.zeros((n, 3)), [Rotation.identity()]
     for k in range(n - 1):
 
         def rates(_t: float, x: Arr, u: Arr = u[k]) -> Arr:
-            return 1.1 * (moment_rates(V, 0.0, 0.01, x, u, RHO, P, fm) - still)
+            return 1.1 * (np.array(moment_rates(V, 0.0, 0.01, x, u, RHO, P, fm)) - still)
 
         w[k + 1] = solve_ivp(rates, (0.0, DT), w[k], rtol=1e-8).y[:, -1]
         R.append(R[-1] * Rotation.from_rotvec(0.5 * (w[k] + w[k + 1]) * DT))
