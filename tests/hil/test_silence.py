@@ -91,10 +91,6 @@ def test_killed_and_started_again(pace: tuple[str, ...], tmp_path: Path, port_of
         if spec.name == "STATUSTEXT" and sysid == 2
     ]
     assert any(s.startswith("breakaway: begun in flight close to the tanker") for s in said), said
-    assert summary(run)["plant.silent_times.receiver"] in (
-        1,
-        2,
-    )  # on a busy machine the second start may stop for breath
 
 
 def test_silence_has_an_end(tmp_path: Path, port_offset: int) -> None:
