@@ -112,13 +112,10 @@ class Peers:
         return self._index.get(addr, STRANGER), data
 
     def _gather(self, wait_ms: float) -> None:
-        woken = [
-            self._by_fd[fd] for fd, _ in self._poll.poll(int(wait_ms))
-        ]  # whole ms, rounded down: better early than late
-        for i in woken:
-            if i == STRANGER:
-                while (got := self._of_local(socket.MSG_DONTWAIT)) is not None:
-                    self._queue.append(got)
+        woken = [self._by_fd[fd] for fd, _ in self._poll.poll(int(wait_ms))]  # whole ms: better early than late
+        if STRANGER in woken:
+            while (got := self._of_local(socket.MSG_DONTWAIT)) is not None:
+                self._queue.append(got)
         for i, far in self._far.items():  # also those that have not woken: a line that is gone is to be opened again
             for data, sender in far.take(self._at[i]):
                 mine = isinstance(far, StreamLink) or sender == self._at[i]

@@ -15,7 +15,6 @@ class Silence:
         self._names, self._note = names, note
         self.since: dict[int, float] = {}
         self.times = [0] * len(names)  # how often each fell silent
-        self.longest_s = [0.0] * len(names)
 
     def falls(self, i: int, since_s: float, now_s: float, t_us: int) -> None:
         """Aircraft i has not been heard since `since_s`; told once."""
@@ -39,6 +38,5 @@ class Silence:
         since = self.since.pop(i, None)
         if since is None:
             return False
-        self.longest_s[i] = max(self.longest_s[i], now_s - since)
         self._note(f"{self._names[i]}: heard again after {now_s - since:.1f} s, at t = {t_us / 1e6:.2f} s")
         return True

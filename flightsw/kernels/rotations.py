@@ -12,6 +12,8 @@ import numpy as np
 
 from flightsw.kernels.jit import jit
 
+Vec3 = tuple[float, float, float]
+
 
 @jit
 def dcm_from_euler(psi: float, theta: float, phi: float, R: np.ndarray) -> None:
@@ -132,6 +134,16 @@ def vec3(a: np.ndarray) -> tuple[float, float, float]:
     """First three entries of an array as a tuple of floats (what port types hold)."""
     x, y, z = a[:3].tolist()
     return x, y, z
+
+
+def less(a: Vec3, b: Vec3) -> Vec3:
+    """a - b of two triples of plain floats."""
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
+
+def added(a: Vec3, b: Vec3) -> Vec3:
+    """a + b of two triples of plain floats."""
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
 def quat4(a: np.ndarray) -> tuple[float, float, float, float]:

@@ -39,7 +39,7 @@ KEEP = [X_V, X_BETA, X_ALPHA, X_P, X_Q, X_R, X_THETA, X_PHI, X_Z]
 Z_V, Z_BETA, Z_ALPHA, Z_THETA, Z_PHI, Z_ALT = 0, 1, 2, 6, 7, 8  # [m/s] error, [rad], [m] error
 N = len(KEEP)
 INTEGRALS = slice(N + BEHIND, N + OLD)  # of the design state
-THRUST_UNIT = 0.017  # of the weight: 20 kN of the KC-135R at 120 t
+THRUST_UNIT = (2.0e4, 119e3)  # [N] of the KC-135R at [kg]
 CONTROLLED = (("airspeed", "m/s"), ("altitude", "m"), ("turn_rate", "rad/s"))
 
 
@@ -176,7 +176,9 @@ def make_autopilot(
     """The law p.law names, for control period dt_s; table: name of the TOML table p is, default: what it is where nobody sets a
     key. Raises ConfigError, TrimError or DesignError."""
     place = f"{table}.law"
-    law = made(OURS, AutopilotLaw, p.law, place, ac, sized(ac, p, table), dt_s)  # type: ignore[type-abstract]
-    # the flight files state the thrust weight their aircraft would have without them
-    refuse_ignored(place, p.law, law.obeys, p, replace(default, w_input=p.w_input))
+    mine = sized(ac, p, table)
+    law = made(OURS, AutopilotLaw, p.law, place, ac, mine, dt_s)  # type: ignore[type-abstract]
+    # a thrust weight that says what the aircraft has without it is not set
+    usual = thrust_unit(default.w_input, mine.schedule.mass_kg, THRUST_UNIT)
+    refuse_ignored(place, p.law, law.obeys, replace(p, w_input=mine.w_input), replace(default, w_input=usual))
     return law

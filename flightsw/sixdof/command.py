@@ -9,7 +9,6 @@ from typing import Annotated
 import numpy as np
 
 from flightsw.aircraft import Aircraft
-from flightsw.kernels.atmosphere import G0
 from flightsw.sixdof.actuators import ActuatorModel, surface_limits, thrust_available
 from flightsw.sixdof.lqr import ENGINE, SERVO, SERVO_RATE
 from flightsw.strict import ConfigError, Range
@@ -48,10 +47,10 @@ def design_mass(ac: Aircraft, mass_kg: float, key: str) -> float:
     return mass_kg
 
 
-def thrust_unit(w: Four, mass_kg: float, share: float) -> Four:
-    """Bryson weights of the inputs, surfaces [rad] and thrust [N], a thrust of 0 replaced by a share of the weight of
-    mass_kg: the same deviation accelerates every aircraft alike."""
-    return w if w[3] != 0.0 else (*w[:3], share * mass_kg * G0)
+def thrust_unit(w: Four, mass_kg: float, unit: tuple[float, float]) -> Four:
+    """Bryson weights of the inputs, surfaces [rad] and thrust [N], a thrust of 0 replaced by that of unit = (N, kg of the
+    aircraft it is right for) in proportion to mass_kg: the same deviation accelerates every aircraft alike."""
+    return w if w[3] != 0.0 else (*w[:3], unit[0] * (mass_kg / unit[1]))
 
 
 def lqr_terms(law: str, controlled: tuple[tuple[str, str], ...], s: ScheduleParams, *more: Scheduled) -> LawTerms:

@@ -61,9 +61,9 @@ from flightsw.types import (
 Pos = Annotated[float, Range(1e-12)]
 NonNeg = Annotated[float, Range(0.0)]
 
-# all aerodynamic; translation from accelerometers; rotation from the differenced gyro too; rates as a random walk instead
 # [us] a filter is not led over a longer gap between two steps (the process stood still, its cable was cut): it begins anew
 GAP_US = 600_000
+# all aerodynamic; translation from accelerometers; rotation from the differenced gyro too; rates as a random walk instead
 MODELS = ("aero", "hybrid", "inertial", "random_rates")
 WIND_MODELS = ("random_walk", "gauss_markov", "dryden")
 COLOURS = ("scaled", "ignored", "removed", "augmented")

@@ -26,17 +26,20 @@ class LoadLimit:
         least, most = ac.structure.load_g
         self.least, self.most = LEAST * least, MOST * most
         self.ac = ac
-        self.acting = False  # in the last step
+        self.acting = False  # in the last step,
+        self.asked = 1.0  # and the load factor the command would have led to
         self._P = parameter_vector(ac, ac.mass.empty_kg + ac.mass.default_fuel_kg)
         self._fm = np.zeros(9)
+        self._fuel_us = 0
         lo, hi = ac.controls.elevator_deg
         self._range = float(np.radians(lo)), float(np.radians(hi))
 
     def bound(self, u: np.ndarray, f: SensorFrame, nav: NavState) -> np.ndarray:
         """Command u [4] (surfaces rad, thrust N), its elevator as near to it as the load allows; nav: the estimate it goes by."""
-        if f.fuel_t_us > 0:
+        if f.fuel_t_us > self._fuel_us:
+            self._fuel_us = f.fuel_t_us
             set_mass(self._P, self.ac, self.ac.mass.empty_kg + f.fuel_kg)
-        n = self.load(u, nav)
+        n = self.asked = self.load(u, nav)
         self.acting = not self.least <= n <= self.most
         if not self.acting:
             return u

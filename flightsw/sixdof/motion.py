@@ -95,20 +95,26 @@ def force_moment(
 
 
 @jit
+def _spin(L: float, M: float, N: float, p: float, q: float, r: float, P: np.ndarray) -> tuple[float, float, float]:
+    """p', q', r' [rad/s^2] by Euler's equation with Ixz from moments L, M, N [N m] at inertial rates p, q, r [rad/s]."""
+    Ix, Iy, Iz, Ixz = P[pv.IX], P[pv.IY], P[pv.IZ], P[pv.IXZ]
+    hx = Ix * p - Ixz * r
+    hz = Iz * r - Ixz * p
+    mx = L - (q * hz - r * Iy * q)
+    my = M - (r * hx - p * hz)
+    mz = N - (p * Iy * q - q * hx)
+    D = Ix * Iz - Ixz * Ixz
+    return (Iz * mx + Ixz * mz) / D, my / Iy, (Ixz * mx + Ix * mz) / D
+
+
+@jit
 def moment_rates(
     V: float, beta: float, alpha: float, w: np.ndarray, u: np.ndarray, rho: float, P: np.ndarray, fm: np.ndarray,
 ) -> tuple[float, float, float]:  # fmt: skip
     """Angular acceleration p', q', r' rad/s^2 at body rates w [3] rad/s: Euler's equation with Ixz, the moments of force_moment
     without their alpha-dot part. Other arguments as there; fm [9] work space."""
-    p, q, r = w[0], w[1], w[2]
-    force_moment(V, beta, alpha, p, q, r, u, rho, P, fm)
-    Ix, Iy, Iz, Ixz = P[pv.IX], P[pv.IY], P[pv.IZ], P[pv.IXZ]
-    hx, hz = Ix * p - Ixz * r, Iz * r - Ixz * p
-    mx = fm[3] - (q * hz - r * Iy * q)
-    my = fm[4] - (r * hx - p * hz)
-    mz = fm[5] - (p * Iy * q - q * hx)
-    D = Ix * Iz - Ixz * Ixz
-    return (Iz * mx + Ixz * mz) / D, my / Iy, (Ixz * mx + Ix * mz) / D
+    force_moment(V, beta, alpha, w[0], w[1], w[2], u, rho, P, fm)
+    return _spin(fm[3], fm[4], fm[5], w[0], w[1], w[2], P)
 
 
 @jit
@@ -140,16 +146,7 @@ def _rigid(
     d[X_V] = Vd
     d[X_BETA] = (ay - Vd * sb) / den
     d[X_ALPHA] = ad
-    Ix, Iy, Iz, Ixz = P[pv.IX], P[pv.IY], P[pv.IZ], P[pv.IXZ]
-    hx = Ix * p - Ixz * r
-    hz = Iz * r - Ixz * p
-    mx = fm[3] - (q * hz - r * Iy * q)
-    my = fm[4] - (r * hx - p * hz)
-    mz = fm[5] - (p * Iy * q - q * hx)
-    D = Ix * Iz - Ixz * Ixz
-    d[X_P] = (Iz * mx + Ixz * mz) / D
-    d[X_Q] = my / Iy
-    d[X_R] = (Ixz * mx + Ix * mz) / D
+    d[X_P], d[X_Q], d[X_R] = _spin(fm[3], fm[4], fm[5], p, q, r, P)
 
 
 @jit

@@ -16,13 +16,13 @@ import numpy as np
 
 from flightsw.aircraft import Aircraft
 from flightsw.kernels.atmosphere import density
-from flightsw.kernels.rotations import dcm_from_quat, mul33_t, rotate_dcm
+from flightsw.kernels.rotations import added, dcm_from_quat, less, mul33_t, rotate_dcm
 from flightsw.sixdof.estimator_core import NavParams
 from flightsw.sixdof.gating import TrustedCore
 from flightsw.sixdof.layout import X_BETA, X_PHI
 from flightsw.sixdof.motion import moment_rates
 from flightsw.sixdof.params import parameter_vector, set_mass
-from flightsw.types import HF_ATT, HF_IMU, UPD_ATT, UPD_IMU, Health, NavState, SensorFrame, Text
+from flightsw.types import HF_ATT, HF_IMU, UPD_ATT, UPD_IMU, Health, NavState, SensorFrame, Text, Vec3
 
 WINDOWS_S = (0.3, 1.0)  # [s] a fast fault in the first, a slow one in the last
 BEFORE_S = 0.5  # [s] before a window in which it has shown, a fault had not begun
@@ -31,16 +31,19 @@ TWICE = 2  # readings in a row beyond the limit: a reading that jumps back is th
 SHARE = 0.6  # [-] of the other's distance from the model within which one of two is right
 LEARN_S, MOMENT_S, CALM_S = 20.0, 20.0, 5.0  # [s] for the reference's scatter; for lasting moments; until taken again
 GAP_S = 0.3  # [s] without one of the two: begin anew
+KEPT = 256  # steps: more than the longest window at 100 Hz
 LEAST = 0.1  # [-] of nav.r_euler: no reference scatters less
 
 
 @dataclass(slots=True)
 class _Step:
-    """Between two readings of the reference: its turn beyond the gyro's [3] rad, the gyro's turn [3] rad, time [s], and what the
-    moments need: V, beta, alpha, rho, controls [4]."""
+    """At a reading of the reference: sums since the beginning of its turn beyond the gyro's, of the gyro's and of that without
+    sign [rad], time [s]; and of the step before it alone what the moments need: dt [s], V, beta, alpha, rho, controls [4]."""
 
-    more: np.ndarray
-    turn: np.ndarray
+    more: Vec3
+    turn: Vec3
+    size: Vec3
+    t_s: float
     dt: float
     V: float
     beta: float
@@ -57,22 +60,22 @@ class Turning:
         self.ac, self.k, self.r_euler, self.r_rate = ac, false_sigma, r_euler, r_rate
         self.texts: list[Text] = []
         self.out = 0  # HF_IMU or HF_ATT: who is left out
-        self.believed: np.ndarray | None = (
-            None  # [3] rad: in this step the gyro is left out; an estimate by it is off by that,
-        )
-        self.over_s = 1.0  # [s] in this time
+        # [3] rad: the gyro is left out in this step; an estimate by it is off by that, come about in over_s [s]
+        self.believed: Vec3 | None = None
+        self.over_s = 1.0
         self._P = parameter_vector(ac, ac.mass.empty_kg + ac.mass.default_fuel_kg)
-        self._R, self._turned, self._seen = np.zeros(9), np.zeros(9), np.zeros(9)
-        self._moments = np.zeros(3)  # [rad/s^2] what the model lacks
+        self._R, self._turned, self._seen, self._E = np.zeros(9), np.zeros(9), np.zeros(9), np.zeros(9)
+        self._moments = [0.0, 0.0, 0.0]  # [rad/s^2] what the model lacks
         self._learnt_s = 0.0
         self._fm = np.zeros(9)
         self._scatter = r_euler**2
+        self._t_us = self._fuel_us = 0
         self._begin()
 
     def _begin(self) -> None:
-        self._steps: deque[_Step] = deque(maxlen=200)
+        self._steps: deque[_Step] = deque(maxlen=KEPT)
         self._known = False
-        self._turn, self._time, self._count = np.zeros(3), 0.0, 0
+        self._turn, self._dt, self._count = [0.0, 0.0, 0.0], 0.0, 0
         self._over = dict.fromkeys(WINDOWS_S, 0)
         self._calm_s = 0.0
 
@@ -85,12 +88,15 @@ class Turning:
         airspeed and flow the moments go by; dt [s] since the last step.
         """
         self.believed = None
-        if f.fuel_t_us > 0:
+        gap = self._t_us > 0 and f.t_us - self._t_us > 1.5e6 * dt
+        self._t_us = f.t_us
+        if f.fuel_t_us > self._fuel_us:
+            self._fuel_us = f.fuel_t_us
             set_mass(self._P, self.ac, self.ac.mass.empty_kg + f.fuel_kg)
         gyro = bool(updated & UPD_IMU and f.gyro_count and not health.failed & HF_IMU)
-        if not gyro:
+        if not gyro or not nav.valid or gap:  # over which nobody knows how the gyro turned
             self._begin()
-        elif nav.valid:
+        if gyro and nav.valid:
             self._follow(f, u, nav, bool(updated & UPD_ATT and not health.failed & HF_ATT), dt)
         if not self.out:
             return updated, health
@@ -99,107 +105,119 @@ class Turning:
     def _follow(self, f: SensorFrame, u: np.ndarray, nav: NavState, fresh: bool, dt: float) -> None:
         """Turn on with the gyro; at a reading of the reference look how much more it has turned."""
         w = np.array(f.gyro_mean_b)
-        self._turn += w * dt
-        self._time += dt
+        for i in range(3):
+            self._turn[i] += f.gyro_mean_b[i] * dt
+        self._dt += dt
         self._count += f.gyro_count
         if self._known:
             rotate_dcm(self._R, w, dt, self._turned)
             self._R, self._turned = self._turned, self._R
         if not fresh:
-            if self._time > GAP_S:
+            if self._dt > GAP_S:
                 self._begin()
             return
         dcm_from_quat(np.array(f.att_q_nb), self._seen)
         rotate_dcm(self._seen, w, (f.t_us - f.att_t_us) * 1e-6, self._turned)
         if self._known:
-            E = np.zeros(9)
-            mul33_t(self._turned, self._R, E)  # I - [more x]
-            more = 0.5 * np.array([E[5] - E[7], E[6] - E[2], E[1] - E[3]])
-            rho = density(-nav.pos_n[2])
-            s = _Step(more, self._turn.copy(), self._time, max(nav.V, 1.0), nav.beta, nav.alpha, rho, u.copy())
-            self._steps.append(s)
-            self._judge(s)
+            mul33_t(self._turned, self._R, self._E)  # I - [more x]
+            e = self._E.tolist()
+            self._note((0.5 * (e[5] - e[7]), 0.5 * (e[6] - e[2]), 0.5 * (e[1] - e[3])), u, nav)
         self._known = True
         self._R[:] = self._turned
-        self._turn[:] = 0.0
-        self._time, self._count = 0.0, 0
+        self._turn, self._dt, self._count = [0.0, 0.0, 0.0], 0.0, 0
 
-    def _judge(self, s: _Step) -> None:
-        """Every window that is full; who is left out, and who is taken again."""
-        alarm, told = False, False
+    def _note(self, more: Vec3, u: np.ndarray, nav: NavState) -> None:
+        """The reference has turned `more` [rad] than the gyro since its last reading."""
+        x, y, z = self._turn
+        old, flow = (self._steps[-1] if self._steps else None), (max(nav.V, 1.0), nav.beta, nav.alpha)
+        s = _Step(
+            more, (x, y, z), (abs(x), abs(y), abs(z)), self._dt, self._dt, *flow, density(-nav.pos_n[2]), u.copy()
+        )
+        if old is not None:
+            s.more, s.turn, s.size = added(old.more, s.more), added(old.turn, s.turn), added(old.size, s.size)
+            s.t_s += old.t_s
+        self._steps.append(s)
+        self._judge(s, more)
+
+    def _judge(self, s: _Step, more: Vec3) -> None:
+        """Every window that is full; who is left out, and who is taken again. `more` [rad]: of the last step alone."""
+        alarm = False
         for T in WINDOWS_S:
-            steps = self._window(T)
-            if not steps:
+            began = self._before(T)
+            if began < 0:
                 continue
-            more = np.sum([x.more for x in steps], axis=0)
-            turn = np.sum([np.abs(x.turn) for x in steps], axis=0)
-            span = sum(x.dt for x in steps)
-            white = 2.0 * self._scatter + self.r_rate**2 * span * s.dt / max(self._count, 1)
-            limit = self.k * np.sqrt(white + (BIAS * span) ** 2 + (SCALE * turn) ** 2)
-            axes = np.abs(more) > limit
-            beyond = bool(axes.any())
-            self._over[T] = self._over[T] + 1 if beyond else 0
-            alarm = alarm or beyond
-            if self._over[T] >= TWICE and not told and not self.out:
-                told = self._who(self._window(T + BEFORE_S), axes)
+            axes = self._beyond(s, self._steps[began])
+            self._over[T] = self._over[T] + 1 if axes else 0
+            alarm = alarm or bool(axes)
+            if self._over[T] >= TWICE and not self.out:
+                self._who(self._before(T + BEFORE_S), axes)
         self._calm_s = 0.0 if alarm else self._calm_s + s.dt
         if not alarm and not self.out:
-            self._learn(s)
+            self._learn(s, more)
         if self.out and self._calm_s > CALM_S:
             self.texts.append(Text(5, f"{NAMES[self.out]} agrees again, used"))
             self.out = 0
 
-    def _window(self, T: float) -> list[_Step]:
-        """The latest steps that fill T [s], the latest first; none: there are not as many yet."""
-        out, span = [], 0.0
-        for x in reversed(self._steps):
-            out.append(x)
-            span += x.dt
-            if span >= T - 1e-6:
-                return out
-        return []
+    def _before(self, T: float) -> int:
+        """Index of the latest step T [s] before the last one; -1: there is none yet."""
+        steps, then = self._steps, self._steps[-1].t_s - T + 1e-6
+        i = len(steps) - 1
+        while i >= 0 and steps[i].t_s > then:
+            i -= 1
+        return i
 
-    def _who(self, steps: list[_Step], axes: np.ndarray) -> bool:
-        """Leave out who turns otherwise about `axes` [3] (bool) than the moments have it, from rates of before the fault; whether
-        it is clear."""
-        if not steps:
-            return False
-        oldest_first = steps[::-1]
-        w = oldest_first[0].turn / oldest_first[0].dt
-        model, gyro, more = np.zeros(3), np.zeros(3), np.zeros(3)
-        for x in oldest_first[1:]:
-            w = w + (self._rates(x, w) + self._moments) * x.dt
+    def _beyond(self, now: _Step, then: _Step) -> list[int]:
+        """Axes about which reference and gyro disagree between two steps."""
+        span = now.t_s - then.t_s
+        white = 2.0 * self._scatter + self.r_rate**2 * span * now.dt / max(self._count, 1) + (BIAS * span) ** 2
+        out = []
+        for i in range(3):
+            more, turned = now.more[i] - then.more[i], now.size[i] - then.size[i]
+            if more * more > self.k**2 * (white + (SCALE * turned) ** 2):
+                out.append(i)
+        return out
+
+    def _who(self, began: int, axes: list[int]) -> None:
+        """Leave out who turns otherwise about `axes` than the moments have it, from the step `began` on, before the fault; nobody
+        if that is not clear."""
+        if began < 1:
+            return
+        steps = list(self._steps)[began - 1 :]
+        first, last = steps[1], steps[-1]
+        w = np.array(less(first.turn, steps[0].turn)) / first.dt
+        model = np.zeros(3)
+        for x in steps[2:]:
+            w = w + (np.array(self._rates(x, w)) + self._moments) * x.dt
             model += w * x.dt
-            gyro += x.turn
-            more += x.more
-        off = (gyro - model)[axes], (gyro + more - model)[axes]
-        off_gyro, off_att = (math.hypot(*x.tolist()) for x in off)
+        gyro, more = less(last.turn, first.turn), less(last.more, first.more)
+        off_gyro = math.hypot(*(gyro[i] - model[i] for i in axes))
+        off_att = math.hypot(*(gyro[i] + more[i] - model[i] for i in axes))
         if min(off_gyro, off_att) > SHARE * max(off_gyro, off_att):
-            return False
+            return
         self.out = HF_IMU if off_att < off_gyro else HF_ATT
         if self.out == HF_IMU:
-            self.believed, self.over_s = more, sum(x.dt for x in oldest_first[1:])
-        deg = math.degrees(math.hypot(*more.tolist()))
+            self.believed, self.over_s = more, last.t_s - first.t_s
+        deg = math.degrees(math.hypot(*more))
         self.texts.append(Text(4, f"{NAMES[self.out]} left out: {deg:.1f} deg off, not by moments"[:50]))
-        return True
 
-    def _rates(self, x: _Step, w: np.ndarray) -> np.ndarray:
-        """Angular acceleration [3] rad/s^2 of the model at rates w [3]."""
-        return np.array(moment_rates(x.V, x.beta, x.alpha, w, x.u, x.rho, self._P, self._fm))
+    def _rates(self, x: _Step, w: np.ndarray) -> Vec3:
+        """Angular acceleration [rad/s^2] of the model at rates w [3]."""
+        return moment_rates(x.V, x.beta, x.alpha, w, x.u, x.rho, self._P, self._fm)  # type: ignore[no-any-return]
 
-    def _learn(self, s: _Step) -> None:
+    def _learn(self, s: _Step, more: Vec3) -> None:
         """The scatter of the reference, and lasting moments the model lacks."""
-        if len(self._steps) < 2:
+        if len(self._steps) < 3:
             return
-        before = self._steps[-2]
-        gain = min(s.dt / LEARN_S, 1.0)
-        each = math.hypot(*s.more.tolist()) ** 2 / 6.0  # of one axis of one of two readings
+        a, b = self._steps[-3], self._steps[-2]
+        each = (more[0] ** 2 + more[1] ** 2 + more[2] ** 2) / 6.0  # of one axis of one of two readings
         floor = (LEAST * self.r_euler) ** 2
-        self._scatter = max(self._scatter + gain * (each - self._scatter), floor)
-        w0, w1 = before.turn / before.dt, s.turn / s.dt
-        lacks = (w1 - w0) / s.dt - self._rates(s, w0)
+        self._scatter = max(self._scatter + min(s.dt / LEARN_S, 1.0) * (each - self._scatter), floor)
+        w0 = [x / b.dt for x in less(b.turn, a.turn)]
+        model = self._rates(s, np.array(w0))
         self._learnt_s += s.dt
-        self._moments += s.dt / min(self._learnt_s, MOMENT_S) * (lacks - self._moments)
+        gain = s.dt / min(self._learnt_s, MOMENT_S)
+        for i, turned in enumerate(less(s.turn, b.turn)):
+            self._moments[i] += gain * ((turned / s.dt - w0[i]) / s.dt - model[i] - self._moments[i])
 
 
 NAMES = {HF_IMU: "gyro", HF_ATT: "attitude"}
@@ -220,10 +238,10 @@ def compared(
         return updated, health
     updated, health = turning.step(f, u, nav, updated, health, dt)
     if turning.believed is not None:
-        x, y, z = turning.believed.tolist()
-        rates = turning.believed / turning.over_s
+        x, y, z = turning.believed
+        T = turning.over_s
         # one error: turned too far, at that rate, and half of it in the flow, which vanes measure besides
-        core.widen(slice(X_BETA, X_PHI + 1), np.array([-0.5 * z, 0.5 * y, *rates, z, y, x]))
+        core.widen(slice(X_BETA, X_PHI + 1), np.array([-0.5 * z, 0.5 * y, x / T, y / T, z / T, z, y, x]))
     return updated, health
 
 

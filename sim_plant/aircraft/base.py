@@ -73,7 +73,7 @@ class Member(ABC):
         """Begin with this command in force."""
         link = self.setup.sc.link
         self.trim = trim
-        self.unit = ServoUnit(self.ac.controls, trim)
+        self.unit = ServoUnit(self.ac.controls, trim, self.setup.seed, self.cfg.name)
         self.path = CommandPath(
             self.setup.seed, self.cfg.name, link.actuator_delay_ticks, link.actuator_jitter_ticks, trim
         )

@@ -286,6 +286,7 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         P,
         z(9),
     ],
+    "sixdof.motion._spin": lambda r: [*r.normal(size=3), *r.uniform(-0.2, 0.2, 3), P],
     "sixdof.motion._rigid": lambda r: [
         r.uniform(150, 220),
         *r.uniform(-0.1, 0.1, 2),

@@ -110,3 +110,11 @@ def test_a_law_that_is_none_is_refused_by_the_name_of_its_key(site: Path, tmp_pa
     assert r.returncode == 2, r.stdout
     words = " ".join((r.stdout + r.stderr).split())
     assert "ctrl.law = 'example:MyFilter'" in words
+
+
+def test_a_weight_that_its_law_does_not_obey_is_refused(site: Path, tmp_path: Path) -> None:
+    """The flight file's own, which the tanker would have without it, is none that was set."""
+    r = start(site, "hil_scripts.sil", "run", "refueling", "--duration", 1, "--in-process", "--no-rrd", "--out", tmp_path / "run",
+              "--set", "tanker.ctrl.law=example:MyLaw", "--set", "tanker.ctrl.w_input=[0.1, 0.1, 0.1, 3e4]")  # fmt: skip
+    assert r.returncode == 2, r.stdout
+    assert "ctrl.w_input = (0.1, 0.1, 0.1, 30000.0): not obeyed by" in " ".join((r.stdout + r.stderr).split())

@@ -32,7 +32,7 @@ def test_a_mass_left_out_is_that_of_the_file() -> None:
     assert design_mass(KC135, 0.0, "k") == 120000.0
     p = station_keeping.sized(LEARJET, KC135, ReceiverCtrlParams(ScheduleParams()))
     assert (p.schedule.mass_kg, p.tanker_mass_kg) == (4989.5, 120000.0)
-    assert p.w_input[3] == pytest.approx(0.067 * 4989.5 * 9.80665)
+    assert p.w_input[3] == pytest.approx(3500.0 * 4989.5 / 5300.0)
     small = station_keeping.sized(LEARJET, scaled(KC135, 0.5), ReceiverCtrlParams(ScheduleParams()))
     assert small.tanker_mass_kg == 60000.0
 

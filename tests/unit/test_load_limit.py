@@ -9,7 +9,8 @@ import pytest
 
 from flightsw.aircraft import load_aircraft
 from flightsw.sixdof.load_limit import AHEAD_S, LoadLimit
-from flightsw.types import ActuatorCmd, NavState, SensorFrame
+from flightsw.sixdof.recovery.protection import Protection, Rejoin
+from flightsw.types import ActuatorCmd, Health, NavState, SensorFrame
 from sim_plant.kernels import layout as n
 from sim_plant.scenario import load_scenario
 from sim_plant.world import World
@@ -57,6 +58,18 @@ def test_load_is_that_of_the_flight_a_quarter_second_after_the_servo(step_deg: f
     u[1] += math.radians(step_deg)
     early, late = (flown[round((AHEAD_S + servo) * w.rate_hz)] for servo in (0.1, 0.2))
     assert min(early, late) < limit.load(u, nav) < max(early, late) and abs(late - level) > 0.3
+
+
+def test_holding_an_elevator_back_is_told_once_while_it_lasts() -> None:
+    _, nav, u = world()
+    guard, frame = Protection(load_aircraft("learjet24"), 7010.0), SensorFrame()
+    hard = u + np.array([0.0, math.radians(14.0), 0.0, 0.0])
+    for _ in range(20):
+        guard.step(frame, NavState(), 0, Health(), Rejoin(), 0.05)
+        assert guard.bound(hard, frame, nav)[1] < hard[1]
+    [text] = guard.texts
+    assert text.text.startswith("elevator held back: -") and text.severity == 4
+    assert guard.bound(u, frame, nav) is u
 
 
 def test_what_is_within_passes_and_what_is_beyond_is_brought_to_the_limit() -> None:

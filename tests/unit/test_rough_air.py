@@ -215,6 +215,12 @@ def test_what_nothing_would_obey_is_refused_by_name(air: RoughAirParams, recover
         mission(air, recovery=recovery)
 
 
+def test_with_bounds_and_no_recovery_nothing_of_it_may_be_set() -> None:
+    with pytest.raises(ConfigError, match=r"rough_air\.bear_mps = 2\.0: nothing obeys it without recovery\.on"):
+        mission(RoughAirParams(bear_mps=2.0), bounds=True, recovery=False)
+    assert mission(RoughAirParams(), bounds=True, recovery=False).guard is None
+
+
 def test_it_is_on_with_bounds_and_off_without() -> None:
     def on(m: ReceiverMission) -> bool:
         return m.guard is not None and m.guard.air is not None

@@ -51,8 +51,9 @@ def flown(ac: Aircraft, seconds: float, seed: int) -> tuple[Arr, Arr, Arr]:
 Wrong = Callable[[float, Arr, Arr], tuple[Arr, Arr]]
 
 
-def watched(ac: Aircraft, seconds: float, seed: int, wrong: Wrong) -> list[tuple[float, int]]:
-    """(t, who is left out) at every change; wrong(t, mean rate, attitude quaternion): what is read of them without noise."""
+def watched(ac: Aircraft, seconds: float, seed: int, wrong: Wrong, gap: str = "") -> list[tuple[float, int]]:
+    """(t, who is left out) at every change; wrong(t, mean rate, attitude quaternion): what is read of them without noise. gap:
+    what there is not from 10 to 12.5 s: an "estimate" or "steps"."""
     w, q, u = flown(ac, seconds, seed)
     rng = np.random.default_rng(seed + 1)
     turning = make_turning(ac, NavParams())
@@ -64,6 +65,10 @@ def watched(ac: Aircraft, seconds: float, seed: int, wrong: Wrong) -> list[tuple
         att = (Rotation.from_quat(att) * Rotation.from_rotvec(SIGMA_A * rng.standard_normal(3))).as_quat()
         rate = rate + SIGMA_W / np.sqrt(5.0) * rng.standard_normal(3)
         t_us = round(t * 1e6)
+        absent = bool(gap) and 10.0 <= t < 12.5
+        if absent and gap == "steps":
+            continue
+        nav.valid = not absent
         x, y, z, s = att.tolist()
         f = SensorFrame(t_us=t_us, att_t_us=t_us, att_q_nb=(s, x, y, z), gyro_mean_b=tuple(rate.tolist()), gyro_count=5)
         updated, health = turning.step(f, u[k - 1], nav, UPD_ATT | UPD_IMU, Health(), DT)
@@ -89,6 +94,11 @@ def frozen(which: int, at: float, until: float = 1e9) -> Wrong:
 @pytest.mark.parametrize("seed", range(3))
 def test_nobody_is_left_out_of_a_sound_flight(ac: Aircraft, seed: int) -> None:
     assert watched(ac, 120.0, seed, lambda t, rate, att: (rate, att)) == [(0.0, 0)]
+
+
+@pytest.mark.parametrize("gap", ["estimate", "steps"])
+def test_a_turn_that_nobody_watched_accuses_nobody(ac: Aircraft, gap: str) -> None:
+    assert watched(ac, 20.0, 3, lambda t, rate, att: (rate, att), gap) == [(0.0, 0)]
 
 
 @pytest.mark.parametrize("which", [HF_IMU, HF_ATT])

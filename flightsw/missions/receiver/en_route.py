@@ -142,8 +142,7 @@ class JoinMission(Mission[ActuatorModel]):
             return nav, g, *taken
         if nav.valid:
             u, throttle = self.free.step(nav, g, act, dt)
-            if guard is not None:
-                u = self.refuel.load.bound(u, f, nav)
+            u = u if guard is None else guard.bound(u, f, nav)
         else:
             u, throttle = self.free.trim_command(g.V, g.alt_m)
         if self.guid.ready and self._settled_s >= self.p.settle_s:

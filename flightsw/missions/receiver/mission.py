@@ -31,7 +31,6 @@ from flightsw.sixdof.actuators import ActuatorModel
 from flightsw.sixdof.command import ScheduleParams
 from flightsw.sixdof.estimator_core import NavParams
 from flightsw.sixdof.layout import TK, TK_DCM, TK_VN
-from flightsw.sixdof.load_limit import LoadLimit
 from flightsw.sixdof.recovery.protection import Protection, RecoveryParams, Rejoin
 from flightsw.sixdof.recovery.turbulence import RoughAirParams
 from flightsw.sixdof.turning import compared, make_turning
@@ -105,7 +104,6 @@ class ReceiverMission(Mission[ActuatorModel]):
         self.h0 = p.ctrl.schedule.h_m
         rough = _rough_air(p, Envelope(ac))
         self.guard = Protection(ac, self.h0, rough) if p.recovery.on else None
-        self.load = LoadLimit(ac)
         self.turning = make_turning(ac, p.nav)
         self._tk = np.zeros(TK)
         self._lost = False
@@ -131,8 +129,7 @@ class ReceiverMission(Mission[ActuatorModel]):
         elif nav.valid:
             psi_dot, V_t = self._tanker_condition(f.t_us, nav)
             u, throttle = self.ctrl.step(nav, g, act, psi_dot, V_t, -nav.pos_n[2], dt)
-            if self.guard is not None:
-                u = self.load.bound(u, f, nav)
+            u = u if self.guard is None else self.guard.bound(u, f, nav)
         else:
             u, throttle = self.ctrl.trim_command(self.V0, self.h0)
         if self.wind is not None:  # after the law: that goes by the estimator's own wind
@@ -270,8 +267,10 @@ def _rough_air(p: ReceiverParams, envelope: Envelope) -> RoughAirParams | None:
                 f"rough_air.{idle[0]} = {idle[1]!r}: nothing obeys it without integrity.on or rough_air.on = true"
             )
         return None
-    if air.on and not p.recovery.on:
-        raise ConfigError("rough_air.on = True: nothing obeys it without recovery.on = true")
+    if not p.recovery.on:
+        if (idle := changed(air, RoughAirParams())) is not None:
+            raise ConfigError(f"rough_air.{idle[0]} = {idle[1]!r}: nothing obeys it without recovery.on = true")
+        return None
     envelope.speed("rough_air.V_mps", air.V_mps)
     return air
 

@@ -39,7 +39,7 @@ from flightsw.types import GuidanceCmd, NavState
 
 N = 12  # rigid design states
 INTEGRALS = slice(N + BEHIND, N + OLD)  # of the design state
-THRUST_UNIT, SOFT_UNIT = 0.067, 0.048  # of the weight: 3.5 and 2.5 kN of the Learjet at 5.3 t
+THRUST_UNIT, SOFT_UNIT = (3500.0, 5300.0), (2500.0, 5300.0)  # [N] of the Learjet at [kg]
 CONTROLLED = (("ahead", "m"), ("right", "m"), ("below", "m"))  # xi, tanker body axes
 VEL = slice(0, 3)  # [m/s] d(xi)/dt, in the place of V, beta, alpha; the rest as in the state
 
@@ -58,11 +58,8 @@ class ReceiverCtrlParams:
     w_int_ms: Node3 = (1.5, 1.5, 1.5)
     w_input: Four = (0.106, 0.0707, 0.106, 0.0)  # thrust [N]; 0: in proportion to the weight
     int_limit_ms: Node3 = (30.0, 20.0, 20.0)
-    pos_limit_m: Node3 = (
-        20.0,
-        20.0,
-        20.0,
-    )  # of the position error the law is given: no more bank and pull than for that
+    # of the position error the law is given: no more bank and pull than for that
+    pos_limit_m: Node3 = (20.0, 20.0, 20.0)
     # a softer law for poor sensing, blended in as the scatter of the estimated position goes from the first to the second: a
     # lasting error does not shake the aircraft
     soft_sigma_m: tuple[float, float] = (0.14, 0.19)
@@ -230,8 +227,11 @@ def make_station_keeping(
 ) -> StationKeepingLaw:
     """The law p.law names, for control period dt_s; default: the table where nobody sets a key. Raises ConfigError, TrimError or
     DesignError."""
-    law = made(OURS, StationKeepingLaw, p.law, "ctrl.law", ac, tanker, sized(ac, tanker, p), dt_s)  # type: ignore[type-abstract]
-    # the flight file states the thrust weights its aircraft would have without them
-    default = replace(default, w_input=p.w_input, soft_input=p.soft_input)
-    refuse_ignored("ctrl.law", p.law, (*BESIDE, *law.obeys), p, default)
+    mine = sized(ac, tanker, p)
+    law = made(OURS, StationKeepingLaw, p.law, "ctrl.law", ac, tanker, mine, dt_s)  # type: ignore[type-abstract]
+    # thrust weights that say what the aircraft has without them are not set
+    kg = mine.schedule.mass_kg
+    usual, soft = thrust_unit(default.w_input, kg, THRUST_UNIT), thrust_unit(default.soft_input, kg, SOFT_UNIT)
+    set_here = replace(p, w_input=mine.w_input, soft_input=mine.soft_input)
+    refuse_ignored("ctrl.law", p.law, (*BESIDE, *law.obeys), set_here, replace(default, w_input=usual, soft_input=soft))
     return law

@@ -27,7 +27,6 @@ from flightsw.sixdof.autopilot import TankerCtrlParams, make_autopilot
 from flightsw.sixdof.command import ScheduleParams
 from flightsw.sixdof.estimator import AirframeNav
 from flightsw.sixdof.estimator_core import NavParams
-from flightsw.sixdof.load_limit import LoadLimit
 from flightsw.sixdof.recovery.cruising import protected
 from flightsw.sixdof.recovery.protection import Protection, RecoveryParams
 from flightsw.sixdof.turning import compared, make_turning
@@ -80,7 +79,6 @@ class RendezvousMission(Mission[ActuatorModel]):
     def __init__(self, ac: Aircraft, p: RendezvousMissionParams, period_s: float) -> None:
         self.nav = AirframeNav(ac, p.nav)
         self.turning = make_turning(ac, p.nav)
-        self.load = LoadLimit(ac)
         self.track = ReceiverTrack(p.rendezvous.track)
         self.pilot = RendezvousPilot(p.rendezvous.pilot)
         self.guid = make_path(p.guid)
@@ -125,8 +123,7 @@ class RendezvousMission(Mission[ActuatorModel]):
             u, throttle = taken
         elif nav.valid:
             u, throttle = self.ctrl.step(nav, g, act, dt)
-            if self.guard is not None:
-                u = self.load.bound(u, f, nav)
+            u = u if self.guard is None else self.guard.bound(u, f, nav)
         else:
             u, throttle = self.ctrl.trim_command(g.V, self.alt_m)
         return nav, g, u, throttle

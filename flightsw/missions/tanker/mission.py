@@ -20,7 +20,6 @@ from flightsw.sixdof.autopilot import TankerCtrlParams, make_autopilot
 from flightsw.sixdof.command import ScheduleParams
 from flightsw.sixdof.estimator import AirframeNav
 from flightsw.sixdof.estimator_core import NavParams
-from flightsw.sixdof.load_limit import LoadLimit
 from flightsw.sixdof.recovery.cruising import protected
 from flightsw.sixdof.recovery.protection import Protection, RecoveryParams
 from flightsw.sixdof.turning import compared, make_turning
@@ -76,7 +75,6 @@ class TankerMission(Mission[ActuatorModel]):
         e.turn("guid.turn_rate_degps", p.guid.turn_rate_degps, p.guid.V_mps)
         self.alt_m = p.guid.alt_m
         self.guard = Protection(ac, self.alt_m) if p.recovery.on else None
-        self.load = LoadLimit(ac)
         self.turning = make_turning(ac, p.nav)
 
     def step(
@@ -93,8 +91,7 @@ class TankerMission(Mission[ActuatorModel]):
             u, throttle = taken
         elif nav.valid:
             u, throttle = self.ctrl.step(nav, g, act, dt)
-            if self.guard is not None:
-                u = self.load.bound(u, f, nav)
+            u = u if self.guard is None else self.guard.bound(u, f, nav)
         else:
             u, throttle = self.ctrl.trim_command(g.V, self.alt_m)
         if self.wind is not None:  # after the law: that goes by the estimator's own wind

@@ -17,9 +17,8 @@ LENGTH_S, LEAST_S = 4.0, 1.0  # [s] a window begins anew at twice the first, by 
 GATE, SHARE = math.radians(3.0), 0.05  # [rad] reference from gyro, and as a share of the angle turned through
 LAG_S = 0.15  # [s] of the rate: latency and sampling
 AHEAD, LEAST_MPS = 2.0, 1.5  # [-], [m/s] by which the reference's velocity must be worse than the gyro's
-FITS_MPS = (
-    1.5  # [m/s] the gyro's velocity is off at most: accelerometers are of the same unit, and may be wrong with it
-)
+# [m/s] the gyro's velocity is off at most: accelerometers are of the same unit, and may be wrong with it
+FITS_MPS = 1.5
 AGREES, AGREES_S = math.radians(5.0), 5.0  # [rad] from the gyro for so long [s]: taken again
 
 

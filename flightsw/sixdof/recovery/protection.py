@@ -12,6 +12,7 @@ import numpy as np
 
 from flightsw.aircraft import Aircraft
 from flightsw.kernels.rotations import dcm_from_quat
+from flightsw.sixdof.load_limit import LoadLimit
 from flightsw.sixdof.recovery.law import RecoveryLaw, Wanted
 from flightsw.sixdof.recovery.motion import angle
 from flightsw.sixdof.recovery.readings import Readings
@@ -40,6 +41,7 @@ SPEED_BACK, SPEED_APART = 3.0, 10.0  # [m/s] inside the limits; estimate from th
 ANCHOR_S = 10.0  # [s] on the gyro alone
 LEVEL_S, READY_S = 5.0, 2.0  # [s] level; and all there is to fly by
 TURN_MOST, K_TURN = math.radians(20.0), 0.15  # [rad] of bank, [1/s]
+TELL_S = 5.0  # [s] without it, before it is told again
 CLIMB_AGE_US = 500_000  # [us] of a rate of climb by GNSS
 OUT, RECOVERING, HOLDING, RIDING = range(4)  # riding: rough air
 
@@ -83,6 +85,8 @@ class Protection:
     def __post_init__(self) -> None:
         self.readings = Readings(self.ac, self.h_m)
         self.law = RecoveryLaw(self.ac)
+        self._load = LoadLimit(self.ac)
+        self._told_s = 0.0  # until another elevator that is held back is told
         self.air = None if self.rough is None else Turbulence(self.rough)
         self._ride = None if self.rough is None else RoughAirLaw(self.ac, self.rough, self.law.terms)
         self._climb: float | None = None  # [m/s]
@@ -107,6 +111,7 @@ class Protection:
             again, not_now = Text(5, "attitude reference good again"), Text(4, "attitude reference does not turn along")
             self.texts.append(again if doubted else not_now)
         self.began = self.ended = self.anew = False
+        self._told_s -= dt
         if self.air is not None:
             fresh = f.t_us - f.gnss_t_us < CLIMB_AGE_US and f.gnss_t_us > 0 and not health.failed & HF_GNSS
             self._climb = -f.gnss_vel_n[2] if fresh else None
@@ -128,6 +133,14 @@ class Protection:
         else:
             self._come_back(nav, apart, rejoin, dt)
         return self.active
+
+    def bound(self, u: np.ndarray, f: SensorFrame, nav: NavState) -> np.ndarray:
+        """LoadLimit.bound of a law's command u [4], told when it begins to hold back."""
+        out = self._load.bound(u, f, nav)
+        if self._load.acting and self._told_s <= 0.0:
+            self.texts.append(Text(4, f"elevator held back: {self._load.asked:.1f} g ahead"))
+        self._told_s = TELL_S if self._load.acting else self._told_s
+        return out
 
     def command(self, g: GuidanceCmd, rejoin: Rejoin, dt: float) -> tuple[np.ndarray, float] | None:
         """`fly`, and why in the guidance's reason, while it has the command; else None."""

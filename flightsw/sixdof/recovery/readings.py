@@ -137,10 +137,8 @@ class Readings:
             if abs(off) < V_GATE:
                 self.V, self._V_age, self.V_measured = V, 0.0, True
                 self._V_felt += min(dt / SETTLE_V_S, 1.0) * off
-            elif (
-                self._V_age <= dt
-            ):  # it has run away from what is felt, not leapt: what has been taken of it is wrong too
-                self.V = self._V_felt
+            elif self._V_age <= dt:
+                self.V = self._V_felt  # it has run away, not leapt: what has been taken of it is wrong too
         if self._V_age > V_COAST_S:
             self.V_measured = False
             self.V += min(dt / TAU_V_S, 1.0) * (self._V_between - self.V)

@@ -23,10 +23,8 @@ STATION_M = (-35.5, 0.0, 8.5)  # [m] contact, tanker axes
 START_M = [-47.0, 0.0, 12.5]  # [m] pre-contact: observation is flown there, and nothing is asked of the way to it
 LIMIT_M = 2.0  # [m] latched
 NAV, RELATIVE, INTEGRITY = IDS["NAV_STATE"], IDS["RELATIVE_STATE"], IDS["INTEGRITY_STATUS"]
-# the last: the boom lets go at 0.9 m/s along it, which ahead and below make
 GUARDED = (
     "plant.aircraft.receiver.mission=receiver_tactical", "tanker.wind_calibration.on=true", "receiver.wind_calibration.on=true",
-    "receiver.ctrl.w_vel_mps=[0.4, 1.0, 0.7]",
 )  # fmt: skip
 BARE = ("receiver.integrity.on=false",)  # what the flight file believes is one grade's
 NOT_REACHED = "not_reached"  # contact was never flown
@@ -48,7 +46,7 @@ class Timetable:
 
 def settings(grade: str, sigma_mps: float, times: Timetable, guarded: bool = False) -> tuple[str, ...]:
     """What the scenario `refueling` is changed by; both aircraft carry sensors of the grade; guarded: integrity of the relative
-    position and calibrated wind on board, less speed along the boom."""
+    position and calibrated wind on board."""
     return (
         *(GUARDED if guarded else BARE),
         f"plant.sensors.tanker.grade={grade}", f"plant.sensors.receiver.grade={grade}",

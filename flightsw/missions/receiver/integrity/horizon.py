@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from flightsw.felt import Felt
-from flightsw.kernels.rotations import to_child, to_parent, vec3
+from flightsw.kernels.rotations import less, to_child, to_parent, vec3
 from flightsw.missions.receiver.integrity.bank import Bank
 from flightsw.missions.receiver.integrity.params import IntegrityParams
-from flightsw.missions.receiver.integrity.readings import Reading, cross, less
+from flightsw.missions.receiver.integrity.readings import Reading, cross
 from flightsw.missions.receiver.integrity.unrest import RATED, Unrest
 from flightsw.missions.receiver.integrity.way import Ahead, Way
 from flightsw.missions.receiver.tanker_link import PeerTracker

@@ -14,11 +14,12 @@ from collections import deque
 from dataclasses import replace
 
 from flightsw.aircraft import Aircraft
+from flightsw.kernels.rotations import less
 from flightsw.missions.receiver.integrity.bank import Bank
 from flightsw.missions.receiver.integrity.horizon import Horizon
 from flightsw.missions.receiver.integrity.layout import BOOM, GNSS, NAMES, REL, SOURCES
 from flightsw.missions.receiver.integrity.params import IntegrityParams
-from flightsw.missions.receiver.integrity.readings import Reading, Readings, less
+from flightsw.missions.receiver.integrity.readings import Reading, Readings
 from flightsw.missions.receiver.integrity.report import IntegrityReport
 from flightsw.missions.receiver.integrity.verdict import Verdict
 from flightsw.missions.receiver.refuel import (
@@ -256,9 +257,7 @@ class Integrity:
         specific force for a while where nothing is left."""
         m = 1 + self.suspect  # the filter that has not heard it; 0 without one
         if self.excluded >> GNSS & 1 or self.suspect == GNSS:
-            updated &= (
-                ~UPD_GNSS
-            )  # whose of the two it is nobody knows: the estimator does not fly by the own one either
+            updated &= ~UPD_GNSS  # whose of the two it is nobody knows: the estimator does not fly by its own either
         if live:
             self._known_us = f.t_us
         if live >> REL & 1 and self.suspect != REL and (f.t_us - self._live_us[REL]) * 1e-6 <= self.p.stand_in_s:

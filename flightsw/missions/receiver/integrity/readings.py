@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flightsw.aircraft import Aircraft
-from flightsw.kernels.rotations import dcm_from_quat, mul33_t, to_child, to_parent, vec3
+from flightsw.kernels.rotations import dcm_from_quat, less, mul33_t, to_child, to_parent, vec3
 from flightsw.missions.receiver.integrity.layout import (
     AB,
     B_AT,
@@ -167,8 +167,3 @@ class Readings:
 def cross(a: Sequence[float], b: Sequence[float]) -> Vec3:
     """a x b, both [3]."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-
-
-def less(a: Vec3, b: Vec3) -> Vec3:
-    """a - b."""
-    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
