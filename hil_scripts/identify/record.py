@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from flightsw.aircraft import Aircraft
+from flightsw.files import write_whole
 from flightsw.strict import read_toml, to_dict
 from hil_scripts.identify.bench import Bench, Point
 from hil_scripts.identify.engines import HEIGHTS_M, MACHS
@@ -159,4 +160,4 @@ def refueling_tree(source: str, file: str, trim: Point, height_m: float) -> dict
 
 def write(path: Path, tree: dict[str, Any]) -> None:
     """As TOML. Raises OSError."""
-    path.write_text(tomlout.dumps(rounded(tree)))
+    write_whole(path, tomlout.dumps(rounded(tree)))
