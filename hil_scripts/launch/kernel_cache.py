@@ -46,14 +46,16 @@ def kernel_sources() -> list[Path]:
 
 
 def processor() -> str:
-    """What numba compiles for here: NUMBA_CPU_NAME and NUMBA_CPU_FEATURES if set, else this machine's processor as the system names
-    it. Kernels of another are not loaded but compiled anew by every process that needs them."""
+    """What numba compiles for here: NUMBA_CPU_NAME and NUMBA_CPU_FEATURES if set, and this machine's processor as the system
+    names it. Kernels of another are not loaded but compiled anew by every process that needs them."""
     named = [os.environ.get(k, "") for k in ("NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES")]
     try:
         text = Path("/proc/cpuinfo").read_text()
     except OSError:
         text = ""
-    host = [m.group() for k in ("model name", "flags", "Features") if (m := re.search(rf"^{k}\s*:.*$", text, re.MULTILINE))]
+    host = [
+        m.group() for k in ("model name", "flags", "Features") if (m := re.search(rf"^{k}\s*:.*$", text, re.MULTILINE))
+    ]
     return " ".join([*named, *(host or [platform.processor()])])
 
 

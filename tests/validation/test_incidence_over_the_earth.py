@@ -19,7 +19,10 @@ from tests.validation.test_equations_of_motion import (
     random_case,
 )
 
-STRAIGHT = {"flat": 1e-9, "wgs84": 6e-7}  # [rad/s]; the deflection of the vertical, up to 7e-5 m/s^2, is in the motion alone
+STRAIGHT = {
+    "flat": 1e-9,
+    "wgs84": 6e-7,
+}  # [rad/s]; the deflection of the vertical, up to 7e-5 m/s^2, is in the motion alone
 ALPHADOT = 11  # of aero.Load
 
 
