@@ -28,6 +28,7 @@ WINDOWS_S = (0.3, 1.0)  # [s] a fast fault in the first, a slow one in the last
 BEFORE_S = 0.5  # [s] before a window in which it has shown, a fault had not begun
 BIAS, SCALE = 2e-3, 0.02  # [rad/s] change of a gyro's bias, [-] of a turn: scale, misalignment, sampling
 TWICE = 2  # readings in a row beyond the limit: a reading that jumps back is the estimator's own to refuse
+SLOW_S = 2.0  # [s] before that, in which the reference tells rates well enough
 SHARE = 0.6  # [-] of the other's distance from the model within which one of two is right
 LEARN_S, MOMENT_S, CALM_S = 20.0, 20.0, 5.0  # [s] for the reference's scatter; for lasting moments; until taken again
 GAP_S = 0.3  # [s] without one of the two: begin anew
@@ -77,6 +78,7 @@ class Turning:
         self._known = False
         self._turn, self._dt, self._count = [0.0, 0.0, 0.0], 0.0, 0
         self._over = dict.fromkeys(WINDOWS_S, 0)
+        self._said = dict.fromkeys((0, HF_IMU, HF_ATT), 0)
         self._calm_s = 0.0
 
     def step(
@@ -154,6 +156,8 @@ class Turning:
         self._calm_s = 0.0 if alarm else self._calm_s + s.dt
         if not alarm and not self.out:
             self._learn(s, more)
+            if self._calm_s > WINDOWS_S[-1]:
+                self._said = dict.fromkeys(self._said, 0)
         if self.out and self._calm_s > CALM_S:
             self.texts.append(Text(5, f"{NAMES[self.out]} agrees again, used"))
             self.out = 0
@@ -179,26 +183,43 @@ class Turning:
 
     def _who(self, began: int, axes: list[int]) -> None:
         """Leave out who turns otherwise about `axes` than the moments have it, from the step `began` on, before the fault; nobody
-        if that is not clear."""
-        if began < 1:
+        if that is not clear.
+
+        The moments go on from rates, and a fault that grows slowly is in those already: they begin once by the gyro's and
+        once by what the reference has turned in the two seconds before, and both have to say the same, the one not
+        named by half as many as the other since they disagree.
+        """
+        earlier = self._before(self._steps[-1].t_s - self._steps[began].t_s + SLOW_S) if began > 0 else -1
+        if earlier < 0:
             return
-        steps = list(self._steps)[began - 1 :]
-        first, last = steps[1], steps[-1]
-        w = np.array(less(first.turn, steps[0].turn)) / first.dt
-        model = np.zeros(3)
-        for x in steps[2:]:
-            w = w + (np.array(self._rates(x, w)) + self._moments) * x.dt
-            model += w * x.dt
+        steps = list(self._steps)
+        first, last, ago = steps[began], steps[-1], steps[earlier]
+        w = np.array(less(first.turn, steps[began - 1].turn)) / first.dt
+        slow = np.array(less(first.more, ago.more)) / (first.t_s - ago.t_s)
         gyro, more = less(last.turn, first.turn), less(last.more, first.more)
-        off_gyro = math.hypot(*(gyro[i] - model[i] for i in axes))
-        off_att = math.hypot(*(gyro[i] + more[i] - model[i] for i in axes))
-        if min(off_gyro, off_att) > SHARE * max(off_gyro, off_att):
+        said = {self._nearer(steps[began + 1 :], start, gyro, more, axes) for start in (w, w + slow)}
+        for who in said:
+            self._said[who] += 1
+        mine, other = self._said[HF_IMU], self._said[HF_ATT]
+        if len(said) > 1 or 0 in said or min(mine, other) >= 0.5 * max(mine, other):
             return
-        self.out = HF_IMU if off_att < off_gyro else HF_ATT
+        self.out = said.pop()
         if self.out == HF_IMU:
             self.believed, self.over_s = more, last.t_s - first.t_s
         deg = math.degrees(math.hypot(*more))
         self.texts.append(Text(4, f"{NAMES[self.out]} left out: {deg:.1f} deg off, not by moments"[:50]))
+
+    def _nearer(self, steps: list[_Step], w: np.ndarray, gyro: Vec3, more: Vec3, axes: list[int]) -> int:
+        """Who is further from the turn that the moments of `steps` make of rates w [3]: HF_IMU, HF_ATT, or 0: not clear."""
+        model = np.zeros(3)
+        for x in steps:
+            w = w + (np.array(self._rates(x, w)) + self._moments) * x.dt
+            model += w * x.dt
+        off_gyro = math.hypot(*(gyro[i] - model[i] for i in axes))
+        off_att = math.hypot(*(gyro[i] + more[i] - model[i] for i in axes))
+        if min(off_gyro, off_att) > SHARE * max(off_gyro, off_att):
+            return 0
+        return HF_IMU if off_att < off_gyro else HF_ATT
 
     def _rates(self, x: _Step, w: np.ndarray) -> Vec3:
         """Angular acceleration [rad/s^2] of the model at rates w [3]."""

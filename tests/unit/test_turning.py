@@ -124,3 +124,11 @@ def test_a_reference_that_jumps_is(ac: Aircraft) -> None:
 
     [_, (t, who), *_] = watched(ac, 24.0, 6, wrong)
     assert who == HF_ATT and 20.0 < t < 20.5
+
+
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize("walk", [0.002, 0.005, 0.02])
+def test_a_gyro_that_walks_off_never_puts_the_reference_out(ac: Aircraft, axis: int, walk: float) -> None:
+    off = walk * np.eye(3)[axis]
+    found = watched(ac, 40.0, 7, lambda t, rate, att: (rate + off * max(t - 20.0, 0.0), att))
+    assert all(who != HF_ATT for _, who in found)
