@@ -30,9 +30,12 @@ BIAS, SCALE = 2e-3, 0.02  # [rad/s] change of a gyro's bias, [-] of a turn: scal
 TWICE = 2  # readings in a row beyond the limit: a reading that jumps back is the estimator's own to refuse
 SLOW_S = 2.0  # [s] before that, in which the reference tells rates well enough
 SHARE = 0.6  # [-] of the other's distance from the model within which one of two is right
-LEARN_S, MOMENT_S, CALM_S = 20.0, 20.0, 5.0  # [s] for the reference's scatter; for lasting moments; until taken again
+LEARN_S, MOMENT_S, CALM_S = 20.0, 20.0, 5.0  # [s] for the reference's scatter; for the moments; until taken again
+TRY_S = 1.0  # [s] between tries of the moments
 GAP_S = 0.3  # [s] without one of the two: begin anew
 KEPT = 256  # steps: more than the longest window at 100 Hz
+CLEAR = 9.0  # [-] difference of squares in sigmas of the model: odds of 90
+MISS = 0.01  # [rad] by which the moments miss the turn of the longest window, until learnt
 LEAST = 0.1  # [-] of nav.r_euler: no reference scatters less
 
 
@@ -67,7 +70,8 @@ class Turning:
         self._P = parameter_vector(ac, ac.mass.empty_kg + ac.mass.default_fuel_kg)
         self._R, self._turned, self._seen, self._E = np.zeros(9), np.zeros(9), np.zeros(9), np.zeros(9)
         self._moments = [0.0, 0.0, 0.0]  # [rad/s^2] what the model lacks
-        self._learnt_s = 0.0
+        self._miss = [MISS**2] * 3  # [rad^2]
+        self._learnt_s = self._tried_s = 0.0
         self._fm = np.zeros(9)
         self._scatter = r_euler**2
         self._t_us = self._fuel_us = 0
@@ -211,15 +215,24 @@ class Turning:
 
     def _nearer(self, steps: list[_Step], w: np.ndarray, gyro: Vec3, more: Vec3, axes: list[int]) -> int:
         """Who is further from the turn that the moments of `steps` make of rates w [3]: HF_IMU, HF_ATT, or 0: not clear."""
-        model = np.zeros(3)
-        for x in steps:
-            w = w + (np.array(self._rates(x, w)) + self._moments) * x.dt
-            model += w * x.dt
-        off_gyro = math.hypot(*(gyro[i] - model[i] for i in axes))
-        off_att = math.hypot(*(gyro[i] + more[i] - model[i] for i in axes))
-        if min(off_gyro, off_att) > SHARE * max(off_gyro, off_att):
+        model = self._turned_by(steps, w)
+        share = (steps[-1].t_s - steps[0].t_s) / (WINDOWS_S[-1] + BEFORE_S)
+        off_gyro = off_att = 0.0
+        for i in axes:
+            of = 1.0 / (share * share * self._miss[i])
+            off_gyro += of * (gyro[i] - model[i]) ** 2
+            off_att += of * (gyro[i] + more[i] - model[i]) ** 2
+        if abs(off_gyro - off_att) < CLEAR or min(off_gyro, off_att) > SHARE**2 * max(off_gyro, off_att):
             return 0
         return HF_IMU if off_att < off_gyro else HF_ATT
+
+    def _turned_by(self, steps: list[_Step], w: np.ndarray) -> Vec3:
+        """The turn [rad] that the moments of `steps` make of rates w [3]."""
+        turn = (0.0, 0.0, 0.0)
+        for x in steps:
+            w = w + (np.array(self._rates(x, w)) + self._moments) * x.dt
+            turn = added(turn, (w[0] * x.dt, w[1] * x.dt, w[2] * x.dt))
+        return turn
 
     def _rates(self, x: _Step, w: np.ndarray) -> Vec3:
         """Angular acceleration [rad/s^2] of the model at rates w [3]."""
@@ -239,6 +252,19 @@ class Turning:
         gain = s.dt / min(self._learnt_s, MOMENT_S)
         for i, turned in enumerate(less(s.turn, b.turn)):
             self._moments[i] += gain * ((turned / s.dt - w0[i]) / s.dt - model[i] - self._moments[i])
+        self._tried_s += s.dt
+        if self._tried_s > TRY_S and (began := self._before(WINDOWS_S[-1] + BEFORE_S)) > 0:
+            self._try(began)
+
+    def _try(self, began: int) -> None:
+        """By how much the moments miss a turn that both agree about."""
+        steps = list(self._steps)
+        first = steps[began]
+        model = self._turned_by(steps[began + 1 :], np.array(less(first.turn, steps[began - 1].turn)) / first.dt)
+        gain = min(self._tried_s / MOMENT_S, 1.0)
+        for i, x in enumerate(less(less(steps[-1].turn, first.turn), model)):
+            self._miss[i] += gain * (max(x * x, (LEAST * MISS) ** 2) - self._miss[i])
+        self._tried_s = 0.0
 
 
 NAMES = {HF_IMU: "gyro", HF_ATT: "attitude"}
