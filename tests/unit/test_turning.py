@@ -132,3 +132,14 @@ def test_a_gyro_that_walks_off_never_puts_the_reference_out(ac: Aircraft, axis: 
     off = walk * np.eye(3)[axis]
     found = watched(ac, 40.0, 7, lambda t, rate, att: (rate + off * max(t - 20.0, 0.0), att))
     assert all(who != HF_ATT for _, who in found)
+
+
+@pytest.mark.parametrize("axis", range(3))
+def test_a_gyro_that_jumps_to_and_fro_is_left_out_within_a_quarter_of_a_second(ac: Aircraft, axis: int) -> None:
+    rng = np.random.default_rng(axis)
+    off = 0.3 / np.sqrt(5.0) * np.eye(3)[axis]
+    [_, (t, who), *more] = watched(
+        ac, 40.0, 8, lambda t, rate, att: (rate + off * rng.standard_normal() * (20.0 <= t < 25.0), att)
+    )
+    assert who == HF_IMU and 20.0 < t < 20.5
+    assert len(more) == 1 and more[0][1] == 0
