@@ -45,6 +45,8 @@ class Turning:
         self.k, self.r_euler, self.r_rate = false_sigma, r_euler, r_rate
         self.texts: list[Text] = []
         self.out = 0  # HF_IMU or HF_ATT: who is left out
+        self._by = 0  # and the other of them, if it is by that one's readings
+        self._same, self._read = 0, (0.0,) * 4  # readings of the reference to the bit as the last one
         # [3] rad: the gyro is left out in this step; an estimate by it is off by that, come about in over_s [s]
         self.believed: Vec3 | None = None
         self.over_s = 1.0
@@ -81,6 +83,9 @@ class Turning:
         gyro = bool(updated & UPD_IMU and f.gyro_count and not health.failed & HF_IMU)
         if not gyro or not nav.valid or gap:  # over which nobody knows how the gyro turned
             self._begin()
+        if self._by and health.failed & self._by:  # who has accused is wrong itself
+            self.texts.append(Text(5, f"{NAMES[self.out]} used: {NAMES[self._by]} failed"))
+            self.out = self._by = 0
         if gyro and nav.valid:
             self._follow(f, u, nav, bool(updated & UPD_ATT and not health.failed & HF_ATT), dt)
         if not self.out:
@@ -101,6 +106,8 @@ class Turning:
             if self._dt > GAP_S:
                 self._begin()
             return
+        self._same = self._same + 1 if f.att_q_nb == self._read else 0
+        self._read = f.att_q_nb
         dcm_from_quat(np.array(f.att_q_nb), self._seen)
         rotate_dcm(self._seen, w, (f.t_us - f.att_t_us) * 1e-6, self._turned)
         if self._known:
@@ -145,7 +152,7 @@ class Turning:
                 self._said = dict.fromkeys(self._said, 0)
         if self.out and self._calm_s > CALM_S:
             self.texts.append(Text(5, f"{NAMES[self.out]} agrees again, used"))
-            self.out = 0
+            self.out = self._by = 0
 
     def _before(self, T: float) -> int:
         """Index of the latest step T [s] before the last one; -1: there is none yet."""
@@ -172,7 +179,7 @@ class Turning:
 
         The moments go on from rates, and a fault that grows slowly is in those already: they begin once by the gyro's and
         once by what the reference has turned in the two seconds before, and both have to say the same, the one not
-        named by half as many as the other since they disagree.
+        named by half as many as the other since they disagree. A reference that repeats itself to the bit says nothing.
         """
         earlier = self._before(self._steps[-1].t_s - self._steps[began].t_s + SLOW_S) if began > 0 else -1
         if earlier < 0:
@@ -186,10 +193,11 @@ class Turning:
         for who in said:
             self._said[who] += 1
         mine, other = self._said[HF_IMU], self._said[HF_ATT]
-        if len(said) > 1 or 0 in said or min(mine, other) >= 0.5 * max(mine, other):
+        if len(said) > 1 or 0 in said or self._same or min(mine, other) >= 0.5 * max(mine, other):
             return
         deg = math.degrees(math.hypot(*more))
         self._leave_out(said.pop(), more, last.t_s - first.t_s, f"{deg:.1f} deg off, not by moments")
+        self._by = HF_IMU + HF_ATT - self.out
 
     def _leave_out(self, who: int, more: Vec3, over_s: float, why: str) -> None:
         self.out = who
