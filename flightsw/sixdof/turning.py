@@ -33,6 +33,7 @@ LEARN_S, CALM_S = 20.0, 5.0  # [s] for the reference's scatter; until taken agai
 TRY_S = 1.0  # [s] between tries of the moments
 GAP_S = 0.3  # [s] without one of the two: begin anew
 KEPT = 256  # steps: more than the longest window at 100 Hz
+MODEL = 0.2  # [-] of a turn to and fro, by which the moments may miss it besides what is learnt
 CLEAR = 9.0  # [-] difference of squares in sigmas of the model: odds of 90
 LEAST = 0.1  # [-] of nav.r_euler: no reference scatters less
 
@@ -189,7 +190,8 @@ class Turning:
         w = np.array(less(first.turn, steps[began - 1].turn)) / first.dt
         slow = np.array(less(first.more, ago.more)) / (first.t_s - ago.t_s)
         gyro, more = less(last.turn, first.turn), less(last.more, first.more)
-        said = {self._nearer(steps[began + 1 :], start, gyro, more, axes) for start in (w, w + slow)}
+        size = less(last.size, first.size)
+        said = {self._nearer(steps[began + 1 :], start, gyro, more, size, axes) for start in (w, w + slow)}
         for who in said:
             self._said[who] += 1
         mine, other = self._said[HF_IMU], self._said[HF_ATT]
@@ -205,13 +207,13 @@ class Turning:
             self.believed, self.over_s = more, over_s
         self.texts.append(Text(4, f"{NAMES[who]} left out: {why}"[:50]))
 
-    def _nearer(self, steps: list[Step], w: np.ndarray, gyro: Vec3, more: Vec3, axes: list[int]) -> int:
+    def _nearer(self, steps: list[Step], w: np.ndarray, gyro: Vec3, more: Vec3, size: Vec3, axes: list[int]) -> int:
         """Who is further from the turn that the moments of `steps` make of rates w [3]: HF_IMU, HF_ATT, or 0: not clear."""
         model = self._moments.turned(steps, w)
         share = (steps[-1].t_s - steps[0].t_s) / (WINDOWS_S[-1] + BEFORE_S)
         off_gyro = off_att = 0.0
         for i in axes:
-            of = 1.0 / (share * share * self._moments.miss[i])
+            of = 1.0 / (share * share * self._moments.miss[i] + (MODEL * size[i]) ** 2)
             off_gyro += of * (gyro[i] - model[i]) ** 2
             off_att += of * (gyro[i] + more[i] - model[i]) ** 2
         least, most = min(off_gyro, off_att), max(off_gyro, off_att)
