@@ -27,7 +27,7 @@ class Flown:
     bank_deg: float
     highest_m: float  # least z of the receiver under the tanker
     closest_m: float
-    back_s: float  # from the return to the first valid navigation of a fresh process
+    back_s: float  # from the return to the first valid navigation: from then on its law has the aircraft
     phase: str
     lost: str
     bank_then_deg: float  # when it was back
@@ -92,7 +92,7 @@ def fly(
                     out.highest_m = min(out.highest_m, xi[2])
                     out.closest_m = min(out.closest_m, math.hypot(*xi))
                     out.contact_s += 0.01 * (k >= back and v.contact)
-                    if k >= back and math.isnan(out.back_s) and getattr(f.nodes[who].app, "nav_valid", True):
+                    if k >= back and math.isnan(out.back_s) and f.nodes[who].app.nav.valid and f.nodes[who].app.tick_no:
                         out.back_s = (k - back) / 100.0
         except AircraftLostError as e:
             out.lost = str(e)
