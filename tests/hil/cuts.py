@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 ORDERS = ((10.0, "precontact"), (16.0, "contact"))
-AGAIN = ((20.0, "observation"), (100.0, "precontact"), (170.0, "contact"))  # [s] after the return
-AGAIN_S = 230.0
+AGAIN = ((20.0, "observation"), (120.0, "precontact"), (270.0, "contact"))  # [s] after the return
+AGAIN_S = 320.0
 POINTS = ("plant.aircraft.receiver.start.xi_m", "receiver.guid.observation_m", "receiver.guid.precontact_m")
 AT_S = {"observation": 20.0, "precontact": 15.0, "contact": 32.0}
 TANKER, RECEIVER = 0, 1
