@@ -7,7 +7,8 @@ asks of the surfaces what they can do in time. The wind states cannot be control
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Annotated
 
 import numpy as np
@@ -15,7 +16,7 @@ import numpy as np
 from flightsw.kernels.sampled import sampled
 from flightsw.missions.gust import dynamics as k
 from flightsw.missions.gust.model import GustAircraft, LinearModel, Turbulence, linear_model, published
-from flightsw.missions.gust.servos import GustServos
+from flightsw.missions.gust.servos import Servos
 from flightsw.sixdof.lqr import regulator
 from flightsw.strict import IN_FLIGHT, Range
 from flightsw.terms import Controlled, LawTerms, Output
@@ -133,15 +134,22 @@ class GustAlleviation:
 
     def __init__(
         self, p: AlleviationParams | None = None, ac: GustAircraft | None = None, t: Turbulence | None = None,
-        dt: float = 0.02, law: str = "alleviation",
+        dt: float = 0.02, law: str = "alleviation", servos: Sequence[tuple[float, int]] = (),
     ) -> None:  # fmt: skip
-        """dt [s]: sample period the gain is made for; law: its name in the record. Raises DesignError without a stabilising
-        gain."""
+        """dt [s]: sample period the gain is made for; law: its name in the record; servos: (bandwidth [rad/s], samples late) that
+        `fit` may ask for besides. Raises DesignError without a stabilising gain."""
         self.p, self.ac = p or AlleviationParams(), ac or published()
         model = linear_model(self.ac, t or Turbulence())
-        self.K, self.radius = alleviation_gain(self.p, model, self.ac, dt)
-        if not self.p.feed_wind:
-            self.K[:, k.WIND] = 0.0
+        own = self.ac.servo_wn_radps, self.p.late_steps
+        designs = {}
+        for wn, late in {own: None, **dict.fromkeys(servos)}:
+            p, ac = replace(self.p, late_steps=late), replace(self.ac, servo_wn_radps=wn)
+            K, _ = designs[wn, late] = alleviation_gain(p, model, ac, dt)
+            if not self.p.feed_wind:
+                K[:, k.WIND] = 0.0
+        self._gains = {servo: K for servo, (K, _) in designs.items()}
+        self.K, self.radius = designs[own]
+        self.late = self.p.late_steps
         A, _, self._row = plant_matrices(model, self.ac, self.p.low_pass_hz)
         i = slice(LOW, NZ)
         self._low_F, _, _ = sampled(A[i, i], None, None, dt)
@@ -155,6 +163,13 @@ class GustAlleviation:
         outputs = (Output("elevator", "rad"), Output("flap", "rad"), Output("throttle", ""))
         controlled = (("load", "m/s^2"), ("pitch", "rad"), ("altitude", "m"), ("airspeed", "m/s"))
         self.terms = LawTerms(law, outputs, tuple(Controlled(*c) for c in controlled))
+
+    def fit(self, wn_radps: float, late: int) -> None:
+        """Fly the gain of these servos from the next step on. Raises KeyError for servos not named to the constructor."""
+        K = self._gains[wn_radps, late]
+        if K is not self.K:
+            self.K, self.late = K, late
+            self._z = np.zeros(NZ + 2 * late)
 
     def reset(self) -> None:
         """Low-pass and commands at trim."""
@@ -171,7 +186,7 @@ class GustAlleviation:
         self._low[:], self.command[:] = s["low"], s["command"]
         self._last, self.a_z = s["head"].tolist()
 
-    def step(self, x: Array, servos: GustServos) -> Array:
+    def step(self, x: Array, servos: Servos) -> Array:
         """Command [3] (elevator [rad], throttle setting, flap [rad]) for the estimate x [9] and the servos as they now are.
 
         Limited to the travel; the returned array is reused. An x that is not finite gives trim.
@@ -194,7 +209,7 @@ class GustAlleviation:
         self._last = self.a_z
         z[LOW:NZ] = self._low
         queue = servos.queue
-        for i in range(self.p.late_steps):
+        for i in range(self.late):
             z[NZ + 2 * i], z[NZ + 2 * i + 1] = queue[i, k.ELEVATOR], queue[i, k.FLAP]
         limit = (self.ac.elevator_limit_rad, self.ac.flap_limit_rad)
         for j, c in enumerate(SURFACES):

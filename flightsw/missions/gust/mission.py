@@ -15,11 +15,13 @@ import numpy as np
 from flightsw.aircraft import Alexis
 from flightsw.missions.base import Mission, MissionSpec, Reports, choices
 from flightsw.missions.gust import dynamics as k
+from flightsw.missions.gust.estimate import GustEstimate
 from flightsw.missions.gust.estimators import ESTIMATORS, GustNavTable, make_gust_nav
 from flightsw.missions.gust.laws import LAWS, OTHER, GustCtrlTable, GustLaws
 from flightsw.missions.gust.model import GustAircraft
 from flightsw.missions.gust.reports import REPORTS, GustState
-from flightsw.missions.gust.servos import GustServos
+from flightsw.missions.gust.servo_bank.nav import ServoBankNav
+from flightsw.missions.gust.servos import GustServos, Servos
 from flightsw.missions.gust.validity import Trust
 from flightsw.planar import plane
 from flightsw.terms import Laws
@@ -116,13 +118,19 @@ class GustMission(Mission[GustActuators]):
             self.ctrl = self._laws()
             self.ctrl.law = law
         ok = self._read(f, updated)
+        if isinstance(self.nav, ServoBankNav):
+            self.nav.hear(s.sent, self._late, dt)
         est = self.nav.step(y, ok & self.channels, s.mean, dt, s.now)
+        believed: Servos = s
+        if isinstance(self.nav, ServoBankNav):
+            believed = self.nav.servos
+            self.ctrl.fit(self.nav.wn_radps, self.nav.late)
         trusted = self.trust.ok
         if self.trust.step(est, dt) is not trusted and est.valid:
             self._texts.append(
                 Text(6, "estimate trusted again") if self.trust.ok else Text(4, f"hold: {self.trust.reason}")
             )
-        c = self.ctrl.step(est.x if est.valid and self.trust.ok else None, y, s)
+        c = self.ctrl.step(est.x if self._steered_by(est) else None, y, believed)
         u = self._u
         u[[ELEVATOR, THROTTLE, FLAP]] = c[[k.ELEVATOR, k.THROTTLE, k.FLAP]]
         g = self._guide(f.t_us, est.valid, est.reason or self.trust.reason)
@@ -134,8 +142,14 @@ class GustMission(Mission[GustActuators]):
         throttle = min(max(0.5 + float(u[THROTTLE]) / self.span, 0.0), 1.0)
         return self._publish(state), g, u, throttle
 
+    def _steered_by(self, est: GustEstimate) -> bool:
+        """Whether the estimate of this sample steers: valid, trusted, and its servos identified."""
+        return est.valid and self.trust.ok and (est.servos is None or est.servos.settled)
+
     def _laws(self) -> GustLaws:
-        return GustLaws(self.p.ctrl, self.ac, self.p.nav.turbulence, self._period_s, self._late)
+        models = self.nav.models if isinstance(self.nav, ServoBankNav) else ()
+        servos = [(wn, self._late + extra) for wn, extra in models]
+        return GustLaws(self.p.ctrl, self.ac, self.p.nav.turbulence, self._period_s, self._late, servos)
 
     def _read(self, f: SensorFrame, updated: int) -> int:
         """Readings into y [7]; bits of those that are new and good."""
