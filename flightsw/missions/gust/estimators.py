@@ -12,6 +12,7 @@ from flightsw.missions.gust import dynamics as k
 from flightsw.missions.gust.estimate import BASIC, GROUND, VERTICAL, GustEstimate, GustParams
 from flightsw.missions.gust.estimator import GustNav
 from flightsw.missions.gust.estimator_printed import ConstantGainGust
+from flightsw.missions.gust.load_watch import LoadWatchParams
 from flightsw.missions.gust.model import GustAircraft, ProcessNoise, SensorNoise, Turbulence, linear_model, published
 from flightsw.missions.gust.servo_bank.nav import ServoBankNav
 from flightsw.missions.gust.servo_bank.params import ServoBankParams
@@ -45,6 +46,7 @@ class GustNavTable:
     process: ProcessNoise = field(default_factory=ProcessNoise)
     sensors: SensorNoise = field(default_factory=SensorNoise)
     trust: TrustParams = field(default_factory=TrustParams)
+    load_watch: LoadWatchParams = field(default_factory=LoadWatchParams)  # with the bank of servo models
     servo_slack_s: Annotated[float, Range(0.0, 0.1)] = 0.03  # [s] see GustParams; not of the bank of servo models
     servo_bank: ServoBankParams = field(default_factory=ServoBankParams)
 

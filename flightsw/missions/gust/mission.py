@@ -15,14 +15,13 @@ import numpy as np
 from flightsw.aircraft import Alexis
 from flightsw.missions.base import Mission, MissionSpec, Reports, choices
 from flightsw.missions.gust import dynamics as k
-from flightsw.missions.gust.estimate import GustEstimate
 from flightsw.missions.gust.estimators import ESTIMATORS, GustNavTable, make_gust_nav
 from flightsw.missions.gust.laws import LAWS, OTHER, GustCtrlTable, GustLaws
 from flightsw.missions.gust.model import GustAircraft
-from flightsw.missions.gust.reports import REPORTS, GustState
+from flightsw.missions.gust.reports import REPORTS, GustModel, GustState, model_of
 from flightsw.missions.gust.servo_bank.nav import ServoBankNav
 from flightsw.missions.gust.servos import GustServos, Servos
-from flightsw.missions.gust.validity import Trust
+from flightsw.missions.gust.steering import Steering
 from flightsw.planar import plane
 from flightsw.terms import Laws
 from flightsw.types import (
@@ -85,12 +84,12 @@ class GustMission(Mission[GustActuators]):
         """Raises DesignError for weights that give no law."""
         self.ac = GustAircraft.of(ac)
         self.cruise = (self.ac.V0_mps, self.ac.H0_m)
-        self.trust = Trust(p.nav.trust)
         self.nav = make_gust_nav(p.nav, self.ac)
         self.channels = p.nav.channels
         self.p, self._period_s = p, period_s
         self._late = 1
         self.ctrl = self._laws()
+        self.steering = Steering(p.nav, p.ctrl.hold, self.ac, self._late)
         trim_N, per_setting_N = self.ac.thrust
         self.span = 2.0 * trim_N / per_setting_N  # settings from no thrust to full, trim half-way
         self.guid = GuidanceCmd(V=self.ac.V0_mps, alt_m=self.ac.H0_m, reason="waiting for readings")
@@ -102,6 +101,7 @@ class GustMission(Mission[GustActuators]):
         self._psi, self._pos_n = 0.0, (0.0, 0.0)
         self._phase_us = -1
         self._texts: list[Text] = []
+        self._model: GustModel | None = None
 
     @property
     def saturated(self) -> bool:
@@ -117,23 +117,24 @@ class GustMission(Mission[GustActuators]):
             self._late, law = len(s.queue), self.ctrl.law
             self.ctrl = self._laws()
             self.ctrl.law = law
+            self.steering.late(self._late)
         ok = self._read(f, updated)
         if isinstance(self.nav, ServoBankNav):
             self.nav.hear(s.sent, self._late, dt)
         est = self.nav.step(y, ok & self.channels, s.mean, dt, s.now)
+        self.steering.trusts(est, dt)
         believed: Servos = s
         if isinstance(self.nav, ServoBankNav):
             believed = self.nav.servos
-            self.ctrl.fit(self.nav.wn_radps, self.nav.late)
-        trusted = self.trust.ok
-        if self.trust.step(est, dt) is not trusted and est.valid:
-            self._texts.append(
-                Text(6, "estimate trusted again") if self.trust.ok else Text(4, f"hold: {self.trust.reason}")
-            )
-        c = self.ctrl.step(est.x if self._steered_by(est) else None, y, believed)
+            if est.servos is not None and est.servos.settled:
+                self.ctrl.fit(est.servos.wn_radps, est.servos.late)
+            self.steering.weigh(est, y, self.nav.open_load() if est.valid else 0.0, self.ctrl.flying != 0, dt)
+        c = self.ctrl.step(est.x if self.steering.by(est) else None, y, believed)
         u = self._u
         u[[ELEVATOR, THROTTLE, FLAP]] = c[[k.ELEVATOR, k.THROTTLE, k.FLAP]]
-        g = self._guide(f.t_us, est.valid, est.reason or self.trust.reason)
+        doubt, why = self.steering.why(est)
+        g = self._guide(f.t_us, est.valid, why)
+        self._model = None if est.servos is None else model_of(f.t_us, est.servos, self.steering.load.ratio, doubt)
         self._state = state = GustState(
             f.t_us, est.valid, est.reason, tuple(est.x.tolist()), tuple(est.sigma.tolist()),
             est.nis if math.isfinite(est.nis) else 0.0, est.channels, est.scale, est.probabilities,
@@ -141,10 +142,6 @@ class GustMission(Mission[GustActuators]):
         )  # fmt: skip
         throttle = min(max(0.5 + float(u[THROTTLE]) / self.span, 0.0), 1.0)
         return self._publish(state), g, u, throttle
-
-    def _steered_by(self, est: GustEstimate) -> bool:
-        """Whether the estimate of this sample steers: valid, trusted, and its servos identified."""
-        return est.valid and self.trust.ok and (est.servos is None or est.servos.settled)
 
     def _laws(self) -> GustLaws:
         models = self.nav.models if isinstance(self.nav, ServoBankNav) else ()
@@ -207,7 +204,8 @@ class GustMission(Mission[GustActuators]):
     @property
     def reports(self) -> Reports:
         """The wind felt, and what is done against it."""
-        return {} if self._state is None else {GustState: self._state}
+        known = {GustState: self._state, GustModel: self._model}
+        return {kind: r for kind, r in known.items() if r is not None}
 
     def first_command(self) -> np.ndarray:
         """Trim command [5] sent until navigation is valid."""
@@ -225,11 +223,12 @@ class GustMission(Mission[GustActuators]):
     def adopt(self, params: object) -> None:
         """Changed parameters from this step on."""
         assert isinstance(params, GustMissionParams)
-        self.p, self.trust.p, self.ctrl.hold.p = params, params.nav.trust, params.ctrl.hold
+        self.p, self.ctrl.hold.p = params, params.ctrl.hold
+        self.steering.adopt(params.nav, params.ctrl.hold)
 
     def texts(self) -> list[Text]:
         """Messages since the last call."""
-        out, self._texts = self._texts, []
+        out, self._texts = self._texts + self.steering.texts(), []
         return out
 
 

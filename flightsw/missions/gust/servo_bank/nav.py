@@ -19,38 +19,14 @@ from flightsw.missions.gust.estimate import GustEstimate, GustParams
 from flightsw.missions.gust.readings import ANGLE_MAX, GustReadings
 from flightsw.missions.gust.servo_bank import kernel as bk
 from flightsw.missions.gust.servo_bank import states as st
+from flightsw.missions.gust.servo_bank.believed import Believed
 from flightsw.missions.gust.servo_bank.params import AGE_MAX, ServoBankParams, ServosFound
+from flightsw.missions.gust.servo_bank.vane import ANEW, LEAVE, VaneJump
 from flightsw.missions.gust.servos import surface_limits
 
 Array = np.ndarray
 NZ = st.NZ
-
-
-class Believed:
-    """The servos of the model in force, as the laws look at them: `now`, `mean`, `rate` [3] and the commands under way."""
-
-    def __init__(self, nav: ServoBankNav) -> None:
-        self._nav = nav
-
-    @property
-    def now(self) -> Array:
-        """Surfaces [3] at this sample: elevator [rad], throttle setting, flap [rad]."""
-        return np.asarray(self._nav.now[self._nav.chosen])
-
-    @property
-    def mean(self) -> Array:
-        """Their mean [3] since the last sample."""
-        return np.asarray(self._nav.mean[self._nav.chosen])
-
-    @property
-    def rate(self) -> Array:
-        """Their rates [3]."""
-        return np.asarray(self._nav.rate[self._nav.chosen])
-
-    @property
-    def queue(self) -> Array:
-        """Commands under way [late,3]: row 0 reaches the servos with the next step."""
-        return np.asarray(self._nav.sent[: self._nav.late][::-1])
+LATE_MAX = 20  # [samples] of a link (link.delay_ticks)
 
 
 class ServoBankNav(GustReadings):
@@ -78,11 +54,12 @@ class ServoBankNav(GustReadings):
         self._base = 1
         self.now, self.rate, self.mean = np.zeros((c, g.NU)), np.zeros((c, g.NU)), np.zeros((c, g.NU))
         self._was = np.zeros((c, g.NU))
-        self.sent = np.zeros((2 * AGE_MAX + 1, g.NU))  # commands, newest first
+        self.sent = np.zeros((AGE_MAX + LATE_MAX + 1, g.NU))  # commands, newest first
         self._lim = surface_limits(p.aircraft)
         self._start = self._nominal()
         self.chosen = self._start
         self._clock = 0.0  # [s] of readings since the start
+        self.vane = VaneJump(self.b.vane)
         self.servos = Believed(self)
         self._T = markov(k, p.dwell_s, 0.02)
         self._wind, self._rest = np.zeros((NZ, NZ)), np.zeros((NZ, NZ))
@@ -91,6 +68,7 @@ class ServoBankNav(GustReadings):
         self._W, self._M = np.zeros((g.W_N, NZ)), np.zeros((bk.M_N, NZ, NZ))
         self._a, self._S, self._C = np.zeros(g.AIR_N), np.zeros((st.S_N, NZ)), np.zeros((g.NY, NZ))
         self._w = np.zeros((bk.V_N, NZ))
+        self._codes_z, self._r_z = np.zeros(1, dtype=np.int64), np.zeros(1)
         self._nu, self._Sy = np.zeros(g.NY), np.zeros((g.NY, g.NY))
         self._Z0, self._P0, self._mu0 = np.zeros((k, NZ)), np.zeros((k, NZ, NZ)), np.zeros(k)
 
@@ -131,6 +109,7 @@ class ServoBankNav(GustReadings):
         """Copy of everything that changes."""
         names = ("Z", "P", "of", "mu", "z", "V", "ll", "now", "rate", "mean", "sent", "_was", "_nis", "_intensity")
         head = [self.started, self.restarts, self._whole, self.chosen, self._clock, self._base]
+        head += [self.vane.out_s, self.vane.rest_s]
         return {n: getattr(self, n).copy() for n in names} | {
             "score": self.gate.score.copy(), "head": np.array(head, float),
         }  # fmt: skip
@@ -141,7 +120,7 @@ class ServoBankNav(GustReadings):
             if name not in ("score", "head"):
                 getattr(self, name)[:] = value
         self.gate.score[:] = s["score"]
-        started, restarts, whole, chosen, self._clock, base = s["head"].tolist()
+        started, restarts, whole, chosen, self._clock, base, self.vane.out_s, self.vane.rest_s = s["head"].tolist()
         self.started, self.restarts, self._whole = bool(started), int(restarts), int(whole)
         self.chosen, self._base = int(chosen), int(base)
 
@@ -190,7 +169,9 @@ class ServoBankNav(GustReadings):
         bk.predict(
             self.Z, self.P, self.of, self.mean, self._intensity, self._wind, self._rest, self._par, dt, self._W, self._M
         )
-        m = self._gated(m)
+        seen = m
+        m = self._gated(self._vane_used(m, dt))
+        self._left_out = seen - m
         if self._whole >= self.p.refused_max:
             return self._restart("readings disagree with the prediction for too long: restarts")
         if m > 0:
@@ -203,6 +184,16 @@ class ServoBankNav(GustReadings):
         self._identify(m, dt)
         bk.combine(self.Z[self._air], self.P[self._air], self.mu, self.z, self.V)
         return self._estimate(m)
+
+    def open_load(self) -> float:
+        """Variance of a_z [m^2/s^4] that the estimate leaves open."""
+        self._codes_z[:], self._r_z[:] = g.Y_AZ, 0.0
+        bk.foresee(
+            self.z, self.V, self.now[self.chosen], self._par, self._codes_z, self._r_z, self._r_z, 1, self._a, self._S, self._C,
+            self._w[bk.V_READ], self._nu, self._Sy,
+        )  # fmt: skip
+        (variance,) = self._Sy[slice(None, 1), slice(None, 1)].ravel().tolist()
+        return float(variance)
 
     @property
     def scale(self) -> float:
@@ -228,12 +219,35 @@ class ServoBankNav(GustReadings):
         if m == 0:
             self._left_out = 0
             return 0
-        bk.foresee(
-            self.Z[self._strongest], self.P[self._strongest], self.now[self.chosen], self._par, self._codes, self._y, self._r, m,
-            self._a, self._S, self._C, self._w[bk.V_READ], self._nu, self._Sy,
-        )  # fmt: skip
+        self._foresee(self.Z[self._strongest], self.P[self._strongest], m)
         cholesky(self._Sy, m)
         return self._left(self.gate.kept(self._codes, self._nu, self._Sy, m), m)
+
+    def _vane_used(self, m: int, dt: float) -> int:
+        """Leave out a vane that jumps while the load does not, or seek its bias anew; returns how many readings stay."""
+        codes = self._codes[:m].tolist()
+        if g.Y_ALPHA not in codes or g.Y_AZ not in codes:
+            return m
+        bk.combine(self.Z[self._air], self.P[self._air], self.mu, self.z, self.V)
+        self._foresee(self.z, self.V, m)
+        places = codes.index(g.Y_ALPHA), codes.index(g.Y_AZ)
+        vane, load = (abs(float(self._nu[i])) / math.sqrt(float(self._Sy[i, i])) for i in places)
+        verdict = self.vane.judge(vane, load, dt)
+        if verdict == ANEW:
+            self.P[:, g.AB, g.AB] += self.b.vane.anew_rad**2
+        if verdict != LEAVE:
+            return m
+        keep = [i for i, c in enumerate(codes) if c != g.Y_ALPHA]
+        for a in (self._codes, self._y, self._r):
+            a[: m - 1] = a[keep]
+        return m - 1
+
+    def _foresee(self, z: Array, V: Array, m: int) -> None:
+        """Innovations and their covariance of the m readings for z [11], V [11,11] on the surfaces of the model in force."""
+        bk.foresee(
+            z, V, self.now[self.chosen], self._par, self._codes, self._y, self._r, m, self._a, self._S, self._C,
+            self._w[bk.V_READ], self._nu, self._Sy,
+        )  # fmt: skip
 
     def _loosen(self, m: int, dt: float) -> None:
         """Sigmas of the readings in every filter: a surface is where its model has it to within its rate times the slack."""

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated
 
+from flightsw.missions.gust.servo_bank.vane import VaneJumpParams
 from flightsw.strict import Range
 
 AGE_MAX = 10  # [samples] from a command to its servo, of the oldest model
@@ -22,9 +23,10 @@ class ServoBankParams:
     lead: Annotated[float, Range(0.0, 100.0)] = 4.0  # log-likelihood by which another model must lead to take over
     wait_s: Annotated[float, Range(0.0, 60.0)] = 3.0  # [s] of readings before what was found is steered by
     lift_start: Annotated[float, Range(1e-6, 1.0)] = 0.1  # 1-sigma of the lift scale at the start
-    lift_walk: Annotated[float, Range(0.0, 1.0)] = 2e-3  # [1/sqrt(s)]
+    lift_walk: Annotated[float, Range(0.0, 1.0)] = 1e-2  # [1/sqrt(s)]
     V_bias_start_mps: Annotated[float, Range(1e-6, 20.0)] = 1.5  # of the airspeed sensor
     V_bias_walk: Annotated[float, Range(0.0, 10.0)] = 0.2  # [m/s/sqrt(s)]; 0.02 takes half a flight to follow a step
+    vane: VaneJumpParams = field(default_factory=VaneJumpParams)
     # [s] see GustParams; above 0 R depends on the model's own surface rate, and the likelihood then prefers slow servos
     servo_slack_s: Annotated[float, Range(0.0, 0.1)] = 0.0
 
