@@ -81,14 +81,14 @@ class GustLaws:
 
     def __init__(
         self, p: GustCtrlTable, ac: GustAircraft, t: Turbulence, dt: float, late_steps: int,
-        servos: Sequence[tuple[float, int]] = (),
+        servos: Sequence[tuple[float, int]] = (), lifts: Sequence[float] = (0.0,),
     ) -> None:  # fmt: skip
-        """dt [s]: sample period; late_steps: samples from command to servo; servos: (bandwidth [rad/s], samples late) that `fit`
-        may ask for besides. Raises DesignError."""
+        """dt [s]: sample period; late_steps: samples from command to servo; servos, lifts: what `fit` may ask for besides, as
+        GustAlleviation. Raises DesignError."""
         self.ac = ac
         self.hold = GustHold(p.hold, ac)
         self._ours = {
-            LAWS.index(name): GustAlleviation(replace(q, late_steps=late_steps), ac, t, dt, name, servos)
+            LAWS.index(name): GustAlleviation(replace(q, late_steps=late_steps), ac, t, dt, name, servos, lifts)
             for name, q in (("alleviation", p.alleviation), ("elevator", replace(p.elevator, use_flap=False)))
         }
         self._feedback: dict[int, FeedbackLaw] = {**self._ours}
@@ -113,11 +113,11 @@ class GustLaws:
             raise ValueError(f"law {law}: allowed 0 to {len(self.words) - 1} ({', '.join(self.words)})")
         self.law = law
 
-    def fit(self, wn_radps: float, late: int) -> None:
-        """The alleviating laws of this project fly the gain of these servos from the next step on. Raises KeyError for others
-        than those named to the constructor."""
+    def fit(self, wn_radps: float, late: int, lift: float) -> None:
+        """The alleviating laws of this project fly the gain of these servos and this lift scale, less one, from the next step on.
+        Raises KeyError for servos not named to the constructor."""
         for law in self._ours.values():
-            law.fit(wn_radps, late)
+            law.fit(wn_radps, late, lift)
 
     def step(self, x: Array | None, y: Array, servos: Servos) -> Array:
         """Command [3] (elevator [rad], throttle setting, flap [rad]; reused) for the estimate x [9] or None, readings y [7]."""

@@ -127,7 +127,7 @@ class GustMission(Mission[GustActuators]):
         if isinstance(self.nav, ServoBankNav):
             believed = self.nav.servos
             if est.servos is not None and est.servos.settled:
-                self.ctrl.fit(est.servos.wn_radps, est.servos.late)
+                self.ctrl.fit(est.servos.wn_radps, est.servos.late, est.servos.lift)
             self.steering.weigh(est, y, self.nav.open_load() if est.valid else 0.0, self.ctrl.flying != 0, dt)
         c = self.ctrl.step(est.x if self.steering.by(est) else None, y, believed)
         u = self._u
@@ -144,9 +144,10 @@ class GustMission(Mission[GustActuators]):
         return self._publish(state), g, u, throttle
 
     def _laws(self) -> GustLaws:
-        models = self.nav.models if isinstance(self.nav, ServoBankNav) else ()
-        servos = [(wn, self._late + extra) for wn, extra in models]
-        return GustLaws(self.p.ctrl, self.ac, self.p.nav.turbulence, self._period_s, self._late, servos)
+        bank = self.nav.b if isinstance(self.nav, ServoBankNav) else None
+        servos = [(wn, self._late + extra) for wn, extra in bank.models] if bank else []
+        lifts = bank.lift_designs if bank else (0.0,)
+        return GustLaws(self.p.ctrl, self.ac, self.p.nav.turbulence, self._period_s, self._late, servos, lifts)
 
     def _read(self, f: SensorFrame, updated: int) -> int:
         """Readings into y [7]; bits of those that are new and good."""

@@ -24,6 +24,13 @@ class ServoBankParams:
     wait_s: Annotated[float, Range(0.0, 60.0)] = 3.0  # [s] of readings before what was found is steered by
     lift_start: Annotated[float, Range(1e-6, 1.0)] = 0.1  # 1-sigma of the lift scale at the start
     lift_walk: Annotated[float, Range(0.0, 1.0)] = 1e-2  # [1/sqrt(s)]
+    lift_designs: tuple[float, ...] = (
+        -0.25,
+        -0.125,
+        0.0,
+        0.125,
+        0.25,
+    )  # lift scales less one that have a gain of their own
     V_bias_start_mps: Annotated[float, Range(1e-6, 20.0)] = 1.5  # of the airspeed sensor
     V_bias_walk: Annotated[float, Range(0.0, 10.0)] = 0.2  # [m/s/sqrt(s)]; 0.02 takes half a flight to follow a step
     vane: VaneJumpParams = field(default_factory=VaneJumpParams)
@@ -42,6 +49,12 @@ class ServoBankParams:
             raise ValueError(
                 f"wn_radps = {self.wn_radps}, extra_samples = {self.extra_samples}; allowed: ascending, each once"
             )
+        if list(self.lift_designs) != sorted(set(self.lift_designs)) or not all(
+            abs(x) <= 0.5 for x in self.lift_designs
+        ):
+            raise ValueError(f"lift_designs = {self.lift_designs}; allowed: ascending numbers from -0.5 to 0.5")
+        if 0.0 not in self.lift_designs:
+            raise ValueError(f"lift_designs = {self.lift_designs}; allowed: with 0, the aircraft file's own")
         if len(self.wn_radps) * len(self.extra_samples) > MODELS_MAX:
             raise ValueError(
                 f"{len(self.wn_radps)} bandwidths x {len(self.extra_samples)} delays; allowed: up to {MODELS_MAX} models"
