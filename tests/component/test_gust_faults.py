@@ -150,8 +150,8 @@ def test_a_jammed_surface_is_noticed_and_the_hold_flies_on(designed: FlightApp, 
 
 @pytest.mark.parametrize("wn", [30.0, 55.0])
 def test_servos_slower_or_faster_than_believed(designed: FlightApp, wn: float) -> None:
-    """40 rad/s in the aircraft file. An estimator that takes that for exactly known makes this loop oscillate at 55 (total a_z 40 %
-    above the hold's); with an allowance, or where the servos are found, it does not."""
+    """40 rad/s in the aircraft file. An estimator that takes that for exactly known makes this loop oscillate at 55 (total a_z
+    40 % above the hold's); with an allowance, or where the servos are found, it does not."""
     app, hold = copy.deepcopy(designed), copy.deepcopy(designed)
     hold.mission.ctrl.select(0)
     held = rms(fly(hold, None, once=False, wn=wn).a_z)

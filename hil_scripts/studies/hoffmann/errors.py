@@ -15,6 +15,7 @@ from sim_plant.kernels.atmosphere import isa
 from sim_plant.rng import generator
 from sim_plant.sensors.errors import Draw
 from sim_plant.sensors.terms import PAPER, Terms, group_terms
+from sim_plant.wind.planar import Gust
 
 TICKS = 4
 NONE = AlexisSensors(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -84,7 +85,8 @@ class Faulty(Alexis):
             lift_factor=float(p.get("lift_factor", 1.0)), moment_factor=float(p.get("moment_factor", 1.0)),
             stall_deg=p.get("stall_deg"), sensors=AlexisSensors() if grade == PAPER else NONE,
         )  # fmt: skip
-        super().__init__(plant, hf.wind(float(p["scale"])), seed % 2**31, T, dt, TICKS)
+        gusts = tuple(Gust("down", size, at, 0.5, "one_cosine") for at, size in p.get("gusts", ()))
+        super().__init__(plant, hf.wind(float(p["scale"]), gusts=gusts), seed % 2**31, T, dt, TICKS)
         if grade != PAPER:
             self._graded = Graded(grade, seed % 2**31, self.samples, dt)
             self._observe()

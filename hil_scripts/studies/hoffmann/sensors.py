@@ -158,7 +158,8 @@ FAULTS = (
     _fault("jam_flap", 20.0, jam="flap"),
 )  # fmt: skip
 AIR = (
-    Case("stall", BEFORE_TOO | {"scale": 1.0, "stall_deg": 12.0}),
+    Case("full", BEFORE_TOO | {"scale": 1.0, "stall_deg": 12.0}),
+    Case("stall", BEFORE_TOO | {"stall_deg": 15.0, "gusts": [[15.0, -14.0]]}),
     Case("calm", BASE | {"scale": 0.01}),
 )
 TACTICAL = tuple(
