@@ -23,6 +23,7 @@ from hil_scripts.campaign.engine import run_campaign
 from hil_scripts.campaign.study import Case, Study
 from hil_scripts.studies.hoffmann import loop as hoffmann_loop
 from hil_scripts.studies.hoffmann import robust as hoffmann_robust
+from hil_scripts.studies.hoffmann import sensors as hoffmann_sensors
 from hil_scripts.studies.hoffmann import study as hoffmann
 
 pytestmark = pytest.mark.usefixtures("small_pictures")
@@ -48,6 +49,7 @@ STUDIES = (
     _small(hoffmann.CONSISTENCY, "sigma_0p3"),
     _small(hoffmann_loop.ALLEVIATION, "linear", "nonlinear", duration_s=8.0),
     _small(hoffmann_robust.STUDY, "as_believed", "servo_80", duration_s=8.0),
+    _small(hoffmann_sensors.STUDY, "nominal", "late_2", duration_s=12.0),
     _small(hoffmann_loop.ADAPTATION, "calm", "changing"),
 )
 ALL = (*hoffmann.STUDIES, *hoffmann_loop.STUDIES, hoffmann_robust.STUDY)

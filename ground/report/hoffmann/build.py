@@ -12,7 +12,9 @@ from ground.report.build import Pictures, load_all, provenance, warnings, write_
 from ground.report.chapters import everything
 from ground.report.goals import Found, figure, judged
 from ground.report.hoffmann import figures as f
+from ground.report.hoffmann import found_goals
 from ground.report.hoffmann import page as hoffmann
+from ground.report.hoffmann.found import line_by_line, sensors
 from ground.report.hoffmann.loops import adaptation, alleviation, estimators, labels, robustness
 from ground.report.hoffmann.page import label
 from ground.report.load import Campaign
@@ -28,7 +30,7 @@ def hoffmann_report(folders: Sequence[Path], out: Path) -> Path:
 
 
 def _text(found: Found, pictures: Pictures) -> str:
-    table, cards = judged(found, hoffmann.GOALS)
+    table, cards = judged(found, (*hoffmann.GOALS, *found_goals.GOALS))
     chapters = [
         ("acceptance", "Acceptance figures", table),
         ("gains", "The printed gain", _gains(found.get("hoffmann_gains"), pictures)),
@@ -38,7 +40,9 @@ def _text(found: Found, pictures: Pictures) -> str:
         ("observability", "What can be observed", _observability(found.get("hoffmann_observability"))),
         ("alleviation", "Gust load alleviation", alleviation(found.get("hoffmann_alleviation"), pictures)),
         ("robustness", "On another aircraft than believed", robustness(found.get("hoffmann_robustness"))),
+        ("sensors", "An aircraft that is not as believed", sensors(found.get("hoffmann_sensors"))),
         ("adaptation", "Turbulence that comes and goes", adaptation(found.get("hoffmann_adaptation"), pictures)),
+        ("prints", "The print line by line", line_by_line(found)),
     ]
     chapters = [c for c in chapters if c[2]]
     chapters.append(("figures", "All figures", "".join(p.details(s, everything(c)) for s, c in found.items())))
