@@ -203,7 +203,7 @@ CONTEXTS = (
                 "a vane that has jumped and stays away",
                 r"nav\.servo_bank\.vane\.rest_s",
                 (JUMP, "alexis.nav.servo_bank.vane.anew_rad=0.001"),
-                13.0,
+                4.0,
             ),
             Situation(
                 "a load that is dear at once", r"nav\.load_watch\.ratio", ("alexis.nav.load_watch.settle_s=0.1",), 3.0

@@ -33,7 +33,7 @@ class LoadWatchParams:
     """[nav.load_watch]"""
 
     # RMS of the load measured over that of the hold of the mind above which the hold flies; the hold flown has 0.87 to 0.92
-    ratio: Annotated[float, Range(0.1, 100.0), IN_FLIGHT] = 1.05
+    ratio: Annotated[float, Range(0.1, 100.0), IN_FLIGHT] = 1.1
     window_s: Annotated[float, Range(0.5, 600.0), IN_FLIGHT] = 15.0  # memory of the mean squares
     settle_s: Annotated[float, Range(0.0, 600.0), IN_FLIGHT] = 8.0  # of alleviation before it is judged
     back_s: Annotated[float, Range(0.0, 3600.0), IN_FLIGHT] = 20.0  # on the hold then; twice as long every time
