@@ -209,6 +209,12 @@ CONTEXTS = (
                 "a load that is dear at once", r"nav\.load_watch\.ratio", ("alexis.nav.load_watch.settle_s=0.1",), 3.0
             ),
             Situation(
+                "a load that is dear now and then",
+                r"nav\.load_watch\.window_s",
+                ("alexis.nav.load_watch.ratio=0.75", "alexis.nav.load_watch.settle_s=0.2"),
+                4.0,
+            ),
+            Situation(
                 "a load that is never cheap enough",
                 r"nav\.load_watch\..*",
                 (

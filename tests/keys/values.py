@@ -43,7 +43,9 @@ PENDING = {
 VALUES: dict[str, tuple[Any, ...]] = {
     "AircraftCfg.name": ("other",),
     "AlexisTable.stall_deg": (0.5,),
+    "TrustParams.incidence": (0.1,),
     "LoadWatchParams.ratio": (0.1,),
+    "LoadWatchParams.window_s": (0.5,),
     "ServoBankParams.wn_radps": ((30.0, 50.0),),
     "ServoBankParams.extra_samples": ((1, 2),),
     "ServoBankParams.lift_designs": ((0.0,),),
