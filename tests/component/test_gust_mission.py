@@ -92,8 +92,7 @@ def sink(app: FlightApp, size_mps: float, until_s: float, seed: int = 3) -> Snap
 
 
 def test_level_flight_in_calm_air_gives_small_commands_and_a_valid_estimate(designed: FlightApp) -> None:
-    app = copy.deepcopy(designed)
-    s = Feed().fly(app, 6.0)
+    s = sink(copy.deepcopy(designed), 0.0, 6.0)
     g = s.report(GustState)
     assert g is not None and g.valid and s.cmd.armed
     assert s.guid.phase == ALLEVIATION and LAWS[g.law] == "alleviation"
@@ -128,8 +127,8 @@ def test_published_state_is_that_of_the_readings(designed: FlightApp, psi: float
     assert math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)) == pytest.approx(psi)
 
 
-def test_the_ground_chooses_the_law_and_a_wrong_number_is_refused(designed: FlightApp) -> None:
-    app = copy.deepcopy(designed)
+def test_the_ground_chooses_the_law_and_a_wrong_number_is_refused() -> None:
+    app = make(nav__servo_bank__wait_s=0.0)
     feed = Feed()
     feed.fly(app, 2.0)
     for law, phase in ((0.0, HOLD), (2.0, ALLEVIATION), (1.0, ALLEVIATION)):

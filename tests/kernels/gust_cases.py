@@ -38,6 +38,15 @@ def codes(r: Rng, top: int) -> np.ndarray:
 CASES: dict[str, Callable[[Rng], Args]] = {
     "missions.gust.dynamics.air": lambda r: [gust_state(r)[0], GUST, z(4)],
     "missions.gust.dynamics.lift_drag": lambda r: [r.uniform(15, 25), *r.normal(size=2) * 0.1, gust_controls(r), GUST],
+    "missions.gust.dynamics.follow": lambda r: [
+        gust_state(r)[0],
+        gust_controls(r),
+        GUST,
+        np.array([20.0, 0.05, 0.02, -0.03]),
+        10.0,
+        1.0,
+        z(9),
+    ],
     "missions.gust.dynamics.rates": lambda r: [gust_state(r)[0], gust_controls(r), GUST, z(4), z(9)],
     "missions.gust.dynamics.propagate": lambda r: [gust_state(r, 19), gust_controls(r), GUST, 0.02, z(6, 9)],
     "missions.gust.dynamics.measure": lambda r: [

@@ -17,6 +17,7 @@ from flightsw.missions.receiver.airdata.wake_model import WakeParams, stations, 
 from flightsw.sixdof.actuators import surface_limits
 from flightsw.sixdof.params import parameter_vector
 from tests.kernels.fdi_cases import CASES as FDI
+from tests.kernels.gust_bank_cases import CASES as GUST_BANK
 from tests.kernels.gust_cases import CASES as GUST_MISSION
 from tests.kernels.rendezvous_cases import CASES as RENDEZVOUS
 from tests.kernels.wake_position_cases import CASES as WAKE_POSITION
@@ -118,6 +119,7 @@ def codes(r: Rng, top: int) -> np.ndarray:
 CASES: dict[str, Callable[[Rng], Args]] = {
     **FDI,
     **GUST_MISSION,
+    **GUST_BANK,
     **RENDEZVOUS,
     **WAKE_POSITION,
     **WINDCAL,

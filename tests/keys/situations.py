@@ -175,6 +175,9 @@ NEAR = (
 )  # fmt: skip
 
 
+JUMP = events(event(t_s=1.0, kind="bias", target="alexis", sensor="air", channel="alpha", value=[0.1]))
+FLAP_JAMS = events(event(t_s=1.0, kind="jam", target="alexis", surface="aileron"))
+
 CONTEXTS = (
     Context(
         "gust",
@@ -188,6 +191,40 @@ CONTEXTS = (
             Situation("both use the flap", r"aircraft\.plant\.servo\.flap_deg", ("reference.ctrl.law=alleviation",)),
             *health("alexis", ("imu", "air", "att", "gnss")),
             Situation("one filter", r"nav\.scale", ("alexis.nav.estimator=ekf",)),
+            Situation("servos taken as known", r"nav\.servo_slack_s", ("alexis.nav.estimator=bank",)),
+            Situation(
+                "servos and lift of another aircraft",
+                r"nav\.servo_bank\.(forget_s|lead|lift_designs)",
+                ("plant.aircraft.0.plant.servo.wn_radps=80.0", "plant.aircraft.0.plant.lift_factor=0.7"),
+                4.0,
+            ),
+            Situation("a vane that jumps", r"nav\.servo_bank\.vane\.(jump|load|out_s|anew_rad)", (JUMP,)),
+            Situation(
+                "a vane that has jumped and stays away",
+                r"nav\.servo_bank\.vane\.rest_s",
+                (JUMP, "alexis.nav.servo_bank.vane.anew_rad=0.001"),
+                4.0,
+            ),
+            Situation(
+                "a load that is dear at once", r"nav\.load_watch\.ratio", ("alexis.nav.load_watch.settle_s=0.1",), 3.0
+            ),
+            Situation(
+                "a load that is dear now and then",
+                r"nav\.load_watch\.window_s",
+                ("alexis.nav.load_watch.ratio=0.75", "alexis.nav.load_watch.settle_s=0.2"),
+                4.0,
+            ),
+            Situation(
+                "a load that is never cheap enough",
+                r"nav\.load_watch\..*",
+                (
+                    "alexis.nav.load_watch.ratio=0.1",
+                    "alexis.nav.load_watch.settle_s=0.2",
+                    "alexis.nav.load_watch.back_s=0.4",
+                ),
+                3.0,
+            ),
+            Situation("a flap that jams", r"nav\.trust\.nis_fast_s", (FLAP_JAMS,), 3.0),
             Situation("a reading silent", r"nav\.trust\.age_s", (silent("alexis", "baro", each_s=1.5),), 3.0),
             Situation("a filter in doubt", r"nav\.trust\.nis_s", ("alexis.nav.trust.nis=1.0",), 3.0),
             Situation(
@@ -209,6 +246,7 @@ CONTEXTS = (
                 (f"plant.aircraft.0.plant.wind.gusts={PUFF}", f"plant.aircraft.1.plant.wind.gusts={PUFF}"),
             ),
         ),
+        sets=("alexis.nav.servo_bank.wait_s=0.5",),
     ),
     Context(
         "windshear",

@@ -42,6 +42,16 @@ PENDING = {
 # values that show, where a factor on the present one does not
 VALUES: dict[str, tuple[Any, ...]] = {
     "AircraftCfg.name": ("other",),
+    "AlexisTable.stall_deg": (0.5,),
+    "TrustParams.incidence": (0.1,),
+    "LoadWatchParams.ratio": (0.1,),
+    "LoadWatchParams.window_s": (0.5,),
+    "ServoBankParams.wn_radps": ((30.0, 50.0),),
+    "ServoBankParams.extra_samples": ((1, 2),),
+    "ServoBankParams.lift_designs": ((0.0,),),
+    "VaneJumpParams.jump": (1e3,),
+    "VaneJumpParams.load": (0.1,),
+    "VaneJumpParams.rest_s": (1.0,),
     "AircraftCfg.file": ("learjet24", "kc135r", "alexis"),
     "AircraftCfg.mission": ("rendezvous", "gust_hold", "gust", "tanker", "windshear"),
     "AircraftCfg.rel_nav_to": ("", "tanker"),

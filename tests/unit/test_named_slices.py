@@ -27,6 +27,7 @@ ARITHMETIC = {
     "flightsw/filters/srukf.py": {"B"},
     "flightsw/filters/ukf.py": {"U"},
     "flightsw/missions/gust/design.py": {"sv"},
+    "flightsw/missions/gust/servo_bank/nav.py": {"sent"},
     "flightsw/missions/gust/servos.py": {"fifo"},
     "flightsw/missions/receiver/airdata/expected.py": {"C"},
     "flightsw/missions/receiver/airdata/fdi/metrics.py": {"a"},

@@ -15,14 +15,17 @@ from typer.testing import CliRunner
 from flightsw.missions.gust.printed import H_PRINTED
 from ground.__main__ import app
 from ground.report.goals import judge
+from ground.report.hoffmann import found_goals
 from ground.report.hoffmann import page as data
 from ground.report.hoffmann.build import hoffmann_report
+from ground.report.hoffmann.prints import PRINTS
 from ground.report.load import load
 from ground.report.page import number
 from hil_scripts.campaign.engine import run_campaign
 from hil_scripts.campaign.study import Case, Study
 from hil_scripts.studies.hoffmann import loop as hoffmann_loop
 from hil_scripts.studies.hoffmann import robust as hoffmann_robust
+from hil_scripts.studies.hoffmann import sensors as hoffmann_sensors
 from hil_scripts.studies.hoffmann import study as hoffmann
 
 pytestmark = pytest.mark.usefixtures("small_pictures")
@@ -48,9 +51,10 @@ STUDIES = (
     _small(hoffmann.CONSISTENCY, "sigma_0p3"),
     _small(hoffmann_loop.ALLEVIATION, "linear", "nonlinear", duration_s=8.0),
     _small(hoffmann_robust.STUDY, "as_believed", "servo_80", duration_s=8.0),
+    _small(hoffmann_sensors.STUDY, "nominal", "late_2", duration_s=12.0),
     _small(hoffmann_loop.ADAPTATION, "calm", "changing"),
 )
-ALL = (*hoffmann.STUDIES, *hoffmann_loop.STUDIES, hoffmann_robust.STUDY)
+ALL = (*hoffmann.STUDIES, *hoffmann_loop.STUDIES, hoffmann_robust.STUDY, hoffmann_sensors.STUDY)
 
 
 @pytest.fixture(scope="module")
@@ -73,7 +77,7 @@ def test_page_loads_nothing_and_has_every_chapter(page: Path, campaigns: list[Pa
     assert c.loads and all(v.startswith(("#", "data:image/png;base64,")) for v in c.loads)
     text = page.read_text()
     for anchor in ("acceptance", "gains", "cases", "spectra", "consistency", "observability", "alleviation", "robustness",
-                   "adaptation", "provenance"):  # fmt: skip
+                   "sensors", "prints", "adaptation", "provenance"):  # fmt: skip
         assert f'href="#{anchor}"' in text and f'id="{anchor}"' in text
 
 
@@ -115,6 +119,7 @@ def test_all_45_gains_stand_beside_the_print(page: Path) -> None:
 
 def test_pictures_are_beside_the_page_and_inside_it(page: Path) -> None:
     names = {p.stem for p in page.parent.glob("*.png")}
+    assert {"states_case1", "errors_case1", "errors_case2", "spectra_case1", "spectra_case2"} <= names
     assert {"gains", "flight_case1", "flight_case2", "flight_nonlinear", "spectra", "loads_linear", "loads_nonlinear",
             "adaptation"} <= names  # fmt: skip
     assert page.read_text().count("data:image/png;base64,") == len(names)
@@ -122,6 +127,8 @@ def test_pictures_are_beside_the_page_and_inside_it(page: Path) -> None:
 
 def test_goals_and_references_name_what_the_studies_have() -> None:
     cases = {s.name: {c.name for c in s.cases} for s in ALL}
+    assert all(g.case in cases[g.study] for g in found_goals.GOALS)
+    assert all(r.key is None or r.key[1] in cases[r.key[0]] for r in PRINTS)
     assert {g.study for g in data.GOALS} <= cases.keys() and set(data.ORDER) == cases.keys()
     assert all(g.case in cases[g.study] for g in data.GOALS)
     loops = {a for _, *pair in [(s[2], s[0], s[1]) for s in data.STEPS] for a in pair}

@@ -56,11 +56,11 @@ def lift_drag(VA: float, alpha: float, q: float, u: np.ndarray, p: np.ndarray) -
 
 
 @jit
-def rates(x: np.ndarray, u: np.ndarray, p: np.ndarray, a: np.ndarray, out: np.ndarray) -> None:
-    """out [9] <- dx/dt of the state x [9] under controls u [3]; a [4] is workspace. Its linearisation: the aircraft file."""
-    air(x, p, a)
+def follow(
+    x: np.ndarray, u: np.ndarray, p: np.ndarray, a: np.ndarray, lift: float, drag: float, out: np.ndarray
+) -> None:  # fmt: skip
+    """out [9] <- dx/dt of the state x [9] under lift and drag per mass [m/s^2], controls u [3] and a [4] of `air`."""
     VA, alpha, gamma, dg = a[AIR_V], a[AIR_ALPHA], a[AIR_GAMMA], a[AIR_TURN]
-    lift, drag = lift_drag(VA, alpha, x[Q], u, p)
     thrust = p[P_T0] + p[P_TF] * u[THROTTLE]
     V = p[P_V0] + x[VK]
     cg, sg = math.cos(gamma), math.sin(gamma)
@@ -79,6 +79,14 @@ def rates(x: np.ndarray, u: np.ndarray, p: np.ndarray, a: np.ndarray, out: np.nd
     out[TH] = x[Q]
     out[H] = V * sg
     out[AB] = 0.0
+
+
+@jit
+def rates(x: np.ndarray, u: np.ndarray, p: np.ndarray, a: np.ndarray, out: np.ndarray) -> None:
+    """out [9] <- dx/dt of the state x [9] under controls u [3]; a [4] is workspace. Its linearisation: the aircraft file."""
+    air(x, p, a)
+    lift, drag = lift_drag(a[AIR_V], a[AIR_ALPHA], x[Q], u, p)
+    follow(x, u, p, a, lift, drag, out)
 
 
 @jit

@@ -11,6 +11,7 @@ import numpy as np
 from flightsw import plugins
 from flightsw.missions.gust import dynamics as k
 from flightsw.missions.gust.model import GustAircraft, ProcessNoise, SensorNoise, Turbulence, published
+from flightsw.missions.gust.servo_bank.params import ServosFound
 from flightsw.strict import OneOf, Range
 
 Array = np.ndarray
@@ -68,6 +69,7 @@ class GustEstimate:
     probabilities: tuple[float, ...]
     used: int = 0
     refused: int = 0
+    servos: ServosFound | None = None  # of a bank of servo models
 
     @property
     def alpha_W(self) -> float:

@@ -14,40 +14,30 @@ from flightsw.filters.bank import FilterBank, markov
 from flightsw.filters.base import CovarianceFilter, PointFilter
 from flightsw.filters.covariance import chol_psd
 from flightsw.filters.factory import make_filter
-from flightsw.filters.gating import ChannelGate
 from flightsw.kernels.discrete import discretise
 from flightsw.kernels.linalg import inner
 from flightsw.missions.gust import dynamics as k
 from flightsw.missions.gust.estimate import GustEstimate, GustParams
-from flightsw.missions.gust.model import LinearModel, linear_model, parameter_vector
+from flightsw.missions.gust.readings import ANGLE_MAX, GustReadings
 
 Array = np.ndarray
-ANGLE_MAX = 1.2  # [rad] of an incidence; the linear study goes to 0.7 in turbulence of the full intensity
 
 
-class GustNav:
+class GustNav(GustReadings):
     """`step` once per sample. Attributes `x` [9], `P` [9,9] are the combined estimate."""
 
     def __init__(self, p: GustParams | None = None) -> None:
         """Raises ValueError for a filter kind unknown to the factory."""
-        self.p = p = p or GustParams()
-        self.linear: LinearModel = linear_model(p.aircraft, p.turbulence)
-        self._par = parameter_vector(p.aircraft, p.turbulence)
-        self._r7 = p.sensors.sigmas()
+        p = p or GustParams()
+        super().__init__(p)
         self.filters: list[PointFilter] = [make_filter(p.filter, k.NX, k.NY, k.NX) for _ in p.scales]
         *_, self.strongest = self.filters  # of the turbulence intensities
         self.bank = FilterBank(self.filters, p.scales, np.eye(len(p.scales)), mix=p.mix)
-        self._codes = np.zeros(k.NY, dtype=np.int64)
-        self._y, self._r = np.zeros(k.NY), np.zeros(k.NY)
         self._W, self._a, self._w = np.zeros((k.W_N, k.NX)), np.zeros(k.AIR_N), np.zeros(k.NX)
         self._F, self._G = np.zeros((k.NX, k.NX)), np.zeros((k.NX, k.NU))
         self._SQ = np.zeros((len(p.scales), k.NX, k.NX))
         self._dt = 0.0
         self._was = np.zeros(k.NU)
-        self.gate = ChannelGate(k.NY, p.channel_gate, p.channels_most)
-        self._left_out, self._whole = 0, 0  # readings of this sample; samples in a row
-        self.started = False
-        self.restarts = 0
         self._nis = np.zeros(len(p.scales))
 
     @property
@@ -88,15 +78,6 @@ class GustNav:
         started, restarts, whole = s["head"].tolist()
         self.started, self.restarts, self._whole = bool(started), int(restarts), int(whole)
 
-    def stationary(self, scale: float) -> Array:
-        """Covariance [3,3] of the wind states in stationary turbulence of relative intensity `scale`."""
-        t, V0 = self.p.turbulence, self.p.aircraft.V0_mps
-        ww, s2 = V0 / t.L_w_m, (scale * t.sigma_w_mps / V0) ** 2
-        # Lyapunov equation of the observer form
-        P = np.diag([(2.0 - math.sqrt(3.0)) * ww * ww * s2, s2, (scale * t.sigma_u_mps) ** 2])
-        P[k.X1, k.AW] = P[k.AW, k.X1] = 0.5 * ww * s2
-        return P
-
     def step(self, y: Array, ok: int, u: Array, dt: float, u_now: Array | None = None) -> GustEstimate:
         """One sample: y [7] as it is read (q, alpha, V_A, Theta, H, ground speed, a_z), bit c of `ok` set where y[c] is usable.
 
@@ -105,7 +86,11 @@ class GustNav:
         """
         m = self._read(y, ok)
         if not self.started:
-            return self._begin(m)
+            first = self._first(m, k.NX)
+            if isinstance(first, GustEstimate):
+                return first
+            self.start(*first)
+            return self._estimate(0)
         if not (dt > 0.0 and math.isfinite(dt) and np.isfinite(u).all()):
             return self._refused(f"dt = {dt}, controls {np.asarray(u).tolist()}: allowed > 0 and finite")
         u = np.ascontiguousarray(u, dtype=float)
@@ -144,8 +129,8 @@ class GustNav:
 
     def _gated(self, m: int, now: Array) -> int:
         """Leave out readings that even the filter of the strongest turbulence does not expect; returns how many stay."""
-        self._left_out = 0
         if m == 0:
+            self._left_out = 0
             return 0
         f = self.strongest
         spread = f.P if isinstance(f, CovarianceFilter) else f.S
@@ -153,24 +138,7 @@ class GustNav:
         self._correct(f, m, now)
         keep = self.gate.kept(self._codes, f.nu, f.Sy, m)
         f.x[:], spread[:] = x0, was
-        n = 0 if keep is None else len(keep)
-        self._left_out = m - n
-        self._whole = self._whole + 1 if n == 0 else 0
-        if keep is not None and n < m:
-            for a in (self._codes, self._y, self._r):
-                a[:n] = a[keep]
-        return n
-
-    def _read(self, y: Array, ok: int) -> int:
-        """Usable channels into codes, deviations and sigmas; returns how many."""
-        m = 0
-        ac = self.p.aircraft
-        for c in range(k.NY):
-            if ok >> c & 1 and math.isfinite(y[c]):
-                trim = ac.V0_mps if c in (k.Y_VA, k.Y_GROUND) else ac.H0_m if c == k.Y_H else 0.0
-                self._codes[m], self._y[m], self._r[m] = c, y[c] - trim, self._r7[c]
-                m += 1
-        return m
+        return self._left(keep, m)
 
     def _loosen(self, m: int, now: Array, dt: float) -> None:
         """Vertical acceleration of surfaces that are not quite where they are believed: 1 cm/s^2 of a_z is 0.003 deg of alpha_W,
@@ -201,27 +169,6 @@ class GustNav:
         self.bank.T = markov(len(self.p.scales), self.p.dwell_s, dt)
         self._dt = dt
 
-    def _begin(self, m: int) -> GustEstimate:
-        """First sample: attitude, height and flight path from the readings, wind and bias from nothing."""
-        seen = {int(c): float(v) for c, v in zip(self._codes[:m], self._y[:m], strict=True)}
-        missing = [
-            name for c, name in ((k.Y_Q, "q"), (k.Y_ALPHA, "alpha"), (k.Y_TH, "Theta"), (k.Y_H, "H")) if c not in seen
-        ]
-        if missing:
-            return self._refused("waits for " + ", ".join(missing))
-        p, x, P = self.p, np.zeros(k.NX), np.zeros((k.NX, k.NX))
-        x[[k.Q, k.AK, k.TH, k.H]] = seen[k.Y_Q], seen[k.Y_ALPHA], seen[k.Y_TH], seen[k.Y_H]
-        P[k.WIND, k.WIND] = self.stationary(max(p.scales))
-        spread = [p.start_q_radps, p.start_alpha_rad, p.start_V_mps, p.sensors.Theta, p.sensors.H, p.start_bias_rad]
-        P[range(k.Q, k.NX), range(k.Q, k.NX)] = np.square(spread)
-        # alpha_K was read through the vane: its error holds the wind's and the vane's bias
-        P[k.AK, k.AK] += P[k.AW, k.AW] + P[k.AB, k.AB]
-        P[k.AK, k.AB] = P[k.AB, k.AK] = -P[k.AB, k.AB]
-        P[k.AK, k.AW] = P[k.AW, k.AK] = P[k.AW, k.AW]
-        P[k.AK, k.X1] = P[k.X1, k.AK] = P[k.AW, k.X1]
-        self.start(x, P)
-        return self._estimate(0)
-
     def _estimate(self, m: int) -> GustEstimate:
         x = self.bank.x
         if not max(abs(x[k.AW]), abs(x[k.AK])) < ANGLE_MAX or not np.isfinite(x).all():
@@ -233,12 +180,3 @@ class GustNav:
         scale = self.bank.q
         used = sum(1 << int(c) for c in self._codes[:m])
         return GustEstimate(True, "", x.copy(), sigma, nis, m, scale, tuple(mu.tolist()), used, self._left_out)
-
-    def _restart(self, reason: str) -> GustEstimate:
-        self.started = False
-        self.restarts += 1
-        return self._refused(reason)
-
-    def _refused(self, reason: str) -> GustEstimate:
-        z = np.zeros(k.NX)
-        return GustEstimate(False, reason, z, np.full(k.NX, math.inf), math.nan, 0, max(self.p.scales), ())

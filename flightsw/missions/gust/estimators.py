@@ -12,12 +12,23 @@ from flightsw.missions.gust import dynamics as k
 from flightsw.missions.gust.estimate import BASIC, GROUND, VERTICAL, GustEstimate, GustParams
 from flightsw.missions.gust.estimator import GustNav
 from flightsw.missions.gust.estimator_printed import ConstantGainGust
+from flightsw.missions.gust.load_watch import LoadWatchParams
 from flightsw.missions.gust.model import GustAircraft, ProcessNoise, SensorNoise, Turbulence, linear_model, published
+from flightsw.missions.gust.servo_bank.nav import ServoBankNav
+from flightsw.missions.gust.servo_bank.params import ServoBankParams
 from flightsw.missions.gust.validity import TrustParams
 from flightsw.strict import OneOf, Range
 
 Array = np.ndarray
-ESTIMATORS = ("printed", "linear", "ekf", "ukf", "bank", "printed_joined")  # index goes down in GUST_STATE
+ESTIMATORS = (
+    "printed",
+    "linear",
+    "ekf",
+    "ukf",
+    "bank",
+    "printed_joined",
+    "servo_bank",
+)  # index goes down in GUST_STATE
 
 
 @dataclass(frozen=True)
@@ -35,7 +46,9 @@ class GustNavTable:
     process: ProcessNoise = field(default_factory=ProcessNoise)
     sensors: SensorNoise = field(default_factory=SensorNoise)
     trust: TrustParams = field(default_factory=TrustParams)
-    servo_slack_s: Annotated[float, Range(0.0, 0.1)] = 0.03  # [s] see GustParams
+    load_watch: LoadWatchParams = field(default_factory=LoadWatchParams)  # with the bank of servo models
+    servo_slack_s: Annotated[float, Range(0.0, 0.1)] = 0.03  # [s] see GustParams; not of the bank of servo models
+    servo_bank: ServoBankParams = field(default_factory=ServoBankParams)
 
     @property
     def channels(self) -> int:
@@ -100,16 +113,15 @@ def make_gust_nav(p: GustNavTable, ac: GustAircraft | None = None) -> Estimator:
     kind: dict[str, Any] = {"filter": p.estimator, "model": "nonlinear", "scales": (p.scale,)}
     if p.estimator == "linear":
         kind |= {"filter": "kalman", "model": "linear"}
-    elif p.estimator == "bank":
+    elif p.estimator in ("bank", "servo_bank"):
         kind |= {"filter": "ekf", "scales": p.scales}
-    return GustNav(
-        GustParams(
-            aircraft=ac,
-            turbulence=p.turbulence,
-            process=p.process,
-            sensors=p.sensors,
-            dwell_s=p.dwell_s,
-            servo_slack_s=p.servo_slack_s,
-            **kind,
-        )
+    tuning = GustParams(
+        aircraft=ac,
+        turbulence=p.turbulence,
+        process=p.process,
+        sensors=p.sensors,
+        dwell_s=p.dwell_s,
+        servo_slack_s=p.servo_slack_s,
+        **kind,
     )
+    return ServoBankNav(tuning, p.servo_bank) if p.estimator == "servo_bank" else GustNav(tuning)

@@ -7,15 +7,17 @@ asks of the surfaces what they can do in time. The wind states cannot be control
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Annotated
 
 import numpy as np
 
 from flightsw.kernels.sampled import sampled
 from flightsw.missions.gust import dynamics as k
-from flightsw.missions.gust.model import GustAircraft, LinearModel, Turbulence, linear_model, published
-from flightsw.missions.gust.servos import GustServos
+from flightsw.missions.gust.model import GustAircraft, LinearModel, Turbulence, published
+from flightsw.missions.gust.servo_bank.scaled import scaled_model
+from flightsw.missions.gust.servos import Servos
 from flightsw.sixdof.lqr import regulator
 from flightsw.strict import IN_FLIGHT, Range
 from flightsw.terms import Controlled, LawTerms, Output
@@ -24,6 +26,7 @@ Array = np.ndarray
 NA = 8  # aircraft and wind states of the design: all but the vane's bias
 POS_E, RATE_E, POS_F, RATE_F, LOW, LOW_DOT, NZ = NA, NA + 1, NA + 2, NA + 3, NA + 4, NA + 5, NA + 6
 SURFACES = (k.ELEVATOR, k.FLAP)
+LIFT_EDGE = 0.03  # by which another design must be nearer than the one flown
 WIND = slice(0, 3)  # of the design state: x1, alpha_W, V_W
 
 
@@ -133,16 +136,27 @@ class GustAlleviation:
 
     def __init__(
         self, p: AlleviationParams | None = None, ac: GustAircraft | None = None, t: Turbulence | None = None,
-        dt: float = 0.02, law: str = "alleviation",
+        dt: float = 0.02, law: str = "alleviation", servos: Sequence[tuple[float, int]] = (),
+        lifts: Sequence[float] = (0.0,),
     ) -> None:  # fmt: skip
-        """dt [s]: sample period the gain is made for; law: its name in the record. Raises DesignError without a stabilising
-        gain."""
+        """dt [s]: sample period the gain is made for; law: its name in the record; servos: (bandwidth [rad/s], samples late) and
+        lifts: scales of lift less one, ascending, that `fit` may ask for. Raises DesignError without a stabilising gain."""
         self.p, self.ac = p or AlleviationParams(), ac or published()
-        model = linear_model(self.ac, t or Turbulence())
-        self.K, self.radius = alleviation_gain(self.p, model, self.ac, dt)
-        if not self.p.feed_wind:
-            self.K[:, k.WIND] = 0.0
-        A, _, self._row = plant_matrices(model, self.ac, self.p.low_pass_hz)
+        t = t or Turbulence()
+        own = self.ac.servo_wn_radps, self.p.late_steps, 0.0
+        self._lifts = lifts
+        wanted = {own: None, **{(wn, late, lift): None for wn, late in servos for lift in lifts}}
+        designs, rows = {}, {}
+        for wn, late, lift in wanted:
+            model = scaled_model(self.ac, t, lift)
+            q, a = replace(self.p, late_steps=late), replace(self.ac, servo_wn_radps=wn)
+            K, _ = designs[wn, late, lift] = alleviation_gain(q, model, a, dt)
+            if not self.p.feed_wind:
+                K[:, k.WIND] = 0.0
+            A, _, rows[lift] = plant_matrices(model, a, self.p.low_pass_hz)
+        self._gains, self._rows = {servo: K for servo, (K, _) in designs.items()}, rows
+        self.K, self.radius = designs[own]
+        self.late, self.lift, self._row = self.p.late_steps, 0.0, rows[0.0]
         i = slice(LOW, NZ)
         self._low_F, _, _ = sampled(A[i, i], None, None, dt)
         # input held at the mean of two samples: steady gain one
@@ -155,6 +169,17 @@ class GustAlleviation:
         outputs = (Output("elevator", "rad"), Output("flap", "rad"), Output("throttle", ""))
         controlled = (("load", "m/s^2"), ("pitch", "rad"), ("altitude", "m"), ("airspeed", "m/s"))
         self.terms = LawTerms(law, outputs, tuple(Controlled(*c) for c in controlled))
+
+    def fit(self, wn_radps: float, late: int, lift: float) -> None:
+        """Fly the gain of these servos and of the design nearest to a lift scale, less one, from the next step on. Raises
+        KeyError for servos not named to the constructor."""
+        near = min(self._lifts, key=lambda x: abs(x - lift))
+        if abs(near - lift) + LIFT_EDGE > abs(self.lift - lift) and self.lift in self._lifts:
+            near = self.lift
+        K = self._gains[wn_radps, late, near]
+        if K is not self.K:
+            self.K, self.late, self.lift, self._row = K, late, near, self._rows[near]
+            self._z = np.zeros(NZ + 2 * late)
 
     def reset(self) -> None:
         """Low-pass and commands at trim."""
@@ -171,7 +196,7 @@ class GustAlleviation:
         self._low[:], self.command[:] = s["low"], s["command"]
         self._last, self.a_z = s["head"].tolist()
 
-    def step(self, x: Array, servos: GustServos) -> Array:
+    def step(self, x: Array, servos: Servos) -> Array:
         """Command [3] (elevator [rad], throttle setting, flap [rad]) for the estimate x [9] and the servos as they now are.
 
         Limited to the travel; the returned array is reused. An x that is not finite gives trim.
@@ -194,7 +219,7 @@ class GustAlleviation:
         self._last = self.a_z
         z[LOW:NZ] = self._low
         queue = servos.queue
-        for i in range(self.p.late_steps):
+        for i in range(self.late):
             z[NZ + 2 * i], z[NZ + 2 * i + 1] = queue[i, k.ELEVATOR], queue[i, k.FLAP]
         limit = (self.ac.elevator_limit_rad, self.ac.flap_limit_rad)
         for j, c in enumerate(SURFACES):

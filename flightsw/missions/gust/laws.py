@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Protocol, runtime_checkable
 
@@ -11,7 +11,7 @@ import numpy as np
 from flightsw.missions.gust import dynamics as k
 from flightsw.missions.gust.law import AlleviationParams, GustAlleviation, GustHold, HoldParams
 from flightsw.missions.gust.model import GustAircraft, Turbulence
-from flightsw.missions.gust.servos import GustServos
+from flightsw.missions.gust.servos import Servos
 from flightsw.plugins import OursOr, made
 from flightsw.strict import ConfigError, Range
 from flightsw.terms import Laws, LawTerms
@@ -68,7 +68,7 @@ class FeedbackLaw(Protocol):
     def reset(self) -> None:
         """Another law has flown since the last step."""
 
-    def step(self, x: Array, servos: GustServos) -> Array:
+    def step(self, x: Array, servos: Servos) -> Array:
         """Command [3] (elevator [rad], throttle setting, flap [rad]) for the estimate x [9] and the servos as they now are,
         limited to the travel."""
 
@@ -79,14 +79,19 @@ NOT_OURS: dict[str, Callable[[GustCtrlTable, GustAircraft, Turbulence, float, in
 class GustLaws:
     """All laws, one of them flying. `law` is its index in LAWS, or OTHER; `a_z` [m/s^2] what the flying law takes a_z to be."""
 
-    def __init__(self, p: GustCtrlTable, ac: GustAircraft, t: Turbulence, dt: float, late_steps: int) -> None:
-        """dt [s]: sample period; late_steps: samples from command to servo. Raises DesignError."""
+    def __init__(
+        self, p: GustCtrlTable, ac: GustAircraft, t: Turbulence, dt: float, late_steps: int,
+        servos: Sequence[tuple[float, int]] = (), lifts: Sequence[float] = (0.0,),
+    ) -> None:  # fmt: skip
+        """dt [s]: sample period; late_steps: samples from command to servo; servos, lifts: what `fit` may ask for besides, as
+        GustAlleviation. Raises DesignError."""
         self.ac = ac
         self.hold = GustHold(p.hold, ac)
-        self._feedback: dict[int, FeedbackLaw] = {
-            LAWS.index(name): GustAlleviation(replace(q, late_steps=late_steps), ac, t, dt, name)
+        self._ours = {
+            LAWS.index(name): GustAlleviation(replace(q, late_steps=late_steps), ac, t, dt, name, servos, lifts)
             for name, q in (("alleviation", p.alleviation), ("elevator", replace(p.elevator, use_flap=False)))
         }
+        self._feedback: dict[int, FeedbackLaw] = {**self._ours}
         self.words: tuple[str, ...] = LAWS
         if p.law not in LAWS:
             other = made(NOT_OURS, FeedbackLaw, p.law, "ctrl.law", p, ac, t, dt, late_steps)  # type: ignore[type-abstract]
@@ -108,7 +113,13 @@ class GustLaws:
             raise ValueError(f"law {law}: allowed 0 to {len(self.words) - 1} ({', '.join(self.words)})")
         self.law = law
 
-    def step(self, x: Array | None, y: Array, servos: GustServos) -> Array:
+    def fit(self, wn_radps: float, late: int, lift: float) -> None:
+        """The alleviating laws of this project fly the gain of these servos and this lift scale, less one, from the next step on.
+        Raises KeyError for servos not named to the constructor."""
+        for law in self._ours.values():
+            law.fit(wn_radps, late, lift)
+
+    def step(self, x: Array | None, y: Array, servos: Servos) -> Array:
         """Command [3] (elevator [rad], throttle setting, flap [rad]; reused) for the estimate x [9] or None, readings y [7]."""
         flying = self.law if x is not None else 0
         core = self._feedback.get(flying)

@@ -18,9 +18,10 @@ from flightsw.missions.gust import dynamics as k
 from flightsw.missions.gust.estimators import ESTIMATORS, GustNavTable, make_gust_nav
 from flightsw.missions.gust.laws import LAWS, OTHER, GustCtrlTable, GustLaws
 from flightsw.missions.gust.model import GustAircraft
-from flightsw.missions.gust.reports import REPORTS, GustState
-from flightsw.missions.gust.servos import GustServos
-from flightsw.missions.gust.validity import Trust
+from flightsw.missions.gust.reports import REPORTS, GustModel, GustState, model_of
+from flightsw.missions.gust.servo_bank.nav import ServoBankNav
+from flightsw.missions.gust.servos import GustServos, Servos
+from flightsw.missions.gust.steering import Steering
 from flightsw.planar import plane
 from flightsw.terms import Laws
 from flightsw.types import (
@@ -83,12 +84,12 @@ class GustMission(Mission[GustActuators]):
         """Raises DesignError for weights that give no law."""
         self.ac = GustAircraft.of(ac)
         self.cruise = (self.ac.V0_mps, self.ac.H0_m)
-        self.trust = Trust(p.nav.trust)
         self.nav = make_gust_nav(p.nav, self.ac)
         self.channels = p.nav.channels
         self.p, self._period_s = p, period_s
         self._late = 1
         self.ctrl = self._laws()
+        self.steering = Steering(p.nav, p.ctrl.hold, self.ac, self._late)
         trim_N, per_setting_N = self.ac.thrust
         self.span = 2.0 * trim_N / per_setting_N  # settings from no thrust to full, trim half-way
         self.guid = GuidanceCmd(V=self.ac.V0_mps, alt_m=self.ac.H0_m, reason="waiting for readings")
@@ -100,6 +101,7 @@ class GustMission(Mission[GustActuators]):
         self._psi, self._pos_n = 0.0, (0.0, 0.0)
         self._phase_us = -1
         self._texts: list[Text] = []
+        self._model: GustModel | None = None
 
     @property
     def saturated(self) -> bool:
@@ -115,17 +117,24 @@ class GustMission(Mission[GustActuators]):
             self._late, law = len(s.queue), self.ctrl.law
             self.ctrl = self._laws()
             self.ctrl.law = law
+            self.steering.late(self._late)
         ok = self._read(f, updated)
+        if isinstance(self.nav, ServoBankNav):
+            self.nav.hear(s.sent, self._late, dt)
         est = self.nav.step(y, ok & self.channels, s.mean, dt, s.now)
-        trusted = self.trust.ok
-        if self.trust.step(est, dt) is not trusted and est.valid:
-            self._texts.append(
-                Text(6, "estimate trusted again") if self.trust.ok else Text(4, f"hold: {self.trust.reason}")
-            )
-        c = self.ctrl.step(est.x if est.valid and self.trust.ok else None, y, s)
+        self.steering.trusts(est, dt)
+        believed: Servos = s
+        if isinstance(self.nav, ServoBankNav):
+            believed = self.nav.servos
+            if est.servos is not None and est.servos.settled:
+                self.ctrl.fit(est.servos.wn_radps, est.servos.late, est.servos.lift)
+            self.steering.weigh(est, y, self.nav.open_load() if est.valid else 0.0, self.ctrl.flying != 0, dt)
+        c = self.ctrl.step(est.x if self.steering.by(est) else None, y, believed)
         u = self._u
         u[[ELEVATOR, THROTTLE, FLAP]] = c[[k.ELEVATOR, k.THROTTLE, k.FLAP]]
-        g = self._guide(f.t_us, est.valid, est.reason or self.trust.reason)
+        doubt, why = self.steering.why(est)
+        g = self._guide(f.t_us, est.valid, why)
+        self._model = None if est.servos is None else model_of(f.t_us, est.servos, self.steering.load.ratio, doubt)
         self._state = state = GustState(
             f.t_us, est.valid, est.reason, tuple(est.x.tolist()), tuple(est.sigma.tolist()),
             est.nis if math.isfinite(est.nis) else 0.0, est.channels, est.scale, est.probabilities,
@@ -135,7 +144,10 @@ class GustMission(Mission[GustActuators]):
         return self._publish(state), g, u, throttle
 
     def _laws(self) -> GustLaws:
-        return GustLaws(self.p.ctrl, self.ac, self.p.nav.turbulence, self._period_s, self._late)
+        bank = self.nav.b if isinstance(self.nav, ServoBankNav) else None
+        servos = [(wn, self._late + extra) for wn, extra in bank.models] if bank else []
+        lifts = bank.lift_designs if bank else (0.0,)
+        return GustLaws(self.p.ctrl, self.ac, self.p.nav.turbulence, self._period_s, self._late, servos, lifts)
 
     def _read(self, f: SensorFrame, updated: int) -> int:
         """Readings into y [7]; bits of those that are new and good."""
@@ -193,7 +205,8 @@ class GustMission(Mission[GustActuators]):
     @property
     def reports(self) -> Reports:
         """The wind felt, and what is done against it."""
-        return {} if self._state is None else {GustState: self._state}
+        known = {GustState: self._state, GustModel: self._model}
+        return {kind: r for kind, r in known.items() if r is not None}
 
     def first_command(self) -> np.ndarray:
         """Trim command [5] sent until navigation is valid."""
@@ -211,11 +224,12 @@ class GustMission(Mission[GustActuators]):
     def adopt(self, params: object) -> None:
         """Changed parameters from this step on."""
         assert isinstance(params, GustMissionParams)
-        self.p, self.trust.p, self.ctrl.hold.p = params, params.nav.trust, params.ctrl.hold
+        self.p, self.ctrl.hold.p = params, params.ctrl.hold
+        self.steering.adopt(params.nav, params.ctrl.hold)
 
     def texts(self) -> list[Text]:
         """Messages since the last call."""
-        out, self._texts = self._texts, []
+        out, self._texts = self._texts + self.steering.texts(), []
         return out
 
 

@@ -48,6 +48,7 @@ class GustAircraft:
     servo_zeta: float
     elevator_rate_radps: float
     flap_rate_radps: float
+    alpha_max_rad: float  # incidence up to which the model is one of this aircraft
 
     @staticmethod
     def of(ac: Alexis) -> GustAircraft:
@@ -63,6 +64,7 @@ class GustAircraft:
             ac.linear.A, ac.linear.B, ac.linear.E,
             math.radians(elevator), math.radians(flap), c.servo_wn_radps, c.servo_zeta,
             math.radians(c.elevator_rate_degps), math.radians(c.flap_rate_degps),
+            math.radians(ac.limits.alpha_max_deg),
         )  # fmt: skip
 
 

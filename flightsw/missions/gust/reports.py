@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from flightsw.missions.base import Packets, report
+from flightsw.missions.gust.servo_bank.params import ServosFound
 
 Nine = tuple[float, float, float, float, float, float, float, float, float]
 
@@ -40,4 +41,39 @@ def gust_values(g: GustState) -> Packets:
     )  # fmt: skip
 
 
-REPORTS = (report("GUST_STATE", GustState, gust_values, rate_hz=50.0),)  # every sample
+@dataclass(slots=True)
+class GustModel:
+    """What the bank of servo models has found out about the aircraft, and whether the estimate steers."""
+
+    t_us: int = 0
+    wn_radps: float = 0.0  # servos believed
+    late: int = 0  # samples from a command to its servo
+    lead: float = 0.0  # log-likelihood by which they lead the next best
+    lift: float = 0.0  # scale of lift less one, and its 1-sigma
+    lift_sigma: float = 0.0
+    V_bias: float = 0.0  # [m/s] of the airspeed sensor, and its 1-sigma
+    V_bias_sigma: float = 0.0
+    load_ratio: float = 0.0  # load measured over that of the hold in the same air; NaN: none yet
+    settled: bool = False
+    doubt: int = 0  # WKF_GUST_DOUBT
+
+
+def model_of(t_us: int, b: ServosFound, load_ratio: float, doubt: int) -> GustModel:
+    """The record of what was found at a sample."""
+    return GustModel(
+        t_us, b.wn_radps, b.late, b.lead, b.lift, b.lift_sigma, b.V_bias, b.V_bias_sigma, load_ratio, b.settled, doubt
+    )
+
+
+def model_values(g: GustModel) -> Packets:
+    """Fields of GUST_MODEL."""
+    yield (
+        g.t_us, g.wn_radps, g.lead, g.lift, g.lift_sigma, g.V_bias, g.V_bias_sigma, g.load_ratio, g.late, 1 if g.settled else 0,
+        g.doubt,
+    )  # fmt: skip
+
+
+REPORTS = (
+    report("GUST_STATE", GustState, gust_values, rate_hz=50.0),  # every sample
+    report("GUST_MODEL", GustModel, model_values, rate_hz=10.0, offset=3),
+)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Protocol
+
 import numpy as np
 
 from flightsw.missions.gust import dynamics as k
@@ -12,6 +14,28 @@ Array = np.ndarray
 PARTS = 4  # the mean deflection over a step is taken over this many parts
 
 
+class Servos(Protocol):
+    """Servos as a law looks at them: where they are and what is under way to them."""
+
+    @property
+    def now(self) -> Array:
+        """Surfaces [3] at this sample: elevator [rad], throttle setting, flap [rad]."""
+
+    @property
+    def rate(self) -> Array:
+        """Their rates [3]."""
+
+    @property
+    def queue(self) -> Array:
+        """Commands under way [late,3], row 0 reaches the servos with the next step."""
+
+
+def surface_limits(ac: GustAircraft) -> Array:
+    """Limits [3,3] of elevator, throttle, flap as `servo_step` takes them: lower, upper [rad], rate [rad/s]."""
+    e, f = ac.elevator_limit_rad, ac.flap_limit_rad
+    return np.array([[-e, e, ac.elevator_rate_radps], [0.0, 0.0, ac.elevator_rate_radps], [-f, f, ac.flap_rate_radps]])
+
+
 class GustServos:
     """`now`, `mean` [3] (elevator [rad], throttle [-], flap [rad]) and `rate` [3] after `step`; commands act late_steps late."""
 
@@ -20,10 +44,7 @@ class GustServos:
         if late_steps < 0:
             raise ValueError(f"late_steps = {late_steps}; allowed >= 0")
         self.ac = ac or published()
-        e, f, a = self.ac.elevator_limit_rad, self.ac.flap_limit_rad, self.ac
-        self._lim = np.array(
-            [[-e, e, a.elevator_rate_radps], [0.0, 0.0, a.elevator_rate_radps], [-f, f, a.flap_rate_radps]]
-        )
+        self._lim = surface_limits(self.ac)
         self._fifo = np.zeros((late_steps + 1, 3))
         self.now, self.mean, self.rate = np.zeros(3), np.zeros(3), np.zeros(3)
 
@@ -31,6 +52,12 @@ class GustServos:
     def queue(self) -> Array:
         """Commands under way [late_steps,3] before the next `send`: row 0 reaches the servos with the next step."""
         return self._fifo[1:]
+
+    @property
+    def sent(self) -> Array:
+        """The command [3] sent last."""
+        *_, last = self._fifo
+        return np.asarray(last)
 
     def reset(self) -> None:
         """All at trim."""

@@ -3,21 +3,26 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from ground.report import figures
 from ground.report import page as p
 from ground.report.build import Pictures, load_all, provenance, warnings, write_page
 from ground.report.chapters import everything
+from ground.report.figures import Array
 from ground.report.goals import Found, figure, judged
+from ground.report.hoffmann import curves, found_goals
 from ground.report.hoffmann import figures as f
 from ground.report.hoffmann import page as hoffmann
+from ground.report.hoffmann.found import line_by_line, sensors
 from ground.report.hoffmann.loops import adaptation, alleviation, estimators, labels, robustness
 from ground.report.hoffmann.page import label
 from ground.report.load import Campaign
 
 PAGE = "hoffmann.html"
+# the print's figures of a case: states, errors, spectra
+FIGURES = {"case1": ("Fig. 6. ", "Fig. 8.", "Fig. 9 and 10."), "case2": ("", "Fig. 12.", "Fig. 13 and 14.")}
 UNITS = (("alpha_w", "alpha_W [deg]", "deg"), ("v_w", "V_W [m/s]", "mps"), ("bias", "bias [deg]", "deg"))
 
 
@@ -28,7 +33,7 @@ def hoffmann_report(folders: Sequence[Path], out: Path) -> Path:
 
 
 def _text(found: Found, pictures: Pictures) -> str:
-    table, cards = judged(found, hoffmann.GOALS)
+    table, cards = judged(found, (*hoffmann.GOALS, *found_goals.GOALS))
     chapters = [
         ("acceptance", "Acceptance figures", table),
         ("gains", "The printed gain", _gains(found.get("hoffmann_gains"), pictures)),
@@ -38,7 +43,9 @@ def _text(found: Found, pictures: Pictures) -> str:
         ("observability", "What can be observed", _observability(found.get("hoffmann_observability"))),
         ("alleviation", "Gust load alleviation", alleviation(found.get("hoffmann_alleviation"), pictures)),
         ("robustness", "On another aircraft than believed", robustness(found.get("hoffmann_robustness"))),
+        ("sensors", "An aircraft that is not as believed", sensors(found.get("hoffmann_sensors"))),
         ("adaptation", "Turbulence that comes and goes", adaptation(found.get("hoffmann_adaptation"), pictures)),
+        ("prints", "The print line by line", line_by_line(found)),
     ]
     chapters = [c for c in chapters if c[2]]
     chapters.append(("figures", "All figures", "".join(p.details(s, everything(c)) for s, c in found.items())))
@@ -115,12 +122,27 @@ def _cases(c: Campaign | None, pictures: Pictures) -> str:
         if case == "case2":
             out += _coherence(c, case)
         tr = c.traces(case)
+        out += _as_printed(tr, case, pictures)
         shown = [a for a in ("printed", "discrete", "ekf") if f"{a}.x" in tr][-3:]
         if shown and "truth" in tr:
             out += pictures.add(
                 f"flight_{case}", f.flight(tr, shown, labels(shown)), f"{hoffmann.CASES.get(case, case)}, first run."
             )
     return out
+
+
+def _as_printed(tr: Mapping[str, Array], case: str, pictures: Pictures) -> str:
+    """The print's own figures of cases 1 and 2: states, distributions of the errors, spectra."""
+    if case not in FIGURES or not {"t", "y", "truth", "printed.x"} <= tr.keys():
+        return ""
+    shown = [a for a in ("printed", "discrete") if f"{a}.x" in tr]
+    six, eight, nine = FIGURES[case]
+    words = labels(shown)
+    out = pictures.add(f"states_{case}", curves.states(tr, "printed", label("printed")), f"{six}First run.")
+    out += pictures.add(
+        f"errors_{case}", curves.distributions(tr, shown, words), f"{eight} Mean, deviation. First run."
+    )
+    return out + pictures.add(f"spectra_{case}", curves.spectra(tr, shown, words), f"{nine} First run.")
 
 
 def _coherence(c: Campaign, case: str) -> str:

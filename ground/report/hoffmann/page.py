@@ -17,7 +17,7 @@ STATES = ("x1", "alpha_W", "V_W", "q", "alpha_K", "V_K", "Theta", "H", "alpha_b"
 OUTPUTS = ("q", "alpha", "V_A", "Theta", "H")
 ROUNDED = {(5, 0)}  # entry of the gain printed with one digit
 ORDER = ("hoffmann_gains", "hoffmann", "hoffmann_spectra", "hoffmann_consistency", "hoffmann_observability",
-         "hoffmann_alleviation", "hoffmann_robustness", "hoffmann_adaptation")  # fmt: skip
+         "hoffmann_alleviation", "hoffmann_robustness", "hoffmann_sensors", "hoffmann_adaptation")  # fmt: skip
 LABELS = {
     "printed": "printed gain",
     "printed_joined": "printed gain, readings joined",
@@ -45,6 +45,7 @@ LABELS = {
     "elevator_total": "elevator alone, for the total",
     "elevator_total_printed": "elevator alone, for the total, printed gain",
     "hold": "hold",
+    "servo_bank": "bank of servo models",
     "accelerometer": "with accelerometer",
     "no_accelerometer": "without it",
     "medium": "tuned to medium turbulence",

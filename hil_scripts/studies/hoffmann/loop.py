@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -89,7 +89,7 @@ def levels(az: Arr) -> tuple[float, float]:
     return float(np.sqrt(np.mean(az[i:] ** 2))), float(np.sqrt(np.mean(low[i:] ** 2)))
 
 
-def compared(p: dict[str, Any], seed: int, ac: GustAircraft, pilots: dict[str, Pilot]) -> RunResult:
+def compared(p: dict[str, Any], seed: int, ac: GustAircraft, pilots: Mapping[str, Pilot]) -> RunResult:
     """The same gusts with the hold and with each pilot; reductions of the RMS of a_z against the hold in percent."""
     values: dict[str, float] = {}
     traces: dict[str, NDArray[Any]] = {}

@@ -150,7 +150,7 @@ def run_case(case: Case, seed: int) -> RunResult:
     p = case.params
     r = hf.fly(_plan(p), seed)
     values: dict[str, float] = {}
-    traces = {"t": r.t, "truth": r.truth}
+    traces = {"t": r.t, "truth": r.truth, "y": r.y}
     for name, (est, channels) in _estimators(p).items():
         track = hf.estimate(est, r, channels, known_start=p["kind"] != "nonlinear", nees=p["kind"] == "nonlinear")
         values |= {f"{name}.{key}": v for key, v in hf.errors(r, track.x).items()}

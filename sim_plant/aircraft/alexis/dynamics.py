@@ -21,10 +21,21 @@ Arr = NDArray[np.float64]
 
 F_VX, F_VUP, F_PITCH, F_RATE, F_HEIGHT, NF = range(6)
 W_DOWN, W_TAIL = 0, 1
-# parameters: trim speed, gravity, lift and drag per mass, moment per inertia, thrust, which equations
+# parameters: trim speed, gravity, lift and drag per mass, moment per inertia, thrust, which equations, stall incidence [rad]
 (A_V, A_G, A_L0, A_LALPHA, A_LRATE, A_LELEV, A_LFLAP, A_D0, A_DALPHA, A_DRATE, A_DELEV, A_DFLAP, A_MRATE,
- A_MALPHA, A_MELEV, A_MFLAP, A_T0, A_TSET, A_LINEAR, NA) = range(20)  # fmt: skip
+ A_MALPHA, A_MELEV, A_MFLAP, A_T0, A_TSET, A_LINEAR, A_STALL, NA) = range(21)  # fmt: skip
+DROOP, LEFT = (
+    0.5,
+    0.5,
+)  # of the slope of lift beyond the stall, downwards; of the lift by incidence that is left at the least
 R_RATE, R_VANE, R_AIRSPEED, R_PITCH, R_HEIGHT, R_GROUND, R_VERTICAL, NR = range(8)
+
+
+@jit
+def stalled(alpha: float, stall: float) -> float:
+    """Incidence [rad] whose lift on the straight curve is that at alpha, beyond the stall [rad]. Lift falls with half the slope,
+    to half of what it was. Our choice: the source has no stall."""
+    return math.copysign(max(stall - DROOP * (abs(alpha) - stall), LEFT * stall), alpha)
 
 
 @jit
@@ -37,8 +48,14 @@ def specific_force(f: Arr, wind: Arr, c: Arr, a: Arr, out: Arr) -> None:
     alpha = f[F_PITCH] - math.atan2(vup, vx)
     v = V / a[A_V]
     r = f[F_RATE]
-    lift = v * (v * (a[A_L0] + a[A_LALPHA] * alpha + a[A_LELEV] * c[0] + a[A_LFLAP] * c[2]) + a[A_LRATE] * r)
+    lifting, beyond = alpha, 0.0
+    if abs(alpha) > a[A_STALL]:
+        lifting = stalled(alpha, a[A_STALL])
+        beyond = abs(alpha - lifting)
+    lift = v * (v * (a[A_L0] + a[A_LALPHA] * lifting + a[A_LELEV] * c[0] + a[A_LFLAP] * c[2]) + a[A_LRATE] * r)
     drag = v * (v * (a[A_D0] + a[A_DALPHA] * alpha + a[A_DELEV] * c[0] + a[A_DFLAP] * c[2]) + a[A_DRATE] * r)
+    if beyond > 0.0:  # the force lost across the stream is found along it, as on a plate
+        drag += v * v * a[A_LALPHA] * beyond * abs(math.sin(alpha))
     push = a[A_T0] + a[A_TSET] * c[1]
     cp, sp = math.cos(f[F_PITCH]), math.sin(f[F_PITCH])
     out[0] = push * cp - lift * uup - drag * ux

@@ -68,6 +68,7 @@ class AlexisParams:
     height_m: float = field(default_factory=lambda: alexis().trim.height_m)
     lift_factor: float = 1.0  # of everything that changes lift
     moment_factor: float = 1.0
+    stall_deg: float | None = None  # incidence at which lift no longer grows, either sign; None: it always does
     direct: bool = False  # surfaces follow commands at once, without servo and delay
     servo: AlexisServo = field(default_factory=AlexisServo)
     sensors: AlexisSensors = field(default_factory=AlexisSensors)
@@ -91,6 +92,7 @@ class AlexisParams:
         a[ka.A_MRATE : ka.A_MFLAP + 1] *= self.moment_factor
         a[ka.A_T0], a[ka.A_TSET] = ac.thrust.trim, ac.thrust.setting
         a[ka.A_LINEAR] = float(self.linear)
+        a[ka.A_STALL] = math.inf if self.stall_deg is None else self.stall_deg * RAD
         return a
 
 

@@ -33,6 +33,7 @@ class AlexisTable:
     linear: bool = False
     lift_factor: Annotated[float, Range(0.1, 3.0)] = 1.0
     moment_factor: Annotated[float, Range(0.1, 3.0)] = 1.0
+    stall_deg: Annotated[float | None, Range(1.0, 90.0)] = None  # incidence at which lift no longer grows; None: never
     ticks: Annotated[int, Range(1, 100)] = 4
     servo: AlexisServo = field(default_factory=AlexisServo)
     wind: PlanarWind = field(default_factory=lambda: PlanarWind(0.0, 0.0))
@@ -52,7 +53,7 @@ class AlexisMember(Planar):
         self._table = t
         self._params = AlexisParams(
             linear=t.linear, aircraft=ac, height_m=-down, lift_factor=t.lift_factor, moment_factor=t.moment_factor,
-            servo=t.servo, sensors=PERFECT,
+            stall_deg=t.stall_deg, servo=t.servo, sensors=PERFECT,
         )  # fmt: skip
         if cfg.start.V_mps != self._params.V_mps:
             raise ConfigError(
