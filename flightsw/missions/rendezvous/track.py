@@ -16,12 +16,18 @@ import numpy as np
 from flightsw.missions.rendezvous.estimator import RangeEstimator
 from flightsw.missions.rendezvous.frame import E_SIZE, OwnState, RendezvousFrame
 from flightsw.missions.rendezvous.params import ESTIMATORS, NM, RendezvousNavParams
+from flightsw.missions.rendezvous.range_rules import REFUSED, RESTARTED, STUCK
 from flightsw.missions.rendezvous.reports import RendezvousState
 from flightsw.strict import Range
 from flightsw.types import UPD_RADAR, UPD_TACAN, NavState, SensorFrame, Text
 
 KEEP_S = 6.0  # [s] of own positions; an older reply is refused
 WARNING, NOTICE, INFO = 4, 5, 6
+VERDICTS = {  # what becomes of a range, where it is worth a word
+    REFUSED: Text(NOTICE, "TACAN: range refused"),
+    STUCK: Text(WARNING, "TACAN: range stands still, refused"),
+    RESTARTED: Text(WARNING, "TACAN: first range was bad, started again"),
+}
 
 
 @dataclass(frozen=True)
@@ -163,6 +169,8 @@ class ReceiverTrack:
             los = None if f.tacan_bearing is None else self.frame.line_of_sight(f.tacan_bearing, heading)
             before = self.out.alarm
             self.est.update(distance, x, y, age, los)
+            if said := VERDICTS.get(self.est.out.verdict):
+                self.texts.append(said)
             if self.est.out.alarm and not before:
                 self.texts.append(Text(WARNING, "receiver not as planned: check course and speed"))
             elif before and not self.est.out.alarm:
