@@ -48,14 +48,15 @@ jit = numba.njit(cache=True, nogil=True, fastmath=False, error_model="numpy")
     SP_ADD,
     SP_STUCK,
     SP_SILENT,
+    SP_LOST,  # [s] without a range that is used: told
     SP_N,
-) = range(26)
+) = range(27)
 # result row; R_DONE 1 finished, 0 out of time. Misses in axes of the receiver's course: at the roll-out, at the end, as
 # estimated at the end, as predicted at the turn
 (
     R_DONE, R_TURN, R_ROLLED, R_XR, R_YR, R_END, R_X, R_Y, R_XE, R_YE, R_XP, R_YP, R_WARNED, R_SAID_BEFORE, R_SAID, R_REFUSED,
-    R_RESTARTED, R_OPENED, R_N,
-) = range(19)  # fmt: skip
+    R_RESTARTED, R_OPENED, R_SILENT, R_N,
+) = range(20)  # fmt: skip
 
 
 @jit
@@ -77,8 +78,8 @@ def fly(
 ) -> None:  # fmt: skip
     """Fly out.shape[0] meetings. W [n, 8 + 4 steps], Z [n, 3 + 3 steps], V [n, 2] unit normals of receiver, sensors, wind.
 
-    p [20], q [7] truth of receiver and tanker; sp [25] setting; e0 [13], gp, mp, rp, window0 onboard parameters; M components.
-    out [n, 18]: R_*, SI.
+    p [20], q [7] truth of receiver and tanker; sp [26] setting; e0 [13], gp, mp, rp, window0 onboard parameters; M components.
+    out [n, 19]: R_*, SI.
     """
     m, P, lw = np.zeros((M, 8)), np.zeros((M, 8, 8)), np.zeros(M)
     wk, k, nu, D = np.zeros((M, k8.H_SIZE)), np.zeros(8), np.zeros(2), np.zeros(k8.D_SIZE)
@@ -93,7 +94,9 @@ def fly(
         row = out[run]
         for j in range(R_N):
             row[j] = math.nan
-        row[R_DONE] = row[R_SAID] = row[R_SAID_BEFORE] = row[R_REFUSED] = row[R_RESTARTED] = row[R_OPENED] = 0.0
+        row[R_DONE] = row[R_SAID] = row[R_SAID_BEFORE] = row[R_REFUSED] = row[R_RESTARTED] = row[R_OPENED] = row[
+            R_SILENT
+        ] = 0.0
         tr.receiver_start(W[run], p, s)
         o[5] = sp[SP_WX] + sp[SP_WIND_ERR] * V[run, 0]
         o[6] = sp[SP_WY] + sp[SP_WIND_ERR] * V[run, 1]
@@ -105,7 +108,7 @@ def fly(
         for j in range(w.shape[0]):
             w[j] = window0[j]
         t, t_true, t_g, te, z, said, sx, sy = 0.0, 0.0, 0.0, math.inf, 0.0, 0, 0.0, 0.0
-        i_meas, i_guid, i_draw, t_f = 0, 0, 0, 0.0
+        i_meas, i_guid, i_draw, t_f, t_used = 0, 0, 0, 0.0, 0.0
         while True:
             tm, tg = mdt * i_meas, gdt * i_guid
             tn = min(min(tm, tg), te)
@@ -133,11 +136,15 @@ def fly(
                         k, nu,
                     )  # fmt: skip
                     row[R_REFUSED] += 1.0 if verdict == kr.REFUSED or verdict == kr.STUCK else 0.0
+                    if verdict != kr.REFUSED and verdict != kr.STUCK:
+                        t_used = t
                     row[R_RESTARTED] += 1.0 if verdict == kr.RESTARTED else 0.0
                     if verdict == kr.OPENED:
                         row[R_OPENED] += 1.0
                         if math.isnan(row[R_WARNED]):
                             row[R_WARNED] = t
+                if t - t_used > sp[SP_LOST]:
+                    row[R_SILENT] = 1.0
                 if sp[SP_BEARING] > 0.0 and not silent:
                     z_b = tr.tacan_bearing(s, c[0], c[1]) + sp[SP_BEARING_BIAS] * Z[run, 0]
                     z_b += sp[SP_BEARING] * Z[run, 3 + 3 * i_meas]

@@ -38,6 +38,7 @@ NAV = RendezvousNavParams(
 GUIDANCE = RendezvousGuidanceParams(
     law="two_arc", lead_s=-1.0, offset_bank_deg=24.56, meeting=MeetingParams(on=True)
 )  # the product's (flightsw/params/rendezvous.toml), without its aircraft's lag
+LOST_S = 35.0  # TrackParams.lost_s
 TRUTH = Truth(roll_rate_degps=5.0)
 
 
@@ -90,12 +91,12 @@ def setting_vector(c: GeometryCase) -> Array:
     s[gk.SP_VR] = c.nav.receiver_mps
     f = c.fault
     s[gk.SP_FAULT0], s[gk.SP_FAULT1], s[gk.SP_ADD] = f.at_s, f.at_s + f.for_s, f.add_m
-    s[gk.SP_STUCK], s[gk.SP_SILENT] = f.stuck, f.silent
+    s[gk.SP_STUCK], s[gk.SP_SILENT], s[gk.SP_LOST] = f.stuck, f.silent, LOST_S
     return s
 
 
 def run_geometry(case: GeometryCase, n: int, seed: int = SEED, workers: int = 1) -> Array:
-    """Rows [n, 18] (geometry_kernel.R_*) of meetings 0 to n - 1 of `seed`, SI.
+    """Rows [n, 19] (geometry_kernel.R_*) of meetings 0 to n - 1 of `seed`, SI.
 
     Raises ValueError for n < 1 or workers < 1.
     """
