@@ -53,6 +53,8 @@ class TrackParams:
     sigma_y_m: Annotated[float, Range(1.0)] = 6.149 * NM
     radar_wait_s: Annotated[float, Range(0.0, 600.0)] = 5.0  # for a reading, before the first range counts
     wind_tau_s: Annotated[float, Range(0.1)] = 20.0  # smoothing of the own wind estimate
+    use_bearing: bool = True  # of a set that gives one
+    use_link: bool = True  # the receiver's own position, where it sends it
     lost_s: Annotated[float, Range(1.0)] = 35.0  # without a range: the crew is told
 
 
@@ -153,6 +155,9 @@ class ReceiverTrack:
             return
         x, y, heading = then
         age = max((f.t_us - f.tacan_t_us) * 1e-6, 0.0)
+        los = None
+        if f.tacan_bearing is not None and self.p.use_bearing:
+            los = self.frame.line_of_sight(f.tacan_bearing, heading)
         if not self.ready:
             waited = f.t_us - self._since_us >= self.p.radar_wait_s * 1e6
             if self._radar is None and not waited:
@@ -163,12 +168,13 @@ class ReceiverTrack:
             if not self.ready:
                 return
             self.est.predict(age)
+            if los is not None or f.tacan_link is not None:
+                self.est.update(None, x, y, age, los, self._sent(f))
             self.texts.append(Text(INFO, f"TACAN: receiver at {distance / NM:.1f} NM"))
         else:
             self.est.set_wind(self.own.wind_x, self.own.wind_y)
-            los = None if f.tacan_bearing is None else self.frame.line_of_sight(f.tacan_bearing, heading)
             before = self.out.alarm
-            self.est.update(distance, x, y, age, los)
+            self.est.update(distance, x, y, age, los, self._sent(f))
             if said := VERDICTS.get(self.est.out.verdict):
                 self.texts.append(said)
             if self.est.out.alarm and not before:
@@ -179,6 +185,12 @@ class ReceiverTrack:
         o.range_m, o.fix_us = distance, f.t_us
         w, at, _ = self.est.components()
         o.weights, o.xs, o.ys = (tuple(float(v) for v in a) for a in (w, *at.T))
+
+    def _sent(self, f: SensorFrame) -> tuple[float, float] | None:
+        """The receiver's own position [m] in R, where its data link sends one and it is used."""
+        if f.tacan_link is None or not self.p.use_link:
+            return None
+        return self.frame.to_r(*f.tacan_link)
 
     def _watch(self, f: SensorFrame) -> None:
         lost = self.ready and f.t_us - self.out.fix_us > self.p.lost_s * 1e6

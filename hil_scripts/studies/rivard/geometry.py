@@ -34,8 +34,8 @@ def _settings() -> dict[str, tuple[str, GeometryCase]]:
     """Kind and setting by name."""
     plan = GeometryCase()
     out = {"as_planned": ("plan", plan), "state_known": ("plan", changed(plan, perfect=True))}
-    for kn in (15, 30, 45, 60, 70):
-        for sign, name in ((1.0, f"cross_{kn}"), (-1.0, f"cross_minus_{kn}")):
+    for kn in (15.0, 30.0, 45.0, 60.0, 70.0):
+        for sign, name in ((1.0, f"cross_{kn:g}"), (-1.0, f"cross_minus_{kn:g}")):
             out[name] = ("wind", changed(plan, truth_wind_y_mps=sign * kn * KN))
     out["cross_60_fixed"] = ("wind", changed(plan, truth_wind_y_mps=60.0 * KN, guid_offset_bank_deg=0.0))
     out["wind_error_10"] = ("wind", changed(plan, truth_wind_error_mps=10.0 * KN))
@@ -86,9 +86,9 @@ def _settings() -> dict[str, tuple[str, GeometryCase]]:
 SETTINGS = _settings()
 
 
-def outside(x: Array, y: Array, share: float = 1.0) -> Array:
-    """Whether misses [m] lie outside this share of the box of 1 x 0.5 NM; one that is not finite does."""
-    return ~((np.abs(x) <= share * BOX_M[0]) & (np.abs(y) <= share * BOX_M[1]))
+def outside(v: Array, share: float = 1.0) -> Array:
+    """Whether misses [2,n] [m] lie outside this share of the box of 1 x 0.5 NM; one that is not finite does."""
+    return ~((np.abs(v[0]) <= share * BOX_M[0]) & (np.abs(v[1]) <= share * BOX_M[1]))
 
 
 def batch(rows: Array) -> dict[str, float]:
@@ -99,7 +99,7 @@ def batch(rows: Array) -> dict[str, float]:
     warned, turn = rows[:, gk.R_WARNED], rows[:, gk.R_TURN]
     early = (before > 0) | (warned <= turn)
     quiet = rows[:, gk.R_SILENT] > 0.0
-    out_rolled, out_end = outside(*rolled), outside(*end)
+    out_rolled, out_end = outside(rolled), outside(end)
     counts = {
         "unfinished": ~done,
         "rollout.outside": out_rolled,
@@ -110,8 +110,8 @@ def batch(rows: Array) -> dict[str, float]:
         "told.outside": out_rolled & early,
         "told.speed": (before & gk.km.SAY_SPEED) > 0,
         "told.quiet": quiet,
-        "false.turn": ((before & gk.km.SAY_LEG) > 0) & ~outside(*rolled, PLAIN),
-        "false.end": ((said & gk.km.SAY_MISSED) > 0) & ~outside(*end, PLAIN),
+        "false.turn": ((before & gk.km.SAY_LEG) > 0) & ~outside(rolled, PLAIN),
+        "false.end": ((said & gk.km.SAY_MISSED) > 0) & ~outside(end, PLAIN),
         "silent.end": out_end & done & ((said & gk.km.SAY_MISSED) == 0),
         "silent.any": out_end & (said == 0) & ~np.isfinite(warned) & ~quiet,
         "restarted": rows[:, gk.R_RESTARTED] > 0.0,
