@@ -62,6 +62,8 @@ from flightsw.missions.rendezvous.turn_law import (
 )
 
 _ROUND = 0.2  # [rad] beyond the steering's largest heading the tanker first turns towards the receiver
+_TURNS_S = 60.0  # [s] of a leg that its turns and its last stretch take
+_LATE = 2.0  # sizes of the box a turn at the bank limit is late by, from which on it is flown slower to be sooner over
 LEG = 4  # phase after roll-out, besides those of the turn law
 
 # parameters mp
@@ -84,7 +86,8 @@ LEG = 4  # phase after roll-out, besides those of the turn law
 ) = range(15)
 # state ms: side (0 not chosen, 1 as printed, -1 mirrored), whole turns added to the heading [rad], rotation of the axes [rad],
 # start of the leg [s], announcements, predicted misses at the roll-out [m], 1 while turning towards the receiver first
-M_SIDE, M_TURNS, M_CHI, M_SINCE, M_SAID, M_XP, M_YP, M_AWAY, M_N = range(9)
+# 1 while a leg leads away from the track
+M_SIDE, M_TURNS, M_CHI, M_SINCE, M_SAID, M_XP, M_YP, M_AWAY, M_OUT, M_N = range(10)
 # announcements, added up
 SAY_LEG = 1  # the turn ends beside the track, a leg follows
 SAY_FAR = 2  # neither turn nor leg reaches the box
@@ -94,7 +97,7 @@ SAY_MISSED = 8  # over, and outside the box
 
 @jit
 def meeting_reset(ms: np.ndarray) -> None:
-    """ms [8] <- nothing chosen, nothing said."""
+    """ms [9] <- nothing chosen, nothing said."""
     for i in range(M_N):
         ms[i] = 0.0
 
@@ -173,6 +176,10 @@ def judge_turn(
     back = abs(y) * gp[GP_JOIN] if abs(y) > mp[MP_LEG_FROM] * mp[MP_BOX_Y] else 0.0  # what the leg gives up along track
     x = t[T_XM] - back
     ms[M_XP], ms[M_YP] = less(t[T_XM], gp[GP_TRIM] * t[T_TIME]), y
+    if t[T_LIMITED] == 0.0 and ms[M_XP] < 0.0:
+        # late: two arcs, the first at the bank limit, come out about where the whole turn at it would along track
+        turn_point(o2, r2, gp[GP_BANK_MAX], gp[GP_BANK_MAX], gp[GP_SEP], gp[GP_ROLL], True, gp[GP_G], t)
+        ms[M_XP] = x = min(t[T_XM], 0.0)
     said = 0
     if outside(ms[M_XP], y, sx, sy, mp):
         said = SAY_LEG
@@ -200,14 +207,27 @@ def tight_speed(o: np.ndarray, r: np.ndarray, t: np.ndarray, gp: np.ndarray) -> 
 
 
 @jit
-def fly_leg(gs: np.ndarray, o: np.ndarray, r: np.ndarray, gp: np.ndarray, mp: np.ndarray) -> None:
-    """Bank and airspeed of the leg: heading to the track by the distance from it, speed by the miss along it."""
+def fly_leg(ms: np.ndarray, gs: np.ndarray, o: np.ndarray, r: np.ndarray, gp: np.ndarray, mp: np.ndarray) -> None:
+    """Bank and airspeed of the leg: heading to the track by the distance from it, speed by the miss along it.
+
+    Further ahead than the way back costs, it first leads away from the track: each metre of it costs tan(angle/2) along track
+    twice, out and back, where the speed trim alone would take minutes.
+    """
     x, y = r[E_X] - gp[GP_SEP] - o[O_X], r[E_Y] - o[O_Y]
+    tan_half = math.tan(0.5 * mp[MP_LEG_ANGLE])
+    ahead = x - abs(y) * tan_half
+    way = (abs(y) + ahead / tan_half) / (o[O_V] * math.sin(mp[MP_LEG_ANGLE]))  # out and back
+    if ahead > mp[MP_LEG_FROM] * mp[MP_BOX_X] and way + _TURNS_S < ms[M_SINCE] + mp[MP_LEG] - gs[G_TIME]:
+        ms[M_OUT] = 1.0
+    elif ahead <= 0.0:
+        ms[M_OUT] = 0.0
     a = min(max(mp[MP_LEG_GAIN] * y, -mp[MP_LEG_ANGLE]), mp[MP_LEG_ANGLE])
+    if ms[M_OUT] > 0.0:
+        a = -math.copysign(mp[MP_LEG_ANGLE], y)
     error = math.pi + o[O_DELTA] - a - o[O_PSI]
     gs[G_BANK] = heading_bank(error, o[O_V], gp[GP_HEADING_GAIN], gp[GP_STEER_BANK], gp[GP_G])
     pace = math.hypot(r[E_VX] - o[O_WX], r[E_VY] - o[O_WY])  # the receiver's airspeed
-    want = pace - (x - abs(y) * math.tan(0.5 * mp[MP_LEG_ANGLE])) / mp[MP_LEG_TAU]
+    want = pace - ahead / mp[MP_LEG_TAU]
     gs[G_V] = min(max(want, gp[GP_V] - gp[GP_TRIM]), gp[GP_V] + gp[GP_TRIM])
     gs[G_XM], gs[G_YM], gs[G_WAIT] = x, y, NEVER
 
@@ -218,7 +238,7 @@ def meeting_step(
     dt: float, gp: np.ndarray, mp: np.ndarray, t: np.ndarray, radii: np.ndarray, o2: np.ndarray, r2: np.ndarray,
     o3: np.ndarray, r3: np.ndarray,
 ) -> int:  # fmt: skip
-    """Advance the meeting ms [8] and the turn gs [13] by dt [s]; returns what is announced now (SAY_*, 0: nothing).
+    """Advance the meeting ms [9] and the turn gs [13] by dt [s]; returns what is announced now (SAY_*, 0: nothing).
 
     o [8] own state, r [4] receiver in R, sx, sy [m] sigma of its place; follow: the receiver has left its plan, its course sets
     the axes. gs[G_BANK] is in R.
@@ -233,7 +253,7 @@ def meeting_step(
     said = 0
     if gs[G_PHASE] == LEG:
         gs[G_TIME] += dt
-        fly_leg(gs, o2, r2, gp, mp)
+        fly_leg(ms, gs, o2, r2, gp, mp)
         level = abs(math.pi + o2[O_DELTA] - o2[O_PSI]) < 0.1
         there = level and not beyond(gs[G_XM], gs[G_YM], mp[MP_LEG_TO], mp)
         if there or gs[G_TIME] - ms[M_SINCE] >= mp[MP_LEG]:
@@ -254,15 +274,17 @@ def meeting_step(
             said = judge_turn(ms, left, o2, r2, sx, sy, gp, mp, t, o3, r3)
         if gs[G_PHASE] == APPROACH and gs[G_WAIT] < mp[MP_HOLD]:
             gs[G_BANK] = 0.0
-        if gs[G_PHASE] == TURN and t[T_LIMITED] > 0.0 and abs(t[T_YM]) > gp[GP_JOIN_FROM] and gp[GP_JOIN] > 0.0:
-            gs[G_V] = tight_speed(o2, r2, t, gp)
+        if gs[G_PHASE] == TURN and gp[GP_JOIN] > 0.0:
+            past = t[T_LIMITED] > 0.0 and abs(t[T_YM]) > gp[GP_JOIN_FROM]
+            if past or (t[T_XM] < -_LATE * mp[MP_BOX_X] and gs[G_BANK] > 0.99 * gp[GP_BANK_MAX]):
+                gs[G_V] = tight_speed(o2, r2, t, gp)
         if before != DONE and gs[G_PHASE] == DONE:
             x, y = r2[E_X] - gp[GP_SEP] - o2[O_X], r2[E_Y] - o2[O_Y]
             gs[G_XM], gs[G_YM] = x, y
             if mp[MP_LEG] > 0.0 and beyond(x, y, mp[MP_LEG_FROM], mp):
                 gs[G_PHASE] = LEG
                 ms[M_SINCE] = gs[G_TIME]
-                fly_leg(gs, o2, r2, gp, mp)
+                fly_leg(ms, gs, o2, r2, gp, mp)
     if gs[G_PHASE] == DONE and beyond(gs[G_XM], gs[G_YM], mp[MP_EDGE], mp):
         said += SAY_MISSED
     gs[G_BANK] *= side

@@ -24,7 +24,7 @@ PLAIN = 0.7  # a prediction of a miss is false where the true one is inside this
 STARTS = tuple((float(o), float(r)) for o in (0, 3, 5, 7, -3, -5, -7) for r in (18, 24, 30, 40))
 SENSORS = {
     "": {},
-    "_bearing": {"bearing_deg": 1.0, "bearing_bias_deg": 0.3, "nav_bearing_sigma_deg": 1.5},
+    "_bearing": {"bearing_deg": 1.0, "bearing_bias_deg": 0.3, "nav_bearing_sigma_deg": 1.1},
     "_link": {"link_m": 100.0, "link_bias_m": 5.0},
 }
 TURNS = (5.0, 10.0, 20.0, 30.0)
