@@ -63,6 +63,7 @@ from flightsw.missions.rendezvous.turn_law import (
 
 _ROUND = 0.2  # [rad] beyond the steering's largest heading the tanker first turns towards the receiver
 _TURNS_S = 60.0  # [s] of a leg that its turns and its last stretch take
+_CAUTION = 0.4  # share of the sigma that counts against announcing a turn that is late already
 _LATE = 2.0  # sizes of the box a turn at the bank limit is late by, from which on it is flown slower to be sooner over
 LEG = 4  # phase after roll-out, besides those of the turn law
 
@@ -180,6 +181,7 @@ def judge_turn(
         # late: two arcs, the first at the bank limit, come out about where the whole turn at it would along track
         turn_point(o2, r2, gp[GP_BANK_MAX], gp[GP_BANK_MAX], gp[GP_SEP], gp[GP_ROLL], True, gp[GP_G], t)
         ms[M_XP] = x = min(t[T_XM], 0.0)
+        sx *= _CAUTION  # nothing is left to wait for
     said = 0
     if outside(ms[M_XP], y, sx, sy, mp):
         said = SAY_LEG
