@@ -358,7 +358,9 @@ CONTEXTS = (
                 ),
                 4.0,
             ),
-            Situation("fixed offset", r".*guidance\.offset_m", ("tanker.rendezvous.pilot.guidance.offset_bank_deg=0.0",)),
+            Situation(
+                "fixed offset", r".*guidance\.offset_m", ("tanker.rendezvous.pilot.guidance.offset_bank_deg=0.0",)
+            ),
             Situation(
                 "from the left",
                 r".*meeting\.both_sides",

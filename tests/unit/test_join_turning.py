@@ -36,8 +36,8 @@ def test_followed_tanker_is_closed_on_along_the_line_to_the_point_behind_it() ->
 def test_nearest_point_of_straight_and_of_curved_paths() -> None:
     assert nearest((-100.0, 50.0, 0.0), (20.0, 0.0, 0.0), 0.0) == pytest.approx(50.0)
     assert nearest((-100.0, 50.0, 0.0), (-20.0, 0.0, 0.0), 0.0) == pytest.approx(math.hypot(100.0, 50.0))
-    # 0.5 a t^2 = 100 m at 10 s
-    assert nearest((0.0, 100.0, 0.0), (0.0, 0.0, 0.0), -2.0) == pytest.approx(0.0, abs=1e-9)
+    # 2 s at 2 m/s^2: 4 m, then 4 m/s for 10 s
+    assert nearest((0.0, 100.0, 0.0), (0.0, 0.0, 0.0), -2.0) == pytest.approx(100.0 - 4.0 - 40.0)
 
 
 def test_guard_gives_way_until_it_is_clear() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,6 +17,8 @@ from flightsw.missions.rendezvous.estimator import RangeEstimator
 from flightsw.missions.rendezvous.guidance import OwnState, RendezvousCommand, RendezvousGuidance
 from flightsw.missions.rendezvous.params import RangeRules, RendezvousNavParams
 from flightsw.strict import ConfigError
+from ground.report.geometry.build import geometry_report
+from hil_scripts.campaign.engine import run_campaign
 from hil_scripts.campaign.study import Case
 from hil_scripts.studies.rivard import geometry_kernel as gk
 from hil_scripts.studies.rivard.geometry import SETTINGS, STUDY, pooled, run_batch
@@ -264,3 +267,25 @@ def test_known_state_with_a_turning_receiver_is_met_too() -> None:
     c = changed(GeometryCase(perfect=True), truth_turn_at_s=20.0, truth_turn_deg=-10.0)
     rows = run_geometry(c, 32)
     assert np.abs(rows[:, gk.R_YR]).max() < 0.1 * NM and np.abs(rows[:, gk.R_XR]).max() < 0.3 * NM
+
+
+def test_report_has_every_kind_of_case(tmp_path: Path) -> None:
+    small = replace(
+        STUDY,
+        cases=tuple(
+            Case(c.name, c.params | {"batch": 8})
+            for c in STUDY.cases
+            if c.name in ("as_planned", "cross_60", "start_left_5_24", "close_15", "set_first")
+        ),
+    )
+    run_campaign(small, 1, 1, tmp_path / "c", workers=0, progress=False)
+    page = geometry_report([tmp_path / "c"], tmp_path).read_text()
+    for words in (
+        "As planned",
+        "Crosswind",
+        "Starts off the plan",
+        "geometry forbids",
+        "Faults of the set",
+        "cross_60",
+    ):
+        assert words in page

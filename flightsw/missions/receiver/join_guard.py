@@ -13,6 +13,7 @@ import math
 from flightsw.types import Vec3
 
 AHEAD_S, STEP_S = 12.0, 0.5  # how far and how finely the path ahead is looked at
+TURN_S = 2.0  # [s] a difference of turn rates is taken to last: longer, and every correction of the heading would alarm
 
 
 def in_turning_axes(v: tuple[float, float], pos: Vec3, omega: float) -> tuple[float, float]:
@@ -30,13 +31,15 @@ def follow(pos: Vec3, back_m: float, closing: float) -> tuple[float, float]:
 def nearest(pos: Vec3, vel: Vec3, accel_y: float) -> float:
     """Least distance [m] to the tanker over the next AHEAD_S at relative velocity vel [m/s] and sideways acceleration [m/s^2].
 
-    accel_y = V (own turn rate - the tanker's): what the two turns do to each other while both last.
+    accel_y = V (own turn rate - the tanker's), over the first TURN_S.
     """
     x, y, z = pos
     best = math.hypot(x, y, z)
     for k in range(1, round(AHEAD_S / STEP_S) + 1):
         t = k * STEP_S
-        best = min(best, math.hypot(x + vel[0] * t, y + (vel[1] + 0.5 * accel_y * t) * t, z + vel[2] * t))
+        turning = min(t, TURN_S)
+        aside = y + vel[1] * t + accel_y * turning * (t - 0.5 * turning)
+        best = min(best, math.hypot(x + vel[0] * t, aside, z + vel[2] * t))
     return best
 
 
