@@ -16,7 +16,7 @@ import numpy as np
 from flightsw.missions.rendezvous.estimator import RangeEstimator
 from flightsw.missions.rendezvous.frame import E_SIZE, OwnState, RendezvousFrame
 from flightsw.missions.rendezvous.params import ESTIMATORS, NM, RendezvousNavParams
-from flightsw.missions.rendezvous.range_rules import REFUSED, RESTARTED, STUCK
+from flightsw.missions.rendezvous.range_rules import REFUSED, RESTARTED, STUCK, USED
 from flightsw.missions.rendezvous.reports import RendezvousState
 from flightsw.strict import Range
 from flightsw.types import UPD_RADAR, UPD_TACAN, NavState, SensorFrame, Text
@@ -81,7 +81,7 @@ class ReceiverTrack:
         self._wind: tuple[float, float] | None = None
         self._radar: tuple[float, float] | None = None
         self._t_us = self._since_us = -1
-        self._lost = False
+        self._lost, self._verdict = False, USED
         self.closed = False  # the meeting is over: ranges are no longer fused, nor missed
         self._upper = np.triu_indices(E_SIZE)
 
@@ -174,13 +174,17 @@ class ReceiverTrack:
         else:
             self.est.set_wind(self.own.wind_x, self.own.wind_y)
             before = self.out.alarm
-            self.est.update(distance, x, y, age, los, self._sent(f))
-            if said := VERDICTS.get(self.est.out.verdict):
-                self.texts.append(said)
+            used = self.est.update(distance, x, y, age, los, self._sent(f))
+            verdict = self.est.out.verdict
+            if verdict != self._verdict and verdict in VERDICTS:  # told once while it lasts
+                self.texts.append(VERDICTS[verdict])
+            self._verdict = verdict
             if self.est.out.alarm and not before:
                 self.texts.append(Text(WARNING, "receiver not as planned: check course and speed"))
             elif before and not self.est.out.alarm:
                 self.texts.append(Text(NOTICE, "receiver: ranges fit the estimate again"))
+            if not used:
+                return
         o = self.out
         o.range_m, o.fix_us = distance, f.t_us
         w, at, _ = self.est.components()
