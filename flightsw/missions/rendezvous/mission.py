@@ -150,11 +150,11 @@ class RendezvousMission(Mission[ActuatorModel]):
                     return self._join(f, nav, dt)
             phase = PHASE[pilot.phase]
             if phase != o.phase:
-                o.phase, self.t_phase_us = phase, f.t_us
+                after, o.phase, self.t_phase_us = o.phase, phase, f.t_us
                 o.reason = {
                     RDV_APPROACH: "approach, navigation valid",
                     RDV_TURN: f"turn, miss {c.miss_x_m / 1852.0:+.2f} {c.miss_y_m / 1852.0:+.2f} NM",
-                    RDV_ROLLOUT: "roll-out, course reached" if o.phase != RDV_LEG else "leg over",
+                    RDV_ROLLOUT: "roll-out, course reached" if after != RDV_LEG else "leg over",
                     RDV_LEG: f"leg, {c.miss_x_m / 1852.0:+.2f} {c.miss_y_m / 1852.0:+.2f} NM off",
                 }[phase]
                 self.said.append(Text(6, f"rendezvous: {o.reason}"[:50]))
