@@ -170,6 +170,7 @@ class SensorFrame:
     tacan_t_us: int = 0  # time of validity
     tacan_range_m: float | None = None  # slant range; None: none in this reply
     tacan_bearing: float | None = None  # [rad] clockwise from the own nose; None: the set gives none
+    tacan_link: tuple[float, float] | None = None  # [m] the other's own position north, east; None: it sends none
     # what the crew read off the radar
     radar_t_us: int = 0
     radar_y_m: float = 0.0  # [m] receiver off the refuelling track, left of +x (rendezvous frame)

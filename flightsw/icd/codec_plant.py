@@ -120,9 +120,9 @@ class PlantCodec:
         if up & UPD_FUEL:
             out.append(self._fuel(frame))
         if up & UPD_TACAN:
-            d, b = frame.tacan_range_m, frame.tacan_bearing
-            flags = (1 if d is not None else 0) | (2 if b is not None else 0)
-            out.append(self.send.pack(_TACAN, frame.tacan_t_us, d or 0.0, b or 0.0, flags))
+            d, b, at = frame.tacan_range_m, frame.tacan_bearing, frame.tacan_link
+            flags = (1 if d is not None else 0) | (2 if b is not None else 0) | (4 if at is not None else 0)
+            out.append(self.send.pack(_TACAN, frame.tacan_t_us, d or 0.0, b or 0.0, *(at or (0.0, 0.0)), flags))
         if up & UPD_RADAR:
             out.append(self.send.pack(_RADAR, frame.radar_t_us, frame.radar_y_m, frame.radar_sigma_m))
         if up & UPD_RADALT:

@@ -262,8 +262,8 @@ class FlightReceiver:
         f.updated |= UPD_FUEL
 
     def _tacan(self, p: Packet, f: SensorFrame) -> None:
-        t, distance, bearing, flags = p[1]
-        s = distance + bearing
+        t, distance, bearing, north, east, flags = p[1]
+        s = distance + bearing + north + east
         if s - s != 0.0 or distance < 0.0:
             self.count.non_finite += 1
             return
@@ -273,6 +273,7 @@ class FlightReceiver:
         f.tacan_t_us = t
         f.tacan_range_m = distance if flags & 1 else None
         f.tacan_bearing = bearing if flags & 2 else None
+        f.tacan_link = (north, east) if flags & 4 else None
         f.updated |= UPD_TACAN
 
     def _radar(self, p: Packet, f: SensorFrame) -> None:

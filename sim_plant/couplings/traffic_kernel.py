@@ -98,6 +98,21 @@ def _manoeuvre(t: float, p: np.ndarray, d: np.ndarray) -> None:
 
 
 @jit
+def manoeuvre_velocity(t: float, p: np.ndarray, v: np.ndarray) -> None:
+    """v [2] <- velocity [m/s] at time t [s] that the receiver's manoeuvre adds: the rate of `_manoeuvre`."""
+    v[0] = v[1] = 0.0
+    dt = t - p[P_MT]
+    if dt <= 0.0:
+        return
+    if p[P_MV] != 0.0:
+        v[0] -= math.copysign(min(p[P_MD] * dt, abs(p[P_MV])), p[P_MV])
+    if p[P_MA] != 0.0:
+        turned = math.copysign(min(p[P_MR] * dt, abs(p[P_MA])), p[P_MA])
+        v[0] += p[P_VR] * (1.0 - math.cos(turned))
+        v[1] -= p[P_VR] * math.sin(turned)
+
+
+@jit
 def receiver_step(s: np.ndarray, t: float, dt: float, z: np.ndarray, at: int, p: np.ndarray, wk: np.ndarray) -> None:
     """Move the receiver and the TACAN's errors s [8] from t [s] by dt [s] with the unit normals z[at] to z[at + 3].
 

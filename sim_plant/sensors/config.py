@@ -178,6 +178,9 @@ class Tacan:
     std_m: NonNeg = 0.016 * NM  # correlated noise
     tau_s: NonNeg = 3.6
     bearing_std_deg: NonNeg = 0.0  # white; 0: the set gives no bearing
+    bearing_bias_std_deg: NonNeg = 0.0  # drawn once per run
+    link_std_m: NonNeg = 0.0  # of the other's own position sent with the reply, per axis, white; 0: no data link
+    link_bias_std_m: NonNeg = 0.0  # drawn once per run
     dropout: Annotated[float, Range(0.0, 1.0)] = 0.0  # share of the replies without an answer
     earth_radius_m: Annotated[float, Range(1e6)] = 3444.0 * NM  # the line of sight leaves the flat earth of the world
 

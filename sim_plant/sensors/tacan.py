@@ -12,11 +12,12 @@ from sim_plant.rng import NoiseRows, generator
 from sim_plant.sensors.base import Sensor, View
 from sim_plant.sensors.config import Radar, Tacan
 
-Reply = tuple[float | None, float | None]
+Reply = tuple[float | None, float | None, tuple[float, float] | None]
 
 
 class TacanSensor(Sensor):
-    """Reply (range [m], bearing [rad] clockwise from the nose); None: not answered, or the set has none. Error row: range."""
+    """Reply (range [m], bearing [rad] clockwise from the nose, other's own position north, east [m]); None: not answered, or the
+    set has none. Error row: range."""
 
     group, bit = "tacan", UPD_TACAN
 
@@ -28,6 +29,11 @@ class TacanSensor(Sensor):
         self.cfg = cfg
         self.first, self.every = round(cfg.first_s * base_hz), 1  # its samples count from the first on
         self._bearing = generator(seed, f"{name}.tacan.bearing")
+        self._link = generator(seed, f"{name}.tacan.link")
+        self._bearing_bias = cfg.bearing_bias_std_deg * float(
+            generator(seed, f"{name}.tacan.bearing.bias").standard_normal()
+        )
+        self._link_bias = cfg.link_bias_std_m * generator(seed, f"{name}.tacan.link.bias").standard_normal(2)
         self._dropout = generator(seed, f"{name}.tacan.dropout")
 
     def step(self, k: int, t_us: int, view: View, frame: SensorFrame) -> None:
@@ -37,7 +43,7 @@ class TacanSensor(Sensor):
     def sample(self, view: View, e: list[float]) -> Reply:
         c, s, at = self.cfg, view.s, view.target
         if c.dropout > 0.0 and self._dropout.random() < c.dropout:
-            return None, None
+            return None, None, None
         dn, de = at[0] - s[n.S_P], at[1] - s[n.S_P + 1]
         flat = math.hypot(dn, de)
         # the other aircraft is lower by the fall of the earth over that distance
@@ -46,12 +52,16 @@ class TacanSensor(Sensor):
         bearing = None
         if c.bearing_std_deg > 0.0:
             a = math.atan2(de, dn) - view.o[n.O_EULER]
-            a += math.radians(c.bearing_std_deg) * float(self._bearing.standard_normal())
+            a += math.radians(c.bearing_std_deg * float(self._bearing.standard_normal()) + self._bearing_bias)
             bearing = math.remainder(a, 2.0 * math.pi)
-        return max(distance, 0.0), bearing
+        link = None
+        if c.link_std_m > 0.0:
+            north, east = (c.link_std_m * self._link.standard_normal(2) + self._link_bias).tolist()
+            link = at[0] + north, at[1] + east
+        return max(distance, 0.0), bearing, link
 
     def fill(self, frame: SensorFrame, t_us: int, value: Reply) -> None:
-        frame.tacan_range_m, frame.tacan_bearing = value
+        frame.tacan_range_m, frame.tacan_bearing, frame.tacan_link = value
         frame.tacan_t_us = t_us
 
 

@@ -7,9 +7,23 @@ from collections.abc import Callable
 import numpy as np
 
 from flightsw.missions.rendezvous import bank as kb
+from flightsw.missions.rendezvous import meeting as km
 from flightsw.missions.rendezvous import range_filter as k3
-from flightsw.missions.rendezvous.guidance import RendezvousGuidanceParams, guidance_vector
-from flightsw.missions.rendezvous.params import RendezvousNavParams, eight_vector, new_window, three_vector
+from flightsw.missions.rendezvous import range_rules as kr
+from flightsw.missions.rendezvous.guidance import (
+    MeetingParams,
+    RendezvousGuidanceParams,
+    guidance_vector,
+    meeting_vector,
+)
+from flightsw.missions.rendezvous.params import (
+    RangeRules,
+    RendezvousNavParams,
+    eight_vector,
+    new_window,
+    rules_vector,
+    three_vector,
+)
 
 Rng = np.random.Generator
 Args = list
@@ -69,6 +83,46 @@ def step_args(r: Rng) -> Args:
 
 def turn(r: Rng) -> np.ndarray:
     return np.array([r.uniform(0.1, 0.5), 100.0, r.normal() * 2e3, 0.0, 0.0, 0.0, r.uniform(0.1, 3), 9e3, 7.3e3])
+
+
+RULES = rules_vector(
+    RendezvousNavParams(gate_nis=25.0, rules=RangeRules(believed=2, repeat_m=0.1, young_z=3.7, open=True))
+)
+MEET = RendezvousGuidanceParams(offset_bank_deg=24.5, meeting=MeetingParams(on=True))
+GP, MP = guidance_vector(MEET), meeting_vector(MEET.meeting)
+
+
+def window(r: Rng) -> np.ndarray:
+    w = new_window(RendezvousNavParams())
+    for _ in range(int(r.integers(1, 9))):
+        k3.window_push(w, r.normal() * 2.0)
+    return w
+
+
+def judged_args(r: Rng) -> Args:
+    m, P, lw = bank(r)
+    rs = np.array([float(r.integers(1, 8)), float(r.integers(2)), r.normal() * 3e3, 5e4, 0.0])
+    z0 = r.choice([4.8e4, 5e4, 6e4]) + r.normal() * 300.0
+    head = [rs, RULES, m, P, lw, window(r), z0, 2000.0, -17e3, 0.0, 1852.0, 3.5, 1.0]
+    return [*head, bool(r.integers(2)), E8, z(M, 8), z(8), z(2)]
+
+
+def meeting_state(r: Rng) -> np.ndarray:
+    ms = z(km.M_N)
+    ms[km.M_SIDE] = r.choice([-1.0, 0.0, 1.0])
+    ms[km.M_AWAY] = float(r.integers(2)) if ms[km.M_SIDE] else 0.0
+    ms[km.M_OUT] = float(r.integers(2))
+    return ms
+
+
+def meeting_args(r: Rng) -> Args:
+    gs = z(13)
+    gs[0] = float(r.integers(5))
+    gs[9] = r.uniform(0.0, 400.0)
+    o = own(r)
+    o[2] = r.uniform(-3.1, 3.1)
+    out = [meeting_state(r), gs, o, target(r), 300.0, 700.0, bool(r.integers(2)), 3e4, 0.5, GP, MP]
+    return [*out, z(9), z(2), z(8), z(4), z(8), z(4)]
 
 
 CASES: dict[str, Callable[[Rng], Args]] = {
@@ -239,4 +293,46 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         z(2),
     ],
     "missions.rendezvous.turn_law.guidance_step": step_args,
+    "missions.rendezvous.turn_geometry.join_lead": lambda r: [
+        own(r),
+        target(r),
+        np.array([0.5, 100.0, 0.0, -r.uniform(0, 9e3), 0.0, float(r.integers(2)), 3.0, 7e3, 7e3]),
+        0.23,
+        463.0,
+    ],
+    "missions.rendezvous.range_rules.rules_reset": lambda r: [r.normal(size=kr.RS_N), 5e4],
+    "missions.rendezvous.range_rules.window_reset": lambda r: [window(r)],
+    "missions.rendezvous.range_rules.young_alarm": lambda r: [window(r), 3.7],
+    "missions.rendezvous.range_rules.open_up": lambda r: [*bank(r)[1:], RULES],
+    "missions.rendezvous.range_rules.judged_range": judged_args,
+    "missions.rendezvous.meeting.meeting_reset": lambda r: [r.normal(size=km.M_N)],
+    "missions.rendezvous.meeting.own_course": lambda r: [
+        own(r),
+        target(r),
+        float(r.choice([-1.0, 1.0])),
+        r.normal(),
+        204.0,
+        z(8),
+        z(4),
+    ],
+    "missions.rendezvous.meeting.choose_side": lambda r: [meeting_state(r), own(r), target(r), GP, MP],
+    "missions.rendezvous.meeting.outside": lambda r: [*r.normal(size=2) * 2e3, 300.0, 700.0, MP],
+    "missions.rendezvous.meeting.beyond": lambda r: [*r.normal(size=2) * 1e3, 0.5, MP],
+    "missions.rendezvous.meeting.less": lambda r: [r.normal() * 1e3, 800.0],
+    "missions.rendezvous.meeting.judge_turn": lambda r: [
+        meeting_state(r),
+        r.uniform(0, 10),
+        own(r),
+        target(r),
+        300.0,
+        700.0,
+        GP,
+        MP,
+        z(9),
+        z(8),
+        z(4),
+    ],
+    "missions.rendezvous.meeting.tight_speed": lambda r: [own(r), target(r), turn(r), GP],
+    "missions.rendezvous.meeting.fly_leg": lambda r: [meeting_state(r), z(13), own(r), target(r), GP, MP],
+    "missions.rendezvous.meeting.meeting_step": meeting_args,
 }

@@ -357,7 +357,12 @@ CONTEXTS = (
             Situation(
                 "one set of three states",
                 r".*estimator\.(ekf3_.*)",
-                ("tanker.rendezvous.track.estimator.estimator=ekf3",),
+                (
+                    "tanker.rendezvous.track.estimator.estimator=ekf3",
+                    "tanker.rendezvous.track.estimator.rules.believed=0",
+                    "tanker.rendezvous.track.estimator.rules.repeat_m=0.0",
+                    "tanker.rendezvous.track.estimator.rules.open=false",
+                ),
                 2.0,
             ),
             Situation(
@@ -380,6 +385,34 @@ CONTEXTS = (
                     events(event(t_s=1.5, kind="dropout", target="tanker", sensor="tacan")),
                 ),
                 6.0,
+            ),
+            Situation(
+                "bearing and data link",
+                r".*tacan\.(bearing_bias_std_deg|link_bias_std_m)|.*track\.use_(bearing|link)|.*datalink_sigma_m",
+                (
+                    "plant.sensors.tanker.tacan.bearing_std_deg=1.0",
+                    "plant.sensors.tanker.tacan.link_std_m=50.0",
+                    "plant.sensors.tanker.tacan.interval_s=1.0",
+                ),
+                4.0,
+            ),
+            Situation(
+                "fixed offset", r".*guidance\.offset_m", ("tanker.rendezvous.pilot.guidance.offset_bank_deg=0.0",)
+            ),
+            Situation(
+                "from the left",
+                r".*meeting\.both_sides",
+                ("plant.aircraft.0.start.pos_n_m=[9000.0, 0.0, -7010.0]",),
+            ),
+            Situation(
+                "from near the track",
+                r".*meeting\.(leg_.*|box_.*|hold_s|on)",
+                ("plant.aircraft.0.start.pos_n_m=[-5000.0, 0.0, -7010.0]",),
+            ),
+            Situation(
+                "a receiver that slows at once",
+                r".*rules\.(open.*|young_z)",
+                ("plant.traffic.manoeuvre_at_s=15.0", "plant.traffic.speed_change_mps=-40.0"),
             ),
             Situation(
                 "closed loop", r".*guidance\.(gain|guard)", ("tanker.rendezvous.pilot.guidance.law=closed_loop",)

@@ -133,6 +133,8 @@ VALUES: dict[str, tuple[Any, ...]] = {
     "TrackParams.sigma_y_m": (3000.0,),
     "TrackParams.lost_s": (1.0,),
     "TrackParams.radar_wait_s": (0.1, 1.5),
+    "MeetingParams.box_x_m": (100.0,),
+    "MeetingParams.leg_s": (10.0,),
     "RendezvousNavParams.window": (2,),
     "RendezvousNavParams.window_nis": (1.0, 1e3),
     "RendezvousNavParams.window_drift": (1.0, 1e3),

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from flightsw.missions.receiver.guidances import make_join_path
 from flightsw.missions.receiver.joinup import (
     ENROUTE,
     INIT,
@@ -34,69 +33,10 @@ from flightsw.missions.receiver.refuel import (
 from flightsw.missions.receiver.sequence import Sequence, SequenceParams
 from flightsw.strict import ConfigError
 from flightsw.types import NavState, SensorFrame
+from hil_scripts.studies.joinup.point import DT
+from hil_scripts.studies.joinup.point import PointJoin as Flight
 
 P = JoinUpParams()
-DT = 0.1
-H_TANKER = 7010.0
-
-
-@dataclass
-class Flight:
-    """A receiver of first-order lags behind a tanker in straight flight, both in one wind."""
-
-    x: float = -3704.0  # own minus tanker, tanker heading axes [m]
-    y: float = 0.0
-    z: float = 305.0
-    V: float = 200.0
-    V_tanker: float = 195.0
-    psi_tanker: float = 0.4
-    wind: tuple[float, float] = (30.0, -12.0)
-    heading_error: float = 0.0
-    rate_bias: float = 0.0  # [rad/s] between the turn rate commanded and flown: gyro biases of both aircraft
-    p: JoinUpParams = P
-
-    def __post_init__(self) -> None:
-        made = make_join_path(self.p)
-        assert isinstance(made, JoinUpGuidance)
-        self.g = made
-        self.psi = self.psi_tanker + self.heading_error
-        self.h, self.psi_dot = H_TANKER - self.z, 0.0
-        self.t_us = 0
-        self.seen = True
-        self.turn_rate = 0.0
-        c, s = math.cos(self.psi_tanker), math.sin(self.psi_tanker)
-        self.origin = np.array([1e4, -2e4])  # of the tanker
-        self.pos = self.origin + np.array([c * self.x - s * self.y, s * self.x + c * self.y])
-        self.track: list[tuple[float, float, float, float]] = []
-
-    def step(self) -> None:
-        w = np.array(self.wind)
-        v = self.V * np.array([math.cos(self.psi), math.sin(self.psi)]) + w
-        vt = self.V_tanker * np.array([math.cos(self.psi_tanker), math.sin(self.psi_tanker)]) + w
-        c, s = math.cos(self.psi_tanker), math.sin(self.psi_tanker)
-        d, dv = self.pos - self.origin, v - vt
-        self.x, self.y, self.z = c * d[0] + s * d[1], c * d[1] - s * d[0], H_TANKER - self.h
-        nav = NavState(valid=True, V=self.V, euler=(self.psi, 0.0, 0.0), wind_n=(*self.wind, 0.0))
-        nav.pos_n, nav.vel_n = (self.pos[0], self.pos[1], -self.h), (v[0], v[1], 0.0)
-        sight = Sight(
-            self.seen, (self.x, self.y, self.z), (c * dv[0] + s * dv[1], c * dv[1] - s * dv[0], 0.0),
-            (vt[0], vt[1], 0.0), self.psi_tanker, self.turn_rate,
-        )  # fmt: skip
-        o = self.g.step(self.t_us, nav, sight, DT)
-        self.t_us += round(DT * 1e6)
-        self.V += min(max((o.V - self.V) / 3.0, -0.8), 0.8) * DT
-        self.psi_dot += (o.psi_dot + self.rate_bias - self.psi_dot) / 1.5 * DT
-        self.psi += self.psi_dot * DT
-        self.h += (o.alt_m - self.h) / 2.0 * DT
-        self.pos, self.origin = self.pos + v * DT, self.origin + vt * DT
-        self.track.append((self.x, self.y, self.z, sight.vel[0]))
-
-    def fly(self, seconds: float, *, stop_when_ready: bool = False) -> np.ndarray:
-        for _ in range(round(seconds / DT)):
-            self.step()
-            if stop_when_ready and self.g.ready:
-                break
-        return np.array(self.track)
 
 
 # --- the profile ----------------------------------------------------------------------------------------------------

@@ -102,7 +102,7 @@ def view(own: tuple[float, float, float], target: tuple[float, float, float], ps
 def test_slant_range_and_bearing_of_a_known_geometry() -> None:
     s = sensor(Tacan(bearing_std_deg=1e-9))
     v = view((1000.0, 2000.0, -7000.0), (1000.0, 42_000.0, -6700.0), math.radians(30.0))
-    distance, bearing = s.sample(v, [0.0])
+    distance, bearing, _ = s.sample(v, [0.0])
     drop = 40_000.0**2 / (2.0 * 3444.0 * 1852.0)  # fall of the earth to second order
     assert distance == pytest.approx(math.hypot(40_000.0, 300.0 + drop), abs=1e-3)
     assert bearing == pytest.approx(math.radians(60.0), abs=1e-9)

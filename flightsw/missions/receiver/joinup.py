@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from flightsw.kernels.rotations import wrap_pi
+from flightsw.missions.receiver.join_guard import Guard, follow, in_turning_axes
 from flightsw.plugins import EVERY_KEY, OursOr
 from flightsw.strict import ConfigError, Range
 from flightsw.terms import HELD, INTEGRAL, RATE, Controlled, LawTerms, Output
@@ -72,6 +73,12 @@ class JoinUpParams:
     V_max_mps: Pos = 225.0
     V_accel_mps2: Pos = 0.4
     wind_tau_s: Pos = 5.0  # smoothing of the own wind estimate for the speed command
+    # a tanker that turns, and the distance kept whatever it does
+    turning_degps: Pos = 0.6  # smoothed turn rate beyond which the tanker counts as turning
+    follow_m: Pos = 600.0  # beyond this distance it is followed at the vertical separation, nearer the place is held
+    follow_turn_degps: Pos = 1.8  # own turn rate then
+    keep_out_m: Pos = 75.0  # path of the next seconds nearer than this: give way
+    clear_m: Pos = 250.0  # until it opens beyond this
     # hand-over to station keeping: inside this distance of the tanker, near the line to the aim, not closing faster
     handover_m: Pos = 125.0
     handover_error_m: Pos = 20.0
@@ -161,6 +168,8 @@ class JoinUpGuidance:
         self._wind = [0.0, 0.0]
         self._V_track = p.V_mps  # airspeed en route; slower than the tanker once it has been lost from sight
         self._V_tanker = p.V_mps
+        self.turning = False
+        self.guard = Guard(p.keep_out_m, p.clear_m)
 
     def step(self, t_us: int, nav: NavState, s: Sight, dt: float) -> GuidanceCmd:
         """Advance by dt [s]."""
@@ -190,6 +199,7 @@ class JoinUpGuidance:
         """Join-up starts and ends, and is ready, by rule."""
         p = self.p
         self._turn += dt / (TURN_TAU_S + dt) * (s.turn_rate - self._turn) if s.seen else -self._turn
+        self._tell_turn(s.seen and abs(self._turn) > math.radians(p.turning_degps))
         straight = s.seen and abs(self._turn) < math.radians(p.level_rate_degps)
         self._straight_s = self._straight_s + dt if straight else 0.0
         self._lost_s = 0.0 if s.seen else self._lost_s + dt
@@ -200,7 +210,27 @@ class JoinUpGuidance:
         elif self.phase == JOIN_UP and self._lost_s > p.lost_s:
             self._V_track = min(p.V_mps, max(self._V_tanker - LOST_MPS, p.V_min_mps))
             self._enter(ENROUTE, t_us, "tanker out of sight")
-        self.ready = self.phase == JOIN_UP and self._near(s)
+        self.ready = self.phase == JOIN_UP and not self.guard.active and self._near(s)
+
+    def _tell_turn(self, turning: bool) -> None:
+        if turning != self.turning and self.phase == JOIN_UP:
+            self.texts.append(
+                Text(5, "tanker turns: closing stopped" if turning else "tanker straight: closing goes on")
+            )
+        self.turning = turning
+
+    def _by_rule(self, pos: Vec3, vx: float, vy: float, z: float) -> tuple[float, float, float]:
+        """Wanted relative speeds and height beside a tanker that turns: far it is followed, near the place is held."""
+        p, far = self.p, math.hypot(*pos)
+        if far > p.follow_m:
+            vx, vy = follow(pos, -p.stay_back_m, closure(max(far + p.stay_back_m, 0.0), p))
+            return vx, vy, p.separation_m
+        hold = min(pos[0], p.aim_m[0]) if may_close(pos, p) else p.stay_back_m
+        return *in_turning_axes((min(vx, closure(hold - pos[0], p)), vy), pos, self._turn), z
+
+    def _give_way(self, pos: Vec3) -> tuple[float, float, float]:
+        p = self.p
+        return -p.v_back_mps, math.copysign(p.vy_max_mps, pos[1]), p.separation_m
 
     def _near(self, s: Sight) -> bool:
         p = self.p
@@ -227,6 +257,15 @@ class JoinUpGuidance:
         if abs(off) < p.int_band_m:
             self._vy_int = min(max(self._vy_int + p.k_int_ps2 * off * dt, -p.int_max_mps), p.int_max_mps)
             vy += self._vy_int
+        if self.turning:
+            vx, vy, z = self._by_rule(s.pos, vx, vy, z)
+        before = self.guard.active
+        if self.guard.step(s.pos, s.vel, nav.V * (self.psi_dot - self._turn)):
+            vx, vy, z = self._give_way(s.pos)
+        if self.guard.active != before:
+            self.texts.append(
+                Text(4, "too near the tanker: giving way") if not before else Text(5, "clear of the tanker")
+            )
         self._tell(s.pos, vx, vy, z, abs(off) < p.int_band_m)
         c, sn = math.cos(s.psi), math.sin(s.psi)
         self._V_tanker = math.hypot(s.vel_n[0] - self._wind[0], s.vel_n[1] - self._wind[1])
@@ -250,11 +289,12 @@ class JoinUpGuidance:
     def _command(self, V: float, alt: float, rate: float, forward: float, dt: float) -> None:
         """Move the references towards V [m/s], alt [m], rate [rad/s] (`forward` of it the tanker's own) within limits."""
         p, asked = self.p, (V, alt, rate)
+        most = p.follow_turn_degps if self.turning else p.turn_max_degps
         V = min(max(V, p.V_min_mps), p.V_max_mps)
         dv = p.V_accel_mps2 * dt
         self.V += min(max(V - self.V, -dv), dv)
         self.alt += min(max(p.k_alt_ps * (alt - self.alt), -p.climb_max_mps), p.climb_max_mps) * dt
-        top, da = math.radians(p.turn_max_degps), math.radians(p.turn_accel_degps2) * dt
+        top, da = math.radians(most), math.radians(p.turn_accel_degps2) * dt
         rate = min(max(rate, -top), top)
         self.psi_dot += min(max(rate - self.psi_dot, -da), da)
         _, _, airspeed, altitude, turn = self.terms.outputs

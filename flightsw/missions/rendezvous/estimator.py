@@ -19,12 +19,14 @@ import numpy as np
 from flightsw.missions.rendezvous import bank as kb
 from flightsw.missions.rendezvous import full_order as k8
 from flightsw.missions.rendezvous import range_filter as k3
+from flightsw.missions.rendezvous import range_rules as kr
 from flightsw.missions.rendezvous.frame import E_SIZE, E_VX, E_X, E_Y
 from flightsw.missions.rendezvous.params import (
     RendezvousNavParams,
     eight_vector,
     new_window,
     nominal_velocity,
+    rules_vector,
     three_vector,
 )
 
@@ -47,6 +49,8 @@ class RendezvousEstimate:
     alarm: bool = False  # the receiver does not fly as planned, or the set is faulty
     updates: int = 0
     refused: int = 0
+    verdict: int = kr.USED  # what became of the last range
+    left_plan: bool = False  # the estimate has been opened: the receiver flies a course of its own
 
 
 class RangeEstimator:
@@ -61,6 +65,8 @@ class RangeEstimator:
         self.m, self.P, self.lw = np.zeros((M, n)), np.zeros((M, n, n)), np.zeros(M)
         self.x3, self.P3 = np.zeros(k3.S3_N), np.zeros((k3.S3_N, k3.S3_N))
         self.window = new_window(p)
+        self.rules, self.kept = rules_vector(p), np.zeros(kr.RS_N)
+        self._prior = np.zeros(2)  # lateral position and sigma [m] of the start
         self.e3, self.e8 = three_vector(p, 0.0), eight_vector(p, 0.0)
         self._wk, self._k, self._nu, self._D = np.zeros((M, k8.H_SIZE)), np.zeros(n), np.zeros(2), np.zeros(k8.D_SIZE)
         self._mean8, self._C8, self._ahead, self._Ca = np.zeros(n), np.zeros((n, n)), np.zeros(n), np.zeros((n, n))
@@ -88,6 +94,8 @@ class RangeEstimator:
                 self.m, self.P, self.lw, range_m, own_x, own_y, y_hat, sigma_y, self.p.grid_sigma, shift, self.e8
             )
         self.window[:] = new_window(self.p)
+        kr.rules_reset(self.kept, range_m)
+        self._prior[:] = y_hat, sigma_y
         self.lag = 0.0
         self.out = RendezvousEstimate(valid=True, reason="", updates=1)
         self._matched()
@@ -145,19 +153,28 @@ class RangeEstimator:
         p, o = self.p, self.out
         if self.three:
             used = k3.ekf3_range(self.x3, self.P3, z, x, y, p.gate_nis, self.e3, self._nu)
+            k3.window_push(self.window, self._nu[k3.NU] / math.sqrt(self._nu[k3.NU_VAR]))
+            o.verdict = kr.USED if used else kr.REFUSED
         else:
-            hermite = p.estimator in ("ukf8", "bank")
-            used = kb.bank_range(
-                self.m, self.P, self.lw, z, x, y, hermite, p.gate_nis, self.e8, self._wk, self._k, self._nu
-            )
-        nu, S = self._nu
-        k3.window_push(self.window, nu / math.sqrt(S))
-        o.innovation_m, o.nis = float(nu), float(nu * nu / S)
-        o.window_nis, o.window_drift = float(self.window[k3.W_SQUARE]), float(self.window[k3.W_DRIFT])
-        o.alarm = bool(self.window[k3.W_ALARM] > 0.0)
+            y_hat, sigma_y = self._prior.tolist()
+            o.verdict = int(
+                kr.judged_range(
+                    self.kept, self.rules, self.m, self.P, self.lw, self.window, z, x, y, y_hat, sigma_y, p.grid_sigma,
+                    1.0 if p.mean_shift else 0.0, p.estimator in ("ukf8", "bank"), self.e8, self._wk, self._k, self._nu,
+                )
+            )  # fmt: skip
+            used = o.verdict not in (kr.REFUSED, kr.STUCK)
+        nu, S = self._nu.tolist()
+        o.innovation_m, o.nis = nu, nu * nu / S if S > 0.0 else 0.0
+        w = self.window
+        o.window_nis, o.window_drift = float(w[k3.W_SQUARE]), float(w[k3.W_DRIFT])
+        o.left_plan = bool(self.kept[kr.RS_OPENED] > 0.0)
+        # opened, it warns until a full window fits again
+        young = w[k3.W_COUNT] < w.shape[0] - k3.W_HEAD
+        o.alarm = bool(w[k3.W_ALARM] > 0.0 or (o.left_plan and young))
         o.updates += 1 if used else 0
         o.refused += 0 if used else 1
-        return bool(used)
+        return used
 
     def _matched(self) -> None:
         if not self.three:
@@ -190,6 +207,13 @@ class RangeEstimator:
         return self.out.mean
 
     @property
+    def spread(self) -> tuple[float, float]:
+        """Sigma [m] of x and y at the last update; (0, 0) of the three-state filter, which does not know its own."""
+        if self.three:
+            return 0.0, 0.0
+        return math.sqrt(self._C8[k8.X, k8.X]), math.sqrt(self._C8[k8.Y, k8.Y])
+
+    @property
     def covariance(self) -> np.ndarray:
         """Covariance [4,4] of `mean`; the three-state filter knows no v_y (row of zeros)."""
         return self._P4.copy()
@@ -213,6 +237,8 @@ class RangeEstimator:
             "window": self.window.copy(),
             "e3": self.e3.copy(),
             "e8": self.e8.copy(),
+            "kept": self.kept.copy(),
+            "prior": self._prior.copy(),
             "head": head,
         }
 
@@ -220,6 +246,7 @@ class RangeEstimator:
         """Restore a copy made by `get_state`."""
         for name in ("m", "P", "lw", "x3", "P3", "window", "e3", "e8"):
             getattr(self, name)[:] = s[name]
+        self.kept[:], self._prior[:] = s["kept"], s["prior"]
         lag, valid, innovation, nis, alarm, updates, refused = s["head"].tolist()
         self.lag = lag
         self.out = RendezvousEstimate(
@@ -233,6 +260,7 @@ class RangeEstimator:
             alarm=bool(alarm),
             updates=int(updates),
             refused=int(refused),
+            left_plan=bool(self.kept[kr.RS_OPENED] > 0.0),
         )
         if self.out.valid:
             self._matched()

@@ -8,11 +8,12 @@ both misses by two radii. Offset steering before the turn, speed trim in it and 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated
 
 import numpy as np
 
+from flightsw.missions.rendezvous import meeting as km
 from flightsw.missions.rendezvous import turn_geometry as kt
 from flightsw.missions.rendezvous import turn_law as kg
 from flightsw.missions.rendezvous.frame import OwnState
@@ -21,7 +22,41 @@ from flightsw.strict import OneOf, Range
 NM = 1852.0
 KN = 1852.0 / 3600.0
 LAWS = ("chart", "cross_track", "closed_loop", "two_arc")
-PHASES = ("approach", "turn", "rollout", "done")
+PHASES = ("approach", "turn", "rollout", "done", "leg")  # leg: between rollout and done
+
+
+@dataclass(frozen=True)
+class MeetingParams:
+    """What surrounds the turn: sides, course followed, announcements, leg. Off: the turn alone, as printed."""
+
+    on: bool = False
+    both_sides: bool = True  # the turn is flown from the side the tanker stands on
+    box_x_m: Annotated[float, Range(100.0)] = 1.0 * NM  # a rendezvous ends within this of its place
+    box_y_m: Annotated[float, Range(100.0)] = 0.5 * NM
+    announce: Annotated[float, Range(0.1, 2.0)] = 0.85  # share of the box beyond which a miss is announced
+    announce_sigma: Annotated[float, Range(0.0, 6.0)] = (
+        2.0  # of the estimate, on top, for what is announced before the turn
+    )
+    announce_ahead_s: Annotated[float, Range(0.0, 120.0)] = 10.0  # before the turn its end is judged
+    hold_s: Annotated[float, Range(0.0, 60.0)] = 15.0  # before the turn the heading is held
+    speed_margin_mps: Annotated[float, Range(0.0, 100.0)] = 15.0 * KN  # beyond the trim: announced
+    leg_s: Annotated[float, Range(0.0, 900.0)] = 300.0  # longest leg back to the track; 0: none
+    leg_angle_deg: Annotated[float, Range(1.0, 45.0)] = 26.0
+    leg_gain_radpm: Annotated[float, Range(0.0)] = 0.25 / NM
+    leg_tau_s: Annotated[float, Range(1.0)] = 60.0  # over which a miss along track is flown off
+    leg_from: Annotated[float, Range(0.0, 1.0)] = 0.5  # share of the box from which on a leg is flown
+    leg_to: Annotated[float, Range(0.01, 1.0)] = 0.3  # and at which it is over
+
+
+def meeting_vector(p: MeetingParams) -> np.ndarray:
+    """Parameter vector mp of missions/rendezvous/meeting.py."""
+    m = np.zeros(km.MP_N)
+    m[km.MP_SIDES], m[km.MP_BOX_X], m[km.MP_BOX_Y] = 1.0 if p.both_sides else 0.0, p.box_x_m, p.box_y_m
+    m[km.MP_EDGE], m[km.MP_AHEAD], m[km.MP_SPEED] = p.announce, p.announce_ahead_s, p.speed_margin_mps
+    m[km.MP_HOLD], m[km.MP_SURE] = p.hold_s, p.announce_sigma
+    m[km.MP_LEG], m[km.MP_LEG_ANGLE], m[km.MP_LEG_GAIN] = p.leg_s, math.radians(p.leg_angle_deg), p.leg_gain_radpm
+    m[km.MP_LEG_TAU], m[km.MP_LEG_FROM], m[km.MP_LEG_TO] = p.leg_tau_s, p.leg_from, p.leg_to
+    return m
 
 
 @dataclass(frozen=True)
@@ -40,6 +75,9 @@ class RendezvousGuidanceParams:
     chart_range_m: Annotated[float, Range(0.0)] = 17.0 * NM
     steer: bool = True  # to the offset, before the turn
     offset_m: Annotated[float, Range(0.0)] = 10.0 * NM
+    offset_bank_deg: Annotated[float, Range(0.0, 45.0)] = (
+        0.0  # offset of a half turn at this bank in the own wind; 0: offset_m
+    )
     steer_gain_radpm: Annotated[float, Range(0.0)] = 0.25 / NM
     steer_heading_deg: Annotated[float, Range(0.0, 60.0)] = 30.0
     steer_bank_deg: Annotated[float, Range(1.0, 30.0)] = 25.0
@@ -51,6 +89,7 @@ class RendezvousGuidanceParams:
     weave_deg: Annotated[float, Range(0.0, 45.0)] = 0.0  # heading weave of the approach
     weave_half_period_s: Annotated[float, Range(5.0)] = 30.0
     gravity_mps2: Annotated[float, Range(9.0, 10.0)] = 9.80665
+    meeting: MeetingParams = field(default_factory=MeetingParams)
 
 
 def guidance_vector(p: RendezvousGuidanceParams) -> np.ndarray:
@@ -64,6 +103,10 @@ def guidance_vector(p: RendezvousGuidanceParams) -> np.ndarray:
     g[kg.GP_STEER_MAX], g[kg.GP_STEER_BANK] = math.radians(p.steer_heading_deg), math.radians(p.steer_bank_deg)
     g[kg.GP_HEADING_GAIN], g[kg.GP_TRIM], g[kg.GP_TRIM_TAU] = p.heading_gain_1ps, p.trim_mps, p.trim_tau_s
     g[kg.GP_NEAR], g[kg.GP_SMOOTH] = p.near_rad, p.smooth_1prad
+    g[kg.GP_OFFSET_BANK] = math.radians(p.offset_bank_deg)
+    m = p.meeting
+    if m.on and m.leg_s > 0.0:
+        g[kg.GP_JOIN], g[kg.GP_JOIN_FROM] = math.tan(0.5 * math.radians(m.leg_angle_deg)), m.leg_from * m.box_y_m
     g[kg.GP_WEAVE], g[kg.GP_WEAVE_HALF] = math.radians(p.weave_deg), p.weave_half_period_s
     return g
 
@@ -81,6 +124,8 @@ class RendezvousCommand:
     miss_y_m: float = 0.0  # receiver's y minus tanker's
     limited: bool = False  # the bank limit keeps the tanker off the receiver's track
     final_psi: float = math.pi  # [rad]
+    announced: int = 0  # SAY_* (missions/rendezvous/meeting.py) of this step
+    mirrored: bool = False  # the turn is flown to the right
     wait_s: float = kg.NEVER  # until the next phase is due; 1e9: not known to come
 
 
@@ -91,6 +136,8 @@ class RendezvousGuidance:
         self.p = p
         self.gp = guidance_vector(p)
         self.gs = np.zeros(kg.G_N)
+        self.mp, self.ms = meeting_vector(p.meeting), np.zeros(km.M_N)
+        self._own, self._other = np.zeros((2, 8)), np.zeros((2, 4))
         self._o, self._r, self._t, self._radii = np.zeros(8), np.zeros(4), np.zeros(kt.T_N), np.zeros(2)
         self.out = RendezvousCommand()
         self.reset()
@@ -98,13 +145,21 @@ class RendezvousGuidance:
     def reset(self) -> None:
         """Back to the approach."""
         kg.guidance_reset(self.gs, self.gp)
+        km.meeting_reset(self.ms)
         self.out = RendezvousCommand(speed=self.p.speed_mps)
 
     def step(
-        self, own: OwnState, mean: tuple[float, float, float, float], range_m: float, dt: float
+        self,
+        own: OwnState,
+        mean: tuple[float, float, float, float],
+        range_m: float,
+        dt: float,
+        spread: tuple[float, float] = (0.0, 0.0),
+        follow: bool = False,
     ) -> RendezvousCommand:
         """Advance by dt [s]: own state, estimate (x, v_x, y, v_y over ground), last measured slant range [m] (inf: none yet).
 
+        spread: sigma of x and y [m]; follow: the receiver has left its plan, its own course counts (both: `meeting` only).
         Not to be called before the estimate is valid. A number that is not finite leaves the last command standing.
         """
         sine = min(max(own.wind_y / self.p.speed_mps, -0.99), 0.99) if math.isfinite(own.wind_y) else 0.0
@@ -116,18 +171,29 @@ class RendezvousGuidance:
             return c
         self._o[:] = values
         self._r[:] = mean
-        kg.guidance_step(self.gs, self._o, self._r, range_m, dt, self.gp, self._t, self._radii)
-        g = self.gs
+        g, chi, side = self.gs, 0.0, 1.0
+        if self.p.meeting.on:
+            (o2, o3), (r2, r3) = self._own, self._other
+            c.announced = int(
+                km.meeting_step(
+                    self.ms, g, self._o, self._r, *spread, follow, range_m, dt, self.gp, self.mp, self._t, self._radii,
+                    o2, r2, o3, r3,
+                )
+            )  # fmt: skip
+            side, chi, delta = float(self.ms[km.M_SIDE]), float(self.ms[km.M_CHI]), float(o2[kt.O_DELTA])
+        else:
+            kg.guidance_step(g, self._o, self._r, range_m, dt, self.gp, self._t, self._radii)
         c.phase, c.bank, c.speed = PHASES[int(g[kg.G_PHASE])], float(g[kg.G_BANK]), float(g[kg.G_V])
         c.time_to_go_s, c.turn_time_s = float(g[kg.G_TTG]), float(g[kg.G_TURN_TIME])
         c.miss_x_m, c.miss_y_m, c.limited = float(g[kg.G_XM]), float(g[kg.G_YM]), bool(g[kg.G_LIMITED] > 0.0)
-        c.final_psi, c.wait_s = math.pi + delta, float(g[kg.G_WAIT])
+        c.mirrored, c.wait_s = side < 0.0, float(g[kg.G_WAIT])
+        c.final_psi = chi + side * (math.pi + delta)
         return c
 
     def get_state(self) -> np.ndarray:
-        """Copy of the state [13]."""
-        return self.gs.copy()
+        """Copy of the state [21]: turn law and meeting."""
+        return np.concatenate((self.gs, self.ms))
 
     def set_state(self, s: np.ndarray) -> None:
         """Restore a copy made by `get_state`."""
-        self.gs[:] = s
+        self.gs[:], self.ms[:] = s[: kg.G_N], s[kg.G_N :]

@@ -16,6 +16,7 @@ from flightsw.aircraft import Aircraft
 from flightsw.envelope import Envelope
 from flightsw.kernels.rotations import wrap_pi
 from flightsw.missions.base import Mission, MissionSpec, Order, Reports
+from flightsw.missions.rendezvous.announce import announcements
 from flightsw.missions.rendezvous.pilot import PilotParams, RendezvousPilot
 from flightsw.missions.rendezvous.reports import REPORTS, RendezvousState
 from flightsw.missions.rendezvous.track import ReceiverTrack, TrackParams
@@ -47,8 +48,14 @@ from flightsw.types import (
     Vec3,
 )
 
-INIT, RDV_APPROACH, RDV_TURN, RDV_ROLLOUT = 0, 13, 14, 15  # WKF_PHASE
-PHASE = {"approach": RDV_APPROACH, "turn": RDV_TURN, "rollout": RDV_ROLLOUT, "done": RDV_ROLLOUT}
+INIT, RDV_APPROACH, RDV_TURN, RDV_ROLLOUT, RDV_LEG = 0, 13, 14, 15, 26  # WKF_PHASE
+PHASE = {
+    "approach": RDV_APPROACH,
+    "turn": RDV_TURN,
+    "rollout": RDV_ROLLOUT,
+    "done": RDV_ROLLOUT,
+    "leg": RDV_LEG,
+}
 
 
 @dataclass(frozen=True)
@@ -131,7 +138,11 @@ class RendezvousMission(Mission[ActuatorModel]):
     def _rendezvous(self, f: SensorFrame, nav: NavState, dt: float) -> GuidanceCmd:
         o, pilot, r = self.out, self.pilot, self.met
         if nav.valid and r is not None:
-            pilot.step(self.track.own, r.mean if r.valid else None, r.range_m if r.valid else math.inf, dt)
+            e, seen = self.track.est, r.valid
+            range_m = r.range_m if seen else math.inf
+            c = pilot.step(self.track.own, r.mean if seen else None, range_m, dt, e.spread, e.out.left_plan)
+            self.said += announcements(c)
+            c.announced = 0
             if pilot.phase == "done":
                 self.track.closed = True  # the receiver leaves its plan now: it joins up
                 self.t_done_us = f.t_us if self.t_done_us < 0 else self.t_done_us
@@ -139,12 +150,12 @@ class RendezvousMission(Mission[ActuatorModel]):
                     return self._join(f, nav, dt)
             phase = PHASE[pilot.phase]
             if phase != o.phase:
-                o.phase, self.t_phase_us = phase, f.t_us
-                c = pilot.guid.out
+                after, o.phase, self.t_phase_us = o.phase, phase, f.t_us
                 o.reason = {
                     RDV_APPROACH: "approach, navigation valid",
                     RDV_TURN: f"turn, miss {c.miss_x_m / 1852.0:+.2f} {c.miss_y_m / 1852.0:+.2f} NM",
-                    RDV_ROLLOUT: "roll-out, course reached",
+                    RDV_ROLLOUT: "roll-out, course reached" if after != RDV_LEG else "leg over",
+                    RDV_LEG: f"leg, {c.miss_x_m / 1852.0:+.2f} {c.miss_y_m / 1852.0:+.2f} NM off",
                 }[phase]
                 self.said.append(Text(6, f"rendezvous: {o.reason}"[:50]))
         o.phase_t_s = (f.t_us - self.t_phase_us) * 1e-6
@@ -228,7 +239,7 @@ SPEC = MissionSpec(
     "sixdof",
     RendezvousMission,
     ActuatorModel,
-    phases=(INIT, RDV_APPROACH, RDV_TURN, RDV_ROLLOUT, LEG, TURN),
+    phases=(INIT, RDV_APPROACH, RDV_TURN, RDV_ROLLOUT, RDV_LEG, LEG, TURN),
     orders=(Order(MAV_CMD_DO_CHANGE_SPEED, "speed", frozenset((LEG, TURN)), besides=SPEED),),
     reports=REPORTS,
 )

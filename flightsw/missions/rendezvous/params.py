@@ -3,20 +3,39 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated
 
 import numpy as np
 
 from flightsw.missions.rendezvous import full_order as k8
 from flightsw.missions.rendezvous import range_filter as k3
-from flightsw.strict import OneOf, Range
+from flightsw.missions.rendezvous import range_rules as kr
+from flightsw.strict import ConfigError, OneOf, Range
 
 NM = 1852.0
 KN = 1852.0 / 3600.0
 FT = 0.3048
 
 ESTIMATORS = ("ekf3", "ekf7", "ekf8", "ukf8", "bank")
+
+
+@dataclass(frozen=True)
+class RangeRules:
+    """What becomes of ranges that do not fit (missions/rendezvous/range_rules.py). Zeros: none of it, as printed."""
+
+    believed: Annotated[int, Range(0, 10)] = 0  # ranges refused in a row, agreeing, that are believed; 0: never
+    early: Annotated[int, Range(0, 60)] = 4  # ranges after the first within which they mean a new start
+    agree_m: Annotated[float, Range(1.0)] = 1000.0  # between the innovations of two refused ranges that agree
+    repeat_m: Annotated[float, Range(0.0, 10.0)] = 0.0  # closer than this to the last range: stuck; 0: not judged
+    young_z: Annotated[float, Range(0.0, 8.0)] = (
+        0.0  # normal quantile at which a window not yet full warns; 0: it does not
+    )
+    open: bool = False  # a warning opens the estimate
+    open_vx_mps: Annotated[float, Range(0.0, 200.0)] = 15.0 * KN  # sigma added then
+    open_vy_mps: Annotated[float, Range(0.0, 200.0)] = 50.0 * KN
+    open_x_m: Annotated[float, Range(0.0, 5000.0)] = 100.0
+    open_y_m: Annotated[float, Range(0.0, 5000.0)] = 300.0
 
 
 @dataclass(frozen=True)
@@ -50,6 +69,14 @@ class RendezvousNavParams:
     window: Annotated[int, Range(2, 60)] = 6  # innovations judged together
     window_nis: Annotated[float, Range(1.0)] = 3.75  # mean NIS that warns: chi-square, 6 degrees, 1 in 1000
     window_drift: Annotated[float, Range(1.0)] = 10.83  # (sum of normalised innovations)^2/n: chi-square, 1 degree
+    rules: RangeRules = field(default_factory=RangeRules)
+
+    def __post_init__(self) -> None:
+        """Raises ConfigError where rules are asked of a filter that has none."""
+        if self.estimator == "ekf3" and (self.rules.believed or self.rules.repeat_m or self.rules.open):
+            raise ConfigError(
+                "estimator = 'ekf3': allowed with rules.believed = 0, rules.repeat_m = 0, rules.open = false"
+            )
 
 
 def three_vector(p: RendezvousNavParams, u: float) -> np.ndarray:
@@ -74,6 +101,20 @@ def eight_vector(p: RendezvousNavParams, u: float) -> np.ndarray:
     e[k8.E8_QY], e[k8.E8_SC], e[k8.E8_SY] = p.walk_m2ps, p.velocity_sigma_mps, p.drift_sigma_mps
     e[k8.E8_SA], e[k8.E8_SB] = p.altitude_sigma_m, p.range_bias_sigma_m
     return e
+
+
+def rules_vector(p: RendezvousNavParams) -> np.ndarray:
+    """Parameter vector rp of missions/rendezvous/range_rules.py."""
+    r, q = p.rules, np.zeros(kr.RP_N)
+    q[kr.RP_GATE], q[kr.RP_ROW], q[kr.RP_EARLY], q[kr.RP_AGREE] = p.gate_nis, r.believed, r.early, r.agree_m
+    q[kr.RP_STUCK], q[kr.RP_OPEN], q[kr.RP_YOUNG] = r.repeat_m, 1.0 if r.open else 0.0, r.young_z
+    q[kr.RP_OPEN_VX], q[kr.RP_OPEN_VY], q[kr.RP_OPEN_X], q[kr.RP_OPEN_Y] = (
+        r.open_vx_mps,
+        r.open_vy_mps,
+        r.open_x_m,
+        r.open_y_m,
+    )
+    return q
 
 
 def new_window(p: RendezvousNavParams) -> np.ndarray:

@@ -50,20 +50,27 @@ class RendezvousPilot:
 
     @property
     def phase(self) -> str:
-        """approach, turn, rollout, done."""
+        """approach, turn, rollout, leg, done."""
         return self.guid.out.phase
 
     def step(
-        self, own: OwnState, mean: tuple[float, float, float, float] | None, range_m: float, dt: float
+        self,
+        own: OwnState,
+        mean: tuple[float, float, float, float] | None,
+        range_m: float,
+        dt: float,
+        spread: tuple[float, float] = (0.0, 0.0),
+        follow: bool = False,
     ) -> RendezvousCommand:
-        """Advance by dt [s]; `mean`: estimate of the receiver, None before the first range (wings level)."""
+        """Advance by dt [s]; `mean`: estimate of the receiver, None before the first range (wings level); `spread`, `follow` as
+        of RendezvousGuidance.step."""
         p, c = self.p, self.guid.out
         if mean is not None:
             ahead = self._ahead(own)
             T = sum(h for _, h in self._given)
             x, vx, y, vy = mean
             there = (x + vx * T, vx, y + vy * T, vy)
-            c = self.guid.step(ahead, there, range_m, dt)
+            c = self.guid.step(ahead, there, range_m, dt, spread, follow)
         goal, speed = (c.bank, c.speed) if mean is not None else (0.0, p.guidance.speed_mps)
         d = math.radians(p.roll_rate_degps) * dt
         self.bank += min(max(goal - self.bank, -d), d)

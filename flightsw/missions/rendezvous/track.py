@@ -16,12 +16,18 @@ import numpy as np
 from flightsw.missions.rendezvous.estimator import RangeEstimator
 from flightsw.missions.rendezvous.frame import E_SIZE, OwnState, RendezvousFrame
 from flightsw.missions.rendezvous.params import ESTIMATORS, NM, RendezvousNavParams
+from flightsw.missions.rendezvous.range_rules import REFUSED, RESTARTED, STUCK, USED
 from flightsw.missions.rendezvous.reports import RendezvousState
 from flightsw.strict import Range
 from flightsw.types import UPD_RADAR, UPD_TACAN, NavState, SensorFrame, Text
 
 KEEP_S = 6.0  # [s] of own positions; an older reply is refused
 WARNING, NOTICE, INFO = 4, 5, 6
+VERDICTS = {  # what becomes of a range, where it is worth a word
+    REFUSED: Text(NOTICE, "TACAN: range refused"),
+    STUCK: Text(WARNING, "TACAN: range stands still, refused"),
+    RESTARTED: Text(WARNING, "TACAN: first range was bad, started again"),
+}
 
 
 @dataclass(frozen=True)
@@ -47,6 +53,8 @@ class TrackParams:
     sigma_y_m: Annotated[float, Range(1.0)] = 6.149 * NM
     radar_wait_s: Annotated[float, Range(0.0, 600.0)] = 5.0  # for a reading, before the first range counts
     wind_tau_s: Annotated[float, Range(0.1)] = 20.0  # smoothing of the own wind estimate
+    use_bearing: bool = True  # of a set that gives one
+    use_link: bool = True  # the receiver's own position, where it sends it
     lost_s: Annotated[float, Range(1.0)] = 35.0  # without a range: the crew is told
 
 
@@ -73,7 +81,7 @@ class ReceiverTrack:
         self._wind: tuple[float, float] | None = None
         self._radar: tuple[float, float] | None = None
         self._t_us = self._since_us = -1
-        self._lost = False
+        self._lost, self._verdict = False, USED
         self.closed = False  # the meeting is over: ranges are no longer fused, nor missed
         self._upper = np.triu_indices(E_SIZE)
 
@@ -147,6 +155,9 @@ class ReceiverTrack:
             return
         x, y, heading = then
         age = max((f.t_us - f.tacan_t_us) * 1e-6, 0.0)
+        los = None
+        if f.tacan_bearing is not None and self.p.use_bearing:
+            los = self.frame.line_of_sight(f.tacan_bearing, heading)
         if not self.ready:
             waited = f.t_us - self._since_us >= self.p.radar_wait_s * 1e6
             if self._radar is None and not waited:
@@ -157,20 +168,33 @@ class ReceiverTrack:
             if not self.ready:
                 return
             self.est.predict(age)
+            if los is not None or f.tacan_link is not None:
+                self.est.update(None, x, y, age, los, self._sent(f))
             self.texts.append(Text(INFO, f"TACAN: receiver at {distance / NM:.1f} NM"))
         else:
             self.est.set_wind(self.own.wind_x, self.own.wind_y)
-            los = None if f.tacan_bearing is None else self.frame.line_of_sight(f.tacan_bearing, heading)
             before = self.out.alarm
-            self.est.update(distance, x, y, age, los)
+            used = self.est.update(distance, x, y, age, los, self._sent(f))
+            verdict = self.est.out.verdict
+            if verdict != self._verdict and verdict in VERDICTS:  # told once while it lasts
+                self.texts.append(VERDICTS[verdict])
+            self._verdict = verdict
             if self.est.out.alarm and not before:
                 self.texts.append(Text(WARNING, "receiver not as planned: check course and speed"))
             elif before and not self.est.out.alarm:
                 self.texts.append(Text(NOTICE, "receiver: ranges fit the estimate again"))
+            if not used:
+                return
         o = self.out
         o.range_m, o.fix_us = distance, f.t_us
         w, at, _ = self.est.components()
         o.weights, o.xs, o.ys = (tuple(float(v) for v in a) for a in (w, *at.T))
+
+    def _sent(self, f: SensorFrame) -> tuple[float, float] | None:
+        """The receiver's own position [m] in R, where its data link sends one and it is used."""
+        if f.tacan_link is None or not self.p.use_link:
+            return None
+        return self.frame.to_r(*f.tacan_link)
 
     def _watch(self, f: SensorFrame) -> None:
         lost = self.ready and f.t_us - self.out.fix_us > self.p.lost_s * 1e6

@@ -95,6 +95,20 @@ def turn_point(
 
 
 @jit
+def join_lead(o: np.ndarray, r: np.ndarray, t: np.ndarray, tan_half: float, least: float) -> float:
+    """Time [s] a turn t [9] that the bank limit carries past the track starts earlier, so that the leg back ends in place.
+
+    A leg at angle theta over the cross-track miss y costs |y| tan(theta/2) along the track against an aircraft that flies
+    straight at the same speed: |y|/sin(theta) flown for |y|/tan(theta) gained. Misses below `least` [m] need no leg.
+    """
+    miss = abs(t[T_YM])
+    if t[T_LIMITED] == 0.0 or miss <= least:
+        return 0.0
+    closing = o[O_V] * math.cos(o[O_PSI]) + o[O_WX] - r[E_VX]
+    return miss * tan_half / (closing if closing > 1.0 else 1.0)
+
+
+@jit
 def closed_loop_bank(t: np.ndarray, k: float, v: float, phi_max: float, guard: bool, g: float) -> float:
     """Bank [rad] of the closed loop r_c = r_r + k x_m/dpsi (Rivard 62); k = 0 is the cross-track law.
 

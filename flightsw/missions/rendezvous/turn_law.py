@@ -18,6 +18,7 @@ from flightsw.missions.rendezvous.turn_geometry import (
     O_PHI,
     O_PSI,
     O_V,
+    O_WY,
     O_Y,
     SECOND,
     T_BANK,
@@ -28,6 +29,8 @@ from flightsw.missions.rendezvous.turn_geometry import (
     T_XM,
     T_YM,
     closed_loop_bank,
+    join_lead,
+    offset_for_bank,
     rollout_lead,
     turn_point,
     two_arcs,
@@ -56,7 +59,12 @@ GP_GUARD = 18  # 1: radius below the least one means full bank
 GP_NEAR = 19  # heading left below which two arcs give way to the cross-track law [rad]
 GP_SMOOTH = 20  # weight of unequal arcs [1/rad]
 GP_WEAVE, GP_WEAVE_HALF = 21, 22  # heading weave before the turn [rad], half period [s]
-GP_N = 23
+GP_OFFSET_BANK = 23  # [rad] bank whose half turn in the own wind sets the offset (Rivard 55); 0: GP_OFFSET
+GP_JOIN, GP_JOIN_FROM = (
+    24,
+    25,
+)  # tan of half the angle of a leg back to the track; cross-track miss it is flown from [m]
+GP_N = 26
 
 # state and output gs
 G_PHASE, G_BANK, G_V, G_TTG, G_XM, G_YM, G_LIMITED, G_TURN_TIME, G_WAIT, G_TIME, G_R1, G_R2, G_SINCE = range(13)
@@ -89,7 +97,10 @@ def heading_bank(error: float, v: float, gain: float, limit: float, g: float) ->
 def approach_bank(o: np.ndarray, r: np.ndarray, gs: np.ndarray, gp: np.ndarray) -> float:
     """Bank [rad] towards the wanted offset from the estimated track; the weave is added to the heading."""
     limit = gp[GP_STEER_MAX]
-    psi_c = gp[GP_STEER_GAIN] * (r[E_Y] - gp[GP_OFFSET] - o[O_Y])
+    offset = gp[GP_OFFSET]
+    if gp[GP_OFFSET_BANK] > 0.0:
+        offset = offset_for_bank(gp[GP_OFFSET_BANK], gp[GP_V], o[O_DELTA], o[O_WY], gp[GP_G])
+    psi_c = gp[GP_STEER_GAIN] * (r[E_Y] - offset - o[O_Y])
     psi_c = min(max(psi_c, -limit), limit)
     if gp[GP_WEAVE] > 0.0:
         psi_c += gp[GP_WEAVE] if int(gs[G_TIME] / gp[GP_WEAVE_HALF]) % 2 == 0 else -gp[GP_WEAVE]
@@ -137,6 +148,8 @@ def guidance_step(
         gs[G_TTG] = t[T_TTG]
         chart = int(gp[GP_LAW]) == CHART
         left = t[T_TTG] - gp[GP_LEAD]
+        if gp[GP_JOIN] > 0.0:
+            left -= join_lead(o, r, t, gp[GP_JOIN], gp[GP_JOIN_FROM])
         if (range_m <= gp[GP_CHART]) if chart else (left <= _EXACT):
             phase = TURN
             gs[G_TTG] = 0.0

@@ -36,7 +36,7 @@ OWN = {
     "LEG",
     "TURN",
 }
-OWN |= {"ENROUTE", "JOIN_UP", "RDV_APPROACH", "RDV_TURN", "RDV_ROLLOUT"}
+OWN |= {"ENROUTE", "JOIN_UP", "RDV_APPROACH", "RDV_TURN", "RDV_ROLLOUT", "RDV_LEG"}
 PHASE_NUMBERS = [v for v, name in PHASES.items() if name in OWN]
 SPEED: tuple[float, ...] = (
     0.0,

@@ -32,10 +32,17 @@ PHASES: dict[str, Color] = {
     "RDV_APPROACH": (70, 120, 150),
     "RDV_TURN": (200, 150, 60),
     "RDV_ROLLOUT": (150, 160, 70),
+    "RDV_LEG": (170, 120, 160),
 }
 MARGIN_M = 4000.0
 SHAPE_M, SHAPE_US = 3000.0, 500_000  # [m] drawn as long, [us] as often
-STATE_COLORS = {"approach": (70, 120, 150), "turn": (200, 150, 60), "roll-out": (150, 160, 70), "ahead": (60, 170, 80)}
+STATE_COLORS = {
+    "approach": (70, 120, 150),
+    "turn": (200, 150, 60),
+    "roll-out": (150, 160, 70),
+    "ahead": (60, 170, 80),
+    "leg": (170, 120, 160),
+}
 ALARM_COLORS = {"as planned": (55, 105, 70), "NOT AS PLANNED": (220, 60, 50), "no estimate": (110, 110, 110)}
 DEG = 180.0 / np.pi
 # path of a signal -> label, colour, width, whether in steps, factor

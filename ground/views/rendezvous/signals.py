@@ -13,7 +13,7 @@ from ground.views.refueling.aircraft import TANKER
 from ground.views.rendezvous.read import covariances, errors, nees3
 
 SOURCE = "rendezvous"
-STATES = ("approach", "turn", "roll-out", "ahead")
+STATES = ("approach", "turn", "roll-out", "ahead", "leg")
 DONE = 3  # WKF_RDV_PHASE
 NEVER_S = 1e6
 PLAN, MOVING = [0, 2], [1, 3]  # of est: x, y; v_x, v_y
@@ -43,7 +43,7 @@ def signals(run: Run) -> Iterator[Signal]:
     left = good.pick(good["phase"] < DONE)
     yield Signal(f"{guid}/bank", left.t_us, left["cmd_bank"].astype(np.float64), "rad", source=SOURCE)
     yield Signal(f"{guid}/miss", left.t_us, left["miss"].astype(np.float64), "m", XY, SOURCE)
-    phases = np.array([STATES[min(int(p), DONE)] for p in state["phase"]], dtype=object)
+    phases = np.array([STATES[min(int(p), len(STATES) - 1)] for p in state["phase"]], dtype=object)
     yield Signal(f"{guid}/phase", state.t_us, phases, source=SOURCE)
     words = np.select([state["valid"] == 0, state["alarm"] != 0], ["no estimate", "NOT AS PLANNED"], "as planned")
     yield Signal(f"{nav}/alarm", state.t_us, words.astype(object), source=SOURCE)

@@ -111,7 +111,7 @@ def fly(
     wk, k, nu, D = np.zeros((M, k8.H_SIZE)), np.zeros(8), np.zeros(2), np.zeros(k8.D_SIZE)
     mean8, C8, r4, P4 = np.zeros(8), np.zeros((8, 8)), np.zeros(4), np.zeros((4, 4))
     x3, P3, s, c, t4 = np.zeros(k3.S3_N), np.zeros((k3.S3_N, k3.S3_N)), np.zeros(8), np.zeros(5), np.zeros(13)
-    o, gs, turn, radii = np.zeros(8), np.zeros(kg.G_N), np.zeros(9), np.zeros(2)
+    o, gs, turn, radii, v2 = np.zeros(8), np.zeros(kg.G_N), np.zeros(9), np.zeros(2), np.zeros(2)
     e3, e8, q, w = e30.copy(), e80.copy(), q0.copy(), window0.copy()
     mdt, gdt, kind, tmax = sp[SP_MEAS], sp[SP_GUID], int(sp[SP_KIND]), sp[SP_TMAX]
     roll, lat, stamped = q0[tr.Q_ROLL], sp[SP_LATENCY], sp[SP_STAMPED] > 0.0
@@ -238,8 +238,9 @@ def fly(
                 continue
             # the estimate at the present
             if kind == 0 or sp[SP_TRUE] > 0.0:
-                v = p[tr.P_U] + s[1] + s[2]
-                r4[0], r4[1], r4[2], r4[3] = s[0] + v * (t - t_true), v, s[3] + s[4] * (t - t_true), s[4]
+                tr.manoeuvre_velocity(t_true, p, v2)
+                v, vy = p[tr.P_U] + s[1] + s[2] + v2[0], s[4] + v2[1]
+                r4[0], r4[1], r4[2], r4[3] = s[0] + v * (t - t_true), v, s[3] + vy * (t - t_true), vy
             elif kind == 1:
                 v = e3[k3.E3_U] + x3[k3.S3_V]
                 r4[E_X], r4[E_VX], r4[E_Y], r4[E_VY] = x3[k3.S3_X] + v * (t - t_f), v, x3[k3.S3_Y], 0.0

@@ -28,6 +28,11 @@ SEED_LAW = (
     "tanker.rendezvous.track.estimator.estimator=ekf3", "tanker.rendezvous.pilot.guidance.law=closed_loop",
     "tanker.rendezvous.pilot.guidance.steer=false", "tanker.rendezvous.pilot.guidance.trim_mps=0.0",
     "tanker.rendezvous.pilot.guidance.lead_s=0.0", "tanker.rendezvous.pilot.guidance.bank_min_deg=0.3",
+    "tanker.rendezvous.pilot.guidance.offset_bank_deg=0.0", "tanker.rendezvous.pilot.guidance.meeting.on=false",
+    "tanker.rendezvous.track.estimator.gate_nis=0.0", "tanker.rendezvous.track.estimator.window_nis=3.75",
+    "tanker.rendezvous.track.estimator.window_drift=10.83", "tanker.rendezvous.track.estimator.rules.believed=0",
+    "tanker.rendezvous.track.estimator.rules.repeat_m=0.0", "tanker.rendezvous.track.estimator.rules.young_z=0.0",
+    "tanker.rendezvous.track.estimator.rules.open=false",
 )  # fmt: skip
 
 

@@ -1,0 +1,145 @@
+"""Monte Carlo of the meeting with its rules: N flights of one geometry (named settings: geometry.py).
+
+Normals are those of mc.py's streams, long enough for a leg after the turn: rendezvous i of a seed meets the same receiver in
+every geometry.
+"""
+
+from __future__ import annotations
+
+import math
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from flightsw.missions.rendezvous.guidance import (
+    MeetingParams,
+    RendezvousGuidanceParams,
+    guidance_vector,
+    meeting_vector,
+)
+from flightsw.missions.rendezvous.params import (
+    RangeRules,
+    RendezvousNavParams,
+    eight_vector,
+    new_window,
+    rules_vector,
+)
+from hil_scripts.studies.rivard import geometry_kernel as gk
+from hil_scripts.studies.rivard.mc import BLOCK, KN, NM, SEED, RivardCase, Truth, truth_vectors
+from sim_plant.couplings import traffic_kernel as tr
+from sim_plant.rng import generator
+
+Array = np.ndarray
+RULES = RangeRules(believed=2, repeat_m=0.1, young_z=3.719, open=True)
+NAV = RendezvousNavParams(
+    estimator="bank", components=15, gate_nis=25.0, window_nis=4.64, window_drift=15.1, rules=RULES
+)
+GUIDANCE = RendezvousGuidanceParams(
+    law="two_arc", lead_s=-1.0, offset_bank_deg=24.56, meeting=MeetingParams(on=True)
+)  # the product's (flightsw/params/rendezvous.toml), without its aircraft's lag
+LOST_S = 35.0  # TrackParams.lost_s
+TRUTH = Truth(roll_rate_degps=5.0)
+
+
+@dataclass(frozen=True)
+class Fault:
+    """What the set does wrong from at_s on, for for_s [s]."""
+
+    at_s: float = math.inf
+    for_s: float = 1.0
+    add_m: float = 0.0
+    stuck: bool = False
+    silent: bool = False
+
+
+@dataclass(frozen=True)
+class GeometryCase:
+    """One setting. Positive offset: tanker to the right of the track (y < 0), as printed."""
+
+    nav: RendezvousNavParams = NAV
+    guid: RendezvousGuidanceParams = GUIDANCE
+    truth: Truth = TRUTH
+    fault: Fault = field(default_factory=Fault)
+    range_nm: float = 30.0
+    offset_nm: float = 9.6
+    heading_deg: float = 0.0  # of the tanker at the start, from towards the receiver, to the left
+    sigma_y_nm: float = 1.0
+    receiver_kn: float = 0.0  # faster than planned
+    perfect: bool = False
+    bearing_deg: float = 0.0
+    bearing_bias_deg: float = 0.0
+    link_m: float = 0.0
+    link_bias_m: float = 0.0
+    range_s: float = 10.0
+    guidance_s: float = 0.5
+    t_max_s: float = 1100.0
+
+
+def setting_vector(c: GeometryCase) -> Array:
+    """Setting vector sp of geometry_kernel.fly."""
+    s = np.zeros(gk.SP_N)
+    delta = math.asin(c.truth.wind_y_mps / (396.0 * KN))
+    s[gk.SP_MEAS], s[gk.SP_GUID], s[gk.SP_TMAX], s[gk.SP_PERFECT] = c.range_s, c.guidance_s, c.t_max_s, c.perfect
+    s[gk.SP_BEARING], s[gk.SP_BEARING_BIAS] = math.radians(c.bearing_deg), math.radians(c.bearing_bias_deg)
+    s[gk.SP_BEARING_R] = math.radians(c.nav.bearing_sigma_deg) ** 2
+    s[gk.SP_LINK], s[gk.SP_LINK_BIAS], s[gk.SP_LINK_R] = c.link_m, c.link_bias_m, c.nav.datalink_sigma_m**2
+    s[gk.SP_PSI0], s[gk.SP_Y0] = math.radians(c.heading_deg) - delta, -c.offset_nm * NM
+    s[gk.SP_YHAT], s[gk.SP_SIGY] = 0.0, c.sigma_y_nm * NM
+    s[gk.SP_SHIFT], s[gk.SP_SPAN] = float(c.nav.mean_shift), c.nav.grid_sigma
+    s[gk.SP_WX], s[gk.SP_WY], s[gk.SP_WIND_ERR] = c.truth.wind_x_mps, c.truth.wind_y_mps, c.truth.wind_error_mps
+    s[gk.SP_VR] = c.nav.receiver_mps
+    f = c.fault
+    s[gk.SP_FAULT0], s[gk.SP_FAULT1], s[gk.SP_ADD] = f.at_s, f.at_s + f.for_s, f.add_m
+    s[gk.SP_STUCK], s[gk.SP_SILENT], s[gk.SP_LOST] = f.stuck, f.silent, LOST_S
+    return s
+
+
+def run_geometry(case: GeometryCase, n: int, seed: int = SEED, workers: int = 1) -> Array:
+    """Rows [n, 19] (geometry_kernel.R_*) of meetings 0 to n - 1 of `seed`, SI.
+
+    Raises ValueError for n < 1 or workers < 1.
+    """
+    if n < 1 or workers < 1:
+        raise ValueError(f"n={n}, workers={workers}; allowed >= 1")
+    p, q = truth_vectors(
+        RivardCase(truth=case.truth, range_nm=case.range_nm, offset_nm=abs(case.offset_nm), sigma_y_nm=case.sigma_y_nm)
+    )
+    p[tr.P_U] -= case.receiver_kn * KN
+    sp, gp, mp, rp = (
+        setting_vector(case),
+        guidance_vector(case.guid),
+        meeting_vector(case.guid.meeting),
+        rules_vector(case.nav),
+    )
+    e, w, M = eight_vector(case.nav, 0.0), new_window(case.nav), case.nav.components
+    steps = int(case.t_max_s / case.range_s) + 6
+    rows = np.zeros((n, gk.R_N))
+
+    def block(b: int) -> None:
+        """Fly the meetings of block b that are asked for."""
+        lo, hi = b * BLOCK, min((b + 1) * BLOCK, n)
+        W = generator(seed, f"rendezvous.receiver.{b}").standard_normal((BLOCK, 8 + 4 * steps))[: hi - lo]
+        Z = generator(seed, f"rendezvous.sensors.{b}").standard_normal((BLOCK, 3 + 3 * steps))[: hi - lo]
+        V = generator(seed, f"rendezvous.tanker.{b}").standard_normal((BLOCK, 4))[: hi - lo]
+        gk.fly(W, Z, V, p, q, sp, e, gp, mp, rp, M, w, rows[lo:hi])
+
+    with ThreadPoolExecutor(workers) as pool:
+        list(pool.map(block, range((n - 1) // BLOCK + 1)))
+    return rows
+
+
+def changed(c: GeometryCase, **changes: object) -> GeometryCase:
+    """Copy of a setting with changes; `nav_x`, `guid_x`, `meet_x`, `truth_x` change field x of these parts."""
+    own: dict[str, object] = {}
+    parts: dict[str, dict[str, object]] = {"nav": {}, "guid": {}, "truth": {}, "meet": {}}
+    for key, value in changes.items():
+        head, _, tail = key.partition("_")
+        if head in parts and tail:
+            parts[head][tail] = value
+        else:
+            own[key] = value
+    guid = replace(c.guid, **parts["guid"])  # type: ignore[arg-type]
+    guid = replace(guid, meeting=replace(guid.meeting, **parts["meet"]))  # type: ignore[arg-type]
+    own |= {"nav": replace(c.nav, **parts["nav"]), "guid": guid, "truth": replace(c.truth, **parts["truth"])}  # type: ignore[arg-type]
+    return replace(c, **own)  # type: ignore[arg-type]
