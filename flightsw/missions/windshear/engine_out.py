@@ -27,6 +27,9 @@ class EngineOutParams:
     factor: Annotated[float, Range(0.1, 0.95)] = 0.8  # of the thrust commanded; surely below: an engine is out
     sigma: Annotated[float, Range(0.0, 10.0)] = 3.0  # that make it sure
     held_s: Annotated[float, Range(0.0, 10.0)] = 0.2  # for so long
+    least_kN: Annotated[float, Range(0.0, 100.0)] = (
+        15.0  # commanded: near idle nothing tells an engine from a bad reading
+    )
     back: Annotated[float, Range(0.5, 1.5)] = 0.9  # surely above: it is back
     gain_F: Annotated[float, Range(0.0, 1.0), IN_FLIGHT] = (
         0.05  # slow F below minus this: what is given will be taken back,
@@ -59,10 +62,12 @@ class EngineWatch:
         self.out = False
         self._since_s = 0.0
 
-    def step(self, x: Array, sigma: Array, dt: float) -> bool:
+    def step(self, x: Array, sigma: Array, commanded_kN: float, dt: float) -> bool:
         """Whether an engine is out, by the factor of thrust in the estimate x [25], sigma [25]; another filter knows none."""
         if len(x) <= k.K_T:
             return False
+        if commanded_kN < self.p.least_kN:
+            return self.out
         p, room = self.p, self.p.sigma * float(sigma[k.K_T])
         factor = float(x[k.K_T])
         other = factor - room > p.back if self.out else factor + room < p.factor

@@ -27,7 +27,7 @@ from flightsw.missions.windshear.model import (
     parameter_vector,
     process_covariance,
 )
-from flightsw.strict import OneOf, Range, changed
+from flightsw.strict import OneOf, Range
 
 Array = np.ndarray
 ALL = (1 << k.NY) - 1
@@ -68,10 +68,6 @@ class WindshearParams:
     def __post_init__(self) -> None:
         if self.states not in (13, k.NX, k.NE):
             raise ValueError(f"states = {self.states}; allowed: 13, 15, 25")
-        if self.states != k.NE and (idle := changed(self.errors, ErrorParams(), ())) is not None:
-            raise ValueError(
-                f"errors.{idle[0]} = {idle[1]!r}: nothing obeys it with states = {self.states}; allowed: 25"
-            )
         lo, hi = self.turbulence_range
         if self.adaptive and not 0.0 < lo <= self.turbulence <= hi:
             raise ValueError(f"turbulence = {self.turbulence}, range {lo} to {hi}; allowed: inside, > 0")

@@ -20,7 +20,7 @@ from flightsw.missions.windshear.actuators import ELEVATOR, THRUST, WindshearAct
 from flightsw.missions.windshear.control import PathLaw, make_law, use_law
 from flightsw.missions.windshear.estimator import WindshearEstimate, WindshearNav
 from flightsw.missions.windshear.guidance import LAWS, PHASES
-from flightsw.missions.windshear.model import MODES, PathDemand, approach_trim
+from flightsw.missions.windshear.model import MODES, PathDemand, approach_trim, parameter_vector
 from flightsw.missions.windshear.monitor import WindshearMonitor
 from flightsw.missions.windshear.path import make_path, use_path
 from flightsw.missions.windshear.readings import Readings
@@ -60,7 +60,7 @@ BLIND = "no estimate: full thrust, pitch held"
 
 
 class WindshearMission(Mission[WindshearActuators]):
-    """Components of the windshear mission and their order."""
+    """Components and their order."""
 
     watch = HF_IMU | HF_AIR | HF_ATT | HF_GNSS
     cruise = (75.0, 350.0)
@@ -91,7 +91,7 @@ class WindshearMission(Mission[WindshearActuators]):
         self._x, self._blind_s = np.zeros(len(self.nav.x)), 0.0
         self._phase_us = -1
         self._texts: list[Text] = []
-        self.supervision = Supervision(p.nav.trust, p.guid.engine_out, self.nav.errs)
+        self.supervision = Supervision(p.nav.trust, p.guid.engine_out, self.nav.errs, parameter_vector(ac))
 
     @property
     def saturated(self) -> bool:
@@ -113,13 +113,12 @@ class WindshearMission(Mission[WindshearActuators]):
         e = nav.step(z, ok & ~watch.mask, watch.in_force(act.now), dt)
         if e.valid and not self._valid:  # a start: no reading of the filter gives the place along the track
             psi, (north, east) = self.readings.psi, self.readings.pos_n
-            x0 = north * math.cos(psi) + east * math.sin(psi)
-            self.nav.place(x0)
-            e.x[k.X] = x0
+            e.x[k.X] = north * math.cos(psi) + east * math.sin(psi)
+            nav.place(float(e.x[k.X]))
         self._valid = e.valid
-        runs = self.monitor.step(z, ok, dt)
+        runs, thrust = self.monitor.step(z, ok, dt), float(act.now[k.TC])
         accused = runs and e.valid and self.monitor.compare(e.x, e.sigma, dt)
-        distrust = watch.step(z, ok, self.readings.satellite_m, e, accused, len(self.nav.gate.benched), dt)
+        distrust = watch.step(z, ok, self.readings.satellite_m, e, accused, len(nav.gate.benched), thrust, dt)
         self._texts += watch.texts()
         if distrust and self.guidance.phase not in GIVEN_UP and self.guidance.law != "continue":
             self.guidance.abort()
@@ -127,7 +126,7 @@ class WindshearMission(Mission[WindshearActuators]):
         before, cautions = self.guidance.phase, self.guidance.cautions
         demand = self.guidance.step(e.x, e.F, dt, e.valid)
         self._tell(before, self.guidance.cautions > cautions, e)
-        c = self._steer(e, z, ok, act.now[k.TC], demand, dt)
+        c = self._steer(e, z, ok, thrust, demand, dt)
         u = self._u
         u[ELEVATOR], u[THRUST] = c[k.DE], min(max(float(c[k.TC]), 0.0), self.full_kN) * 1e3
         g = self._guide(f.t_us, e)
@@ -210,11 +209,11 @@ class WindshearMission(Mission[WindshearActuators]):
     @property
     def reports(self) -> Reports:
         """The wind, the hazard in it, and what is done about it; errors learnt, where they are."""
-        if self._state is None:
-            return {}
-        if self.nav.errs is None:
-            return {WindshearState: self._state}
-        return {WindshearState: self._state, WindshearErrors: self.supervision.report(self._state, self.nav)}
+        s = self._state
+        out: Reports = {} if s is None else {WindshearState: s}
+        return (
+            out if s is None or self.nav.errs is None else out | {WindshearErrors: self.supervision.report(s, self.nav)}
+        )
 
     @property
     def faults(self) -> int:

@@ -11,6 +11,7 @@ from flightsw.missions.windshear import dynamics as k
 from flightsw.missions.windshear.engine_out import EngineOutParams, EngineWatch
 from flightsw.missions.windshear.errors import ErrorParams
 from flightsw.missions.windshear.estimator import WindshearEstimate, WindshearNav
+from flightsw.missions.windshear.lift_witness import LiftWitness
 from flightsw.missions.windshear.reports import WindshearErrors, WindshearState
 from flightsw.missions.windshear.trust import Trust, TrustParams
 from flightsw.types import HF_ENGINE, HF_NAV, Text
@@ -21,8 +22,9 @@ Array = np.ndarray
 class Supervision:
     """`step` once per sample after the estimate. `engine_out`; `why` the estimate is not trusted, "" while it is."""
 
-    def __init__(self, trust: TrustParams, engine: EngineOutParams, errors: ErrorParams | None) -> None:
-        """errors: of the filter that has such states; None: another."""
+    def __init__(self, trust: TrustParams, engine: EngineOutParams, errors: ErrorParams | None, par: Array) -> None:
+        """errors: of the filter that has such states; None: another. par [NP] (dynamics.py): the aircraft as believed."""
+        self.lift = LiftWitness(trust.lift_frac, trust.held_s, par)
         self.engines = EngineWatch(engine)
         self.trust = Trust(trust)
         self.why = ""
@@ -55,19 +57,22 @@ class Supervision:
         return self._before[0]
 
     def step(
-        self, z: Array, ok: int, satellite_m: float, e: WindshearEstimate, accused: bool, out: int, dt: float
+        self, z: Array, ok: int, satellite_m: float, e: WindshearEstimate, accused: bool, out: int, commanded_kN: float,
+        dt: float,
     ) -> bool:  # fmt: skip
         """One sample, as Trust.step; accused: the monitor's wind differs. Whether trust has just gone."""
         if accused and not self.accused:
             self._texts.append(Text(4, "wind of estimator and monitor differ"))
         self.accused = accused
         if e.valid:
-            self._engines(e, dt)
+            self._engines(e, commanded_kN, dt)
         if not (self.trust.p.on and e.valid):
             return False
         nis = e.nis / e.channels if e.channels > 0 else math.nan
         why = self.trust.step(z, ok, satellite_m, e.x, e.sigma, nis, out, dt)
         why = why or ("monitor sees another wind" if accused else "")
+        odd = self.lift.step(z, ok, float(e.x[k.T]), dt)
+        why = why or ("airspeed and incidence contradict the lift" if odd else "")
         self._texts += [Text(4, text) for text in self.trust.texts]
         self.trust.texts = []
         lost = bool(why) and not self.why
@@ -78,9 +83,9 @@ class Supervision:
         self.why = why
         return lost
 
-    def _engines(self, e: WindshearEstimate, dt: float) -> None:
+    def _engines(self, e: WindshearEstimate, commanded_kN: float, dt: float) -> None:
         was = self.engines.out
-        out = self.engines.step(e.x, e.sigma, dt)
+        out = self.engines.step(e.x, e.sigma, commanded_kN, dt)
         if out and not was:
             self._texts.append(Text(2, f"engine out: {round(100.0 * float(e.x[k.K_T]))} % of the thrust commanded"))
         elif was and not out:

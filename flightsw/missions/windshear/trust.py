@@ -21,6 +21,7 @@ from flightsw.strict import Range
 Array = np.ndarray
 HEIGHTS = ("barometer", "satellite height", "radio altimeter")
 BARO, SATELLITE, RADIO_SET = range(3)
+SET_S = 3.0  # [s] of both
 VITAL = (*START, k.Y_RA)  # readings whose absence is said
 
 
@@ -29,8 +30,10 @@ class TrustParams:
     """[nav.trust]: when the estimate is no longer flown by. Tolerances are of fixed errors, not of noise."""
 
     on: bool = False
-    baro_m: Annotated[float, Range(1.0)] = 80.0
-    satellite_m: Annotated[float, Range(1.0)] = 20.0
+    baro_m: Annotated[float, Range(1.0)] = 10.0  # since the start, when it is set by the satellites
+    baro_start_m: Annotated[float, Range(1.0)] = 100.0  # most it may be off then
+    satellite_m: Annotated[float, Range(1.0)] = 12.0
+    lift_frac: Annotated[float, Range(0.01, 1.0)] = 0.08  # airspeed as read against that of the lift, since the start
     radio_m: Annotated[float, Range(1.0)] = 6.0
     radio_frac: Annotated[float, Range(0.0, 0.5)] = 0.04
     held_s: Annotated[float, Range(0.0, 30.0)] = 1.0  # for which a witness must differ, or sigma exceed its limit
@@ -56,6 +59,7 @@ class Trust:
         self._seen = 0
         self._nis = 1.0
         self._odd = -1
+        self._baro_off_m, self._baro_s = 0.0, 0.0
 
     def step(
         self, z: Array, ok: int, satellite_m: float, x: Array, sigma: Array, nis: float, out: int, dt: float
@@ -97,7 +101,13 @@ class Trust:
         """The three witnesses as last read, and which of them differs from the other two."""
         h = self._h
         if ok >> k.Y_H & 1:
-            h[BARO] = float(z[k.Y_H])
+            if math.isfinite(satellite_m) and self._baro_s < SET_S:
+                self._baro_s += dt
+                off = min(max(float(z[k.Y_H]) - satellite_m, -self.p.baro_start_m), self.p.baro_start_m)
+                self._baro_off_m += (off - self._baro_off_m) * min(dt / self._baro_s, 1.0)
+            h[BARO] = float(z[k.Y_H]) - self._baro_off_m
+        elif self._missing_s[k.Y_H] > self.p.missing_s:
+            h[BARO] = math.nan
         if math.isfinite(satellite_m):
             h[SATELLITE] = satellite_m
         h[RADIO_SET] = float(z[k.Y_RA]) if ok & RADIO else (h[RADIO_SET] if self._missing_s[k.Y_RA] < 0.5 else math.nan)
