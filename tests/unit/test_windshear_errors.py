@@ -16,6 +16,7 @@ from flightsw.missions.windshear.engine_out import EngineOutParams, EngineWatch,
 from flightsw.missions.windshear.errors import ErrorParams, fading
 from flightsw.missions.windshear.estimator import ALL as READINGS
 from flightsw.missions.windshear.estimator import RADIO, WindshearNav, WindshearParams, start_sigma
+from flightsw.missions.windshear.lift_witness import LiftWitness
 from flightsw.missions.windshear.model import PathDemand, parameter_vector
 from flightsw.missions.windshear.trust import Trust, TrustParams
 from flightsw.types import HF_ENGINE
@@ -172,6 +173,30 @@ def test_two_heights_are_judged_by_the_third() -> None:
     assert judged(t, 205.0, 203.0, 200.0, 200.0) == "" and t.mask == 0
     assert judged(t, 205.0, 203.0, 120.0, 200.0) == "" and t.mask == RADIO
     assert judged(Trust(TrustParams(on=True)), 205.0, 203.0, 200.0, 90.0) == "height contradicted by two instruments"
+
+
+def test_airspeed_that_stands_still_is_told_by_the_lift() -> None:
+    """Level flight with the lift of the model, 7 % of it unknown: as read and by lift agree, then the true airspeed falls."""
+    p = parameter_vector(twinjet())
+    w = LiftWitness(0.08, 1.0, p)
+    z, ok = np.zeros(k.NZ), READINGS
+    told = []
+    for i in range(2000):
+        V = 80.0 - max(i * DT - 15.0, 0.0)
+        need = p[k.P_M] * p[k.P_G] / (0.93 * 0.5 * p[k.P_RHO] * p[k.P_S] * V * V)
+        z[k.Y_VA], z[k.Y_AL] = 80.0, (need - p[k.P_L0]) / p[k.P_LA]
+        told.append(w.step(z, ok, 0.0, DT))
+    first = told.index(True) * DT
+    assert 15.0 + 6.0 < first < 15.0 + 11.0
+
+
+def test_a_vital_reading_that_is_missing_gives_the_approach_up() -> None:
+    f = flight(3, *CLEAN)
+    f.fly(8.0)
+    f.inject(Event(8.0, "off", WHO, sensor="air", channel="alpha"))
+    f.fly(10.0)
+    assert f.given_up and f.seen.first("no reading of alpha") < 9.3
+    assert f.seen.first("estimate not trusted: without alpha") < 9.3
 
 
 def test_printed_filters_keep_their_bytes() -> None:
