@@ -197,7 +197,7 @@ class FlightApp:
         """What inputs, navigation and the aircraft itself have to say, into the health report and `texts`."""
         h, r, c = self.health.out, self.mission.refusals, self.condition
         c.step(self.nav, self.mission.saturated, dt)
-        h.condition = c.flags | (HF_UPSET if self.mission.recovering else 0)
+        h.condition = c.flags | self.mission.faults | (HF_UPSET if self.mission.recovering else 0)
         if r is not None:
             h.held, h.kept_out, h.refused, h.ratios = r.flags, r.mask, r.counts, r.ratios
         for source in (self.health, c) if r is None else (self.health, r, c):

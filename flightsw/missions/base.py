@@ -113,6 +113,11 @@ class Mission(Protocol[ActIn]):
         return False
 
     @property
+    def faults(self) -> int:
+        """HF_* flags of what the mission itself finds wrong, beside its sensors."""
+        return 0
+
+    @property
     def may_watch(self) -> int:
         """HF_* flags it depends on at one time or another."""
         return self.watch

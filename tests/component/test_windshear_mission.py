@@ -38,7 +38,7 @@ CALM = TwinJetAir(MICROBURSTS["none"], 0.5, 0.4)
 
 
 def make(**over: object) -> FlightApp:
-    cfg = load_flight(PARAMS / "windshear.toml", {key.replace("__", "."): v for key, v in over.items()})
+    cfg = load_flight(PARAMS / "windshear_paper.toml", {key.replace("__", "."): v for key, v in over.items()})
     a = cfg.app
     return FlightApp(
         a.mission, a.aircraft, cfg.tables, base_rate_hz=a.base_rate_hz, mission_rate_hz=a.mission_rate_hz,

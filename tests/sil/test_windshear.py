@@ -7,12 +7,14 @@ from pathlib import Path
 
 import pytest
 
+from flightsw.types import HF_ENGINE
 from ground.columns import load
 from tests.sil.launch import apart, sil, summary
 
 SECONDS = 4.0
 LOGS = ("link_twinjet.tlog", "tlm.tlog", "truth.tlog")
 KEY = "windshear.twinjet."
+CLEAN = ("--set", "plant.aircraft.twinjet.plant.burst.outflow_mps=0")
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +31,8 @@ def runs(tmp_path_factory: pytest.TempPathFactory, next_port_offset: Callable[[]
 
 
 def fly(out: Path, duration_s: float, *flags: object) -> dict[str, object]:
-    ended = sil("run", "windshear", "--duration", duration_s, "--in-process", "--no-rrd", "--out", out, *flags)
+    """With the source's sensors: what the filters find is not the airspeed's error."""
+    ended = sil("run", "windshear_paper", "--duration", duration_s, "--in-process", "--no-rrd", "--out", out, *flags)
     assert ended.code == 0, ended.text
     return summary(out)
 
@@ -88,6 +91,30 @@ def test_an_aircraft_that_is_lost_leaves_whole_logs_and_figures(tmp_path: Path, 
     for log in LOGS:
         assert (tmp_path / "one" / log).read_bytes() == (tmp_path / "many" / log).read_bytes(), log
     assert sil("replay", tmp_path / "one").code == 0
+
+
+def test_an_engine_that_stops_is_told_on_the_wire(tmp_path: Path) -> None:
+    event = '[{t_s=3.0, kind="engine_off", target="twinjet", index=1}]'
+    flags = (
+        "--duration",
+        9.0,
+        "--in-process",
+        "--no-rrd",
+        "--out",
+        tmp_path / "run",
+        *CLEAN,
+        "--set",
+        f"plant.event={event}",
+    )
+    assert sil("run", "windshear", *flags).code == 0
+    tlm = load(tmp_path / "run" / "tlm.tlog")
+    learnt, health = tlm.get(5, "WINDSHEAR_ERRORS"), tlm.get(5, "HEALTH_STATUS")
+    assert learnt is not None and health is not None
+    out = learnt["flags"].astype(int) & 1
+    told_s = learnt.t_us[int(out.argmax())] * 1e-6
+    assert out[-1] == 1 and 3.3 < told_s < 6.5
+    assert int(health["failed"][-1]) & HF_ENGINE and not int(health["failed"][0]) & HF_ENGINE
+    assert learnt["est"][-1, 5] == pytest.approx(0.5, abs=0.15)  # factor of the thrust commanded
 
 
 def test_wrong_lift_and_drag_of_the_plant_are_learnt(tmp_path: Path) -> None:

@@ -31,7 +31,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The approach and the begin of the escape, with a radio altimeter, which moves nothing."""
     out = tmp_path_factory.mktemp("ws") / "run"
     radio = ("--set", "plant.sensors.twinjet.radalt.grade=tactical")
-    ended = sil("run", "windshear", "--duration", SECONDS, "--in-process", "--no-rrd", *radio, "--out", out)
+    ended = sil("run", "windshear_paper", "--duration", SECONDS, "--in-process", "--no-rrd", *radio, "--out", out)
     assert ended.code == 0, ended.text
     return out
 

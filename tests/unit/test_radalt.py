@@ -26,7 +26,7 @@ ME = "sensors.twinjet.radalt"
 
 def fly(over: dict[str, Any], seconds: float = 4.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Stamps [us], readings and true heights of their time [m] of the radio altimeter in trimmed flight."""
-    w = World(load_scenario("windshear", over), 1)
+    w = World(load_scenario("windshear_paper", over), 1)
     cmds = [w.trim_cmd(0)]
     true, got = {}, []
     for _ in range(round(seconds * w.rate_hz)):
@@ -45,7 +45,7 @@ def test_paper_has_none_and_its_keys_are_refused_there() -> None:
     assert len(fly({"sensors.twinjet.grade": "tactical", f"{ME}.grade": "paper"}, 0.2)[0]) == 0
     for key in ("rate_hz", "range_max_m", "latency_ms"):
         with pytest.raises(ConfigError, match=rf"radalt.{key} = 10.0: nothing obeys it on an aircraft that carries"):
-            load_scenario("windshear", {f"{ME}.{key}": 10.0})
+            load_scenario("windshear_paper", {f"{ME}.{key}": 10.0})
     with pytest.raises(ConfigError, match="on an aircraft that carries"):
         load_scenario("refueling", {"sensors.receiver.radalt.grade": "mems"})
 

@@ -25,7 +25,7 @@ PLANT = "aircraft.twinjet.plant"
 
 
 def windshear(over: dict[str, Any] | None = None) -> Scenario:
-    return load_scenario("windshear", over or {})
+    return load_scenario("windshear_paper", over or {})
 
 
 def test_the_world_flies_the_aircraft_of_the_pure_plant() -> None:

@@ -1,9 +1,9 @@
 """Jet transport in the vertical plane with wind and its rates as states, in air-path axes, for estimators.
 
-State x [13 or 15]: x [m], h [m], Va [m/s], gamma, alpha [rad], q [rad/s], T [kN], w_x, w_h [m/s], their first and second rates;
-with 15 states also the scales of lift and drag. w_x > 0 tail wind, w_h > 0 updraught. Controls u [2]: commanded thrust [kN],
-elevator [rad] (positive pitches down). Jing et al. (2007) (1)-(6), (23), (26)-(28) corrected as in jing.md section 5.
-"""
+State x [13, 15 or 25]: x [m], h [m], Va [m/s], gamma, alpha [rad], q [rad/s], T [kN], w_x, w_h [m/s], their first and second
+rates; with 15 states also the scales of lift and drag, with 25 what the instruments and the aircraft are in error by (NX .. NE).
+w_x > 0 tail wind, w_h > 0 updraught. Controls u [2]: commanded thrust [kN], elevator [rad] (positive pitches down). Jing et al.
+(2007) (1)-(6), (23), (26)-(28) corrected as in jing.md section 5."""
 
 from __future__ import annotations
 
@@ -14,12 +14,19 @@ import numpy as np
 from flightsw.kernels.jit import jit
 
 (X, H, VA, GA, AL, Q, T, WX, WH, WXD, WHD, WXDD, WHDD, KL, KD, NX) = range(16)
+# offsets of the accelerations along x and up [m/s^2], of incidence [rad], climb rate [m/s] and barometer [m]; factors of the
+# thrust commanded and of the pitching moment; radio altimeter's factor less one; airspeed [m/s] and incidence [rad] as their
+# instruments, which lag, have followed
+(B_AX, B_AH, B_AL, B_HD, B_H, K_T, K_M, K_R, L_VA, L_AL, NE) = range(NX, NX + 11)
 TC, DE, NU = 0, 1, 2
 (Y_H, Y_VG, Y_VA, Y_AL, Y_TH, Y_Q, Y_HD, Y_XDD, Y_HDD, NY) = range(10)
+Y_RA, NZ = NY, NY + 1  # height by radio, which only a filter with 25 states takes
 (W_RATE, W_MID, W_N) = range(3)  # workspace of a midpoint step: slope, state half-way
-# parameter vector: inertia and geometry, lift, drag, moment, engine, scales of lift and drag where they are not states
+# parameter vector: inertia and geometry, lift, drag, moment, engine, scales of lift and drag where they are not states, decay of
+# the wind's first and second rates [1/s], lag of airspeed and vane [s] (0: none)
 (P_M, P_S, P_C, P_I, P_RHO, P_G, P_L0, P_LA, P_LE, P_A1, P_A2, P_D0, P_DK, P_DS, P_M0, P_MA, P_MQ, P_ME, P_TAU, P_T0, P_TV,
- P_TI, P_KL, P_KD, P_FALL, P_FALL_RAD, NP) = range(27)  # fmt: skip
+ P_TI, P_KL, P_KD, P_FALL, P_FALL_RAD, P_FADE1, P_FADE2, P_LAGV,
+ P_LAGA, NP) = range(31)  # fmt: skip
 
 
 @jit
@@ -86,7 +93,8 @@ def path_rates(x: np.ndarray, kl: float, kd: float, de: float, p: np.ndarray) ->
 
 @jit
 def rates(x: np.ndarray, u: np.ndarray, p: np.ndarray, out: np.ndarray) -> None:
-    """out [n] <- dx/dt of x [n], n = 13 (scales from p) or 15 (scales are states), under controls u [2], without noise."""
+    """out [n] <- dx/dt of x [n], n = 13 (scales from p), 15 (scales are states) or 25 (errors too), under controls u [2], without
+    noise."""
     n = x.shape[0]
     kl, kd = p[P_KL], p[P_KD]
     if n > KD:
@@ -103,6 +111,17 @@ def rates(x: np.ndarray, u: np.ndarray, p: np.ndarray, out: np.ndarray) -> None:
     out[WXD], out[WHD] = x[WXDD], x[WHDD]
     for i in range(WXDD, n):
         out[i] = 0.0
+    if n > NX:
+        out[Q] *= x[K_M]
+        out[T] = (x[K_T] * u[TC] - x[T]) / p[P_TAU]
+        if p[P_LAGV] > 0.0:
+            out[L_VA] = (x[VA] - x[L_VA]) / p[P_LAGV]
+        if p[P_LAGA] > 0.0:
+            out[L_AL] = (x[AL] - x[L_AL]) / p[P_LAGA]
+    if p[P_FADE1] > 0.0 or p[P_FADE2] > 0.0:
+        for i in range(2):
+            out[WXD + i] -= p[P_FADE1] * x[WXD + i]
+            out[WXDD + i] -= p[P_FADE2] * x[WXDD + i]
 
 
 @jit
@@ -123,7 +142,7 @@ def propagate(XX: np.ndarray, u: np.ndarray, p: np.ndarray, dt: float, W: np.nda
 def measure(XX: np.ndarray, codes: np.ndarray, m: int, u: np.ndarray, p: np.ndarray, Y: np.ndarray) -> None:
     """Y [k,>=m] <- the m channels `codes` (Y_H ..) of every row of XX [k,n] with controls u in force.
 
-    The wind rates cancel in the inertial accelerations; lift and drag enter instead.
+    The wind rates cancel in the inertial accelerations; lift and drag enter instead. With 25 states each reading has its error.
     """
     n = XX.shape[1]
     for r in range(XX.shape[0]):
@@ -147,6 +166,8 @@ def measure(XX: np.ndarray, codes: np.ndarray, m: int, u: np.ndarray, p: np.ndar
                 v = x[Q]
             elif c == Y_HD:
                 v = x[VA] * sg + x[WH]
+            elif c == Y_RA:
+                v = x[H]
             else:
                 if not known:
                     kl, kd = p[P_KL], p[P_KD]
@@ -158,7 +179,27 @@ def measure(XX: np.ndarray, codes: np.ndarray, m: int, u: np.ndarray, p: np.ndar
                     ah = (1e3 * x[T] * math.sin(theta) - drag * sg + lift * cg) / p[P_M] - p[P_G]
                     known = True
                 v = ax if c == Y_XDD else ah
+            if n > NX:
+                v = misread(v, c, x, p)
             Y[r, j] = v
+
+
+@jit
+def misread(v: float, c: int, x: np.ndarray, p: np.ndarray) -> float:
+    """The reading of channel c that the state x [25] makes of what it measures, v."""
+    if c == Y_VA:
+        return x[L_VA] if p[P_LAGV] > 0.0 else v
+    if c == Y_RA:
+        return v * (1.0 + x[K_R])
+    if c == Y_XDD:
+        return v + x[B_AX]
+    if c == Y_HDD:
+        return v + x[B_AH]
+    if c == Y_AL:
+        return (x[L_AL] if p[P_LAGA] > 0.0 else v) + x[B_AL]
+    if c == Y_HD:
+        return v + x[B_HD]
+    return v + x[B_H] if c == Y_H else v
 
 
 @jit

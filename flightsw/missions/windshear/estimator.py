@@ -1,8 +1,8 @@
 """State of the jet transport and the wind along its path: discrete EKF, UKF and square-root cubature filters.
 
-13 states as in Jing et al. (2007) (24), (26), or 15 with the scales of lift and drag (the default: a wrong aerodynamic model is
-learnt instead of being covered by fictitious noise). Sampled form: the continuous one of seed (39)-(43) does not survive sensors
-this exact at 50 Hz.
+13 states as in Jing et al. (2007) (24), (26), 15 with the scales of lift and drag (the default: a wrong aerodynamic model is
+learnt instead of being covered by fictitious noise), or 25 with the errors of instruments, thrust and moment (errors.py). Sampled
+form: the continuous one of seed (39)-(43) does not survive sensors this exact at 50 Hz.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from flightsw.filters.covariance import chol_psd
 from flightsw.filters.factory import make_filter
 from flightsw.filters.gating import ChannelGate
 from flightsw.missions.windshear import dynamics as k
+from flightsw.missions.windshear.errors import ErrorParams, extended, fading, raise_cold, with_errors
 from flightsw.missions.windshear.model import (
     DEG,
     WindshearNoise,
@@ -30,9 +31,10 @@ from flightsw.strict import OneOf, Range
 
 Array = np.ndarray
 ALL = (1 << k.NY) - 1
+RADIO = 1 << k.Y_RA
 NO_ACCELEROMETERS = ALL & ~(1 << k.Y_XDD | 1 << k.Y_HDD)
 START = (k.Y_H, k.Y_VG, k.Y_VA, k.Y_AL, k.Y_TH, k.Y_Q, k.Y_HD)  # readings a cold start needs
-NAMES = ("h", "Vg", "Va", "alpha", "theta", "q", "h'", "x''", "h''")
+NAMES = ("h", "Vg", "Va", "alpha", "theta", "q", "h'", "x''", "h''", "radio height")
 
 
 @dataclass(frozen=True)
@@ -40,7 +42,7 @@ class WindshearParams:
     """Tuning of WindshearNav."""
 
     filter: Annotated[str, OneOf(("ekf", "ukf", "srckf", "srukf"))] = "ekf"
-    states: Annotated[int, Range(13, 15)] = 15
+    states: Annotated[int, Range(13, k.NE)] = 15
     # scales of lift and drag: as believed at the start, and for good with 13 states
     lift_scale: Annotated[float, Range(0.5, 2.0)] = 1.0
     drag_scale: Annotated[float, Range(0.5, 2.0)] = 1.0
@@ -61,10 +63,11 @@ class WindshearParams:
     channel_gate: Annotated[float, Range(1.0)] = 6.0  # sigma of its innovation above which one reading is refused
     channels_most: Annotated[int, Range(1, k.NY)] = 3  # out at once; beyond, the filter is in doubt
     start_scale_sigma: Annotated[float, Range(0.0, 1.0)] = 0.1
+    errors: ErrorParams = field(default_factory=ErrorParams)  # of 25 states
 
     def __post_init__(self) -> None:
-        if self.states not in (13, 15):
-            raise ValueError(f"states = {self.states}; allowed: 13, 15")
+        if self.states not in (13, k.NX, k.NE):
+            raise ValueError(f"states = {self.states}; allowed: 13, 15, 25")
         lo, hi = self.turbulence_range
         if self.adaptive and not 0.0 < lo <= self.turbulence <= hi:
             raise ValueError(f"turbulence = {self.turbulence}, range {lo} to {hi}; allowed: inside, > 0")
@@ -79,8 +82,8 @@ def start_sigma(p: WindshearParams) -> Array:
 
 @dataclass(frozen=True)
 class WindshearEstimate:
-    """x [15] and 1-sigma [15] (dynamics.py; with 13 states the scales are the believed ones), hazard index F, NIS of the
-    step over `channels` readings. `reason`: why it is not valid, or which readings it does without."""
+    """x and 1-sigma, [15] or with 25 states [25] (dynamics.py; with 13 states the scales are the believed ones), hazard index F,
+    NIS of the step over `channels` readings. `reason`: why it is not valid, or which readings it does without."""
 
     valid: bool
     reason: str
@@ -92,7 +95,7 @@ class WindshearEstimate:
 
 
 class WindshearNav:
-    """`step` once per sample. `x` [15] is the present estimate, `P` [n,n] its covariance (n = 13 or 15)."""
+    """`step` once per sample. `x` [15 or 25] is the present estimate, `P` [n,n] its covariance (n = 13, 15 or 25)."""
 
     def __init__(self, p: WindshearParams | None = None, ac: TwinJet | None = None) -> None:
         """ac: record of the aircraft (default: as published). Raises ValueError for parameters no filter can run."""
@@ -100,19 +103,23 @@ class WindshearNav:
         ac = ac or twinjet()
         self._g = ac.air.gravity_mps2
         self.n = n = p.states
+        self.errs = errs = p.errors if n == k.NE else None
         self._par = parameter_vector(ac, p.lift_scale, p.drag_scale)
         self._r9 = p.sensors.sigmas()
-        self.f = make_filter(p.filter, n, k.NY, n + 2, alpha=p.spread if p.filter == "ukf" else 1.0)
+        self.f = make_filter(p.filter, n, k.NZ, n + 2, alpha=p.spread if p.filter == "ukf" else 1.0)
         lo, hi = p.turbulence_range
         self.adapter = NoiseAdapter(p.turbulence, k.WX, 2, AdaptParams(q_min=lo, q_max=hi)) if p.adaptive else None
-        self.gate = ChannelGate(k.NY, p.channel_gate, p.channels_most)
-        self._codes = np.zeros(k.NY, dtype=np.int64)
-        self._y, self._r = np.zeros(k.NY), np.zeros(k.NY)
+        self.gate = ChannelGate(k.NZ, p.channel_gate, p.channels_most)
+        self._codes = np.zeros(k.NZ, dtype=np.int64)
+        self._y, self._r = np.zeros(k.NZ), np.zeros(k.NZ)
         self._W = np.zeros((2, n))
         self._SQ, self._dt = np.zeros((n, n)), 0.0
-        self.x = np.zeros(k.NX)
+        self.x = np.zeros(max(n, k.NX))
         self.x[k.KL], self.x[k.KD] = p.lift_scale, p.drag_scale
-        self._sigma = np.zeros(k.NX)
+        if errs is not None:
+            self.x[k.NX : k.L_VA] = errs.start()[0]
+            fading(self._par, errs)
+        self.sigma = np.zeros(len(self.x))  # as last published
         self.started = False
         self.restarts = 0
         self._refused = 0
@@ -128,7 +135,10 @@ class WindshearNav:
         return self.f.P
 
     def start(self, x: Array, sigma: Array) -> None:
-        """Begin from the mean x [15] and independent 1-sigma [15]; entries beyond the filter's states are ignored."""
+        """Begin from the mean x [15 or 25] and independent 1-sigma of the same length; entries beyond the filter's states are
+        ignored, error states that are missing begin as by default."""
+        if self.errs is not None and len(x) < k.NE:
+            x, sigma = extended(x, sigma, self.errs)
         self.x[: self.n] = x[: self.n]
         self.f.x[:] = x[: self.n]
         self.f.set_factor(np.diag(np.asarray(sigma, dtype=float)[: self.n]))
@@ -138,7 +148,8 @@ class WindshearNav:
         self.started, self._refused = True, 0
 
     def step(self, z: Array, ok: int, u: Array, dt: float) -> WindshearEstimate:
-        """One sample: readings z [9] (h, Vg, Va, alpha, theta, q, h', x'', h''; SI, rad), bit c of `ok` set where z[c] is usable.
+        """One sample: readings z [9 or 10] (h, Vg, Va, alpha, theta, q, h', x'', h'', height by radio; SI, rad), bit c of `ok`
+        set where z[c] is usable.
 
         u [2]: thrust command [kN] and elevator [rad] in force since the previous sample, dt [s] ago, and still at this one.
         """
@@ -164,17 +175,22 @@ class WindshearNav:
         return self._correct(m, u, dt)
 
     def _read(self, z: Array, ok: int) -> int:
-        ok &= self.p.channels
+        e = self.errs
+        ok &= self.p.channels if e is None else self.p.channels | RADIO
         m = 0
         for c in range(k.NY):
             if ok >> c & 1 and math.isfinite(z[c]):
                 self._codes[m], self._y[m], self._r[m] = c, z[c], self._r9[c]
                 m += 1
+        if e is not None and ok & RADIO and math.isfinite(z[k.Y_RA]):
+            self._codes[m], self._y[m], self._r[m] = k.Y_RA, z[k.Y_RA], e.radio_sigma(z[k.Y_RA])
+            m += 1
         return m
 
     def _noise(self, dt: float) -> None:
         if dt != self._dt:
-            chol_psd(process_covariance(self.p.noise, self.n, dt), self.n, self._SQ)
+            Q = process_covariance(self.p.noise, min(self.n, k.NX), dt)
+            chol_psd(Q if self.errs is None else with_errors(Q, self.errs, dt), self.n, self._SQ)
             self._dt = dt
 
     def _wind_factor(self) -> float:
@@ -217,13 +233,16 @@ class WindshearNav:
         return f.correct(self._y, self._r, m)
 
     def _estimate(self, nis: float, m: int) -> WindshearEstimate:
-        n = self.n
+        n, s = self.n, self.sigma
         self.x[:n] = self.f.x
-        self._sigma[:n] = self.f.sigmas()
+        s[:n] = self.f.sigmas()
+        if self.errs is not None:
+            step = self.turbulence * math.sqrt(self.errs.late_samples * self._dt)
+            self.errs.consider(s, float(self.x[k.VA]), float(self.x[k.H]), step, step * self.p.turbulence_up)
         F = k.f_factor(self.x, self._g)
         out = [NAMES[c] for c in self.gate.benched]
         reason = "refused: " + ", ".join(out) if out else ""
-        return WindshearEstimate(True, reason, self.x.copy(), self._sigma.copy(), F, nis, m)
+        return WindshearEstimate(True, reason, self.x.copy(), s.copy(), F, nis, m)
 
     def _cold(self, m: int, u: Array) -> WindshearEstimate:
         """First sample: path, speed and wind from the readings, ten times as uncertain, then corrected by the same sample."""
@@ -233,7 +252,7 @@ class WindshearNav:
             return self._not_valid("waits for " + ", ".join(missing))
         if not seen[k.Y_VA] > 10.0:
             return self._not_valid(f"waits for flight: airspeed {seen[k.Y_VA]:.1f} m/s")
-        r, x, s = self._r9, self.x.copy(), np.zeros(k.NX)
+        r, x, s = self._r9, self.x.copy(), np.zeros(len(self.x))
         V, gamma = seen[k.Y_VA], seen[k.Y_TH] - seen[k.Y_AL]
         x[: k.WXD] = (
             x[k.X], seen[k.Y_H], V, gamma, seen[k.Y_AL], seen[k.Y_Q], u[k.TC],
@@ -246,9 +265,17 @@ class WindshearNav:
             10.0 * r[k.Y_VG], V * a, 1.0, 1.0, 0.3, 0.3,
         )  # fmt: skip
         believed = np.array([self.p.lift_scale, self.p.drag_scale])
-        if not (np.abs(x[k.KL :] - believed) <= 3.0 * self.p.start_scale_sigma).all():
-            x[k.KL :] = believed  # else a restart keeps what was learnt of the aircraft
+        if not (np.abs(x[k.KL : k.NX] - believed) <= 3.0 * self.p.start_scale_sigma).all():
+            x[k.KL : k.NX] = believed  # else a restart keeps what was learnt of the aircraft
         s[k.KL] = s[k.KD] = self.p.start_scale_sigma
+        if self.errs is not None:
+            raise_cold(s, V, self.errs)
+            if k.Y_RA in seen:
+                x[k.H], s[k.H] = (
+                    seen[k.Y_RA],
+                    self.errs.radio_sigma(seen[k.Y_RA]) + self.errs.radio_scale * seen[k.Y_RA],
+                )
+            x, s = extended(x, s, self.errs)
         self.start(x, s)
         return self._correct(m, u, 0.0)
 
@@ -264,4 +291,4 @@ class WindshearNav:
         return self._not_valid(reason)
 
     def _not_valid(self, reason: str) -> WindshearEstimate:
-        return WindshearEstimate(False, reason, self.x.copy(), np.full(k.NX, math.inf), math.nan, math.nan, 0)
+        return WindshearEstimate(False, reason, self.x.copy(), np.full(len(self.x), math.inf), math.nan, math.nan, 0)

@@ -15,6 +15,7 @@ from typing import Annotated
 import numpy as np
 
 from flightsw.missions.windshear import dynamics as k
+from flightsw.missions.windshear import engine_out as single
 from flightsw.missions.windshear.model import PathDemand
 from flightsw.plugins import EVERY_KEY, OursOr
 from flightsw.strict import IN_FLIGHT, OneOf, Range
@@ -47,7 +48,6 @@ class HazardParams:
     settle_s: Annotated[float, Range(0.0, 60.0), IN_FLIGHT] = (
         2.0  # after the first valid estimate; nothing is judged before
     )
-
     caution_s: Annotated[float, Range(0.05, 30.0), IN_FLIGHT] = 1.5
     caution_F: Annotated[float, Range(0.01, 1.0), IN_FLIGHT] = 0.12
     abort_s: Annotated[float, Range(0.05, 30.0), IN_FLIGHT] = 4.0
@@ -97,6 +97,7 @@ class WindshearGuidanceParams:
     approach: ApproachParams = field(default_factory=ApproachParams)
     hazard: HazardParams = field(default_factory=HazardParams)
     escape: EscapeParams = field(default_factory=EscapeParams)
+    engine_out: single.EngineOutParams = field(default_factory=single.EngineOutParams)
     blind_s: Annotated[float, Range(0.0, 60.0), IN_FLIGHT] = (
         1.0  # without an estimate for this long: go around on what readings there are
     )
@@ -175,9 +176,10 @@ class WindshearGuidance:
             )
         self.hazard = Hazard(p.hazard)
         self.phase = "approach"
+        self.engine_out = False  # set by the mission
         self._aim: tuple[float, float] | None = None
         self._told = False
-        self._low_s = 0.0
+        self._low_s = self._given_s = 0.0
         self.demand = PathDemand()
         self._tan = math.tan(math.radians(p.approach.slope_deg))
 
@@ -239,10 +241,11 @@ class WindshearGuidance:
         self._low_s = self._low_s + dt if low else 0.0
         if self.phase in ("approach", "caution"):
             self.phase = "caution" if s.caution else "approach"
-            if (s.abort or self._told) and self.p.escape.law != "continue":
+            early = self.engine_out and s.quick > self.p.hazard.caution_F
+            if (s.abort or self._told or early) and self.p.escape.law != "continue":
                 self.phase = "escape"
         if self.phase in ("approach", "caution"):
-            self.demand = self._approach(x, self.phase == "caution")
+            self.demand = self._approach(x, self.phase == "caution", dt)
         else:
             # not decided anew at every sample that turbulence moves F across one threshold
             if self.phase == "escape" and low and self._low_s >= self.p.escape.clear_s:
@@ -252,7 +255,7 @@ class WindshearGuidance:
             self.demand = self._escape(x)
         return self.demand
 
-    def _approach(self, x: Array, caution: bool) -> PathDemand:
+    def _approach(self, x: Array, caution: bool, dt: float) -> PathDemand:
         a = self.p.approach
         ground = float(x[k.VA]) * math.cos(float(x[k.GA])) + float(x[k.WX])
         climb = -ground * self._tan + a.gain_1ps * (self.slope_height(float(x[k.X])) - float(x[k.H]))
@@ -263,10 +266,17 @@ class WindshearGuidance:
             climb = max(
                 climb, -ground * self._tan
             )  # what the head wind gave is not dived away before the tail wind comes
-        return PathDemand("approach", climb, speed, 0.0, a.alpha_max_rad)
+        d = PathDemand("approach", climb, speed, 0.0, a.alpha_max_rad)
+        if not self.engine_out:
+            return d
+        one = self.p.engine_out
+        self._given_s = self.p.hazard.gain_hold_s if self.state.slow < -one.gain_F else self._given_s - dt
+        return single.approach(one, x, d, -ground * self._tan, caution or self._given_s > 0.0)
 
     def _escape(self, x: Array) -> PathDemand:
         e = self.p.escape
+        if self.engine_out and e.law == "managed":
+            return single.escape(self.p.engine_out, x, self.phase == "escape")
         if e.law == "open":
             return PathDemand("open")
         if e.law == "pitch":

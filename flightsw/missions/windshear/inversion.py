@@ -27,6 +27,7 @@ O_TC, O_DE, O_ALPHA, O_TD, NC = range(5)
 )
 NO = NC + 12
 STEPS = 8
+LEAST = 0.3  # share of the thrust commanded that is reckoned with at least
 FREE = 0.5  # [rad] beyond any stall: bounds of the incidence asked for
 
 
@@ -89,7 +90,8 @@ def invert(x: np.ndarray, d: np.ndarray, de: float, p: np.ndarray, g: np.ndarray
         out[O_T_FB] = 1e-3 * p[k.P_M] * g[G_SPEED] * (d[D_SPEED] - V) / math.cos(x[k.AL])
         out[O_T_FF] = out[O_TD] - out[O_T_FB]
         out[O_T_LAG] = (p[k.P_TAU] * g[G_THRUST] - 1.0) * (out[O_TD] - x[k.T])
-        out[O_TC] = clip(x[k.T] + p[k.P_TAU] * g[G_THRUST] * (out[O_TD] - x[k.T]), p[k.P_TI] * top, top)
+        given = clip(x[k.K_T], LEAST, 1.0) if x.shape[0] > k.K_T else 1.0  # of what is commanded
+        out[O_TC] = clip((x[k.T] + p[k.P_TAU] * g[G_THRUST] * (out[O_TD] - x[k.T])) / given, p[k.P_TI] * top, top)
     _, turn = k.path_rates(x, x[k.KL], x[k.KD], de, p)
     q_c = clip(g[G_ALPHA] * (alpha_c - x[k.AL]) + turn, -g[G_Q_MAX], g[G_Q_MAX])
     bare = k.pitch_acceleration(V, x[k.AL], x[k.Q], 0.0, p)

@@ -8,7 +8,6 @@ pitch rate, accelerations -> wind, its rates, scales of lift and drag -> hazard 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -18,14 +17,16 @@ from flightsw.missions.base import Mission, MissionSpec, Order, Reports, choices
 from flightsw.missions.windshear import dynamics as k
 from flightsw.missions.windshear import monitor_kernel as kk
 from flightsw.missions.windshear.actuators import ELEVATOR, THRUST, WindshearActuators
-from flightsw.missions.windshear.control import NidParams, PathLaw, make_law, use_law
-from flightsw.missions.windshear.estimator import WindshearEstimate, WindshearNav, WindshearParams
-from flightsw.missions.windshear.guidance import LAWS, PHASES, WindshearGuidanceParams
-from flightsw.missions.windshear.model import MODES, PathDemand, approach_trim
-from flightsw.missions.windshear.monitor import MonitorParams, WindshearMonitor
+from flightsw.missions.windshear.control import PathLaw, make_law, use_law
+from flightsw.missions.windshear.estimator import WindshearEstimate, WindshearNav
+from flightsw.missions.windshear.guidance import LAWS, PHASES
+from flightsw.missions.windshear.model import MODES, PathDemand, approach_trim, parameter_vector
+from flightsw.missions.windshear.monitor import WindshearMonitor
 from flightsw.missions.windshear.path import make_path, use_path
 from flightsw.missions.windshear.readings import Readings
-from flightsw.missions.windshear.reports import REPORTS, WindshearState
+from flightsw.missions.windshear.reports import REPORTS, WindshearErrors, WindshearState
+from flightsw.missions.windshear.supervision import Supervision
+from flightsw.missions.windshear.tables import WindshearMissionParams
 from flightsw.planar import plane
 from flightsw.terms import Laws
 from flightsw.types import (
@@ -58,24 +59,8 @@ WORDS = {
 BLIND = "no estimate: full thrust, pitch held"
 
 
-@dataclass(frozen=True)
-class WindshearNavTable(WindshearParams):
-    """[nav] of a windshear flight file: the estimator, and the model-free monitor beside it."""
-
-    monitor: MonitorParams = field(default_factory=MonitorParams)
-
-
-@dataclass(frozen=True)
-class WindshearMissionParams:
-    """[nav], [guid] and [ctrl] of a windshear flight file."""
-
-    nav: WindshearNavTable = field(default_factory=WindshearNavTable)
-    guid: WindshearGuidanceParams = field(default_factory=WindshearGuidanceParams)
-    ctrl: NidParams = field(default_factory=NidParams)
-
-
 class WindshearMission(Mission[WindshearActuators]):
-    """Components of the windshear mission and their order."""
+    """Components and their order."""
 
     watch = HF_IMU | HF_AIR | HF_ATT | HF_GNSS
     cruise = (75.0, 350.0)
@@ -101,11 +86,12 @@ class WindshearMission(Mission[WindshearActuators]):
         self._estimator = ESTIMATORS.index(p.nav.filter)
         self.readings, self._u = Readings(ac.air.gravity_mps2), self.first_command()
         self._state: WindshearState | None = None
-        self._valid = self._accused = False
+        self._valid = False
         self._words, self._without = WORDS["approach"], ""
-        self._x, self._blind_s = np.zeros(k.NX), 0.0
+        self._x, self._blind_s = np.zeros(len(self.nav.x)), 0.0
         self._phase_us = -1
         self._texts: list[Text] = []
+        self.supervision = Supervision(p.nav.trust, p.guid.engine_out, self.nav.errs, parameter_vector(ac))
 
     @property
     def saturated(self) -> bool:
@@ -123,28 +109,30 @@ class WindshearMission(Mission[WindshearActuators]):
         """One 50 Hz step: (nav, guidance, command [4], throttle 0..1 of the thrust at rest)."""
         z = self.readings.z
         ok = self.readings.take(f, updated)
-        e = self.nav.step(z, ok, act.now, dt)
+        watch, nav = self.supervision, self.nav
+        e = nav.step(z, ok & ~watch.mask, watch.in_force(act.now), dt)
         if e.valid and not self._valid:  # a start: no reading of the filter gives the place along the track
             psi, (north, east) = self.readings.psi, self.readings.pos_n
-            x0 = north * math.cos(psi) + east * math.sin(psi)
-            self.nav.place(x0)
-            e.x[k.X] = x0
+            e.x[k.X] = north * math.cos(psi) + east * math.sin(psi)
+            nav.place(float(e.x[k.X]))
         self._valid = e.valid
-        runs = self.monitor.step(z, ok, dt)
+        runs, thrust = self.monitor.step(z, ok, dt), float(act.now[k.TC])
         accused = runs and e.valid and self.monitor.compare(e.x, e.sigma, dt)
-        if accused and not self._accused:
-            self._texts.append(Text(4, "wind of estimator and monitor differ"))
-        self._accused = accused
+        distrust = watch.step(z, ok, self.readings.satellite_m, e, accused, len(nav.gate.benched), thrust, dt)
+        self._texts += watch.texts()
+        if distrust and self.guidance.phase not in GIVEN_UP and self.guidance.law != "continue":
+            self.guidance.abort()
+        self.guidance.engine_out = watch.engine_out
         before, cautions = self.guidance.phase, self.guidance.cautions
         demand = self.guidance.step(e.x, e.F, dt, e.valid)
         self._tell(before, self.guidance.cautions > cautions, e)
-        c = self._steer(e, z, ok, act.now[k.TC], demand, dt)
+        c = self._steer(e, z, ok, thrust, demand, dt)
         u = self._u
         u[ELEVATOR], u[THRUST] = c[k.DE], min(max(float(c[k.TC]), 0.0), self.full_kN) * 1e3
         g = self._guide(f.t_us, e)
         h, m = self.guidance.state, self.monitor.x
         self._state = state = WindshearState(
-            f.t_us, e.valid, e.reason, tuple(e.x.tolist()), tuple(e.sigma.tolist()), h.F, h.quick, h.slow,
+            f.t_us, e.valid, e.reason, tuple(e.x[: k.NX].tolist()), tuple(e.sigma[: k.NX].tolist()), h.F, h.quick, h.slow,
             e.F if e.valid else 0.0, self.monitor.F if runs else math.nan,
             (float(m[kk.K_WX]), float(m[kk.K_WH])) if runs else (math.nan, math.nan),
             e.nis if math.isfinite(e.nis) else 0.0, e.channels, self.p.nav.states, self.nav.turbulence, demand.climb_mps,
@@ -220,8 +208,17 @@ class WindshearMission(Mission[WindshearActuators]):
 
     @property
     def reports(self) -> Reports:
-        """The wind, the hazard in it, and what is done about it."""
-        return {} if self._state is None else {WindshearState: self._state}
+        """The wind, the hazard in it, and what is done about it; errors learnt, where they are."""
+        s = self._state
+        out: Reports = {} if s is None else {WindshearState: s}
+        return (
+            out if s is None or self.nav.errs is None else out | {WindshearErrors: self.supervision.report(s, self.nav)}
+        )
+
+    @property
+    def faults(self) -> int:
+        """HF_* of what this mission finds wrong: an engine, its own estimate."""
+        return self.supervision.faults
 
     def first_command(self) -> np.ndarray:
         """Command [4] of steady flight on the slope in still air, sent until navigation is valid."""

@@ -114,7 +114,7 @@ def triple_integrator(density: float, dt: float) -> Array:
 
 
 def process_covariance(n: WindshearNoise, states: int, dt: float) -> Array:
-    """Covariance [states,states] (13 or 15) of the process noise of one step dt [s]."""
+    """Covariance [states,states] (13 or 15; those of 23: errors.with_errors) of the process noise of one step dt [s]."""
     Q = np.zeros((k.NX, k.NX))
     for i, s in (
         (k.X, n.x_m), (k.H, n.h_m), (k.VA, n.fictitious_Va), (k.GA, n.fictitious_gamma), (k.AL, n.fictitious_alpha),

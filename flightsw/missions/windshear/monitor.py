@@ -44,6 +44,7 @@ class MonitorParams:
     gravity_mps2: Annotated[float, Range(9.7, 9.9)] = 9.81
     disagree_sigma: Annotated[float, Range(1.0)] = 4.0  # of the two wind estimates' summed variance
     disagree_s: Annotated[float, Range(0.0)] = 2.0  # how long before it counts
+    slack_mps: Annotated[float, Range(0.0, 20.0)] = 0.0  # difference that fixed errors of instruments may make
     held_s: Annotated[float, Range(0.0, 10.0)] = 0.1  # [s] an input or reading may be missing; then no opinion
 
 
@@ -125,7 +126,7 @@ class WindshearMonitor:
         own, s = self.f.x, self.f.sigmas()
         apart = False
         for i in range(2):
-            d = x[k.WX + i] - own[kk.K_WX + i]
+            d = max(abs(x[k.WX + i] - own[kk.K_WX + i]) - self.p.slack_mps, 0.0)
             var = sigma[k.WX + i] ** 2 + s[kk.K_WX + i] ** 2
             apart = apart or not d * d <= self.p.disagree_sigma**2 * var
         self._apart_s = self._apart_s + dt if self.started and apart else 0.0

@@ -16,10 +16,11 @@ Array = np.ndarray
 @runtime_checkable
 class ShearPath(Protocol):
     """What the mission asks of its guidance: a demand on path and speed, the hazard it sees. A pure step, as all algorithms.
-    `phase`: one of PHASES; `demand`: the last one."""
+    `phase`: one of PHASES; `demand`: the last one; `engine_out`: the mission sets it while an engine is."""
 
     phase: str
     demand: PathDemand
+    engine_out: bool
 
     @property
     def obeys(self) -> tuple[str, ...]:

@@ -26,7 +26,7 @@ class WindshearState:
     wind_monitor: tuple[float, float] = (0.0, 0.0)  # [m/s] its wind along and up
     nis: float = 0.0  # normalised innovation squared of the step
     channels: int = 0  # readings it was made of
-    states: int = 15  # estimated: 13 or 15
+    states: int = 15  # estimated: 13, 15 or 25
     turbulence: float = 0.0  # [m/s/sqrt(s)] white steps of the wind
     climb: float = 0.0  # [m/s] demanded
     speed: float = 0.0  # [m/s] demanded airspeed (approach)
@@ -42,6 +42,22 @@ class WindshearState:
     accused: bool = False  # the monitor has disagreed with the estimate for long
 
 
+@dataclass(slots=True)
+class WindshearErrors:
+    """What the filter with error states has learnt of instruments and aircraft, in the order of dynamics.py from B_AX to K_R:
+    offsets of the accelerations along and up [m/s^2], of incidence [rad], climb rate [m/s], barometer [m]; factors of thrust and
+    of the moment; factor of the radio altimeter less one. `left_out`: bits of readings kept from the filter by their
+    witnesses."""
+
+    t_us: int = 0
+    est: tuple[float, ...] = (0.0,) * 8
+    sigma: tuple[float, ...] = (0.0,) * 8
+    engine_out: bool = False
+    distrusted: bool = False
+    left_out: int = 0
+    valid: bool = False
+
+
 def windshear_values(w: WindshearState) -> Packets:
     """Fields of WINDSHEAR_STATE."""
     alert = w.caution | w.abort << 1 | w.accused << 2
@@ -52,4 +68,13 @@ def windshear_values(w: WindshearState) -> Packets:
     )  # fmt: skip
 
 
-REPORTS = (report("WINDSHEAR_STATE", WindshearState, windshear_values, rate_hz=50.0),)  # every sample
+def error_values(e: WindshearErrors) -> Packets:
+    """Fields of WINDSHEAR_ERRORS."""
+    flags = e.engine_out | e.distrusted << 1
+    yield (e.t_us, *e.est, *e.sigma, e.left_out, flags, 1 if e.valid else 0)
+
+
+REPORTS = (
+    report("WINDSHEAR_STATE", WindshearState, windshear_values, rate_hz=50.0),  # every sample
+    report("WINDSHEAR_ERRORS", WindshearErrors, error_values, rate_hz=5.0),
+)

@@ -12,6 +12,7 @@ from ground.report.chapters import everything
 from ground.report.goals import Found, judged
 from ground.report.jing import figures as f
 from ground.report.jing import page as jing
+from ground.report.jing import sensors
 from ground.report.load import Campaign
 
 PAGE = "jing.html"
@@ -19,12 +20,12 @@ PAGE = "jing.html"
 
 def jing_report(folders: Sequence[Path], out: Path) -> Path:
     """Write `out`/jing.html and its PNG figures from campaign folders; returns the page. Raises ReportError."""
-    found = load_all(folders, jing.ORDER)
+    found = load_all(folders, (*jing.ORDER, sensors.STUDY))
     return write_page(out, PAGE, lambda: _text(found, Pictures(out)))
 
 
 def _text(found: Found, pictures: Pictures) -> str:
-    table, cards = judged(found, jing.GOALS)
+    table, cards = judged(found, (*jing.GOALS, *sensors.GOALS))
     chapters = [
         ("acceptance", "Acceptance figures", table),
         ("nominal", "Exact model: which filter?", _filters(found.get(jing.NOMINAL), pictures, "ekf15")),
@@ -36,6 +37,7 @@ def _text(found: Found, pictures: Pictures) -> str:
         ("escape", "Escape laws in the named microbursts", _escape(found.get(jing.ESCAPE), pictures)),
         ("survival", "Survival over drawn microbursts", _survival(found.get(jing.SURVIVAL), pictures)),
         ("alerts", "Cautions and aborts in turbulence", _alerts(found.get(jing.ALERTS))),
+        ("sensors", "Sensors as they are", sensors.chapter(found.get(sensors.STUDY))),
     ]
     chapters = [c for c in chapters if c[2]]
     chapters.append(("figures", "All figures", "".join(p.details(s, everything(c)) for s, c in found.items())))

@@ -12,6 +12,7 @@ from flightsw.missions.windshear.estimator import WindshearParams
 from flightsw.missions.windshear.guidance import HazardParams, WindshearGuidanceParams
 from hil_scripts.campaign.study import Case, RunResult, Study
 from hil_scripts.studies.jing import flight as jf
+from hil_scripts.studies.jing import sensors
 from hil_scripts.studies.jing.draw import CLASSES, LIGHT, air, class_of, draw
 from hil_scripts.studies.jing.study import AS_SPECIFIED, LAWS, estimator, law
 from sim_plant.aircraft.twinjet.flight import TwinJetAir, TwinJetParams
@@ -169,4 +170,4 @@ ALERTS = Study(
     default_runs=50,
     binary=("aborted", "cautioned"),
 )
-STUDIES = (ESCAPE, SURVIVAL, ALERTS)
+STUDIES = (ESCAPE, SURVIVAL, ALERTS, sensors.STUDY)

@@ -195,7 +195,7 @@ class Loop:
             if plan.start == "cold" and i == 0:
                 nav.place(truth[k.X])
             e = nav.step(z, ALL, self.control.u, DT)
-            r.sigma[i], r.nis[i] = e.sigma, e.nis / max(e.channels, 1)
+            r.sigma[i], r.nis[i] = e.sigma[: k.NX], e.nis / max(e.channels, 1)
             if self.monitor is not None and self.monitor.compare(e.x, e.sigma, DT):
                 r.monitor_apart = True
             if plan.feedback == "nav":
@@ -211,7 +211,7 @@ class Loop:
         demand = g.step(x, F, DT, valid)
         u = self.control.step(x, demand) if valid else self.control.u
         h = g.hazard.state
-        r.truth[i], r.x[i], r.u[i] = truth, x, u
+        r.truth[i], r.x[i], r.u[i] = truth, x[: k.NX], u
         r.F_hat[i], r.quick[i], r.slow[i], r.phase[i] = F, h.quick, h.slow, PHASES.index(g.phase)
         self.i += 1
         if truth[k.H] <= 0.0:

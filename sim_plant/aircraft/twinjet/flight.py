@@ -67,10 +67,11 @@ class TwinJetAir:
 
 @dataclass(frozen=True)
 class TwinJetParams:
-    """The aircraft as it is, and where its approach begins. Factors multiply lift and drag."""
+    """The aircraft as it is, and where its approach begins. Factors multiply lift, drag and pitching moment."""
 
     lift_factor: float = 1.0
     drag_factor: float = 1.0
+    moment_factor: float = 1.0
     x_m: float = -4500.0
     height_m: float = 350.0
     ground_mps: float = 75.0
@@ -129,11 +130,12 @@ class TwinJet:
         self._observe()
 
     def _factors(self, p: TwinJetParams) -> None:
-        """Lift and drag factors: all lift coefficients and what they add up to; drag keeps its own build-up."""
+        """Factors of all lift coefficients and what they add up to, of the moment's; drag keeps its own build-up."""
         a = self.a
         a[[kt.A_CL0, kt.A_CLA, kt.A_CLE]] *= p.lift_factor
         a[[kt.A_CD0, kt.A_CDS]] *= p.drag_factor
         a[kt.A_CDK] *= p.drag_factor / p.lift_factor**2
+        a[[kt.A_CM0, kt.A_CMA, kt.A_CMQ, kt.A_CME]] *= p.moment_factor
 
     def _trim(self) -> None:
         """Steady flight on the slope in the start's steady wind: incidence, thrust and elevator without accelerations."""

@@ -32,11 +32,12 @@ Length = Annotated[float, Range(1.0)]
 
 @dataclass(frozen=True)
 class TwinJetTable:
-    """[aircraft.plant] with model = "twinjet": lift and drag over those of the model, slope at the start, downburst,
-    Dryden turbulence along x and up with its scale lengths, discrete gusts."""
+    """[aircraft.plant] with model = "twinjet": lift, drag and pitching moment over those of the model, slope at the start,
+    downburst, Dryden turbulence along x and up with its scale lengths, discrete gusts."""
 
     lift_factor: Factor = 1.0
     drag_factor: Factor = 1.0
+    moment_factor: Factor = 1.0
     slope_deg: Annotated[float, Range(0.0, 8.0)] = 3.0
     burst: Microburst = field(default_factory=lambda: Microburst(0.0))
     sigma_u_mps: Sigma = 0.0
@@ -67,7 +68,7 @@ class TwinJetMember(Planar):
         x = c * north + e * east
         self._aside = (north - c * x, east - e * x)
         self._params = TwinJetParams(
-            t.lift_factor, t.drag_factor, x, -down, self.cfg.start.V_mps, t.slope_deg, PERFECT, ac
+            t.lift_factor, t.drag_factor, t.moment_factor, x, -down, self.cfg.start.V_mps, t.slope_deg, PERFECT, ac
         )
         self._own = TwinJetAir(t.burst, t.sigma_u_mps, t.sigma_w_mps, t.L_u_m, t.L_w_m, t.gusts)
         self._travel = tuple(math.radians(v) for v in ac.controls.elevator_deg)
