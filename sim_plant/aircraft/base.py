@@ -16,6 +16,7 @@ from sim_plant.actuators import CommandPath, Values
 from sim_plant.aircraft.kind import Setup
 from sim_plant.kernels import layout as n
 from sim_plant.kernels.atmosphere import isa
+from sim_plant.sensors.bank import Bank
 from sim_plant.sensors.base import View
 from sim_plant.sensors.suite import sensors_of
 from sim_plant.servo_unit import ServoUnit
@@ -63,6 +64,7 @@ class Member(ABC):
         self.dt_s = 1.0 / setup.sc.clock.base_rate_hz
         self.probes = np.array([p.position_m for p in self.ac.probe]).reshape(-1, 3)
         self.sensors = sensors_of(setup.sc, self.cfg, tuple(p.name for p in self.ac.probe), setup.seed)
+        self.bank = Bank(self.sensors, len(self.probes))
         self.s, self.obs = np.zeros(n.NS), np.zeros(n.NO)
         self.wind, self.free, self.calm = np.zeros(n.NW), np.zeros(3), np.zeros(3)
         self.probe_wake = np.zeros((len(self.probes), 3))

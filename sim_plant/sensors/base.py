@@ -13,10 +13,12 @@ from numpy.typing import NDArray
 from flightsw.strict import ConfigError
 from flightsw.types import SensorFrame
 from sim_plant.kernels import layout as n
-from sim_plant.rng import NoiseRows
+from sim_plant.sensors.bank_kernel import APART
 from sim_plant.sensors.faulty import Delay, Drift, Flicker, Garbage
+from sim_plant.sensors.rows import NoiseRows
 
 if TYPE_CHECKING:
+    from sim_plant.sensors.bank import Bank
     from sim_plant.sensors.errors import Errors
     from sim_plant.sensors.ports import Before
 
@@ -63,10 +65,12 @@ def divisor(base_hz: int, rate_hz: float, key: str) -> int:
 
 
 class Sensor:
-    """One sensor group. Subclasses say what they measure (`sample`) and where it goes (`fill`)."""
+    """One sensor group. Subclasses say what they measure (`sample`) and where it goes (`fill`); those with a `form`
+    (bank_kernel.py) are read together while nothing is wrong with them (bank.py)."""
 
     group = ""  # name in the scenario
     bit = 0  # SensorFrame.updated
+    form = APART
     exact = 0  # columns of its reading that faults can change, if paper gives it no errors of its own
 
     def __init__(
@@ -81,6 +85,7 @@ class Sensor:
         self.ready_us = NEVER_US  # and when the first of them will be
         self._last: Any = None
         self.graded: Errors | None = None  # what a grade, or single terms, add to the noise
+        self.bank: Bank | None = None
         # faults, set by failures.schedule.FaultPlan
         self.faulty = False
         self.dropped = False
@@ -105,7 +110,7 @@ class Sensor:
         raise NotImplementedError
 
     def step(self, k: int, t_us: int, view: View, frame: SensorFrame) -> None:
-        """Sample if it is this sensor's tick, and deliver what has waited out its latency."""
+        """Sample if it is this sensor's tick, and deliver what has waited out its latency: bank.Bank.read for one alone."""
         if k % self.div == 0:
             # errors are drawn also while a fault hides them: a fault must not reshuffle the rest of the run
             e = self.noise.next() if self.noise is not None else []
@@ -116,17 +121,28 @@ class Sensor:
             if g is not None:
                 e, out = g.add(e, t_us, view), g.flicker is not None and g.flicker.lost()
             if not self.faulty:
-                value = None if out else self.sample(view, e)
-                if value is None:
-                    pass
-                elif self.latency_us == 0 and not self.waiting:
-                    self._last = value
-                    self.fill(frame, t_us, value)
-                    frame.updated |= self.bit
-                else:
-                    self._queue(t_us, value)
+                self.take(t_us, None if out else self.sample(view, e), frame)
             else:
                 self._faulty_sample(t_us, view, e, out)
+        self.deliver(t_us, frame)
+
+    def made(self, row: tuple[float, ...], view: View) -> Any:
+        """The sample of a compiled reading, errors in it: as `sample`."""
+        return row
+
+    def take(self, t_us: int, value: Any, frame: SensorFrame) -> None:
+        """A sample of now, None for none: into the frame, or to wait."""
+        if value is None:
+            return
+        if self.latency_us == 0 and not self.waiting:
+            self._last = value
+            self.fill(frame, t_us, value)
+            frame.updated |= self.bit
+        else:
+            self._queue(t_us, value)
+
+    def deliver(self, t_us: int, frame: SensorFrame) -> None:
+        """The first sample that waits into the frame, if its time has come."""
         if self.ready_us <= t_us:
             taken, value = self.waiting.popleft()
             self.ready_us = self.waiting[0][0] + self.latency_us if self.waiting else NEVER_US
@@ -185,10 +201,18 @@ class Sensor:
         lost = [f.lost() for f in self.flickers]  # every chain moves on, whatever the others do
         return None if any(lost) else value
 
+    def impaired(self) -> bool:
+        """Whether a fault is on it."""
+        return (
+            self.dropped or self.stuck or self.offset is not None or self.spike is not None
+            or bool(self.errors or self.delays or self.flickers)
+            or self.factors is not None or self.frozen or self.stamp_us != 0 or bool(self.before)
+        )  # fmt: skip
+
     def refresh(self) -> None:
         """Recompute the summary flag after a fault field changed."""
-        self.faulty = self.dropped or self.stuck or self.offset is not None or self.spike is not None
-        self.faulty = self.faulty or bool(self.errors or self.delays or self.flickers)
-        self.faulty = self.faulty or self.factors is not None or self.frozen or self.stamp_us != 0 or bool(self.before)
+        self.faulty = self.impaired()
         if not self.frozen:
             self._still = None
+        if self.bank is not None:
+            self.bank.sort()
