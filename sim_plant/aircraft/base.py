@@ -52,6 +52,7 @@ class Member(ABC):
     tanks: Tanks | None = None
     exposure: Exposure | None = None  # where it feels a wake
     engines = 0  # that can fail
+    well = False  # within `bounds` (layout.py) as last observed, by a kind that looks: not lost
     leak_kgps = 0.0  # fuel it loses (of a kind that has `tanks`)
 
     trim: Values  # the command that holds the start: aileron, elevator, rudder [rad], throttle, latch, flap [rad]
@@ -66,6 +67,7 @@ class Member(ABC):
         self.sensors = sensors_of(setup.sc, self.cfg, tuple(p.name for p in self.ac.probe), setup.seed)
         self.bank = Bank(self.sensors, len(self.probes))
         self.s, self.obs = np.zeros(n.NS), np.zeros(n.NO)
+        self.bounds = np.full(n.NB, math.nan)
         self.wind, self.free, self.calm = np.zeros(n.NW), np.zeros(3), np.zeros(3)
         self.probe_wake = np.zeros((len(self.probes), 3))
         self.view = View(len(self.probes))
@@ -82,8 +84,7 @@ class Member(ABC):
 
     def show(self) -> None:
         """Copy `s` and `obs` into the view."""
-        v = self.view
-        v.s, v.o, v.arrays = self.s.tolist(), self.obs.tolist(), (self.s, self.obs)
+        self.view.see(self.s.copy(), self.obs)
 
     def check_limits(self) -> None:
         """Raise ConfigError for a start beyond the limits of the aircraft's file; an upset may be beyond its incidence."""

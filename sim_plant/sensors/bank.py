@@ -17,7 +17,6 @@ from sim_plant.sensors.errors import NONE, PAIR, Errors, measured, sign
 from sim_plant.sensors.faulty import Flicker
 from sim_plant.sensors.rows import Rows, Store
 from sim_plant.sensors.shape_kernel import K_AT, K_FORM, K_WIDTH, W_SIGN
-from sim_plant.sensors.shared import since
 
 
 @dataclass(slots=True)
@@ -89,7 +88,7 @@ class Bank:
         s, o = view.arrays
         rel, boom = (np.array(view.rel), np.array(view.boom)) if plan.pair else (NONE, NONE)
         store, out = self._store, plan.out
-        while not readings(s, o, rel, boom, plan.which, store.f, store.k, since(t_us), out):
+        while not readings(s, o, rel, boom, plan.which, store.f, store.k, t_us, out):
             for r in plan.rows:
                 r.row()
         values = tuple(out.tolist())

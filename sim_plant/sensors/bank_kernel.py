@@ -9,7 +9,19 @@ from numpy.typing import NDArray
 
 from sim_plant.kernels.atmosphere import isa
 from sim_plant.kernels.jit import jit
-from sim_plant.sensors.shape_kernel import HEAD, K_AT, K_FORM, K_HOW, K_NEXT, K_WIDTH, LEVER, W_SIGN, entry, told
+from sim_plant.sensors.shape_kernel import (
+    HEAD,
+    K_AT,
+    K_FORM,
+    K_HOW,
+    K_NEXT,
+    K_WIDTH,
+    LEVER,
+    NODE_US,
+    W_SIGN,
+    entry,
+    told,
+)
 
 Arr = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -36,16 +48,16 @@ def turn(
 
 
 @jit
-def readings(s: Arr, o: Arr, rel: Arr, boom: Arr, which: Ints, f: Arr, k: Ints, past: float, out: Arr) -> bool:
+def readings(s: Arr, o: Arr, rel: Arr, boom: Arr, which: Ints, f: Arr, k: Ints, t_us: int, out: Arr) -> bool:
     """Readings of the sensors `which` of a store (`f`, `k`: rows.Store) into `out`, one behind the other.
 
     State `s` [NS], observation `o` [NO], motion relative to the leader and of whoever is at the boom, `rel` and `boom` [NR];
-    `past` as in told. False, and nothing done, when error rows have to be drawn first.
+    t_us: time of now. False, and nothing done, when error rows have to be drawn first.
     """
     for j in which:
         if k[j, K_NEXT] >= f.shape[1] - HEAD and k[j, K_FORM] != AT_BOOM_EXACT:
             return False
-    at = 0
+    at, past = 0, t_us % NODE_US / NODE_US
     for j in which:
         form, m, i = k[j, K_FORM], k[j, K_WIDTH], k[j, K_NEXT]
         columns, row = k[j, K_AT : K_AT + m], out[at : at + m]

@@ -31,13 +31,15 @@ class View:
     """True values of one aircraft at the current tick, as plain floats (layout.py orders)."""
 
     __slots__ = (
-        "arrays", "boom", "contact", "inside", "lateral_m", "lateral_read", "o", "probes", "rel", "s", "target", "transfer_kgps",
+        "_due", "_o", "_s", "arrays", "boom", "contact", "inside", "lateral_m", "lateral_read", "probes", "rel", "target",
+        "transfer_kgps",
     )  # fmt: skip
 
     def __init__(self, probes: int) -> None:
-        self.s = [0.0] * n.NS  # state
-        self.o = [0.0] * n.NO  # observation
-        self.arrays: tuple[Arr, Arr] | None = None  # the same two, where a kind has them as arrays
+        self._s = [0.0] * n.NS
+        self._o = [0.0] * n.NO
+        self.arrays: tuple[Arr, Arr] | None = None  # `s` and `o`, where a kind has them as arrays
+        self._due = False  # the lists are still to be made of them
         self.rel = [0.0] * n.NR  # relative to the leader; of the leader zero
         self.boom = [0.0] * n.NR  # the same of whoever is at the boom: own, or (leader) its partner's
         self.contact = False
@@ -48,11 +50,47 @@ class View:
         self.lateral_m = 0.0  # of that aircraft off the refuelling track,
         self.lateral_read = False  # or already what the crew reads, the truth being spread about it
 
+    @property
+    def s(self) -> list[float]:
+        """State [NS]."""
+        if self._due:
+            self._copy()
+        return self._s
+
+    @s.setter
+    def s(self, s: list[float]) -> None:
+        if self._due:
+            self._copy()
+        self._s = s
+
+    @property
+    def o(self) -> list[float]:
+        """Observation [NO]."""
+        if self._due:
+            self._copy()
+        return self._o
+
+    @o.setter
+    def o(self, o: list[float]) -> None:
+        if self._due:
+            self._copy()
+        self._o = o
+
+    def see(self, s: Arr, o: Arr) -> None:
+        """These from now on; the arrays must stay as they are until the next call. Lists are made when asked for."""
+        self.arrays, self._due = (s, o), True
+
+    def _copy(self) -> None:
+        if self.arrays is not None:
+            self._s, self._o = self.arrays[0].tolist(), self.arrays[1].tolist()
+        self._due = False
+
     def still(self) -> View:
         """As it is now, for good, and to be changed."""
+        s, o = self.s[:], self.o[:]
         out = copy(self)
         out.arrays = None
-        out.s, out.o, out.rel, out.boom = self.s[:], self.o[:], self.rel[:], self.boom[:]
+        out.s, out.o, out.rel, out.boom = s, o, self.rel[:], self.boom[:]
         return out
 
 

@@ -24,6 +24,7 @@ from sim_plant.sensors.shape_kernel import (
     LEVER_ACC,
     LEVER_GNSS,
     NLEVER,
+    NODE_US,
     NWORK,
     RUBS,
     SHAPES,
@@ -37,7 +38,7 @@ from sim_plant.sensors.shape_kernel import (
     W_SKY,
     told,
 )
-from sim_plant.sensors.shared import NODE_US, Shared, since
+from sim_plant.sensors.shared import Shared
 from sim_plant.sensors.terms import FAMILIES, Group
 from sim_plant.wind.air import gauss_markov_block
 
@@ -218,7 +219,17 @@ class Errors(Rows):
         r = NONE if not self._pair else np.array(view.boom if self._boom else view.rel)
         f, k, out = self.store.f[self.j], self.store.k[self.j], self.out
         told(
-            s, o, r, f[HEAD:], self.use(), k[K_AT : K_AT + self.width], f[:LEVER], f[LEVER], k[K_HOW], since(t_us), out
+            s,
+            o,
+            r,
+            f[HEAD:],
+            self.use(),
+            k[K_AT : K_AT + self.width],
+            f[:LEVER],
+            f[LEVER],
+            k[K_HOW],
+            t_us % NODE_US / NODE_US,
+            out,
         )
         return out.tolist()  # type: ignore[no-any-return]
 

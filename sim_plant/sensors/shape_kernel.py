@@ -24,6 +24,7 @@ Arr = NDArray[np.float64]
 W_A, W_B0, W_B1, W_QUANTUM, W_FRICTION, W_SIGN, W_Y, W_T, W_Z, W_COMMON, W_GRADIENT, W_SKY, NWORK = *range(12), 17
 # lever: arm [3, m], period [s], body rates of the last sample [3, rad/s] (NaN: none), NaN before the first sample
 L_LAST, L_FRESH, NLEVER = 4, 7, 8
+NODE_US = 1_000_000  # [us] between values of the sky, linear in between
 SHAPES, LEVER_ACC, LEVER_GNSS, RUBS, SKY = 1, 2, 4, 8, 16  # bits of `how`
 # a sensor of a store (rows.py): its work array, its lever, its error rows one below the other; as whole numbers the form of its
 # reading (bank_kernel.py), its columns, `how`, the next error row, `at`

@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim_plant.rng import BLOCK, generator
+from sim_plant.sensors.shape_kernel import NODE_US
 from sim_plant.wind.air import gauss_markov_block
-
-NODE_US = 1_000_000  # [us] between the drawn values, linear in between
 
 
 class Shared:
@@ -39,11 +38,6 @@ class Shared:
             gauss_markov_block(self._x, self._e, unit)
             self._nodes += unit.tolist()
         return [node[i] for node in self._nodes[k : k + 2] for i in (axis, axis + 3, axis + 6)]
-
-
-def since(t_us: int) -> float:
-    """Share [-] of the way from the value before t_us to the one after."""
-    return t_us % NODE_US / NODE_US
 
 
 @lru_cache(maxsize=8)
