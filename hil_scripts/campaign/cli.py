@@ -18,7 +18,7 @@ EXIT_CONFIG = 2
 
 def _list(console: Console, name: str | None) -> None:
     """The studies, or the cases of one. Raises CampaignError for an unknown one."""
-    from hil_scripts.campaign.registry import all_studies, find
+    from hil_scripts.campaign.registry import find, listed
 
     if name is not None:
         for case in find(name).cases:
@@ -26,19 +26,17 @@ def _list(console: Console, name: str | None) -> None:
         return
 
     table = Table("study", "cases", "runs", "about", box=None, pad_edge=False)
-    studies = all_studies()
+    studies = listed()
     for s in studies.values():
-        table.add_row(s.name, str(len(s.cases)), str(s.default_runs), s.title)
+        table.add_row(s.name, str(s.cases), str(s.runs), s.title)
     console.print(table if studies else "no studies")
 
 
 def _names(incomplete: str) -> list[str]:
     """Study names for the shell's completion."""
-    from hil_scripts.campaign.registry import all_studies
-    from hil_scripts.launch import kernel_cache
+    from hil_scripts.campaign.registry import listed
 
-    kernel_cache.use()
-    return [n for n in all_studies() if n.startswith(incomplete)]
+    return [n for n in listed() if n.startswith(incomplete)]
 
 
 def campaign(
@@ -67,21 +65,23 @@ def campaign(
     list_: Annotated[bool, typer.Option("--list", help="List the studies, or the cases of NAME.")] = False,
 ) -> None:
     """Make many runs of a study. Exit 0: all made; 1: some failed (recorded); 2: bad input or cluster lost; 130: Ctrl-C."""
+    from hil_scripts.campaign.error import CampaignError
     from hil_scripts.launch import kernel_cache
     from hil_scripts.launch.procs import SINGLE_THREAD, StopFlag
 
     os.environ.update(SINGLE_THREAD)  # before numpy is imported, also in the workers
-    kernel_cache.use()
-    from hil_scripts.campaign.engine import run_campaign
-    from hil_scripts.campaign.registry import find
-    from hil_scripts.campaign.study import CampaignError
-    from hil_scripts.launch import warmup
-
     console = screen.console()
     try:
         if list_ or name is None:
+            if name is not None:  # its cases are counted by importing it
+                kernel_cache.use()
             _list(console, name)
             raise typer.Exit(0 if list_ else EXIT_CONFIG)
+        kernel_cache.use()
+        from hil_scripts.campaign.engine import run_campaign
+        from hil_scripts.campaign.registry import find
+        from hil_scripts.launch import warmup
+
         if scheduler is not None and workers is not None:
             raise CampaignError("--workers is for local workers; a cluster at --scheduler has its own")
         study = find(name)

@@ -1,16 +1,41 @@
 """Studies by name, from the entry points `wakefield.studies` of this and of any other installed package: each a Study, or a tuple
 of them where several share code.
+
+What there is stands in studies.txt beside this file, so that naming the studies imports none of them; those of other packages are
+imported. `python -m hil_scripts.campaign.registry` writes it anew.
 """
 
 from __future__ import annotations
 
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
 from flightsw.plugins import STUDIES, declared, part
 from flightsw.strict import ConfigError, near
-from hil_scripts.campaign.study import CampaignError, Study
+from hil_scripts.campaign.error import CampaignError
+
+if TYPE_CHECKING:
+    from hil_scripts.campaign.study import Study
+
+LIST = Path(__file__).with_name("studies.txt")
+
+
+class Listed(NamedTuple):
+    """A study by the entry point that offers it, and what a list says of it."""
+
+    entry: str
+    value: str
+    name: str
+    cases: int
+    runs: int
+    title: str
+    purpose: str
 
 
 def _studies(entry: str, value: str) -> tuple[Study, ...]:
     """What an entry point offers. Raises CampaignError naming one that cannot be imported or offers something else."""
+    from hil_scripts.campaign.study import Study
+
     try:
         found = part(STUDIES, entry, object, STUDIES)
     except ConfigError as e:
@@ -26,23 +51,59 @@ def _studies(entry: str, value: str) -> tuple[Study, ...]:
     return several
 
 
+def _points() -> dict[str, str]:
+    """Entry points and what they name. Raises CampaignError for one that two packages declare."""
+    try:
+        return {entry: point.value for entry, point in declared(STUDIES).items()}
+    except ConfigError as e:
+        raise CampaignError(str(e)) from e
+
+
 def all_studies() -> dict[str, Study]:
     """Every study by name, sorted. Raises CampaignError naming an entry that cannot be imported, or a double name."""
     found: dict[str, Study] = {}
-    try:
-        points = declared(STUDIES)
-    except ConfigError as e:
-        raise CampaignError(str(e)) from e
-    for entry, point in points.items():
-        for study in _studies(entry, point.value):
+    for entry, value in _points().items():
+        for study in _studies(entry, value):
             if found.setdefault(study.name, study) is not study:
-                raise CampaignError(f"study name {study.name!r} is used twice (second time in {point.value})")
+                raise CampaignError(f"study name {study.name!r} is used twice (second time in {value})")
+    return dict(sorted(found.items()))
+
+
+def _rows(entry: str, value: str) -> list[Listed]:
+    return [
+        Listed(entry, value, s.name, len(s.cases), s.default_runs, s.title, s.purpose) for s in _studies(entry, value)
+    ]
+
+
+def listed() -> dict[str, Listed]:
+    """What a list says of every study, by name, sorted. Raises CampaignError as all_studies, of what is not in studies.txt."""
+    known: dict[tuple[str, str], list[Listed]] = {}
+    for line in LIST.read_text(encoding="utf-8").splitlines():
+        entry, value, name, cases, runs, title, purpose = line.split("\t")
+        known.setdefault((entry, value), []).append(Listed(entry, value, name, int(cases), int(runs), title, purpose))
+    found: dict[str, Listed] = {}
+    for entry, value in _points().items():
+        for row in known.get((entry, value)) or _rows(entry, value):
+            if found.setdefault(row.name, row) is not row:
+                raise CampaignError(f"study name {row.name!r} is used twice (second time in {value})")
     return dict(sorted(found.items()))
 
 
 def find(name: str) -> Study:
-    """The study called `name`. Raises CampaignError listing the known names."""
-    known = all_studies()
+    """The study called `name`, no other imported. Raises CampaignError listing the known names."""
+    known = listed()
     if name not in known:
         raise CampaignError(f"study {name!r}: no such study; known: {', '.join(known) or 'none'}{near(name, known)}")
-    return known[name]
+    return next(s for s in _studies(known[name].entry, known[name].value) if s.name == name)
+
+
+def written() -> str:
+    """studies.txt as it ought to be: a line for each study of this project."""
+    ours = {entry: value for entry, value in _points().items() if value.startswith("hil_scripts.")}
+    rows = [row for entry, value in sorted(ours.items()) for row in _rows(entry, value)]
+    return "".join("\t".join(map(str, row)) + "\n" for row in rows)
+
+
+if __name__ == "__main__":
+    LIST.write_text(written(), encoding="utf-8")
+    print(LIST)

@@ -13,13 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flightsw.strict import near
+from hil_scripts.campaign.error import CampaignError as CampaignError
 
 SHOWN = 20  # cases named where one is refused
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+-]*")  # names become file and folder names
-
-
-class CampaignError(ValueError):
-    """Bad input or a folder, cluster or study that cannot be used; the text says which and what is allowed."""
 
 
 @dataclass(frozen=True)

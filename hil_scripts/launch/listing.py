@@ -16,6 +16,7 @@ from flightsw.process.config import flight_of
 from flightsw.strict import ConfigError, near, to_dict
 from ground.happenings import by_name
 from ground.whole import flatten
+from hil_scripts.campaign.registry import listed
 from hil_scripts.launch.runfolder import PARAMS, PLANT_KEY, SCENARIOS, resolve
 
 Rows = list[tuple[str, str]]
@@ -51,9 +52,7 @@ def aircraft() -> Rows:
 
 def campaigns() -> Rows:
     """Studies of `sil campaign`."""
-    from hil_scripts.campaign.registry import all_studies  # slow: imports every study
-
-    return [(s.name, f"{s.title}: {s.purpose}") for s in all_studies().values()]
+    return [(s.name, f"{s.title}: {s.purpose}") for s in listed().values()]
 
 
 KINDS: dict[str, tuple[str, Callable[[], Rows]]] = {

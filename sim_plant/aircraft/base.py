@@ -16,6 +16,7 @@ from sim_plant.actuators import CommandPath, Values
 from sim_plant.aircraft.kind import Setup
 from sim_plant.kernels import layout as n
 from sim_plant.kernels.atmosphere import isa
+from sim_plant.sensors.bank import Bank
 from sim_plant.sensors.base import View
 from sim_plant.sensors.suite import sensors_of
 from sim_plant.servo_unit import ServoUnit
@@ -51,6 +52,7 @@ class Member(ABC):
     tanks: Tanks | None = None
     exposure: Exposure | None = None  # where it feels a wake
     engines = 0  # that can fail
+    well = False  # within `bounds` (layout.py) as last observed, by a kind that looks: not lost
     leak_kgps = 0.0  # fuel it loses (of a kind that has `tanks`)
 
     trim: Values  # the command that holds the start: aileron, elevator, rudder [rad], throttle, latch, flap [rad]
@@ -63,7 +65,9 @@ class Member(ABC):
         self.dt_s = 1.0 / setup.sc.clock.base_rate_hz
         self.probes = np.array([p.position_m for p in self.ac.probe]).reshape(-1, 3)
         self.sensors = sensors_of(setup.sc, self.cfg, tuple(p.name for p in self.ac.probe), setup.seed)
+        self.bank = Bank(self.sensors, len(self.probes))
         self.s, self.obs = np.zeros(n.NS), np.zeros(n.NO)
+        self.bounds = np.full(n.NB, math.nan)
         self.wind, self.free, self.calm = np.zeros(n.NW), np.zeros(3), np.zeros(3)
         self.probe_wake = np.zeros((len(self.probes), 3))
         self.view = View(len(self.probes))
@@ -80,8 +84,7 @@ class Member(ABC):
 
     def show(self) -> None:
         """Copy `s` and `obs` into the view."""
-        v = self.view
-        v.s, v.o, v.arrays = self.s.tolist(), self.obs.tolist(), (self.s, self.obs)
+        self.view.see(self.s.copy(), self.obs)
 
     def check_limits(self) -> None:
         """Raise ConfigError for a start beyond the limits of the aircraft's file; an upset may be beyond its incidence."""

@@ -48,7 +48,7 @@ class BoomCoupling(Coupling):
         lead.boom = r.boom
         for view in (lead, r):
             view.contact, view.inside = self.contact, self.inside
-        flow = self.flow_kgps(lead.s[n.S_FUEL], r.s[n.S_FUEL], r.o[n.O_MASS])
+        flow = self.flow_kgps(lead.s[n.S_FUEL], r.s[n.S_FUEL], r.o[n.O_MASS]) if self.contact else 0.0
         r.transfer_kgps, lead.transfer_kgps = flow, -flow
 
     def step(self, rel: list[float], latch: bool) -> None:

@@ -51,4 +51,8 @@ NO = O_PROBE + 3 * MAX_PROBES
 # relative vector written by geometry.relative
 R_XI, R_XIDOT, R_EL, R_AZ, R_EXT, R_EXTDOT, R_SPEED, NR = 0, 3, 6, 7, 8, 9, 10, 11
 
+# bounds within which an aircraft needs no closer look at whether it is lost (lost.py): least and largest load factor [-],
+# airspeed [m/s], least height [m], size of pitch, bank, incidence [rad] and rates [rad/s]
+B_LOAD, B_V, B_HEIGHT, B_PITCH, B_BANK, B_ALPHA, B_RATE, NB = 0, 2, 3, 4, 5, 6, 7, 8
+
 G0 = 9.80665  # [m/s^2] standard gravity, constant over the flat earth

@@ -8,6 +8,7 @@ from typing import Any
 
 from flightsw.types import UPD_AIR, SensorFrame
 from sim_plant.kernels import layout as n
+from sim_plant.sensors.bank_kernel import PLAIN
 from sim_plant.sensors.base import Sensor, View
 from sim_plant.sensors.faulty import Delay, Flicker
 
@@ -60,7 +61,7 @@ class AirSensor(Sensor):
     """Probe i reads the wind at its own place, wake and w x r included. Error row: V, alpha, beta of probe 0, of
     probe 1, ... A channel that is off reads NaN; a probe that is off loses its bit in the mask."""
 
-    group, bit = "air", UPD_AIR
+    group, bit, form = "air", UPD_AIR, PLAIN
 
     def __init__(self, *args: Any) -> None:
         super().__init__(*args)
@@ -73,6 +74,9 @@ class AirSensor(Sensor):
         a = tuple([o[n.O_PROBE + j] + e[j] for j in range(1, m, 3)])
         b = tuple([o[n.O_PROBE + j] + e[j] for j in range(2, m, 3)])
         return (1 << view.probes) - 1, v, a, b
+
+    def made(self, row: tuple[float, ...], view: View) -> Reading:
+        return (1 << view.probes) - 1, row[0::3], row[1::3], row[2::3]
 
     def fill(self, frame: SensorFrame, t_us: int, value: Reading) -> None:
         frame.air_mask, frame.air_V, frame.air_alpha, frame.air_beta = value
@@ -88,10 +92,9 @@ class AirSensor(Sensor):
             value = (mask, tuple(row[0::3]), tuple(row[1::3]), tuple(row[2::3]))
         return super().alter(value, frozen)
 
-    def refresh(self) -> None:
+    def impaired(self) -> bool:
         """As the base class; single-probe faults count as well."""
-        super().refresh()
-        self.faulty = self.faulty or bool(self.cells)
+        return super().impaired() or bool(self.cells)
 
 
 def _row(value: Reading) -> list[float]:

@@ -13,10 +13,12 @@ from numpy.typing import NDArray
 from flightsw.strict import ConfigError
 from flightsw.types import SensorFrame
 from sim_plant.kernels import layout as n
-from sim_plant.rng import NoiseRows
+from sim_plant.sensors.bank_kernel import APART
 from sim_plant.sensors.faulty import Delay, Drift, Flicker, Garbage
+from sim_plant.sensors.rows import NoiseRows
 
 if TYPE_CHECKING:
+    from sim_plant.sensors.bank import Bank
     from sim_plant.sensors.errors import Errors
     from sim_plant.sensors.ports import Before
 
@@ -29,13 +31,15 @@ class View:
     """True values of one aircraft at the current tick, as plain floats (layout.py orders)."""
 
     __slots__ = (
-        "arrays", "boom", "contact", "inside", "lateral_m", "lateral_read", "o", "probes", "rel", "s", "target", "transfer_kgps",
+        "_due", "_o", "_s", "arrays", "boom", "contact", "inside", "lateral_m", "lateral_read", "probes", "rel", "target",
+        "transfer_kgps",
     )  # fmt: skip
 
     def __init__(self, probes: int) -> None:
-        self.s = [0.0] * n.NS  # state
-        self.o = [0.0] * n.NO  # observation
-        self.arrays: tuple[Arr, Arr] | None = None  # the same two, where a kind has them as arrays
+        self._s = [0.0] * n.NS
+        self._o = [0.0] * n.NO
+        self.arrays: tuple[Arr, Arr] | None = None  # `s` and `o`, where a kind has them as arrays
+        self._due = False  # the lists are still to be made of them
         self.rel = [0.0] * n.NR  # relative to the leader; of the leader zero
         self.boom = [0.0] * n.NR  # the same of whoever is at the boom: own, or (leader) its partner's
         self.contact = False
@@ -46,11 +50,47 @@ class View:
         self.lateral_m = 0.0  # of that aircraft off the refuelling track,
         self.lateral_read = False  # or already what the crew reads, the truth being spread about it
 
+    @property
+    def s(self) -> list[float]:
+        """State [NS]."""
+        if self._due:
+            self._copy()
+        return self._s
+
+    @s.setter
+    def s(self, s: list[float]) -> None:
+        if self._due:
+            self._copy()
+        self._s = s
+
+    @property
+    def o(self) -> list[float]:
+        """Observation [NO]."""
+        if self._due:
+            self._copy()
+        return self._o
+
+    @o.setter
+    def o(self, o: list[float]) -> None:
+        if self._due:
+            self._copy()
+        self._o = o
+
+    def see(self, s: Arr, o: Arr) -> None:
+        """These from now on; the arrays must stay as they are until the next call. Lists are made when asked for."""
+        self.arrays, self._due = (s, o), True
+
+    def _copy(self) -> None:
+        if self.arrays is not None:
+            self._s, self._o = self.arrays[0].tolist(), self.arrays[1].tolist()
+        self._due = False
+
     def still(self) -> View:
         """As it is now, for good, and to be changed."""
+        s, o = self.s[:], self.o[:]
         out = copy(self)
         out.arrays = None
-        out.s, out.o, out.rel, out.boom = self.s[:], self.o[:], self.rel[:], self.boom[:]
+        out.s, out.o, out.rel, out.boom = s, o, self.rel[:], self.boom[:]
         return out
 
 
@@ -63,10 +103,12 @@ def divisor(base_hz: int, rate_hz: float, key: str) -> int:
 
 
 class Sensor:
-    """One sensor group. Subclasses say what they measure (`sample`) and where it goes (`fill`)."""
+    """One sensor group. Subclasses say what they measure (`sample`) and where it goes (`fill`); those with a `form`
+    (bank_kernel.py) are read together while nothing is wrong with them (bank.py)."""
 
     group = ""  # name in the scenario
     bit = 0  # SensorFrame.updated
+    form = APART
     exact = 0  # columns of its reading that faults can change, if paper gives it no errors of its own
 
     def __init__(
@@ -81,6 +123,7 @@ class Sensor:
         self.ready_us = NEVER_US  # and when the first of them will be
         self._last: Any = None
         self.graded: Errors | None = None  # what a grade, or single terms, add to the noise
+        self.bank: Bank | None = None
         # faults, set by failures.schedule.FaultPlan
         self.faulty = False
         self.dropped = False
@@ -105,7 +148,7 @@ class Sensor:
         raise NotImplementedError
 
     def step(self, k: int, t_us: int, view: View, frame: SensorFrame) -> None:
-        """Sample if it is this sensor's tick, and deliver what has waited out its latency."""
+        """Sample if it is this sensor's tick, and deliver what has waited out its latency: bank.Bank.read for one alone."""
         if k % self.div == 0:
             # errors are drawn also while a fault hides them: a fault must not reshuffle the rest of the run
             e = self.noise.next() if self.noise is not None else []
@@ -116,17 +159,28 @@ class Sensor:
             if g is not None:
                 e, out = g.add(e, t_us, view), g.flicker is not None and g.flicker.lost()
             if not self.faulty:
-                value = None if out else self.sample(view, e)
-                if value is None:
-                    pass
-                elif self.latency_us == 0 and not self.waiting:
-                    self._last = value
-                    self.fill(frame, t_us, value)
-                    frame.updated |= self.bit
-                else:
-                    self._queue(t_us, value)
+                self.take(t_us, None if out else self.sample(view, e), frame)
             else:
                 self._faulty_sample(t_us, view, e, out)
+        self.deliver(t_us, frame)
+
+    def made(self, row: tuple[float, ...], view: View) -> Any:
+        """The sample of a compiled reading, errors in it: as `sample`."""
+        return row
+
+    def take(self, t_us: int, value: Any, frame: SensorFrame) -> None:
+        """A sample of now, None for none: into the frame, or to wait."""
+        if value is None:
+            return
+        if self.latency_us == 0 and not self.waiting:
+            self._last = value
+            self.fill(frame, t_us, value)
+            frame.updated |= self.bit
+        else:
+            self._queue(t_us, value)
+
+    def deliver(self, t_us: int, frame: SensorFrame) -> None:
+        """The first sample that waits into the frame, if its time has come."""
         if self.ready_us <= t_us:
             taken, value = self.waiting.popleft()
             self.ready_us = self.waiting[0][0] + self.latency_us if self.waiting else NEVER_US
@@ -185,10 +239,18 @@ class Sensor:
         lost = [f.lost() for f in self.flickers]  # every chain moves on, whatever the others do
         return None if any(lost) else value
 
+    def impaired(self) -> bool:
+        """Whether a fault is on it."""
+        return (
+            self.dropped or self.stuck or self.offset is not None or self.spike is not None
+            or bool(self.errors or self.delays or self.flickers)
+            or self.factors is not None or self.frozen or self.stamp_us != 0 or bool(self.before)
+        )  # fmt: skip
+
     def refresh(self) -> None:
         """Recompute the summary flag after a fault field changed."""
-        self.faulty = self.dropped or self.stuck or self.offset is not None or self.spike is not None
-        self.faulty = self.faulty or bool(self.errors or self.delays or self.flickers)
-        self.faulty = self.faulty or self.factors is not None or self.frozen or self.stamp_us != 0 or bool(self.before)
+        self.faulty = self.impaired()
         if not self.frozen:
             self._still = None
+        if self.bank is not None:
+            self.bank.sort()

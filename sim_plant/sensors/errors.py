@@ -15,17 +15,27 @@ from sim_plant.kernels import layout as n
 from sim_plant.rng import BLOCK, generator
 from sim_plant.sensors.base import View
 from sim_plant.sensors.faulty import Flicker
+from sim_plant.sensors.rows import Rows
 from sim_plant.sensors.shape_kernel import (
+    HEAD,
+    K_AT,
+    K_HOW,
+    LEVER,
     LEVER_ACC,
     LEVER_GNSS,
     NLEVER,
+    NODE_US,
     NWORK,
     RUBS,
     SHAPES,
+    SKY,
     W_B0,
+    W_COMMON,
     W_FRICTION,
+    W_GRADIENT,
     W_QUANTUM,
     W_SIGN,
+    W_SKY,
     told,
 )
 from sim_plant.sensors.shared import Shared
@@ -63,6 +73,11 @@ def measured(group: str, probes: int) -> list[int]:
     return at[group]
 
 
+def sign(group: str) -> float:
+    """-1 where a sensor reads heights of a place that counts downwards, else 1."""
+    return -1.0 if group in ("baro", "radalt") else 1.0
+
+
 @dataclass(frozen=True)
 class Draw:
     """Rows of white, Gauss-Markov, random walk and constant of some columns. Call block() for the next [rows, columns]."""
@@ -94,7 +109,7 @@ class Draw:
         return out
 
 
-class Errors:
+class Errors(Rows):
     """Errors of the sensor `group` of aircraft `name` at sample period `period_s`; `add` once per sample.
 
     scale, bias_scale: factors of [noise] on what varies and on what is drawn once per run.
@@ -111,18 +126,19 @@ class Errors:
         scale: float,
         bias_scale: float,
     ) -> None:
+        at = measured(group, probes)
+        super().__init__(len(at))
         self.terms, self.period_s = terms, period_s
         fams = FAMILIES[group]
-        self.at = np.array(measured(group, probes))
-        self.width = width = len(self.at)
         self.draws: list[tuple[list[int], Draw]] = []
-        self.work = np.zeros((NWORK + width, width))
-        self.work[W_B0] = 1.0
-        self.work[W_SIGN] = -1.0 if group in ("baro", "radalt") else 1.0  # heights, of a place that counts downwards
-        mat = self.work[NWORK:]
-        mat[:] = np.eye(width)
+        work = self.work
+        work[W_B0] = 1.0
+        work[W_SIGN] = sign(group)
+        mat = work[NWORK:]
+        mat[:] = np.eye(self.width)
         shaping = False
-        self.sky: list[tuple[int, float, float, Shared]] = []
+        self._sky: list[tuple[int, Shared]] = []
+        self._second = -1  # up to which the sky is known
         key = f"{name}.{group}"
         turns: Arr = generator(seed, f"{key}.align").standard_normal(3)  # one mounting for the whole sensor
         for fam, (base, _) in fams.items():
@@ -144,11 +160,12 @@ class Errors:
             factor = bias_scale * t.scale * rng("scale").standard_normal(m)
             for i, c in enumerate(cols):
                 mat[c, c] += factor[i]
-                self.work[W_QUANTUM, c], self.work[W_FRICTION, c] = t.quantum, t.friction
-                self.work[: W_B0 + 2, c] = lag_of(t.lag_s, period_s)
+                work[W_QUANTUM, c], work[W_FRICTION, c] = t.quantum, t.friction
+                work[: W_B0 + 2, c] = lag_of(t.lag_s, period_s)
                 if t.common > 0.0 or t.gradient > 0.0:
                     shared = Shared.of(seed, SHARED[group], t.common_tau_s)
-                    self.sky.append((c, scale * t.common, scale * t.gradient, shared))
+                    self._sky.append((c, shared))
+                    work[W_COMMON, c], work[W_GRADIENT, c] = scale * t.common, scale * t.gradient
             if t.align > 0.0:
                 a, b, c3 = (bias_scale * t.align * turns).tolist()
                 i0, i1, i2 = cols
@@ -156,22 +173,38 @@ class Errors:
                 for row, col, x in ((i0, i1, c3), (i0, i2, -b), (i1, i0, -c3), (i1, i2, a), (i2, i0, b), (i2, i1, -a)):
                     mat[row, col] += x
             shaping |= max(t.scale, t.align, t.lag_s, t.quantum, t.friction) > 0.0
-        self.lever = np.full(NLEVER, math.nan)
+        self.lever[:] = math.nan
         self.lever[:3] = bias_scale * terms.lever_m * generator(seed, f"{key}.lever").standard_normal(3)
         self.lever[3] = period_s
-        self.how = SHAPES * shaping | RUBS * bool(self.work[W_FRICTION].any())
+        how = SHAPES * shaping | RUBS * bool(work[W_FRICTION].any()) | SKY * bool(self._sky)
         if terms.lever_m > 0.0:
-            self.how |= {"imu": LEVER_ACC, "gnss": LEVER_GNSS}[group]
-        self._rows: Arr = np.zeros((0, width))
-        self.out = np.zeros(width)
-        self._few = bool(self.sky) or terms.blocked > 1.0
-        self._pair, self._boom = int(self.at[0]) >= PAIR, group == "boom"
-        self._i = 0
+            how |= {"imu": LEVER_ACC, "gnss": LEVER_GNSS}[group]
+        k = self.store.k[self.j]
+        k[K_HOW], k[K_AT : K_AT + self.width] = how, at
+        self.out = np.zeros(self.width)
+        self.few = bool(self._sky) or terms.blocked > 1.0  # `prepare` has something to do
+        self._pair, self._boom = at[0] >= PAIR, group == "boom"
         share = terms.outage_per_h * terms.outage_s / 3600.0
         self.flicker = None
         if share > 0.0:
             mean = max(1.0, terms.outage_s / period_s)
             self.flicker = Flicker(min(share, 0.999), mean, generator(seed, f"{key}.outage"))
+
+    @property
+    def work(self) -> Arr:
+        """Work array [NWORK + width, width] (shape_kernel.py)."""
+        return self.store.f[self.j, : NWORK + self.width, : self.width]
+
+    @property
+    def lever(self) -> Arr:
+        """Lever arm and what it remembers [NLEVER] (shape_kernel.py)."""
+        return self.store.f[self.j, LEVER, :NLEVER]
+
+    def block(self) -> Arr:
+        rows = np.zeros((BLOCK, self.width))
+        for cols, d in self.draws:
+            rows[:, cols] = d.block(BLOCK)
+        return rows
 
     def lost(self) -> bool:
         """Whether the sample of now falls into an outage; ask once per sample."""
@@ -179,29 +212,39 @@ class Errors:
 
     def add(self, e: list[float], t_us: int, view: View) -> list[float]:
         """Error row of the sample taken at t_us: `e` (what the paper's model draws; [] for nothing), and everything else."""
-        if self._i == len(self._rows):
-            self._rows = np.zeros((BLOCK, self.width))
-            for cols, d in self.draws:
-                self._rows[:, cols] = d.block(BLOCK)
-            self._i = 0
-        i = self._i
-        self._i = i + 1
-        if self._few or e:
-            self._own(e, t_us, view, self._rows[i])
+        self.row()
+        if self.few or e:
+            self.prepare(e, t_us, view)
         s, o = view.arrays or (np.array(view.s), np.array(view.o))
         r = NONE if not self._pair else np.array(view.boom if self._boom else view.rel)
-        out = self.out
-        told(s, o, r, self._rows, i, self.at, self.work, self.lever, self.how, out)
+        f, k, out = self.store.f[self.j], self.store.k[self.j], self.out
+        told(
+            s,
+            o,
+            r,
+            f[HEAD:],
+            self.use(),
+            k[K_AT : K_AT + self.width],
+            f[:LEVER],
+            f[LEVER],
+            k[K_HOW],
+            t_us % NODE_US / NODE_US,
+            out,
+        )
         return out.tolist()  # type: ignore[no-any-return]
 
-    def _own(self, e: list[float], t_us: int, view: View, row: Arr) -> None:
-        """What is asked of few: a blocked sky, the paper's draws, slow errors that all share."""
+    def prepare(self, e: list[float], t_us: int, view: View) -> None:
+        """What is asked of few, before the sample of t_us: of a blocked sky, the paper's draws `e`, errors that all share."""
         if self.terms.blocked > 1.0 and (factor := self._blocked(view)) > 1.0:
+            row = self.row()
             row *= factor
         if e:
+            row = self.row()
             row += e
-        for c, common, gradient, sky in self.sky:
-            row[c] += sky.error(c, t_us, common, gradient, view.s[n.S_P], view.s[n.S_P + 1])
+        if self._sky and t_us // NODE_US != self._second:
+            self._second = t_us // NODE_US
+            for c, shared in self._sky:
+                self.work[W_SKY:NWORK, c] = shared.around(c, t_us)
 
     def _blocked(self, view: View) -> float:
         r = view.rel

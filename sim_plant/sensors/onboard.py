@@ -17,6 +17,7 @@ from flightsw.types import (
 )
 from sim_plant.kernels import layout as n
 from sim_plant.kernels.atmosphere import isa
+from sim_plant.sensors.bank_kernel import ATTITUDE, HEIGHT, PLAIN, POSITIVE, turn
 from sim_plant.sensors.base import Sensor, View
 
 Six = tuple[float, float, float, float, float, float]
@@ -25,7 +26,7 @@ Six = tuple[float, float, float, float, float, float]
 class ImuSensor(Sensor):
     """Gyro [rad/s] and accelerometer (specific force at the cg) [m/s^2]."""
 
-    group, bit = "imu", UPD_IMU
+    group, bit, form = "imu", UPD_IMU, PLAIN
 
     def sample(self, view: View, e: list[float]) -> Six:
         s, o = view.s, view.o
@@ -39,7 +40,7 @@ class ImuSensor(Sensor):
 class BaroSensor(Sensor):
     """Pressure altitude [m] and the static pressure [Pa] that belongs to it in the standard atmosphere."""
 
-    group, bit = "baro", UPD_BARO
+    group, bit, form = "baro", UPD_BARO, HEIGHT
 
     def sample(self, view: View, e: list[float]) -> tuple[float, float]:
         h = -view.s[n.S_P + 2] + e[0]
@@ -52,7 +53,7 @@ class BaroSensor(Sensor):
 class MagSensor(Sensor):
     """Earth's field in body axes [gauss]."""
 
-    group, bit = "mag", UPD_MAG
+    group, bit, form = "mag", UPD_MAG, PLAIN
 
     def sample(self, view: View, e: list[float]) -> tuple[float, float, float]:
         o = view.o
@@ -64,22 +65,13 @@ class MagSensor(Sensor):
 
 def turned(q: list[float], e: list[float]) -> Quat:
     """Quaternion q (first four entries) followed by the rotation vector e [rad] about the body axes."""
-    a = math.sqrt(e[0] * e[0] + e[1] * e[1] + e[2] * e[2])
-    f = 0.5 if a < 1e-9 else math.sin(0.5 * a) / a
-    w, x, y, z = math.cos(0.5 * a), f * e[0], f * e[1], f * e[2]
-    q0, q1, q2, q3 = q[0], q[1], q[2], q[3]
-    return (
-        q0 * w - q1 * x - q2 * y - q3 * z,
-        q0 * x + q1 * w + q2 * z - q3 * y,
-        q0 * y - q1 * z + q2 * w + q3 * x,
-        q0 * z + q1 * y - q2 * x + q3 * w,
-    )
+    return turn(q[0], q[1], q[2], q[3], e[0], e[1], e[2])
 
 
 class AttitudeSensor(Sensor):
     """Attitude reference: the true quaternion turned by a small angle about each body axis."""
 
-    group, bit = "att", UPD_ATT
+    group, bit, form = "att", UPD_ATT, ATTITUDE
 
     def sample(self, view: View, e: list[float]) -> Quat:
         return turned(view.s, e)
@@ -91,7 +83,7 @@ class AttitudeSensor(Sensor):
 class GnssSensor(Sensor):
     """Position [m] and inertial velocity [m/s] in the local navigation frame."""
 
-    group, bit = "gnss", UPD_GNSS
+    group, bit, form = "gnss", UPD_GNSS, PLAIN
 
     def sample(self, view: View, e: list[float]) -> Six:
         s = view.s
@@ -104,10 +96,13 @@ class GnssSensor(Sensor):
 class FuelSensor(Sensor):
     """Fuel on board [kg], with the transfer flow [kg/s]."""
 
-    group, bit = "fuel", UPD_FUEL
+    group, bit, form = "fuel", UPD_FUEL, POSITIVE
 
     def sample(self, view: View, e: list[float]) -> tuple[float, float]:
         return max(0.0, view.s[n.S_FUEL] + e[0]), view.transfer_kgps
+
+    def made(self, row: tuple[float, ...], view: View) -> tuple[float, float]:
+        return row[0], view.transfer_kgps
 
     def fill(self, frame: SensorFrame, t_us: int, value: tuple[float, float]) -> None:
         frame.fuel_kg, frame.fuel_flow_kgps, frame.fuel_t_us = value[0], value[1], t_us
@@ -116,12 +111,15 @@ class FuelSensor(Sensor):
 class RadaltSensor(Sensor):
     """Radio altimeter: height above the ground [m], which is level at height 0; silent beyond its range, and never below 0."""
 
-    group, bit = "radalt", UPD_RADALT
+    group, bit, form = "radalt", UPD_RADALT, POSITIVE
     range_max_m = math.inf
 
     def sample(self, view: View, e: list[float]) -> tuple[float] | None:
         h = -view.s[n.S_P + 2]
         return (max(0.0, h + e[0]),) if h <= self.range_max_m else None
+
+    def made(self, row: tuple[float, ...], view: View) -> tuple[float, ...] | None:
+        return row if -view.s[n.S_P + 2] <= self.range_max_m else None
 
     def row(self, view: View) -> list[float]:
         return [-view.s[n.S_P + 2]]

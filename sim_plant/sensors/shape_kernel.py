@@ -19,24 +19,56 @@ from sim_plant.kernels.jit import jit
 
 Arr = NDArray[np.float64]
 # rows of the work array, column by column of the reading: lag y' = a y + b0 t' + b1 t; step of the output; friction of a bearing;
-# sign of what is measured; y, t and bearing of the last sample; scale and misalignment from NWORK on
-W_A, W_B0, W_B1, W_QUANTUM, W_FRICTION, W_SIGN, W_Y, W_T, W_Z, NWORK = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
+# sign of what is measured; y, t and bearing of the last sample; shares of the sky (shared.py) and of its gradients, and the
+# sky before and after now, each at the origin and its change to the north and east; scale and misalignment from NWORK on
+W_A, W_B0, W_B1, W_QUANTUM, W_FRICTION, W_SIGN, W_Y, W_T, W_Z, W_COMMON, W_GRADIENT, W_SKY, NWORK = *range(12), 17
 # lever: arm [3, m], period [s], body rates of the last sample [3, rad/s] (NaN: none), NaN before the first sample
 L_LAST, L_FRESH, NLEVER = 4, 7, 8
-SHAPES, LEVER_ACC, LEVER_GNSS, RUBS = 1, 2, 4, 8  # bits of `how`
+NODE_US = 1_000_000  # [us] between values of the sky, linear in between
+SHAPES, LEVER_ACC, LEVER_GNSS, RUBS, SKY = 1, 2, 4, 8, 16  # bits of `how`
+# a sensor of a store (rows.py): its work array, its lever, its error rows one below the other; as whole numbers the form of its
+# reading (bank_kernel.py), its columns, `how`, the next error row, `at`
+WIDTH = 3 * n.MAX_PROBES
+LEVER, HEAD = NWORK + WIDTH, NWORK + WIDTH + 1
+K_FORM, K_WIDTH, K_HOW, K_NEXT, K_AT = 0, 1, 2, 3, 4
+
+
+@jit
+def entry(s: Arr, o: Arr, r: Arr, k: int) -> float:
+    """Entry k of state `s` [NS], observation `o` [NO] and relative motion `r` [NR] one after the other; -1: 0."""
+    if k >= n.NS + n.NO:
+        return r[k - n.NS - n.NO]
+    if k >= n.NS:
+        return o[k - n.NS]
+    return s[k] if k >= 0 else 0.0
 
 
 @jit
 def told(
-    s: Arr, o: Arr, r: Arr, rows: Arr, i: int, at: NDArray[np.int64], work: Arr, lever: Arr, how: int, out: Arr
+    s: Arr,
+    o: Arr,
+    r: Arr,
+    rows: Arr,
+    i: int,
+    at: NDArray[np.int64],
+    work: Arr,
+    lever: Arr,
+    how: int,
+    past: float,
+    out: Arr,
 ) -> None:
     """Write into `out` [m] what must be added to the measured row t [m] so that the reading is Q(mat y + e).
 
-    Column c measures entry at[c] of state `s` [NS], observation `o` [NO] and relative motion `r` [NR] one after the other (-1:
-    nothing). e = rows[i] [m] and, by the bits `how`, the lever arm's part; y: t, held in a vane's bearing, through the lag; Q
-    rounds to multiples of the step (0: not). `work` [NWORK + m, m] and `lever` [NLEVER] as above; both remember the sample.
+    Column c measures `entry` at[c]. e = rows[i] [m] and, by the bits `how`, the sky's at the share `past` of the way from the
+    one before to the one after, and the lever arm's part; y: t, held in a vane's bearing,
+    through the lag; Q rounds to multiples of the step (0: not). `work` [NWORK + m, m] and `lever` [NLEVER] as above; both
+    remember the sample. Columns beyond m are left alone.
     """
     e, m = rows[i], at.shape[0]
+    if how & SKY:
+        for c in range(m):
+            if work[W_COMMON, c] > 0.0 or work[W_GRADIENT, c] > 0.0:
+                e[c] += sky(work, c, past, s[n.S_P], s[n.S_P + 1])
     if how & LEVER_ACC:
         lever_acc(s[n.S_W : n.S_W + 3], lever, e)
     elif how & LEVER_GNSS:
@@ -48,14 +80,7 @@ def told(
     fresh = math.isnan(lever[L_FRESH])
     lever[L_FRESH] = 1.0
     for c in range(m):
-        k, x = at[c], 0.0
-        if k >= n.NS + n.NO:
-            x = work[W_SIGN, c] * r[k - n.NS - n.NO]
-        elif k >= n.NS:
-            x = work[W_SIGN, c] * o[k - n.NS]
-        elif k >= 0:
-            x = work[W_SIGN, c] * s[k]
-        out[c] = x
+        out[c] = work[W_SIGN, c] * entry(s, o, r, at[c])
     if how & RUBS:
         held(isa(-s[n.S_P + 2])[2], fresh, work, out)
     for c in range(m):
@@ -72,6 +97,14 @@ def told(
         if q > 0.0:
             x = q * math.floor(x / q + 0.5)
         out[c] = x - out[c]
+
+
+@jit
+def sky(work: Arr, c: int, past: float, north: float, east: float) -> float:
+    """Error [m] that all who are near share, in column c at a place [m]."""
+    a, b = work[W_SKY : W_SKY + 3, c], work[W_SKY + 3 : W_SKY + 6, c]
+    at, dn, de = a[0] + past * (b[0] - a[0]), a[1] + past * (b[1] - a[1]), a[2] + past * (b[2] - a[2])
+    return work[W_COMMON, c] * at + work[W_GRADIENT, c] * (dn * north + de * east)
 
 
 @jit

@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim_plant.rng import BLOCK, generator
+from sim_plant.sensors.shape_kernel import NODE_US
 from sim_plant.wind.air import gauss_markov_block
-
-NODE_US = 1_000_000  # [us] between the drawn values, linear in between
 
 
 class Shared:
@@ -30,17 +29,15 @@ class Shared:
         """The one of a run."""
         return _kept(seed, stream, tau_s)
 
-    def error(self, axis: int, t_us: int, common: float, gradient: float, north_m: float, east_m: float) -> float:
-        """Error [m] of axis (north, east, down; of one column: 0) at t_us at a place: `common` [m], `gradient` [m/m] 1 sigma."""
-        k, rest = divmod(t_us, NODE_US)
+    def around(self, axis: int, t_us: int) -> list[float]:
+        """Values of axis (north, east, down; of one column: 0) before t_us, at the origin and their change to the north and
+        to the east, and the same after."""
+        k = t_us // NODE_US
         while k + 1 >= len(self._nodes):
             unit = self._rng.standard_normal((BLOCK, 9))
             gauss_markov_block(self._x, self._e, unit)
             self._nodes += unit.tolist()
-        a, b, f = self._nodes[k], self._nodes[k + 1], rest / NODE_US
-        n, e = axis + 3, axis + 6
-        at, dn, de = a[axis] + f * (b[axis] - a[axis]), a[n] + f * (b[n] - a[n]), a[e] + f * (b[e] - a[e])
-        return common * at + gradient * (dn * north_m + de * east_m)
+        return [node[i] for node in self._nodes[k : k + 2] for i in (axis, axis + 3, axis + 6)]
 
 
 @lru_cache(maxsize=8)

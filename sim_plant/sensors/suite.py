@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from sim_plant.aircraft.kind import OWN
-from sim_plant.rng import NoiseRows
 from sim_plant.sensors.airdata import AirSensor
 from sim_plant.sensors.base import Sensor
 from sim_plant.sensors.config import NoiseCfg, Suite
@@ -20,6 +19,7 @@ from sim_plant.sensors.onboard import (
     RadaltSensor,
 )
 from sim_plant.sensors.pair import BoomSensor, RelSensor
+from sim_plant.sensors.rows import NoiseRows
 from sim_plant.sensors.tacan import RadarSensor, TacanSensor
 from sim_plant.sensors.terms import PAPER, grade_of, group_terms
 

@@ -8,9 +8,10 @@ from typing import Any
 from flightsw.strict import ConfigError
 from flightsw.types import UPD_RADAR, UPD_TACAN, SensorFrame
 from sim_plant.kernels import layout as n
-from sim_plant.rng import NoiseRows, generator
+from sim_plant.rng import generator
 from sim_plant.sensors.base import Sensor, View
 from sim_plant.sensors.config import Radar, Tacan
+from sim_plant.sensors.rows import NoiseRows
 
 Reply = tuple[float | None, float | None, tuple[float, float] | None]
 

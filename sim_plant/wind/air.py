@@ -95,11 +95,16 @@ def lay_gusts(cs: float, sn: float, gust: Arr, at: int, rings: Arr, k: int) -> N
 
 @jit
 def meet(
+    cs: float,
+    sn: float,
+    gust: Arr,
+    row: int,
+    ahead: int,
     h: float,
     table: Arr,
     slow: Arr,
     at: int,
-    ring: Arr,
+    rings: Arr,
     k: int,
     lag: float,
     calm: Arr,
@@ -107,10 +112,12 @@ def meet(
     wind: Arr,
     probe: Arr,
 ) -> None:
-    """calm_air, free_air, and the undisturbed effective wind [NW] and probes' [m, 3] that go with it: what disturbs them adds to
-    both."""
+    """Of who lays the gusts (row >= 0): lay_gusts of tick k + ahead. Then calm_air, free_air on the centre's line, and the
+    undisturbed effective wind [NW] and probes' [m, 3] that go with it: what disturbs them adds to both."""
+    if row >= 0:
+        lay_gusts(cs, sn, gust, row, rings, k + ahead)
     calm_air(h, table, slow, at, calm)
-    free_air(calm, ring, k, lag, free)
+    free_air(calm, rings[0], k, lag, free)
     wind[0], wind[1], wind[2] = free[0], free[1], free[2]
     wind[3:] = 0.0
     probe[:] = 0.0

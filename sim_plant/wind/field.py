@@ -65,7 +65,7 @@ class AirMass:
             self._slow_e = math.exp(-dt_s / cfg.slow.tau_s)
         self._rate = 1.0 / dt_s
         self._zero = np.zeros((1, 3))
-        self._none = np.zeros((2, 3))
+        self._none = np.zeros((1, 2, 3))
 
     def disturb(self, d: Disturbance) -> None:
         """Let `d` act on every aircraft from now on."""
@@ -73,7 +73,25 @@ class AirMass:
 
     def mean(self, m: Member) -> None:
         """Wind on `m` without gusts and slow variation (for trim): fills m.calm, m.free, m.wind, m.probe_wake."""
-        meet(m.height_m, self._table, self._zero, 0, self._none, 0, 0.0, m.calm, m.free, m.wind, m.probe_wake)
+        no = self._none
+        meet(
+            1.0,
+            0.0,
+            no,
+            -1,
+            0,
+            m.height_m,
+            self._table,
+            self._zero,
+            0,
+            no,
+            0,
+            0.0,
+            m.calm,
+            m.free,
+            m.wind,
+            m.probe_wake,
+        )
         self._disturbed(m)
 
     def steady(self, alt_m: float) -> tuple[float, float]:
@@ -113,16 +131,19 @@ class AirMass:
 
     def step(self, m: Member, k: int) -> None:
         """Wind on `m` at tick k: fills m.calm, m.free, m.wind, m.probe_wake. In scenario order; each observes before the next."""
-        g, lag = self._gusts[m.cfg.name], 0.0
-        if g.owner == m.cfg.name:
-            g.lay(self._axes(m), k + g.ahead, m.height_m)
+        name, h, lag, row, cs, sn = m.cfg.name, m.height_m, 0.0, -1, 1.0, 0.0
+        g = self._gusts[name]
+        if g.owner == name:
+            (cs, sn), row = self._axes(m), g.next_row(h)
             g.seen = m.obs
         else:
             lag = min(g.most, max(0.0, -m.view.rel[n.R_XI]) / max(1.0, float(g.seen[n.O_V])) * self._rate)
-        at = self._slow_at
-        meet(m.height_m, self._table, self._slow, at, g.ring, k, lag, m.calm, m.free, m.wind, m.probe_wake)
+        meet(
+            cs, sn, g.rows, row, g.ahead, h, self._table, self._slow, self._slow_at, g.rings, k, lag, m.calm, m.free, m.wind,
+            m.probe_wake,
+        )  # fmt: skip
         self._disturbed(m)
-        over = self._over.get(m.cfg.name)
+        over = self._over.get(name)
         if over is not None:
             over.turn(m.s, k, lag, m.wind, m.probe_wake)
 

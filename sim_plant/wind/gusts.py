@@ -84,7 +84,7 @@ class Gusts:
             across.settle(d.model, d.V_mps * dt_s, self.lengths, count)
         self.rings = np.zeros((lines, RING, 3))
         self.seen = np.zeros(n.NO)  # observation of the owner
-        self._rows = np.zeros((1, lines, 3))
+        self.rows = np.zeros((1, lines, 3))  # to be laid
         self._at = 0
 
     @property
@@ -95,13 +95,18 @@ class Gusts:
 
     def lay(self, along: tuple[float, float], k: int, height_m: float) -> None:
         """The gusts met at tick k, with u along the unit vector `along` (north, east), by an owner at this height [m]."""
+        row = self.next_row(height_m)
+        lay_gusts(*along, self.rows, row, self.rings, k)
+
+    def next_row(self, height_m: float) -> int:
+        """Which of `rows` [k, line, 3] an owner at this height [m] is to lay next."""
         self._at += 1
-        if self._at >= len(self._rows):
+        if self._at >= len(self.rows):
             self._advance(height_m)
-            while len(self._rows) == 0:  # the first of several lines
+            while len(self.rows) == 0:  # the first of several lines
                 self._advance(height_m)
             self._at = 0
-        lay_gusts(*along, self._rows, self._at, self.rings, k)
+        return self._at
 
     def sigma_w(self, k: int) -> float:
         """1-sigma [m/s] of the vertical gust at tick k."""
@@ -115,10 +120,10 @@ class Gusts:
             if isinstance(s, ShapedSeries):
                 s.tune(self.lengths)
             blocks.append(s.advance())
-        self._rows = blocks[0][:, None, :] if self.across is None else self.across.next(blocks)
+        self.rows = blocks[0][:, None, :] if self.across is None else self.across.next(blocks)
         if not self._plain:
-            self._rows = self._rows * self.sigma
+            self.rows = self.rows * self.sigma
         if self._time.steps:
-            self._rows = self._rows * self._time.factors(self.tick, len(self._rows))[:, None, None]
-        self._rows = np.ascontiguousarray(self._rows)
-        self.tick += len(self._rows)
+            self.rows = self.rows * self._time.factors(self.tick, len(self.rows))[:, None, None]
+        self.rows = np.ascontiguousarray(self.rows)
+        self.tick += len(self.rows)

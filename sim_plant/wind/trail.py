@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from sim_plant.kernels import layout as n
 from sim_plant.wind.config import Wake
-from sim_plant.wind.trail_kernel import H_POS, NHIST, lie, note
+from sim_plant.wind.trail_kernel import H_POS, NHIST, lay_trail, note
 from sim_plant.wind.vortex import K_WING, source_strength
 
 Arr = NDArray[np.float64]
@@ -55,23 +55,19 @@ class Trail:
         self._hist[:] = self._hist[0]
         age = (-np.arange(RING) % RING) * self._dt
         self._hist[:, H_POS : H_POS + 3] -= age[:, None] * s[n.S_V : n.S_V + 3]
-        self._k = 0
-        self._lie(obs)
+        self._k = -1
+        self.shed(s, obs, calm, calm)
 
     def shed(self, s: Arr, obs: Arr, calm: Arr, free: Arr) -> None:
         """Another tick, in air `free` [3] (m/s, NED) of which `calm` is no gust."""
         self._k += 1
-        note(s, self._src, calm, free, self._hist[self._k % RING])
-        self._lie(obs)
-
-    def _lie(self, obs: Arr) -> None:
         cfg = self._cfg
         if cfg.edr_m2ps3 > 0.0 and self._k % 100 == 0:
             b = float(self._src[K_WING + 3])
             rate = source_strength(obs, self._src)[0] / (2.0 * math.pi * b)  # [m/s] at which the pair sinks far behind
             if rate > 0.0:
                 self.fade = DECAY * rate / b / lifespan((cfg.edr_m2ps3 * b) ** (1.0 / 3.0) / rate)
-        lie(
-            self._hist, self._k, self._dt, AWAY, obs, self._src, cfg.sink, ROLL_UP, self.fade, cfg.meander, self.nodes,
-            self.parts,
+        lay_trail(
+            s, calm, free, self._hist, self._k, self._dt, AWAY, obs, self._src, cfg.sink, ROLL_UP, self.fade, cfg.meander,
+            self.nodes, self.parts,
         )  # fmt: skip

@@ -106,6 +106,29 @@ def lie(
 
 
 @jit
+def lay_trail(
+    s: Arr,
+    calm: Arr,
+    free: Arr,
+    hist: Arr,
+    k: int,
+    dt: float,
+    away: Arr,
+    obs: Arr,
+    src: Arr,
+    sink: bool,
+    roll_up: float,
+    fade: float,
+    meander: float,
+    nodes: Arr,
+    parts: Arr,
+) -> None:
+    """`note` tick k in the history, then `lie`."""
+    note(s, src, calm, free, hist[k % hist.shape[0]])
+    lie(hist, k, dt, away, obs, src, sink, roll_up, fade, meander, nodes, parts)
+
+
+@jit
 def trail_velocity(x: float, y: float, z: float, parts: Arr, gw: float, gt: float, src: Arr) -> V3:
     """Velocity [m/s, NED] at a point [m, NED from the cg of who sheds] of its four vortices of `parts`, the last of each to
     infinity; circulation [m^2/s] of wing and tail; core and ageing as in vortex.leg, the age that of a part's middle."""

@@ -11,11 +11,11 @@ import pytest
 
 from sim_plant.kernels import layout as n
 from sim_plant.kernels.air import air
-from sim_plant.wind.air import lay_gusts, linear_mix
+from sim_plant.wind.air import lay_gusts, linear_mix, meet
 from sim_plant.wind.extent_kernel import field_gusts, filtered_gusts, met
 from sim_plant.wind.span_kernel import correlate
 from sim_plant.wind.trail import AWAY, ROLL_UP
-from sim_plant.wind.trail_kernel import NHIST, cut, lie, note, trail_on_airframe, trail_velocity
+from sim_plant.wind.trail_kernel import NHIST, cut, lay_trail, lie, note, trail_on_airframe, trail_velocity
 from sim_plant.wind.vortex import NK, feel, oval
 from sim_plant.wind.warmth import warmed
 
@@ -34,6 +34,13 @@ CASES: list[tuple[Callable[..., Any], tuple[Any, ...]]] = [
     (air, (6500.0, WARM)),
     (linear_mix, (R.normal(size=(3, 3, 3, 5)), R.normal(size=(3, 3, 18)), np.zeros((10, 3, 3)))),
     (lay_gusts, (0.6, 0.8, R.normal(size=(4, 3, 3)), 2, RINGS, 70)),
+    (
+        meet,
+        (
+            0.6, 0.8, R.normal(size=(4, 3, 3)), 1, 3, 6500.0, np.array([[0.0, 1.0, 2.0], [9000.0, 7.0, -4.0]]),
+            R.normal(size=(5, 3)), 2, RINGS, 70, 4.3, np.zeros(3), np.zeros(3), np.zeros(6), np.ones((2, 3)),
+        ),
+    ),
     (met, (RINGS[0], 5, 7.3)),
     (field_gusts, (STATE, RINGS, 70, 9.4, ON, R.normal(size=8), WEIGHT, np.zeros(6), np.zeros((2, 3)))),
     (filtered_gusts, (STATE, RINGS[0], 70, 9.4, 0.01, R.normal(size=(2, 4)), np.full((3, 3), np.nan), np.zeros(6))),
@@ -42,6 +49,13 @@ CASES: list[tuple[Callable[..., Any], tuple[Any, ...]]] = [
     (note, (STATE, SRC, R.normal(size=3), R.normal(size=3), np.zeros(NHIST))),
     (cut, (NODES, 0.01, np.zeros_like(PARTS))),
     (lie, (HIST, 40, 0.01, AWAY, OBS, SRC, True, ROLL_UP, 0.01, 0.7, np.zeros_like(NODES), np.zeros_like(PARTS))),
+    (
+        lay_trail,
+        (
+            STATE, R.normal(size=3), R.normal(size=3), HIST, 40, 0.01, AWAY, OBS, SRC, True, ROLL_UP, 0.01, 0.7,
+            np.zeros_like(NODES), np.zeros_like(PARTS),
+        ),
+    ),
     (trail_velocity, (1.0, -2.0, 3.0, PARTS, 300.0, -20.0, SRC)),
     (trail_on_airframe, (STATE, OBS, SRC, PARTS, R.normal(size=n.NS), POINTS, WEIGHT, 3, 6, np.zeros(6), np.zeros((2, 3)))),
     (feel, (1, 3, WEIGHT, 0.1, 0.2, 0.3, 0.4, 0.5, np.zeros(6))),

@@ -18,6 +18,7 @@ from typer.testing import CliRunner
 
 from flightsw import plugins
 from hil_scripts import sil as launcher
+from hil_scripts.campaign import registry
 from hil_scripts.campaign.engine import run_campaign
 from hil_scripts.campaign.journal import FILE, Journal, read
 from hil_scripts.campaign.registry import all_studies
@@ -272,6 +273,16 @@ def test_a_package_whose_study_cannot_be_had_is_named(
         sys.modules.pop("own_module", None)
         monkeypatch.undo()
         plugins.look_again()
+
+
+def test_the_list_of_studies_says_what_the_studies_say() -> None:
+    """`python -m hil_scripts.campaign.registry` writes it anew; naming them imports none."""
+    assert registry.LIST.read_text() == registry.written()
+    assert {n: (len(s.cases), s.default_runs, s.title, s.purpose) for n, s in all_studies().items()} == {
+        n: x[3:] for n, x in registry.listed().items()
+    }
+    code = "import sys; from hil_scripts.campaign.registry import listed; listed(); print('numpy' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "False\n"
 
 
 def test_ctrl_c_keeps_what_was_made_and_leaves_no_process(cli: list[str], tmp_path: Path) -> None:

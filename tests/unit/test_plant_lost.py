@@ -18,12 +18,13 @@ from flightsw.aircraft import load_aircraft, load_airframe
 from flightsw.types import ActuatorCmd
 from sim_plant.kernels import layout as n
 from sim_plant.kernels.atmosphere import isa
-from sim_plant.kernels.rot import quat_dcm
+from sim_plant.kernels.rot import quat_dcm, quat_from_euler
 from sim_plant.lost import HOLD_S, AircraftLostError, Collision, Watch, bars_of, distance
 from sim_plant.scenario import load_scenario
 from sim_plant.world import World
 
 CALM: dict[str, Any] = {"wind.prevailing": "constant", "wind.dryden.sigma_mps": 0.0, "event": []}
+WELL = World(load_scenario("refueling", CALM), 1)
 point = st.lists(st.floats(-20.0, 20.0), min_size=3, max_size=3).map(np.array)
 
 
@@ -36,7 +37,26 @@ def flying(name: str = "kc135r", height: float = 7010.0, V: float = 195.0) -> An
     s[0], s[n.S_P + 2], o[2], o[n.O_V] = 1.0, -height, -n.G0, V
     ac = load_airframe(name)
     cfg = SimpleNamespace(name=name, start=SimpleNamespace(upset=None))
-    return SimpleNamespace(view=SimpleNamespace(s=s, o=o), ac=ac, cfg=cfg, air=isa)
+    return SimpleNamespace(view=SimpleNamespace(s=s, o=o), ac=ac, cfg=cfg, air=isa, bounds=np.zeros(n.NB), well=False)
+
+
+@settings(max_examples=200, deadline=None)
+@given(
+    st.floats(-math.pi, math.pi), st.floats(-1.5, 1.5), st.floats(-4.0, 4.0), st.floats(60.0, 320.0), st.floats(1e3, 12e3),
+    st.sampled_from([0.0, math.nan, math.inf]),
+)  # fmt: skip
+def test_an_aircraft_found_well_at_a_glance_is_well(
+    bank: float, pitch: float, rate: float, V: float, height: float, fuel: float
+) -> None:
+    """The compiled glance spares the closer look only where that would say nothing and note nothing."""
+    m = WELL.members[0]
+    m.s[0:4] = quat_from_euler(0.3, pitch, bank)
+    m.s[n.S_W + 1], m.s[n.S_P + 2], m.s[n.S_RATE] = rate, -height, fuel
+    m.s[n.S_V : n.S_V + 3] = m.wind[:3] + V * np.array([math.cos(0.3), math.sin(0.3), 0.0])
+    m.observe()
+    if m.well:
+        m.well, watch = False, Watch(m, 0.01)
+        assert watch.step() == "" and watch._upset == {}
 
 
 @pytest.mark.parametrize("name", ["kc135r", "learjet24", "twinjet", "alexis"])

@@ -15,10 +15,10 @@ from flightsw.types import UPD_RADAR, UPD_TACAN
 from sim_plant.couplings.traffic import Traffic
 from sim_plant.couplings.traffic_config import Track, TrafficCfg
 from sim_plant.kernels import layout as n
-from sim_plant.rng import NoiseRows
 from sim_plant.scenario import load_scenario
 from sim_plant.sensors.base import View
 from sim_plant.sensors.config import Tacan
+from sim_plant.sensors.rows import NoiseRows
 from sim_plant.sensors.tacan import TacanSensor
 from sim_plant.world import World
 

@@ -9,9 +9,10 @@ import pytest
 
 from flightsw.strict import ConfigError
 from flightsw.types import UPD_AIR, UPD_ATT, UPD_FUEL, UPD_GNSS, UPD_IMU, UPD_REL, SensorFrame
-from sim_plant.rng import NoiseRows, generator
+from sim_plant.rng import generator
 from sim_plant.scenario import load_scenario
 from sim_plant.sensors.onboard import turned
+from sim_plant.sensors.rows import NoiseRows
 from sim_plant.world import World
 
 QUIET = {"noise.scale": 0.0, "noise.bias_scale": 0.0}

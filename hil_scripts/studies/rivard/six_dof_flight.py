@@ -25,8 +25,8 @@ from flightsw.strict import ConfigError, convert
 from hil_scripts.launch.runfolder import RunPlan, make_folder, resolve
 from sim_plant.couplings import traffic_kernel as tr
 from sim_plant.couplings.traffic import Traffic
-from sim_plant.rng import NoiseRows
 from sim_plant.scenario import Scenario, load_scenario
+from sim_plant.sensors.rows import NoiseRows
 from sim_plant.server import PlantServer
 
 Array = np.ndarray

@@ -12,7 +12,7 @@ from flightsw.strict import ConfigError
 from sim_plant.aircraft.base import MAG_N, Arr, Member, Tanks
 from sim_plant.aircraft.kind import Setup
 from sim_plant.aircraft.sixdof.eom import fly
-from sim_plant.aircraft.sixdof.observe import observe
+from sim_plant.aircraft.sixdof.observe import look
 from sim_plant.aircraft.sixdof.params import mistaken, parameter_vector, perturb
 from sim_plant.aircraft.sixdof.trim import throttle_for, trim
 from sim_plant.kernels import layout as n
@@ -42,6 +42,7 @@ class SixDofMember(Member):
         self.engines = len(ac.engine.y_m)
         self.c = np.zeros(n.NC)
         self._scratch = np.zeros((4, n.NS))
+        self._held = np.zeros(n.NS)
         self._work = np.zeros(n.N_RIGID)
         self.boom, self.receptacle = ac.boom, ac.receptacle
         self.tanks = Tanks(ac.mass.fuel_capacity_kg, ac.mass.max_kg)
@@ -128,8 +129,11 @@ class SixDofMember(Member):
         s[n.S_V : n.S_V + 3] = self.wind[:3] + V * (C_nb * flow).sum(axis=1)
 
     def observe(self) -> None:
-        observe(self.s, self.wind, self.free, self.par, MAG_N, self.probes, self.probe_wake, self._work, self.obs)
-        self.show()
+        self.well = look(
+            self.s, self.wind, self.free, self.par, MAG_N, self.probes, self.probe_wake, self._work, self.obs, self.bounds,
+            self._held,
+        )  # fmt: skip
+        self.view.see(self._held, self.obs)
 
     def set_power(self, share: list[float]) -> None:
         y = self._record.engine.y_m

@@ -66,3 +66,36 @@ def observe(s: Arr, w: Arr, free: Arr, par: Arr, mag_n: Arr, probes: Arr, probe_
         out[n.O_ACC + i] = k[n.S_V + i]
         out[n.O_WDOT + i] = k[n.S_W + i]
     seen(s, free, mag_n, probes, probe_wake, out)
+
+
+@jit
+def look(
+    s: Arr,
+    w: Arr,
+    free: Arr,
+    par: Arr,
+    mag_n: Arr,
+    probes: Arr,
+    probe_wake: Arr,
+    k: Arr,
+    out: Arr,
+    bounds: Arr,
+    held: Arr,
+) -> bool:
+    """`observe`, the state it is made from kept in `held` [NS]; whether all is within `bounds` [NB], none of which may be NaN."""
+    observe(s, w, free, par, mag_n, probes, probe_wake, k, out)
+    finite = True
+    for i in range(n.NS):
+        held[i] = s[i]
+        finite &= math.isfinite(s[i])
+    load, rate = -out[2] / n.G0, max(abs(s[n.S_W]), abs(s[n.S_W + 1]), abs(s[n.S_W + 2]))
+    return (
+        finite
+        and bounds[n.B_LOAD] <= load <= bounds[n.B_LOAD + 1]
+        and out[n.O_V] <= bounds[n.B_V]
+        and -s[n.S_P + 2] >= bounds[n.B_HEIGHT]
+        and abs(out[n.O_EULER + 1]) <= bounds[n.B_PITCH]
+        and abs(out[n.O_EULER + 2]) <= bounds[n.B_BANK]
+        and abs(out[n.O_ALPHA]) <= bounds[n.B_ALPHA]
+        and rate <= bounds[n.B_RATE]
+    )
