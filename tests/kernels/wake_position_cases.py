@@ -142,8 +142,5 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         1e-8 * cov(r, 9),
         z(2),
     ],
-    "missions.receiver.airdata.state.aid_update": lambda r: [
-        state(r), cov(r), 0, 25, 3.0, 0.25, 1e9, considered(), z(N), z(N),
-    ],
     "missions.receiver.airdata.state.be_taught": lambda r: [state(r), cov(r), r.normal(size=12) * 1e-3, 0.1 * cov(r, 12)],
 }  # fmt: skip

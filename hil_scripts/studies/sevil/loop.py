@@ -115,6 +115,7 @@ STATION = Study(
         *(_case(k, v, duration_s=SLOW_END_S) for k, v in SLOW.items()),
         *(_case(k, v) for k, v in {**ALIKE, **ICE}.items()),
         _case("rel_lost", [REL_LOST]),
+        _case("rel_lost_minute", lost("rel"), duration_s=SLOW_END_S),
         _case("rel_lost_latched", lost("rel"), *BOUNDED, duration_s=SLOW_END_S),
         _case("rel_lost_no_boom", lost("rel", "boom"), *BOUNDED, duration_s=SLOW_END_S),
         _case("air_alone", lost("rel", "boom", "gnss"), *BOUNDED, duration_s=SLOW_END_S),

@@ -17,22 +17,9 @@ from flightsw.kernels.linalg import gram
 from flightsw.kernels.rotations import vec3
 from flightsw.missions.base import Reports
 from flightsw.missions.receiver.aids import VelocityAid
+from flightsw.missions.receiver.airdata import expected as kp
 from flightsw.missions.receiver.airdata.air_path import ALPHA, AirPath, across, cross, rate_slopes
 from flightsw.missions.receiver.airdata.airdata_params import AirDataParams
-from flightsw.missions.receiver.airdata.expected import (
-    AX_X,
-    AX_Y,
-    AX_Z,
-    G_RHO,
-    OF_ALPHA,
-    OF_BETA,
-    OF_V,
-    R_ALPHA,
-    R_BETA,
-    R_V,
-    TAIL,
-    WING,
-)
 from flightsw.missions.receiver.airdata.fdi.monitor import Fdi
 from flightsw.missions.receiver.airdata.icing import Icing
 from flightsw.missions.receiver.airdata.own_air import WHITE, OwnAir, spread
@@ -94,7 +81,7 @@ class AirData:
         self, f: SensorFrame, rel: RelativeNav, health: Health, updated: int, confirmed: bool = True
     ) -> SensorFrame:
         """Judge the new readings of frame `f` and hand the wake position to `rel`; returns the frame with bad readings made good,
-        `f` itself where there are none. confirmed: the relative reading is the sensor's, and nobody disputes it: only then is
+        `f` itself where there are none. confirmed: the relative reading is borne out, and nobody disputes it: only then is
         anything learnt from it, or begun anew where it says."""
         nav = rel.out
         rel.fix = rel.rate_fix = None
@@ -128,7 +115,7 @@ class AirData:
         if learn.mode == TRACKING:
             w.learn_from(learn)
         y = self._y
-        y[OF_V], y[OF_BETA], y[OF_ALPHA] = f.air_V, f.air_beta, f.air_alpha
+        y[kp.OF_V], y[kp.OF_BETA], y[kp.OF_ALPHA] = f.air_V, f.air_beta, f.air_alpha
         given = (f.air_mask & 7) * 0b1001001
         e, S = self._expect()
         common = self._s_common
@@ -141,7 +128,7 @@ class AirData:
             if f.air_bad >> c & 1:
                 y[c] = math.nan
         st = self.fdi.step(y, given, e, S, self._common if e is not None else None, common, f.air_t_us)
-        use = self.fdi.usable(given) & ~f.air_bad
+        use = self.fdi.usable(given) & ~f.air_bad & ~self.fdi.unresolved
         self._learn_gusts(y, e, use)
         V = None
         if e is not None and self._iced(f, nav, y, e, use, dt):
@@ -156,22 +143,24 @@ class AirData:
             fix = replace(w.fix, t_us=f.air_t_us, valid=False, reason="tanker not known", nis_dof=0)
         self.fix, self.status = fix, st
         if self.p.fuse:
-            rel.fix, rel.x_f = fix, float(fr.x[AX_X])
+            rel.fix, rel.x_f = fix, float(fr.x[kp.AX_X])
             rel.R_ft[:] = fr.R_tf
         self._report(st.excluded, fix.valid, fix.reason)
         return f
 
     def _iced(self, f: SensorFrame, nav: NavState, y: np.ndarray, e: np.ndarray, use: int, dt: float) -> bool:
         """Whether every airspeed lies, by readings y [9] of the mask `use` and the expected ones e [9]."""
-        means = [_mean(y, use, v) for v in (R_V, R_ALPHA)]
+        means = [_mean(y, use, v) for v in (kp.R_V, kp.R_ALPHA)]
         if None in means:
             return self.icing.bad
         V, alpha = means
         assert V is not None and alpha is not None
         x = self.wake.x
-        peer = float(e[OF_V].mean() + x[TURB][AX_X] + x[SLOW][AX_X])  # without a wind of its own along the path
+        peer = float(
+            e[kp.OF_V].mean() + x[TURB][kp.AX_X] + x[SLOW][kp.AX_X]
+        )  # without a wind of its own along the path
         rough = self.gusts.sigma if self.gusts is not None else self.p.position.gust_sigma
-        self.icing.step(V, peer, nav.wind_n, alpha, f, float(self.wake.g[G_RHO]), rough, dt)
+        self.icing.step(V, peer, nav.wind_n, alpha, f, float(self.wake.g[kp.G_RHO]), rough, dt)
         return self.icing.bad
 
     def _forget(self) -> None:
@@ -200,7 +189,7 @@ class AirData:
         for k in (self.wake, self.learn):
             if k.mode == TRACKING:
                 k.x[SLOW] -= change
-            k.predict(self._air_us, att, fr.omega, fr.acc, float(x[AX_X]), s_x, fr.V_T, rho, dt, float(xd[AX_X]))
+            k.predict(self._air_us, att, fr.omega, fr.acc, float(x[kp.AX_X]), s_x, fr.V_T, rho, dt, float(xd[kp.AX_X]))
             if k.mode != TRACKING and self._seen and self._wake_known:
                 (y, z), (vy, vz) = across(x), across(xd)
                 k.seed(y, z, self.p.seed_sigma_m, vy, vz)
@@ -231,7 +220,7 @@ class AirData:
         """Whether the wake position has long been far from where the relative sensor, when it is there, sees the aircraft."""
         w = self.wake
         far = self.p.stray_m + 4.0 * math.sqrt(max(w.radial_var, 0.0))
-        off = w.mode == TRACKING and self._seen and math.hypot(w.x[X_Y] - x[AX_Y], w.x[X_Z] - x[AX_Z]) > far
+        off = w.mode == TRACKING and self._seen and math.hypot(w.x[X_Y] - x[kp.AX_Y], w.x[X_Z] - x[kp.AX_Z]) > far
         self._astray = self._astray + 1 if off else 0
         return self._astray >= STRAYED
 
@@ -247,8 +236,8 @@ class AirData:
             self.learn.update(e, ALL)
             fault = np.zeros(9)
             if 100 < k < 200:
-                fault[OF_V] = 5.0, 5.0, 0.0  # two in one variable
-                fault[R_BETA + 1] = math.nan if k > 150 else 0.1
+                fault[kp.OF_V] = 5.0, 5.0, 0.0  # two in one variable
+                fault[kp.R_BETA + 1] = math.nan if k > 150 else 0.1
             self.fdi.step(e + fault, ALL, e, S, self._common, self._s_common, k)
 
     @staticmethod
@@ -265,7 +254,7 @@ class AirData:
         if prior is None:
             return None, None
         J = self._by_rate.copy()
-        J[R_BETA:] /= self.frame.V_T
+        J[kp.R_BETA :] /= self.frame.V_T
         S = np.zeros((len(J), len(J)))
         gram(np.ascontiguousarray(J), S)
         e, of_e = prior
@@ -279,7 +268,7 @@ class AirData:
         c, s = math.cos(a), math.sin(a)
         for k in (self.wake, self.learn):
             k.wk[WK_WING_LIFT] = (self.frame.load + p.tail_download_frac) * self._weight
-            for at, (x, _, z) in ((WING, p.wing_m), (TAIL, p.tail_m)):
+            for at, (x, _, z) in ((kp.WING, p.wing_m), (kp.TAIL, p.tail_m)):
                 k.wk[at + WK_WING_X], k.wk[at + WK_WING_Z] = c * x + s * z, c * z - s * x
 
     def _aid_velocity(self, f: SensorFrame, rel: RelativeNav, seen: bool) -> None:

@@ -134,40 +134,6 @@ def linearise(x: np.ndarray, g: np.ndarray, probes: np.ndarray, wk: np.ndarray, 
 
 
 @jit
-def aid_update(
-    x: np.ndarray, P: np.ndarray, i: int, e: int, value: float, r: float, gate: float, fixed: np.ndarray, K: np.ndarray,
-    row: np.ndarray,
-) -> float:  # fmt: skip
-    """x [28], P [28,28] corrected by a direct measurement `value` of state i, in error by state e (-1: none) and by noise of
-    variance r; returns its NIS.
-
-    Nothing changes when the NIS exceeds `gate`. States with fixed [28] not zero are considered. As
-    flightsw.filters.correction.state_update otherwise; workspaces K, row [28].
-    """
-    n = x.shape[0]
-    s = P[i, i] + r
-    d = value - x[i]
-    if e >= 0:
-        s += 2.0 * P[i, e] + P[e, e]
-        d -= x[e]
-    nis = d * d / s
-    if not nis <= gate:
-        return nis
-    for k in range(n):
-        row[k] = P[i, k]
-        if e >= 0:
-            row[k] += P[e, k]
-        K[k] = 0.0 if fixed[k] != 0 else row[k] / s
-    for k in range(n):
-        x[k] += K[k] * d
-    for a in range(n):
-        for b in range(a + 1):
-            P[a, b] = P[a, b] - K[a] * row[b] - row[a] * K[b] + K[a] * K[b] * s
-            P[b, a] = P[a, b]
-    return nis
-
-
-@jit
 def be_taught(x: np.ndarray, P: np.ndarray, what: np.ndarray, covariance: np.ndarray) -> None:
     """State x [28], P [28,28], whose states TAUGHT are considered, take over what another filter has made of these since: values
     what [12], their covariance [12,12].

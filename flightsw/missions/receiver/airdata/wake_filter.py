@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flightsw.aircraft import Aircraft
+from flightsw.filters.correction import state_update
 from flightsw.missions.receiver.airdata import believed
 from flightsw.missions.receiver.airdata import expected as kp
 from flightsw.missions.receiver.airdata import iekf as kf
@@ -174,7 +175,7 @@ class WakePosition:
         if self.mode == TRACKING and math.isfinite(sum(value)) and min(sigma) > 0.0:
             for a in range(2):
                 i, e = (k.X_VY + a, -1) if velocity else (k.X_Y + a, k.X_AID + a)
-                nis += k.aid_update(
+                nis += state_update(
                     self.x, self.P, i, e, value[a], sigma[a] ** 2, self.p.aid_gate, self._fixed, self._gain, self._row
                 )
         return nis
@@ -264,14 +265,9 @@ class WakePosition:
         return self.P[k.X_Y, k.X_Y] + self.P[k.X_Z, k.X_Z]
 
     def _sane(self) -> bool:
-        x, P, p = self.x, self.P, self.p
-        return bool(
-            np.isfinite(x).all()
-            and np.isfinite(P).all()
-            and abs(x[k.X_Y]) < p.domain_m
-            and abs(x[k.X_Z]) < p.domain_m
-            and abs(x[k.X_KW]) < 0.9
-        )
+        x, far = self.x, float(np.abs(self.x[k.PLACE]).max())
+        finite = np.isfinite(x).all() and np.isfinite(self.P).all()
+        return bool(finite and far < self.p.domain_m and abs(x[k.X_KW]) < 0.9)
 
     def _why_not(self) -> str:
         if self.mode != TRACKING:

@@ -19,7 +19,7 @@ from flightsw.missions.receiver.airdata.fdi.parity_kernels import (
 # prediction must fit "this one lies" (ONE), and the other way about (TWO); 0: not asked
 ALARM, DECIDE, KEEP, JUMP, CALM, ALIKE = 0, 1, 2, 3, 4, 5
 ONE, TWO = 1, 2
-# counters of a channel, columns of cnt [3,6]; DOUBT: it is out only because it was not decided who lies
+# counters of a channel, columns of cnt [3,6]; DOUBT: samples in a row in which it was not decided who lies
 QUIET, NEED, SINCE, TOTAL, BLAMED, DOUBT = 0, 1, 2, 3, 4, 5
 # entries of lim [4]
 BASE, TOP, RELAPSE, DROP = 0, 1, 2, 3
@@ -186,19 +186,17 @@ def monitor_variable(
         bit = 1 << c
         cnt[c, SINCE] = min(cnt[c, SINCE] + 1, 1 << 30)
         cnt[c, BLAMED] = min(cnt[c, BLAMED] + 1, 1 << 30) if resolved and d & bit != 0 else 0
-        wrong = bad & bit != 0 or (d & bit != 0 and (resolved or lim[DROP] != 0))
-        if th[ALIKE, ONE] > 0.0 and resolved:
-            if wrong:
-                cnt[c, DOUBT] = 0
-            elif d != 0 and cnt[c, DOUBT] != 0 and ok & bit != 0:  # decided since, and it was another
-                excluded &= ~bit
-                cnt[c, DOUBT] = 0
+        # where two may lie alike a window has to fill before it can be told
+        doubted = th[ALIKE, ONE] > 0.0 and cnt[c, DOUBT] > N
+        cnt[c, DOUBT] = min(cnt[c, DOUBT] + 1, 1 << 30) if d & bit != 0 and not resolved else 0
+        drop = lim[DROP] != 0 and (th[ALIKE, ONE] == 0.0 or cnt[c, DOUBT] > N)
+        wrong = bad & bit != 0 or (d & bit != 0 and (resolved or drop))
+        if doubted and resolved and d != 0 and d & bit == 0 and ok & bit != 0:  # decided since, and it was another
+            excluded &= ~bit
         if excluded & bit == 0:
-            cnt[c, DOUBT] = 0
             if wrong:
                 excluded |= bit
                 exclude(cnt[c], lim)
-                cnt[c, DOUBT] = 0 if resolved or bad & bit != 0 else 1
         elif wrong or d & bit != 0 or ok & bit == 0 or m == 0 or not agrees(r, C, h, inv_c, ok & ~d, c, th):
             cnt[c, QUIET] = 0
         else:
