@@ -82,22 +82,30 @@ def scalar_update(x: np.ndarray, P: np.ndarray, k: np.ndarray, nu: float, S: flo
 
 @jit
 def state_update(
-    x: np.ndarray, P: np.ndarray, i: int, value: float, r: float, gate: float, K: np.ndarray, row: np.ndarray
-) -> float:
-    """x [n], P [n,n] corrected by a direct measurement `value` of state i with variance r; returns its NIS.
+    x: np.ndarray, P: np.ndarray, i: int, e: int, value: float, r: float, gate: float, fixed: np.ndarray, K: np.ndarray,
+    row: np.ndarray,
+) -> float:  # fmt: skip
+    """x [n], P [n,n] corrected by a direct measurement `value` of state i, in error by state e (-1: none) and by noise of
+    variance r; returns its NIS.
 
-    Nothing changes when the NIS exceeds `gate`. Joseph's form multiplied out, P - K p - p^T K^T + K s K^T with p row i of P:
+    Nothing changes when the NIS exceeds `gate`. States with fixed [n] not zero are considered (Schmidt 1966): they keep their
+    values. Joseph's form multiplied out, P - K p - p^T K^T + K s K^T with p = h P of the row h, which holds for any gain:
     rounding of the gain enters squared only. Workspaces K, row [n].
     """
     s = P[i, i] + r
     d = value - x[i]
+    if e >= 0:
+        s += 2.0 * P[i, e] + P[e, e]
+        d -= x[e]
     nis = d * d / s
     if not nis <= gate:
         return nis
     n = x.shape[0]
     for k in range(n):
-        K[k] = P[k, i] / s
         row[k] = P[i, k]
+        if e >= 0:
+            row[k] += P[e, k]
+        K[k] = 0.0 if fixed[k] != 0 else row[k] / s
     for k in range(n):
         x[k] += K[k] * d
     for a in range(n):

@@ -14,7 +14,7 @@ def z(*shape: int) -> np.ndarray:
     return np.zeros(shape)
 
 
-THRESHOLDS = np.array([3.0, 2.0, 4.0, 3.0, 1.0])[:, None] * np.array([0.0, 2.0, 3.0, 4.0])
+THRESHOLDS = np.array([3.0, 2.0, 4.0, 3.0, 1.0, 0.1])[:, None] * np.array([0.0, 2.0, 3.0, 4.0])
 
 
 def spd(r: Rng) -> np.ndarray:
@@ -119,7 +119,7 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         1.0,
         THRESHOLDS,
         np.array([20, 640, 400, 1]),
-        np.tile(np.array([19, 20, 100, 1, 30]), (3, 1)),
+        np.tile(np.array([19, 20, 100, 1, 30, 1]), (3, 1)),
         z(3),
         z(3),
         z(3, 3),

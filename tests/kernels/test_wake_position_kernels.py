@@ -113,26 +113,33 @@ def test_unbounded_common_error_is_the_limit_and_removes_offsets() -> None:
     assert np.allclose(a, b, rtol=1e-6, atol=1e-6) and np.allclose(a, c, rtol=0, atol=1e-9)
 
 
+FREE, NONE = np.zeros(ks.N, dtype=np.int64), np.zeros((9, 9))
+
+
 def random_filter(seed: int) -> tuple[np.ndarray, np.ndarray]:
     r = np.random.default_rng(seed)
     A = r.normal(size=(ks.N, ks.N)) * 0.1
-    x = np.array([0.2, 8.4, 0.1, -0.1, 0.02, -0.1, 0.05, *r.normal(size=6) * 0.3, 0.01, -0.01, 0.2])
-    return x, A @ A.T + np.diag([0.5, 0.5, 0.1, 0.1, 0.01, 0.1, 0.05, *[0.2] * 6, 1e-4, 1e-4, 0.5])
+    gusts, errors = r.normal(size=6) * 0.3, r.normal(size=12) * 0.01
+    x = np.array([0.2, 8.4, 0.1, -0.1, 0.02, -0.1, 0.05, *gusts, 0.01, -0.01, 0.2, *errors])
+    s2 = [0.5, 0.5, 0.1, 0.1, 0.01, 0.1, 0.05, *[0.2] * 6, 1e-4, 1e-4, 0.5, *[0.1] * 3, *[1e-2] * 6, 0.04, 0.04, 1e-3]
+    return x, A @ A.T + np.diag(s2)
 
 
 @pytest.mark.parametrize("dt", [0.01, 0.05, 0.5])
 def test_step_equals_the_matrix_exponential(dt: float) -> None:
     """Van Loan's discretisation of the continuous model, by scipy's expm."""
-    tau, sigma = np.array([2.67, 300.0, 200.0, 100.0]), np.array([0.39, 2.0, 0.02, 1.0])
-    q = np.array([0.05, 0.001, 0.002, 0.003])
+    tau, sigma = np.array([2.67, 300.0, 200.0, 100.0, 60.0, 1.5]), np.array([0.39, 2.0, 0.02, 1.0, 0.1, 0.02])
+    q = np.array([0.05, 0.001, 0.002, 0.003, 0.004, 0.005, 0.006])
     A, Q = np.zeros((ks.N, ks.N)), np.zeros((ks.N, ks.N))
     for a in range(2):
         A[a, 2 + a], A[2 + a, 13 + a] = 1.0, -1.0
         Q[2 + a, 2 + a] = q[0] ** 2
-    for i, w in [*((7 + a, 0) for a in range(3)), *((10 + a, 1) for a in range(3)), (13, 2), (14, 2), (15, 3)]:
+    for i, w in zip([*range(7, 16), 25, 26, 27], [0, 0, 0, 1, 1, 1, 2, 2, 3, 4, 4, 5], strict=True):
         A[i, i], Q[i, i] = -1.0 / tau[w], 2.0 * sigma[w] ** 2 / tau[w]
     for a in range(3):
         Q[4 + a, 4 + a] = q[1 + a] ** 2
+    for c in range(9):
+        Q[16 + c, 16 + c] = q[4 + c // 3] ** 2
     E = expm(np.block([[-A, Q], [np.zeros_like(A), A.T]]) * dt)
     F = E[ks.N :, ks.N :].T
     Qd = F @ E[: ks.N, ks.N :]
@@ -171,7 +178,7 @@ def test_single_pass_equals_the_textbook_filter(mask: int) -> None:
     y = e + np.random.default_rng(5).normal(size=9) * np.repeat(sig, 3)
     want_x, want_P, nis = dense(x, P, y, ok, sig, r_att)
     out = np.zeros(2)
-    assert kf.correct(x, P, y, ok, sig, frame(), r_att, PROBES, WK, 3, 1e9, 1e9, out) == kf.OK
+    assert kf.correct(x, P, y, ok, sig, frame(), r_att, PROBES, WK, 3, 1e9, 1e9, FREE, NONE, out) == kf.OK
     assert out[0] == pytest.approx(nis, rel=1e-8) and out[1] == ok.sum()
     assert np.allclose(x, want_x, rtol=0, atol=1e-9) and np.allclose(P, want_P, rtol=0, atol=1e-11)
     assert np.array_equal(P, P.T) and np.linalg.eigvalsh(P).min() > 0
@@ -182,14 +189,16 @@ def test_iterated_pass_reaches_the_maximum_of_the_posterior() -> None:
     sig = np.array([0.02, 4e-5, 4e-5])
     x = np.zeros(ks.N)
     x[:2] = 3.0, 10.5
-    P = np.diag([16.0, 16.0, 1e-4, 1e-4, 1e-4, 1e-2, 1e-2, *[0.04] * 6, 1e-6, 1e-6, 1e-2])
+    P = np.diag(
+        [16.0, 16.0, 1e-4, 1e-4, 1e-4, 1e-2, 1e-2, *[0.04] * 6, 1e-6, 1e-6, 1e-2, *[1e-10] * 9, 1e-4, 1e-4, 1e-6]
+    )
     x0, P0 = x.copy(), P.copy()
     g = frame()
     p = np.zeros(10)
-    ks.point_of(np.array([0.5, 7.5, *np.zeros(14)]), p)
+    ks.point_of(np.array([0.5, 7.5, *np.zeros(ks.N - 2)]), p)
     y, _ = expect(p, g)
     out = np.zeros(2)
-    assert kf.correct(x, P, y, ALL, sig, g, 0.0, PROBES, WK, 60, 0.0, 1e9, out) == kf.OK
+    assert kf.correct(x, P, y, ALL, sig, g, 0.0, PROBES, WK, 60, 0.0, 1e9, FREE, NONE, out) == kf.OK
 
     def density(u: np.ndarray) -> float:
         h, H = np.zeros(9), np.zeros((9, ks.N))
@@ -210,9 +219,12 @@ def test_gate_and_bad_covariance_change_nothing() -> None:
     e, S = np.zeros(9), np.zeros((9, 9))
     kf.foresee(x, P, frame(), 0.0, PROBES, WK, e, S)
     x0, P0 = x.copy(), P.copy()
-    assert kf.correct(x, P, e + 50.0, ALL, sig, frame(), 0.0, PROBES, WK, 3, 1.0, 8.0, out) == kf.GATED
+    assert kf.correct(x, P, e + 50.0, ALL, sig, frame(), 0.0, PROBES, WK, 3, 1.0, 8.0, FREE, NONE, out) == kf.GATED
     assert np.array_equal(x, x0) and np.array_equal(P, P0) and out[0] > 72.0
     P[:] = -P0 * 1e3
-    assert kf.correct(x, P, e, ALL, sig, frame(), 0.0, PROBES, WK, 3, 1.0, 8.0, out) == kf.BROKEN
+    assert kf.correct(x, P, e, ALL, sig, frame(), 0.0, PROBES, WK, 3, 1.0, 8.0, FREE, NONE, out) == kf.BROKEN
     assert np.array_equal(x, x0)
-    assert kf.correct(x, P0, e, ALL * 0, sig, frame(), 0.0, PROBES, WK, 3, 1.0, 8.0, out) == kf.OK and out[1] == 0
+    assert (
+        kf.correct(x, P0, e, ALL * 0, sig, frame(), 0.0, PROBES, WK, 3, 1.0, 8.0, FREE, NONE, out) == kf.OK
+        and out[1] == 0
+    )

@@ -13,7 +13,7 @@ Args = list
 WAKE = wake_vector(WakeParams(nu_m2ps=5.0))
 PROBES = np.array([[6.5, 0.0, 0.0], [-0.5, -5.2, 0.0], [-0.5, 5.2, 0.0]])
 SIG = np.array([0.447, 7.8e-4, 7.8e-4])
-N = 16
+N = 28
 
 
 def z(*shape: int) -> np.ndarray:
@@ -41,7 +41,12 @@ def flags(r: Rng) -> np.ndarray:
 
 
 def state(r: Rng) -> np.ndarray:
-    return np.concatenate((r.uniform(2, 9, 2), r.normal(size=14) * 0.1))
+    return np.concatenate((r.uniform(2, 9, 2), r.normal(size=14) * 0.1, r.normal(size=N - 16) * 1e-3))
+
+
+def considered() -> np.ndarray:
+    """Circulations, height and offsets keep their values."""
+    return np.array([0] * 4 + [1] * 3 + [0] * 9 + [1] * 9 + [0] * 3)
 
 
 def cov(r: Rng, n: int = N) -> np.ndarray:
@@ -100,9 +105,9 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         cov(r),
         *r.normal(size=2),
         0.05,
-        r.uniform(0.01, 0.1, 4),
-        r.uniform(2, 300, 4),
-        r.uniform(0.1, 2, 4),
+        r.uniform(0.01, 0.1, 7),
+        r.uniform(2, 300, 6),
+        r.uniform(0.1, 2, 6),
     ],
     "missions.receiver.airdata.state.point_of": lambda r: [state(r), z(10)],
     "missions.receiver.airdata.state.linearise": lambda r: [state(r), *model(r), z(9), z(9, N)],
@@ -114,6 +119,7 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         7,
         SIG,
         3e-4,
+        1e-8 * cov(r, 9),
         z(N, 9),
         z(9, 9),
         z(9, 9),
@@ -132,6 +138,9 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         3,
         0.01,
         1e9,
+        considered(),
+        1e-8 * cov(r, 9),
         z(2),
     ],
-}
+    "missions.receiver.airdata.state.be_taught": lambda r: [state(r), cov(r), r.normal(size=12) * 1e-3, 0.1 * cov(r, 12)],
+}  # fmt: skip

@@ -120,6 +120,7 @@ VALUES: dict[str, tuple[Any, ...]] = {
     "HoldParams.limit_rad": (1e-6,),
     "NavParams.settle_s": (1.0,),
     "GateParams.false_alarm": (0.0,),
+    "AirDataParams.gusts_s": (0.0,),
     "GateParams.lift_error": (1e-4,),
     "GateParams.wind_sigma_max": (0.01,),
     "GateParams.pos_sigma_max": (0.01,),

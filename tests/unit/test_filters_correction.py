@@ -51,13 +51,13 @@ def test_a_state_read_directly_and_a_reading_beyond_the_gate(seed: int, n: int) 
     i = int(r.integers(n))
     x0, P0, h = x.copy(), P.copy(), np.eye(n)[i]
     s, d = P[i, i] + 0.25, x[i] + r.normal() - x[i]
-    work = np.zeros(n), np.zeros(n)
-    assert c.state_update(x, P, i, x[i] + d, 0.25, 1e9, *work) == pytest.approx(d * d / s, rel=1e-6)
+    work = np.zeros(n, dtype=np.int64), np.zeros(n), np.zeros(n)
+    assert c.state_update(x, P, i, -1, x[i] + d, 0.25, 1e9, *work) == pytest.approx(d * d / s, rel=1e-6)
     assert np.allclose(x, x0 + P0[:, i] / s * d) and np.allclose(
         P, (np.eye(n) - np.outer(P0[:, i] / s, h)) @ P0, atol=1e-9
     )
     x0, P0 = x.copy(), P.copy()
-    assert c.state_update(x, P, i, 1e3, 0.25, 25.0, *work) > 25.0
+    assert c.state_update(x, P, i, -1, 1e3, 0.25, 25.0, *work) > 25.0
     assert np.array_equal(x, x0) and np.array_equal(P, P0)
 
 

@@ -11,8 +11,13 @@ from flightsw.aircraft import load_aircraft
 from flightsw.filters.gating import BENCH
 from flightsw.filters.group_gate import HELD, SCORE
 from flightsw.missions.receiver.aids import AidParams, PositionAid, StationHold, VelocityAid
-from flightsw.missions.receiver.airdata.airdata import AirData, AirDataParams, rate_slopes
+from flightsw.missions.receiver.airdata.air_path import rate_slopes
+from flightsw.missions.receiver.airdata.airdata import AirData
+from flightsw.missions.receiver.airdata.airdata_params import AirDataParams
+from flightsw.missions.receiver.airdata.repair import repaired
 from flightsw.missions.receiver.airdata.reports import FdiStatus, WakeFix
+from flightsw.missions.receiver.airdata.state import TAUGHT
+from flightsw.missions.receiver.airdata.wake_filter import TRACKING
 from flightsw.missions.receiver.estimator import PEER_COAST_S, REL_MAX_S, RelativeNav
 from flightsw.refusal import REL_POS, GateParams
 from flightsw.sixdof.estimator_core import EstimatorCore, NavParams
@@ -106,16 +111,57 @@ def test_velocity_difference_is_freed_of_its_bias() -> None:
 
 
 def test_repair_takes_the_place_of_a_bad_reading_from_the_others() -> None:
-    air = AirData(LEARJET, AirDataParams(on=True))
     e = np.array([195.0, 194.0, 194.5, 0.0, 0.01, -0.01, 0.05, 0.04, 0.045])
-    f = SensorFrame(air_mask=0b101)
-    air._y[:] = e + 0.002
-    air._y[4] = math.nan
-    given, f = f, air._repaired(f, 0x1FF & ~(1 << 4), e)
+    f, y = SensorFrame(air_mask=0b101), e + 0.002
+    y[4] = math.nan
+    given, f = f, repaired(f, y, 0x1FF & ~(1 << 4), e)
     assert given == SensorFrame(air_mask=0b101)  # as it came
     assert f.air_beta == pytest.approx(tuple(e[3:6] + 0.002)) and f.air_bad == 0 and f.air_mask == 7
-    f = air._repaired(f, 0x1FF & ~(7 << 3), e)  # no sideslip at all
+    f = repaired(f, y, 0x1FF & ~(7 << 3), e)  # no sideslip at all
     assert f.air_bad == 7 << 3
+    f = repaired(f, y, 0x1FF & ~7, e)  # nor airspeed,
+    assert f.air_bad & 7 == 7
+    f = repaired(f, y, 0x1FF & ~7, e, 190.0)  # but one that is known without
+    assert not f.air_bad & 7 and f.air_V == pytest.approx((190.5, 189.5, 190.0))
+
+
+def test_nothing_is_begun_anew_or_learnt_at_an_unconfirmed_place() -> None:
+    """The position of both filters is that of the relative sensor only where nobody disputes it."""
+    rel = RelativeNav(LEARJET, NavParams(), aid=AidParams())
+    air = AirData(LEARJET, AirDataParams(on=True, gusts_s=0.0))
+    every = UPD_AIR | UPD_IMU | UPD_ATT | UPD_GNSS | UPD_REL | UPD_PEER
+    u = np.array([0.0, -0.02, 0.0, 15000.0])
+
+    def step(k: int, confirmed: bool, xi: tuple[float, float, float] = XI) -> None:
+        t = 50_000 * k
+        f = SensorFrame(
+            t_us=t, gnss_t_us=t, air_t_us=t, att_t_us=t, rel_t_us=t, rel_valid=True, rel_pos_t=xi, air_mask=7
+        )
+        f.gyro_count, f.gnss_vel_n = 5, (195.0, 0.0, 0.0)
+        f.gnss_pos_n = tuple(float(v) for v in np.add(TANKER, XI))
+        f.air_V, f.air_alpha, f.air_beta = (195.0,) * 3, (0.0,) * 3, (0.0,) * 3
+        f.peer = PeerState(t_us=t, pos_n=TANKER, vel_n=(195.0, 0.0, 0.0))
+        rel.step(air.step(f, rel, Health(), every, confirmed), u, Health(), every)
+
+    for k in range(1, 120):
+        step(k, False)
+    assert rel.out.rel_valid and air.wake.mode != TRACKING and air.learn.mode != TRACKING
+    step(120, True)
+    assert air.wake.mode == air.learn.mode == TRACKING
+    for k in range(121, 133):  # half a second is bridged
+        step(k, False)
+    known, what = air.learn.P[TAUGHT, TAUGHT].copy(), air.learn.x[TAUGHT].copy()
+    step(133, False)
+    assert air.learn.mode != TRACKING or (air.learn.P[TAUGHT, TAUGHT] >= known).all()
+    assert np.array_equal(air.learn.x[TAUGHT], what)
+    for k in range(134, 200):
+        if air.wake.mode == TRACKING:
+            air.wake.x[:2] = 40.0, 40.0  # far from where the sensor says, and from what the readings bear out
+        step(k, False)
+        assert air.wake.mode != TRACKING or air.wake.x[0] > 20.0
+    for k in range(200, 245):
+        step(k, True)
+    assert air.wake.mode == TRACKING and abs(air.wake.x[0]) < 10.0
 
 
 def test_without_air_data_neither_monitor_nor_wake_position_is_published_as_valid() -> None:

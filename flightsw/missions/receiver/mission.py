@@ -14,7 +14,8 @@ from flightsw.aircraft import Aircraft, load_aircraft
 from flightsw.envelope import Envelope
 from flightsw.kernels.rotations import to_parent, vec3
 from flightsw.missions.base import Mission, MissionSpec, Reports, choices
-from flightsw.missions.receiver.airdata.airdata import AirData, AirDataParams
+from flightsw.missions.receiver.airdata.airdata import AirData
+from flightsw.missions.receiver.airdata.airdata_params import AirDataParams
 from flightsw.missions.receiver.airdata.reports import REPORTS
 from flightsw.missions.receiver.boom import Surroundings
 from flightsw.missions.receiver.estimator import RelativeNav
@@ -168,7 +169,7 @@ class ReceiverMission(Mission[ActuatorModel]):
         if guard is not None:
             f, updated, health = guard.step(f, updated, health, self.nav.peer, self.guid.phase)
         if self.air is not None:
-            f = self.air.step(f, self.nav, health, updated)
+            f = self.air.step(f, self.nav, health, updated, guard is None or guard.rel_confirmed)
         nav = self.nav.step(f, mean, health, updated)
         if guard is not None:
             guard.publish(nav, self.nav.rejoined)

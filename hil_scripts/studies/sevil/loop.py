@@ -31,6 +31,11 @@ AIR_ONLY = ["receiver.airdata.aid.velocity=false"]
 WEIGHT = ["receiver.airdata.wake.mass_kg=132222"]  # the plant's tanker is 10 % lighter than the receiver believes
 TAIL = ["plant.wind.wake.tail_lift_frac=-0.03"]
 HEIGHT = ["receiver.airdata.wake.wing_m=[-0.27, 0.0, 0.02]"]  # the plant's vortices 0.5 m lower
+OFFSETS = [  # each probe wrong by its own for good
+    "plant.sensors.receiver.air.V_bias_std_mps=0.3",
+    *(f"plant.sensors.receiver.air.{flow}_bias_std={0.1 * DEG}" for flow in ("alpha", "beta")),
+]
+OWN_AIR = ["plant.wind.dryden.sigma_mps=1.5", "plant.wind.dryden.over='field'"]  # each probe in its own turbulence
 NO_STATE = ["receiver.airdata.position.height=false"]
 FAULTS: dict[str, list[Event]] = {
     "V_bias": [air("bias", 0, "V", 3.0)],
@@ -59,6 +64,26 @@ SLOW: dict[str, list[Event]] = {
 }  # fmt: skip
 
 
+# two vanes alike, which look like the third; every airspeed at once, as ice has it
+ALIKE: dict[str, list[Event]] = {
+    "alike": [air("bias", 1, "beta", DEG), air("bias", 2, "beta", DEG)],
+    "alike_small": [air("bias", 1, "alpha", 0.3 * DEG), air("bias", 2, "alpha", 0.3 * DEG)],
+    "alike_drift": [air("drift", 1, "beta", 0.05 * DEG), air("drift", 2, "beta", 0.05 * DEG)],
+}
+ICE: dict[str, list[Event]] = {
+    "iced": [air("bias", -1, "V", -10.0)],
+    "icing": [air("drift", -1, "V", -0.5)],
+}
+# a minute at contact without the relative sensor, bounds on: with the boom latched, without it, without GNSS as well
+LOST_S = 60.0
+BOUNDED = ["receiver.integrity.on=true"]
+
+
+def lost(*sensors: str) -> list[Event]:
+    """Events: these sensors of the receiver are silent for LOST_S."""
+    return [{"t_s": START_S, "kind": "off", "target": "receiver", "sensor": s, "for_s": LOST_S} for s in sensors]
+
+
 def run_case(case: Case, seed: int) -> RunResult:
     """One flight of a case: `events`, `sets`, `duration_s`; `approach`: from the observation position."""
     p = case.params
@@ -82,10 +107,18 @@ STATION = Study(
     cases=(
         _case("nominal", []),
         _case("air_only", [], *AIR_ONLY),
+        _case("offsets", [], *OFFSETS),
+        _case("own_air", [], *OWN_AIR),
+        _case("offsets_own_air", [], *OFFSETS, *OWN_AIR),
         _case("turn", [], *TURN),
         *(_case(k, v) for k, v in FAULTS.items()),
         *(_case(k, v, duration_s=SLOW_END_S) for k, v in SLOW.items()),
+        *(_case(k, v) for k, v in {**ALIKE, **ICE}.items()),
         _case("rel_lost", [REL_LOST]),
+        _case("rel_lost_minute", lost("rel"), duration_s=SLOW_END_S),
+        _case("rel_lost_latched", lost("rel"), *BOUNDED, duration_s=SLOW_END_S),
+        _case("rel_lost_no_boom", lost("rel", "boom"), *BOUNDED, duration_s=SLOW_END_S),
+        _case("air_alone", lost("rel", "boom", "gnss"), *BOUNDED, duration_s=SLOW_END_S),
         _case("rel_lost_turn", [REL_LOST], *TURN),
         _case("rel_lost_air_only", [REL_LOST], *AIR_ONLY),
         _case("link_lost", [LINK_LOST]),

@@ -23,6 +23,7 @@ from hil_scripts.studies.sevil.loop_flight import (
 Arr = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 SETTLE_S = 3.0  # in contact before samples count
+FIRST_S = 2.0  # [s] of a flight before its monitor counts
 BOX_M = 2.0  # [m] from the contact point in any axis
 FAULTS = ("bias", "drift", "garbage", "scale", "stuck", "delayed", "intermittent", "off", "dropout", "spike")
 
@@ -96,7 +97,15 @@ def _position(name: str, tr: Track, m: Mask) -> dict[str, float]:
     return {
         f"{name}.rms_m.y": _rms(d[:, 0]), f"{name}.rms_m.z": _rms(d[:, 1]), f"{name}.rms_m.radial": _rms(r),
         f"{name}.p95_m": float(np.percentile(r, 95)), f"{name}.sigma_m": _rms(np.hypot(*tr.sigma[m].T)),
+        f"{name}.nees": _nees(d, tr.sigma[m], tr.cov_yz[m]),
     }  # fmt: skip
+
+
+def _nees(d: Arr, sigma: Arr, cov_yz: Arr) -> float:
+    """Mean of d^T C^-1 d over errors d [n,2] with 1-sigma [n,2] and covariance [n] of both axes: 2 where C is right."""
+    yy, zz = np.square(sigma).T
+    (y, z), det = d.T, yy * zz - cov_yz * cov_yz
+    return float(np.mean((zz * y * y - 2.0 * cov_yz * y * z + yy * z * z) / det)) if (det > 0.0).all() else math.nan
 
 
 def _station(name: str, tr: Track, m: Mask) -> dict[str, float]:
@@ -130,6 +139,12 @@ def _monitor(tr: Track, events: tuple[dict[str, Any], ...]) -> dict[str, float]:
         right += ok.bit_count()
         wrong += int(new[k]).bit_count() - ok.bit_count()
     out = {"exclusions.wrong": float(wrong), "false_exclusion": float(wrong > 0), "exclusions.right": float(right)}
+    known = tr.t > FIRST_S
+    shut = [_shut_out_pct(tr.excluded >> c & 1, bad >> c & 1, known) for c in range(9)]
+    out["healthy_out_pct"] = max(shut)
+    for v, name in enumerate(VARIABLES):
+        sound = known & ((bad >> 3 * v) & 7 == 0)
+        out[f"false_alarm_pct.{name}"] = 100.0 * float(np.mean(tr.alarm[sound] >> v & 1)) if sound.any() else math.nan
     mask = int(np.bitwise_or.reduce(bad))
     if mask:
         first, last = int(np.flatnonzero(bad)[0]), int(np.flatnonzero(bad)[-1])
@@ -144,3 +159,14 @@ def _monitor(tr: Track, events: tuple[dict[str, Any], ...]) -> dict[str, float]:
             if len(back):
                 out["readmit_s"] = float(back[0] + 1) * 0.01 * EVERY
     return out
+
+
+def _shut_out_pct(out: NDArray[np.int64], faulty: NDArray[np.int64], known: Mask) -> float:
+    """Share [%] of the time `known` in which a channel is `out` though sound; after a fault that counts from when it was back."""
+    first = np.flatnonzero(faulty)
+    if len(first):
+        end = int(first[-1])
+        back = np.flatnonzero(out[end:] == 0)
+        faulty = faulty.copy()
+        faulty[first[0] : end + (int(back[0]) if len(back) else len(out))] = 1
+    return 100.0 * float(np.mean((out & ~faulty)[known]))

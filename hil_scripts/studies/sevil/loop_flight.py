@@ -54,6 +54,7 @@ class Track:
     ref: Arr  # [N,3] reference of the guidance
     wake: Arr  # [N,3] wake position
     sigma: Arr  # [N,2] its 1-sigma y, z
+    cov_yz: Arr  # [N] m^2, its covariance of y and z
     valid: NDArray[np.bool_]  # [N] wake position valid
     held: NDArray[np.bool_]  # [N] station held without relative sensor or data link
     rel_valid: NDArray[np.bool_]  # [N]
@@ -138,12 +139,12 @@ def _record(flight: InProcess) -> Track:
         rows.append([
             t, *truth.xi, *o.rel_pos_t, *g.rel_pos_t, *at, math.sqrt(max(fix.cov_yy, 0.0)),
             math.sqrt(max(fix.cov_zz, 0.0)), fix.nis, lead.euler[2], *learnt.scale, learnt.height_m,
-            g.phase, st.excluded, st.alarm, fix.valid, o.rel_held, o.rel_valid,
+            fix.cov_yz, g.phase, st.excluded, st.alarm, fix.valid, o.rel_held, o.rel_valid,
         ])  # fmt: skip
     a = np.array(rows)
-    i = a[:, 20:].astype(np.int64)
+    i = a[:, 21:].astype(np.int64)
     return Track(
         t=a[:, 0], xi=a[:, 1:4], nav=a[:, 4:7], ref=a[:, 7:10], wake=a[:, 10:13], sigma=a[:, 13:15], nis=a[:, 15],
-        bank=a[:, 16], learnt=a[:, 17:20], phase=i[:, 0], excluded=i[:, 1], alarm=i[:, 2], valid=i[:, 3] > 0,
+        bank=a[:, 16], learnt=a[:, 17:20], cov_yz=a[:, 20], phase=i[:, 0], excluded=i[:, 1], alarm=i[:, 2], valid=i[:, 3] > 0,
         held=i[:, 4] > 0, rel_valid=i[:, 5] > 0, texts=texts,
     )  # fmt: skip

@@ -121,3 +121,17 @@ def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """a x b, both [3]."""
     (ax, ay, az), (bx, by, bz) = a, b
     return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
+
+
+def across(v: np.ndarray) -> tuple[float, float]:
+    """y and z of a vector [3] in F."""
+    _, y, z = v.tolist()
+    return y, z
+
+
+def rate_slopes(probes: np.ndarray) -> np.ndarray:
+    """[9,3] change of the readings with own body rates: V [m/s], and V times the flow angles, per rad/s; probes [3,3] [m]."""
+    x, y, z = probes.T
+    o = np.zeros(3)
+    rows = [np.stack([o, z, -y], 1), np.stack([-z, o, x], 1), np.stack([y, -x, o], 1)]
+    return np.vstack(rows)

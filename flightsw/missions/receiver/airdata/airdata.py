@@ -7,8 +7,7 @@ that are left, and a frame whose excluded readings are replaced by what the othe
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
-from typing import Annotated
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,58 +16,27 @@ from flightsw.kernels.atmosphere import G0, density
 from flightsw.kernels.linalg import gram
 from flightsw.kernels.rotations import vec3
 from flightsw.missions.base import Reports
-from flightsw.missions.receiver.aids import AidParams, VelocityAid
-from flightsw.missions.receiver.airdata.air_path import ALPHA, AirPath, cross
-from flightsw.missions.receiver.airdata.expected import (
-    AX_X,
-    AX_Y,
-    AX_Z,
-    OF_ALPHA,
-    OF_BETA,
-    OF_V,
-    R_BETA,
-    TAIL,
-    WING,
-)
-from flightsw.missions.receiver.airdata.fdi.monitor import Fdi, FdiParams
-from flightsw.missions.receiver.airdata.params import WakePositionParams
+from flightsw.missions.receiver.aids import VelocityAid
+from flightsw.missions.receiver.airdata import expected as kp
+from flightsw.missions.receiver.airdata.air_path import ALPHA, AirPath, across, cross, rate_slopes
+from flightsw.missions.receiver.airdata.airdata_params import AirDataParams
+from flightsw.missions.receiver.airdata.fdi.monitor import Fdi
+from flightsw.missions.receiver.airdata.icing import Icing
+from flightsw.missions.receiver.airdata.own_air import WHITE, OwnAir, spread
+from flightsw.missions.receiver.airdata.repair import repaired
 from flightsw.missions.receiver.airdata.reports import FdiStatus, WakeFix
-from flightsw.missions.receiver.airdata.state import LEARNT, SLOW, X_KW, X_Y, X_Z
+from flightsw.missions.receiver.airdata.state import SLOW, TURB, X_Y, X_Z
 from flightsw.missions.receiver.airdata.wake_filter import IDLE, TRACKING, WakePosition
 from flightsw.missions.receiver.airdata.wake_kernel import WK_WING_LIFT, WK_WING_X, WK_WING_Z
-from flightsw.missions.receiver.airdata.wake_model import WakeParams
 from flightsw.missions.receiver.estimator import REL_MAX_S, RelativeNav
 from flightsw.sixdof.estimator_core import failed_bits
-from flightsw.strict import Range
 from flightsw.types import UPD_AIR, UPD_GNSS, UPD_IMU, UPD_REL, Health, NavState, SensorFrame, Text
 
-Pos = Annotated[float, Range(1e-9)]
-ALL = 0x1FF
+ALL, ALL_V = 0x1FF, 0x7
 STRAYED = 40  # samples in a row
+GRACE_S = 0.5  # [s] without the relative sensor in which learning goes on
+CRUISE_MPS = 195.0  # [m/s] airspeed at which gusts are taken to pass the probes
 SILENT_US = 500_000  # [us] without air data
-
-
-@dataclass(frozen=True)
-class AirDataParams:
-    """[airdata] of a receiver flight file."""
-
-    on: bool | None = None  # left out: off, and nothing else here may be set; false: off, whatever else is set
-    fuse: bool = True  # the wake position corrects the relative estimator, and may hold a station
-    seed_sigma_m: Pos = 3.0  # [m] of a start from the relative estimator
-    rel_sigma_m: Pos = 0.5  # [m] of the relative sensor, from which the circulations are learnt
-    stray_m: Pos = 3.0  # [m] beside 4 sigma: a wake position farther from the relative sensor's is begun anew
-    sigma_x_m: Pos = 0.3  # [m] least 1-sigma of the given x
-    common_V: Pos = 0.39  # [m/s] 1-sigma of the virtual sensor: what the wind estimate leaves unknown
-    common_flow: Pos = 0.0026  # [rad] (0.15 deg)
-    rate_sigma: Pos = 0.004  # [rad/s] of the body rates taken for a reading, over the monitor's window
-    lift_sigma: Pos = 0.015  # [-] of the tanker's lift as known from its transmitted acceleration
-    wake_alpha: Annotated[float, Range(-0.3, 0.3)] = (
-        0.0  # [rad] the tanker's, at which the wing_m and tail_m of `wake` hold
-    )
-    wake: WakeParams = field(default_factory=WakeParams)
-    position: WakePositionParams = field(default_factory=WakePositionParams)
-    fdi: FdiParams = field(default_factory=FdiParams)
-    aid: AidParams = field(default_factory=AidParams)
 
 
 class AirData:
@@ -76,11 +44,12 @@ class AirData:
 
     def __init__(self, ac: Aircraft, p: AirDataParams) -> None:
         self.p = p
-        # One filter knows the relative sensor and learns the circulations, the other finds the position by air data alone with
-        # what was learnt. Learning without a known position fails: slopes are taken at an estimate that the same noise has
-        # moved, and the tail's circulation is regressed towards zero while the position drifts to make up for it.
+        # One filter knows the relative sensor and learns circulations and offsets, the other finds the position by air data alone
+        # with what was learnt, and how well. Learning without a known position fails: slopes are taken at an estimate that the
+        # same noise has moved, and the tail's circulation is regressed towards zero while the position drifts to make up for it.
         self.learn = WakePosition(ac, p.position, p.wake)
         self.wake = WakePosition(ac, replace(p.position, scales=False, height=False), p.wake)
+        self.wake.consider(True)
         self.fdi = Fdi(p.fdi)
         self.texts: list[Text] = []
         self.frame = AirPath()
@@ -98,10 +67,22 @@ class AirData:
         self._excluded = 0
         self._valid = self._seen = self._wake_known = False
         self._astray = 0  # samples in a row
+        q = p.position
+        noise = q.sigma_V, q.sigma_beta, q.sigma_alpha
+        self.gusts: OwnAir | None = None
+        if p.gusts_s > 0.0:
+            self.gusts = OwnAir(self.wake.probes, q.gust_L_m, CRUISE_MPS, noise, q.gust_sigma, p.gusts_s)
+        self._own_window = spread(self.wake.probes, CRUISE_MPS, q.gust_L_m, p.fdi.window)
+        self._own_white = WHITE * spread(self.wake.probes, CRUISE_MPS, q.gust_L_m, WHITE)
+        self.icing = Icing(ac)
+        self._alone_s = 0.0  # [s] since the relative sensor was seen
 
-    def step(self, f: SensorFrame, rel: RelativeNav, health: Health, updated: int) -> SensorFrame:
+    def step(
+        self, f: SensorFrame, rel: RelativeNav, health: Health, updated: int, confirmed: bool = True
+    ) -> SensorFrame:
         """Judge the new readings of frame `f` and hand the wake position to `rel`; returns the frame with bad readings made good,
-        `f` itself where there are none."""
+        `f` itself where there are none. confirmed: the relative reading is borne out, and nobody disputes it: only then is
+        anything learnt from it, or begun anew where it says."""
         nav = rel.out
         rel.fix = rel.rate_fix = None
         if not updated & ~failed_bits(health) & UPD_AIR or rel.started_us < 0 or len(f.air_V) != 3:
@@ -116,14 +97,15 @@ class AirData:
         fr.update(f, rel, dt, bool(updated & UPD_IMU) and f.gyro_count > 0)
         self._shape()
         peer = rel.peer
-        fresh = bool(updated & UPD_REL) and f.rel_valid and rel.fits(f)
-        self._seen = nav.rel_valid and nav.rel_age_s < 0.5
+        fresh = confirmed and bool(updated & UPD_REL) and f.rel_valid and rel.fits(f)
+        self._seen = confirmed and nav.rel_valid and nav.rel_age_s < 0.5
         # a tanker carried on without data link has a wake where it is thought to be only while the relative sensor steers it
         self._wake_known = not peer.coasting or (peer.level and nav.rel_age_s < REL_MAX_S)
         if not self._wake_known or rel.rejoined or self._strayed(fr.x):
             w.mode = learn.mode = IDLE
         self._predict(nav, dt)
         seen = fresh and self._seen
+        self._teachable(seen, dt)
         if peer.coasting and seen:
             w.aid(across(fr.to_f(f.rel_vel_t)), (self.p.aid.r_velocity_mps,) * 2, velocity=True)
         if seen:
@@ -131,19 +113,29 @@ class AirData:
         if self.p.aid.velocity and updated & UPD_GNSS and not peer.coasting:
             self._aid_velocity(f, rel, seen)
         if learn.mode == TRACKING:
-            w.x[LEARNT] = learn.x[LEARNT]
+            w.learn_from(learn)
         y = self._y
-        y[OF_V], y[OF_BETA], y[OF_ALPHA] = f.air_V, f.air_beta, f.air_alpha
+        y[kp.OF_V], y[kp.OF_BETA], y[kp.OF_ALPHA] = f.air_V, f.air_beta, f.air_alpha
         given = (f.air_mask & 7) * 0b1001001
         e, S = self._expect()
+        common = self._s_common
+        if self.gusts is not None and S is not None:
+            S += self.gusts.own**2 * self._own_window
+            rough = self.gusts.sigma / self.p.position.gust_sigma
+            common = vec3(rough * np.array(common))
         # a reading refused by its range or because it is stuck is shown to the monitor as an impossible one: it excludes it
         for c in range(9):
             if f.air_bad >> c & 1:
                 y[c] = math.nan
-        st = self.fdi.step(y, given, e, S, self._common if e is not None else None, self._s_common, f.air_t_us)
-        use = self.fdi.usable(given) & ~f.air_bad
+        st = self.fdi.step(y, given, e, S, self._common if e is not None else None, common, f.air_t_us)
+        use = self.fdi.usable(given) & ~f.air_bad & ~self.fdi.unresolved
+        self._learn_gusts(y, e, use)
+        V = None
+        if e is not None and self._iced(f, nav, y, e, use, dt):
+            use, V = use & ~ALL_V, self.icing.V
+            st.excluded |= ALL_V
         if use != ALL:
-            f = self._repaired(f, use, e)
+            f = repaired(f, y, use, self._zero if e is None else e, V)
         if self._wake_known:
             learn.update(y, use)
             fix = w.update(y, use)
@@ -151,10 +143,25 @@ class AirData:
             fix = replace(w.fix, t_us=f.air_t_us, valid=False, reason="tanker not known", nis_dof=0)
         self.fix, self.status = fix, st
         if self.p.fuse:
-            rel.fix, rel.x_f = fix, float(fr.x[AX_X])
+            rel.fix, rel.x_f = fix, float(fr.x[kp.AX_X])
             rel.R_ft[:] = fr.R_tf
         self._report(st.excluded, fix.valid, fix.reason)
         return f
+
+    def _iced(self, f: SensorFrame, nav: NavState, y: np.ndarray, e: np.ndarray, use: int, dt: float) -> bool:
+        """Whether every airspeed lies, by readings y [9] of the mask `use` and the expected ones e [9]."""
+        means = [_mean(y, use, v) for v in (kp.R_V, kp.R_ALPHA)]
+        if None in means:
+            return self.icing.bad
+        V, alpha = means
+        assert V is not None and alpha is not None
+        x = self.wake.x
+        peer = float(
+            e[kp.OF_V].mean() + x[TURB][kp.AX_X] + x[SLOW][kp.AX_X]
+        )  # without a wind of its own along the path
+        rough = self.gusts.sigma if self.gusts is not None else self.p.position.gust_sigma
+        self.icing.step(V, peer, nav.wind_n, alpha, f, float(self.wake.g[kp.G_RHO]), rough, dt)
+        return self.icing.bad
 
     def _forget(self) -> None:
         """Without air data nothing is being checked and no position found, whatever the last readings said."""
@@ -182,16 +189,38 @@ class AirData:
         for k in (self.wake, self.learn):
             if k.mode == TRACKING:
                 k.x[SLOW] -= change
-            k.predict(self._air_us, att, fr.omega, fr.acc, float(x[AX_X]), s_x, fr.V_T, rho, dt, float(xd[AX_X]))
+            k.predict(self._air_us, att, fr.omega, fr.acc, float(x[kp.AX_X]), s_x, fr.V_T, rho, dt, float(xd[kp.AX_X]))
             if k.mode != TRACKING and self._seen and self._wake_known:
                 (y, z), (vy, vz) = across(x), across(xd)
                 k.seed(y, z, self.p.seed_sigma_m, vy, vz)
+
+    def _learn_gusts(self, y: np.ndarray, e: np.ndarray | None, use: int) -> None:
+        """Turbulence by readings y [9] of the mask `use` against the expected ones e [9]; both filters go by it."""
+        if self.gusts is None:
+            return
+        if e is None:
+            self.gusts.forget()
+            return
+        self.gusts.hear(y - e, use, self.wake.x[TURB])
+        for k in (self.wake, self.learn):
+            k.rough(self.gusts.sigma, self.gusts.own**2 * self._own_white)
+
+    def _teachable(self, seen: bool, dt: float) -> None:
+        """What readings have in common with a move is learnt only where the position is known; elsewhere it grows less certain by
+        the drift that nobody would see."""
+        if seen:
+            self._alone_s = 0.0
+        alone = self._alone_s > GRACE_S
+        self.learn.consider(alone)
+        if alone and self.learn.mode == TRACKING:
+            self.learn.drift(self.p.drift_V, self.p.drift_flow, self._alone_s - GRACE_S, dt)
+        self._alone_s += dt
 
     def _strayed(self, x: np.ndarray) -> bool:
         """Whether the wake position has long been far from where the relative sensor, when it is there, sees the aircraft."""
         w = self.wake
         far = self.p.stray_m + 4.0 * math.sqrt(max(w.radial_var, 0.0))
-        off = w.mode == TRACKING and self._seen and math.hypot(w.x[X_Y] - x[AX_Y], w.x[X_Z] - x[AX_Z]) > far
+        off = w.mode == TRACKING and self._seen and math.hypot(w.x[X_Y] - x[kp.AX_Y], w.x[X_Z] - x[kp.AX_Z]) > far
         self._astray = self._astray + 1 if off else 0
         return self._astray >= STRAYED
 
@@ -207,8 +236,8 @@ class AirData:
             self.learn.update(e, ALL)
             fault = np.zeros(9)
             if 100 < k < 200:
-                fault[OF_V] = 5.0, 5.0, 0.0  # two in one variable
-                fault[R_BETA + 1] = math.nan if k > 150 else 0.1
+                fault[kp.OF_V] = 5.0, 5.0, 0.0  # two in one variable
+                fault[kp.R_BETA + 1] = math.nan if k > 150 else 0.1
             self.fdi.step(e + fault, ALL, e, S, self._common, self._s_common, k)
 
     @staticmethod
@@ -220,17 +249,12 @@ class AirData:
 
     def _expect(self) -> tuple[np.ndarray | None, np.ndarray | None]:
         """Expected readings e [9] and their covariance S [9,9]: position, what is learnt of the wake, and body rates."""
-        w, learn = self.wake, self.learn
-        known = learn.mode == TRACKING
-        if known:
-            w.P[LEARNT, LEARNT] = learn.P[LEARNT, LEARNT]
-        w.P[X_KW, X_KW] += self.p.lift_sigma**2
+        w = self.wake
         prior = w.prior()
-        w.P[LEARNT, LEARNT] = 0.0
         if prior is None:
             return None, None
         J = self._by_rate.copy()
-        J[R_BETA:] /= self.frame.V_T
+        J[kp.R_BETA :] /= self.frame.V_T
         S = np.zeros((len(J), len(J)))
         gram(np.ascontiguousarray(J), S)
         e, of_e = prior
@@ -244,7 +268,7 @@ class AirData:
         c, s = math.cos(a), math.sin(a)
         for k in (self.wake, self.learn):
             k.wk[WK_WING_LIFT] = (self.frame.load + p.tail_download_frac) * self._weight
-            for at, (x, _, z) in ((WING, p.wing_m), (TAIL, p.tail_m)):
+            for at, (x, _, z) in ((kp.WING, p.wing_m), (kp.TAIL, p.tail_m)):
                 k.wk[at + WK_WING_X], k.wk[at + WK_WING_Z] = c * x + s * z, c * z - s * x
 
     def _aid_velocity(self, f: SensorFrame, rel: RelativeNav, seen: bool) -> None:
@@ -256,26 +280,6 @@ class AirData:
             v, s = across(self.frame.to_f(v)), self.p.aid.r_velocity_mps
             for k in (self.wake, self.learn):
                 k.aid(v, (s, s), velocity=True)
-
-    def _repaired(self, f: SensorFrame, use: int, e: np.ndarray | None) -> SensorFrame:
-        """The frame, unusable readings replaced by the mean of the usable ones of their variable, moved to the probe's place."""
-        y, exp = self._y, self._zero if e is None else e
-        mask, bad = 0, f.air_bad
-        for v in range(3):
-            good = [3 * v + i for i in range(3) if use >> (3 * v + i) & 1]
-            if not good:
-                bad |= 7 << (3 * v)
-                continue
-            m = math.fsum(y[c] - exp[c] for c in good) / len(good)
-            for i in range(3):
-                if 3 * v + i not in good:
-                    y[3 * v + i] = m + exp[3 * v + i]
-            bad &= ~(7 << (3 * v))
-            mask |= 1 << v
-        return replace(
-            f, air_V=vec3(y[OF_V]), air_beta=vec3(y[OF_BETA]), air_alpha=vec3(y[OF_ALPHA]), air_bad=bad,
-            air_mask=f.air_mask | 7 if mask == 7 else f.air_mask,
-        )  # fmt: skip
 
     def _report(self, excluded: int, valid: bool, reason: str) -> None:
         """Texts on what changed."""
@@ -291,15 +295,7 @@ class AirData:
             self._valid = valid
 
 
-def across(v: np.ndarray) -> tuple[float, float]:
-    """y and z of a vector [3] in F."""
-    _, y, z = v.tolist()
-    return y, z
-
-
-def rate_slopes(probes: np.ndarray) -> np.ndarray:
-    """[9,3] change of the readings with own body rates: V [m/s], and V times the flow angles, per rad/s; probes [3,3] [m]."""
-    x, y, z = probes.T
-    o = np.zeros(3)
-    rows = [np.stack([o, z, -y], 1), np.stack([-z, o, x], 1), np.stack([y, -x, o], 1)]
-    return np.vstack(rows)
+def _mean(y: np.ndarray, use: int, first: int) -> float | None:
+    """Mean of those of the readings y [9] of one variable, from `first` on, that are in the mask `use`; None: there is none."""
+    good = [float(y[c]) for c in range(first, first + 3) if use >> c & 1]
+    return math.fsum(good) / len(good) if good else None

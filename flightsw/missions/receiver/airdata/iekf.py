@@ -13,7 +13,7 @@ from flightsw.filters.covariance import gain, norm_by
 from flightsw.kernels.jit import jit
 from flightsw.kernels.linalg import backward_sub_t, cholesky, product
 from flightsw.missions.receiver.airdata.expected import G_X, M_READ, expected
-from flightsw.missions.receiver.airdata.state import X_X, X_Y, X_Z, N, linearise, point_of
+from flightsw.missions.receiver.airdata.state import X_OFF, X_X, X_Y, X_Z, N, linearise, point_of
 
 OK, GATED, BROKEN = 0, 1, 2
 OUT_NIS, OUT_COUNT = 0, 1  # entries of the result out [2]
@@ -27,17 +27,18 @@ def common_noise(i: int, j: int, r_att: float) -> float:
 
 @jit
 def spread(
-    P: np.ndarray, H: np.ndarray, idx: np.ndarray, m: int, sig: np.ndarray, r_att: float, PH: np.ndarray,
-    R: np.ndarray, S: np.ndarray,
+    P: np.ndarray, H: np.ndarray, idx: np.ndarray, m: int, sig: np.ndarray, r_att: float, own: np.ndarray,
+    PH: np.ndarray, R: np.ndarray, S: np.ndarray,
 ) -> None:  # fmt: skip
-    """PH [16,9] <- P H^T, R [9,9] <- noise, S [9,9] <- H P H^T + R of m readings; sig [3] of V, beta, alpha.
+    """PH [28,9] <- P H^T, R [9,9] <- noise, S [9,9] <- H P H^T + R of m readings; sig [3] of V, beta, alpha, own [9,9] covariance
+    of what each probe's own air adds.
 
-    Row i of H [9,16] is that of reading idx[i].
+    Row i of H [9,28] is that of reading idx[i].
     """
     cross_covariance(P, H, m, PH)
     for i in range(m):
         for j in range(i + 1):
-            r = common_noise(idx[i], idx[j], r_att)
+            r = common_noise(idx[i], idx[j], r_att) + own[idx[i], idx[j]]
             if i == j:
                 r += sig[idx[i] // 3] * sig[idx[i] // 3]
             R[i, j] = r
@@ -51,23 +52,26 @@ def foresee(
     x: np.ndarray, P: np.ndarray, g: np.ndarray, r_att: float, probes: np.ndarray, wk: np.ndarray, e: np.ndarray,
     S: np.ndarray,
 ) -> None:  # fmt: skip
-    """e [9] <- expected readings at x [16]; S [9,9] <- H P H^T + common_noise (sensor noise not included)."""
+    """e [9] <- expected readings at x [28]; S [9,9] <- H P H^T + common_noise (sensor noise not included)."""
     H = np.empty((M_READ, N))
     linearise(x, g, probes, wk, e, H)
     idx = np.empty(M_READ, dtype=np.int64)
     for j in range(M_READ):
         idx[j] = j
-    spread(P, H, idx, M_READ, np.zeros(3), r_att, np.empty((N, M_READ)), np.empty((M_READ, M_READ)), S)
+    none = np.zeros((M_READ, M_READ))
+    spread(P, H, idx, M_READ, np.zeros(3), r_att, none, np.empty((N, M_READ)), np.empty((M_READ, M_READ)), S)
 
 
 @jit
 def correct(
     x: np.ndarray, P: np.ndarray, y: np.ndarray, ok: np.ndarray, sig: np.ndarray, g: np.ndarray, r_att: float,
-    probes: np.ndarray, wk: np.ndarray, iters: int, again: float, gate: float, out: np.ndarray,
+    probes: np.ndarray, wk: np.ndarray, iters: int, again: float, gate: float, fixed: np.ndarray, own: np.ndarray,
+    out: np.ndarray,
 ) -> int:  # fmt: skip
-    """Correct state x [16] and covariance P [16,16] in place by the readings y [9] whose ok [9] is not zero.
+    """Correct state x [28] and covariance P [28,28] in place by the readings y [9] whose ok [9] is not zero.
 
-    sig [3] noise of V [m/s], beta, alpha [rad]; g [11] frame, r_att attitude noise [rad]; at most `iters` linearisations,
+    sig [3] noise of V [m/s], beta, alpha [rad], own [9,9] covariance of each probe's own air; g [11] frame, r_att attitude noise
+    [rad]; states with fixed [28] not zero are considered: they keep their values; at most `iters` linearisations,
     another one only after a step of more than `again` [m] in y and z; an update whose NIS exceeds `gate` per reading is
     refused. out [2] (OUT_*) <- NIS at the prior, number of readings. Returns OK, GATED (nothing changed) or BROKEN (a
     covariance is not positive: nothing changed). The maximum of the posterior density is searched by Gauss-Newton steps from
@@ -106,7 +110,7 @@ def correct(
         for i in range(m):  # idx[i] >= i: no row is written over before it is read
             for k in range(N):
                 H[i, k] = H[idx[i], k]
-        spread(P, H, idx, m, sig, r_att, PH, R, S)
+        spread(P, H, idx, m, sig, r_att, own, PH, R, S)
         if not cholesky(S, m):
             return BROKEN
         if it == iters:
@@ -150,7 +154,7 @@ def correct(
             gx[G_X] = g[G_X] + xn[X_X]
             expected(p, gx, probes, wk, False, h, none)
             for i in range(m):
-                d[i] = y[idx[i]] - h[idx[i]]
+                d[i] = y[idx[i]] - h[idx[i]] - xn[X_OFF + idx[i]]
             c += norm_by(LR, m, d)
             if c <= cost * (1.0 + 1e-9) + 1e-9:
                 step = abs(xn[X_Y] - xi[X_Y]) + abs(xn[X_Z] - xi[X_Z])
@@ -163,8 +167,13 @@ def correct(
         if step < again and it + 1 < iters:
             break  # a slope taken where this very noise has led would be correlated with it
     gain(PH, N, S, m)
+    for k in range(N):
+        if fixed[k] != 0:
+            for i in range(m):
+                PH[k, i] = 0.0
     product(PH[:, :m], R[:m, :m], KR)
     joseph(P, H, m, PH, KR, np.empty((N, N)), np.empty((N, N)))
     for k in range(N):
-        x[k] = xi[k]
+        if fixed[k] == 0:
+            x[k] = xi[k]
     return OK

@@ -41,6 +41,16 @@ class WakePositionParams:
     # share of the height the tail's vortices take part in. With 1 the whole wake moves, which no air data can tell from own
     # height: only useful with an aiding sensor
     height_tail_share: Annotated[float, Range(0.0, 1.0)] = 0.0
+    # every reading's own fixed error, estimated where the position is known from elsewhere and considered where it is not; prior
+    # 1 sigma, 0: there is none
+    offset_V: NonNeg = 0.0  # [m/s]
+    offset_flow: NonNeg = 0.0  # [rad] of beta and alpha
+    q_offset_V: NonNeg = 0.0  # [m/s per sqrt(s)] random walk
+    q_offset_flow: NonNeg = 0.0  # [rad per sqrt(s)]
+    lift_sigma: NonNeg = 0.0  # [-] passing error of the wing's lift as known, in turbulence of gust_sigma, and
+    lift_tau_s: Pos = 1.0  # [s] its correlation time
+    aid_slow_m: NonNeg = 0.0  # [m] slow error of a position sensor that aids, per axis, and
+    aid_tau_s: Pos = 60.0  # [s] its correlation time
     iterations: Annotated[int, Range(1, 10)] = 3
     # [m] a smaller step is not iterated: a slope taken at the corrected state is correlated with the noise that led there, and
     # over thousands of steps that bias of the score ran to 7 % of the tail's circulation and 0.18 m in z

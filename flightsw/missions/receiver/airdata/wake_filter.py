@@ -22,12 +22,13 @@ from numpy.typing import NDArray
 
 from flightsw.aircraft import Aircraft
 from flightsw.filters.correction import state_update
+from flightsw.missions.receiver.airdata import believed
 from flightsw.missions.receiver.airdata import expected as kp
 from flightsw.missions.receiver.airdata import iekf as kf
 from flightsw.missions.receiver.airdata import state as k
 from flightsw.missions.receiver.airdata.params import WakePositionParams
 from flightsw.missions.receiver.airdata.reports import WakeFix
-from flightsw.missions.receiver.airdata.wake_fix import MlFix, fix_of
+from flightsw.missions.receiver.airdata.wake_fix import MlFix, doubt, fix_of
 from flightsw.missions.receiver.airdata.wake_model import WakeParams, wake_vector
 from flightsw.missions.receiver.airdata.wake_search import ok_channels
 from flightsw.missions.receiver.airdata.wake_start import StartUp
@@ -53,9 +54,9 @@ class WakePosition:
         self._e, self._S = np.zeros(9), np.zeros((9, 9))
         self._y, self._ok = np.zeros(9), np.zeros(9, dtype=np.int64)
         self._sig = np.array([params.sigma_V, params.sigma_beta, params.sigma_alpha])
-        self._q = np.array([params.q_acc, params.q_scale_wing, params.q_scale_tail, params.q_height])
-        self._tau = np.array([1.0, params.slow_tau_s, params.acc_tau_s, params.x_tau_s])
-        self._gm = np.array([params.gust_sigma, params.slow_sigma, params.acc_bias_sigma, 1.0])
+        self._q, self._tau, self._gm = believed.noises(params), believed.times(params), believed.sizes(params)
+        self._fixed = np.zeros(k.N, dtype=np.int64)
+        self.own_air = np.zeros((9, 9))  # covariance of what each probe's own air adds to the readings, as white noise
         self._out = np.zeros(2)
         self._gain, self._row = np.zeros(k.N), np.zeros(k.N)
         self.mode = IDLE
@@ -65,6 +66,7 @@ class WakePosition:
         self._refused = 0  # updates in a row
         self._blind = 0.0  # [s] since an update was taken
         self._excess = 1.0  # [-] mean NIS per reading
+        self._known: tuple[Arr, Arr] | None = None  # what another filter taught last, and its covariance
         self._kept: tuple[float, ...] | None = None  # wing, tail, height and their sigmas from before a restart
         self.fix = WakeFix()
 
@@ -100,15 +102,11 @@ class WakePosition:
         p, x, P = self.p, self.x, self.P
         x[:], P[:] = 0.0, 0.0
         x[k.X_Y], x[k.X_Z] = y, z
-        P[k.X_VY, k.X_VY] = P[k.X_VZ, k.X_VZ] = p.start_v_sigma**2
-        P[k.X_KW, k.X_KW] = p.scale_wing_sigma**2 if p.scales else 0.0
-        P[k.X_KT, k.X_KT] = p.scale_tail_sigma**2 if p.scales else 0.0
-        P[k.X_H, k.X_H] = p.height_sigma_m**2 if p.height else 0.0
-        for i, s in ((k.X_TURB, p.gust_sigma), (k.X_SLOW, p.slow_sigma)):
-            for a in range(3):
-                P[i + a, i + a] = s * s
-        P[k.X_ACC, k.X_ACC] = P[k.X_ACC + 1, k.X_ACC + 1] = p.acc_bias_sigma**2
-        P[k.X_X, k.X_X] = self._gm[k.M_X] ** 2
+        P.ravel()[:: k.N + 1] = believed.variances(p, self._gm)
+        if self._known is not None:
+            what, covariance = self._known
+            x[k.TAUGHT] = what
+            P[np.ix_(k.TAUGHT, k.TAUGHT)] = covariance
 
     def _track(self) -> None:
         self.mode, self._since = TRACKING, 0.0
@@ -136,18 +134,9 @@ class WakePosition:
     # -- one step ----------------------------------------------------------------------------------------------------
 
     def predict(
-        self,
-        t_us: int,
-        att: Vec3,
-        omega: Vec3,
-        acc_rel_f: Vec3,
-        x: float,
-        s_x: float,
-        V_T: float,
-        rho: float,
-        dt: float,
+        self, t_us: int, att: Vec3, omega: Vec3, acc_rel_f: Vec3, x: float, s_x: float, V_T: float, rho: float, dt: float,
         x_dot: float = 0.0,
-    ) -> None:
+    ) -> None:  # fmt: skip
         """Carry the estimate over dt [s] to t_us, and take the frame of the readings to come.
 
         att = psi, theta, phi of the own body relative to F [rad]; omega own body rates [rad/s]; acc_rel_f own minus tanker's
@@ -185,9 +174,37 @@ class WakePosition:
         nis = 0.0
         if self.mode == TRACKING and math.isfinite(sum(value)) and min(sigma) > 0.0:
             for a in range(2):
-                i = (k.X_VY if velocity else k.X_Y) + a
-                nis += state_update(self.x, self.P, i, value[a], sigma[a] ** 2, self.p.aid_gate, self._gain, self._row)
+                i, e = (k.X_VY + a, -1) if velocity else (k.X_Y + a, k.X_AID + a)
+                nis += state_update(
+                    self.x, self.P, i, e, value[a], sigma[a] ** 2, self.p.aid_gate, self._fixed, self._gain, self._row
+                )
         return nis
+
+    def consider(self, on: bool) -> None:
+        """From now on circulations, height and offsets keep their values, of which the uncertainty is carried on (on), or are
+        estimated."""
+        self._fixed[k.TAUGHT] = int(on)
+
+    def rough(self, sigma_mps: float, own_air: Arr) -> None:
+        """Turbulence of so much [m/s, 1 sigma per axis] from now on; own_air [9,9]: what each probe's own air adds to the
+        readings, as covariance of white noise."""
+        self._gm[k.M_TURB] = sigma_mps
+        self._gm[k.M_LIFT] = self.p.lift_sigma * sigma_mps / self.p.gust_sigma
+        self.own_air[:] = own_air
+
+    def learn_from(self, other: WakePosition) -> None:
+        """Take over circulations, height and offsets, considered here, of a filter that knows the position from elsewhere."""
+        what, covariance = other.x[k.TAUGHT], other.P[np.ix_(k.TAUGHT, k.TAUGHT)]
+        self._known = what, covariance
+        if self.mode == TRACKING:
+            k.be_taught(self.x, self.P, what, covariance)
+
+    def drift(self, V_mps2: float, flow_radps: float, age_s: float, dt: float) -> None:
+        """Let offsets grow less certain by a drift of so much [1 sigma] that has lasted for age_s and goes on for dt [s]."""
+        grown = dt * (2.0 * age_s + dt)
+        for c in range(9):
+            rate = V_mps2 if c < kp.R_BETA else flow_radps
+            self.P[k.X_OFF + c, k.X_OFF + c] += rate * rate * grown
 
     def update(self, readings: Arr, ok_mask: int) -> WakeFix:
         """Correct by the readings [9] (V of each probe, beta, alpha) whose bit is set; returns the new fix. Never raises."""
@@ -202,25 +219,14 @@ class WakePosition:
         if self.mode != TRACKING:
             if n:
                 self.mode = STARTING
-                ml = self.start.collect(self._y, self._ok, self.g)
+                ml = self.start.collect(self._y - self.x[k.OFFSETS], self._ok, self.g)
                 if ml is not None:
                     self._take(ml)
         elif n:
             done = kf.correct(
-                self.x,
-                self.P,
-                self._y,
-                self._ok,
-                self._sig,
-                self.g,
-                self.p.att_sigma,
-                self.probes,
-                self.wk,
-                p.iterations,
-                p.iterate_m,
-                p.gate / 9.0,
-                self._out,
-            )
+                self.x, self.P, self._y, self._ok, self._sig, self.g, self.p.att_sigma, self.probes, self.wk,
+                p.iterations, p.iterate_m, p.gate / 9.0, self._fixed, self.own_air, self._out,
+            )  # fmt: skip
             w = 0.02  # [-] weight of one sample in the mean NIS: 2.5 s at 20 Hz
             self._excess += w * (min(self._out[kf.OUT_NIS] / n, 10.0) - self._excess)
             if done == kf.OK:
@@ -236,28 +242,16 @@ class WakePosition:
 
     def _compare(self) -> None:
         """Second opinion; moves the filter where it belongs."""
-        there = self.watch.look(self._y, self._ok, self.g, self.x[k.PLACE], float(self.radial_var))
+        there = self.watch.look(self._y - self.x[k.OFFSETS], self._ok, self.g, self.x[k.PLACE], float(self.radial_var))
         if there is not None:
             self.restarts += 1
             self._kept = None
             self._take(there)
 
     def step(
-        self,
-        t_us: int,
-        V: Vec3,
-        beta: Vec3,
-        alpha: Vec3,
-        ok_mask: int,
-        att_F: Vec3,
-        omega: Vec3,
-        acc_rel_F: Vec3,
-        x: float,
-        s_x: float,
-        V_T: float,
-        rho: float,
-        dt: float,
-    ) -> WakeFix:
+        self, t_us: int, V: Vec3, beta: Vec3, alpha: Vec3, ok_mask: int, att_F: Vec3, omega: Vec3, acc_rel_F: Vec3,
+        x: float, s_x: float, V_T: float, rho: float, dt: float,
+    ) -> WakeFix:  # fmt: skip
         """predict and update in one; V [m/s], beta, alpha [rad] of the three probes."""
         self.predict(t_us, att_F, omega, acc_rel_F, x, s_x, V_T, rho, dt)
         self._e[kp.OF_V], self._e[kp.OF_BETA], self._e[kp.OF_ALPHA] = V, beta, alpha
@@ -271,33 +265,19 @@ class WakePosition:
         return self.P[k.X_Y, k.X_Y] + self.P[k.X_Z, k.X_Z]
 
     def _sane(self) -> bool:
-        x, P, p = self.x, self.P, self.p
-        return bool(
-            np.isfinite(x).all()
-            and np.isfinite(P).all()
-            and abs(x[k.X_Y]) < p.domain_m
-            and abs(x[k.X_Z]) < p.domain_m
-            and abs(x[k.X_KW]) < 0.9
-        )
+        x, far = self.x, float(np.abs(self.x[k.PLACE]).max())
+        finite = np.isfinite(x).all() and np.isfinite(self.P).all()
+        return bool(finite and far < self.p.domain_m and abs(x[k.X_KW]) < 0.9)
 
-    def _verdict(self) -> str:
-        p = self.p
+    def _why_not(self) -> str:
         if self.mode != TRACKING:
             return "not started" if self.mode == IDLE else self.start.reason
-        if self._since < p.settle_s:
-            return "settling"
-        if self._blind > p.blind_s or self._refused >= p.valid_refused:
-            return "air data refused or missing"
-        if self._excess > p.valid_excess:
-            return "readings do not fit the wake model"
-        if self.radial_var > p.valid_sigma_m**2:
-            return "position not observable here"
-        return ""
+        return doubt(self.p, self._since, self._blind, self._refused, self._excess, float(self.radial_var))
 
     def _publish(self) -> WakeFix:
         tracking = self.mode == TRACKING
         nis, dof = float(self._out[kf.OUT_NIS]), int(self._out[kf.OUT_COUNT]) if tracking else 0
-        self.fix = fix_of(self.t_us, self._verdict(), self.x, self.P, self.g, tracking, nis, dof, self.restarts)
+        self.fix = fix_of(self.t_us, self._why_not(), self.x, self.P, self.g, tracking, nis, dof, self.restarts)
         return self.fix
 
     def get_state(self) -> dict[str, object]:
@@ -306,6 +286,7 @@ class WakePosition:
             "arrays": [a.copy() for a in (self.x, self.P, self.g, self._tau, self._gm)],
             "flags": (self.mode, self.restarts, self.t_us, self._since, self._refused, self._blind, self._excess),
             "kept": self._kept,
+            "taught": (self._known, self._fixed.copy(), self.own_air.copy()),
             "watch": self.watch.get_state(),
             "start": self.start.get_state(),
             "fix": replace(self.fix),
@@ -321,4 +302,7 @@ class WakePosition:
         self.start.set_state(s["start"])
         self.watch.set_state(s["watch"])
         self._kept = s["kept"]  # type: ignore[assignment]
+        taught = s["taught"]
+        assert isinstance(taught, tuple)
+        self._known, self._fixed[:], self.own_air[:] = taught
         self.fix = replace(s["fix"])

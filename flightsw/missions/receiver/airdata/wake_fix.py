@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,9 @@ from flightsw.missions.receiver.airdata import state as k
 from flightsw.missions.receiver.airdata.reports import WakeFix
 from flightsw.strict import OneOf, Range
 from flightsw.types import ZERO3
+
+if TYPE_CHECKING:
+    from flightsw.missions.receiver.airdata.params import WakePositionParams
 
 Arr = NDArray[np.float64]
 Pos = Annotated[float, Range(1e-9)]
@@ -30,6 +33,8 @@ class MlParams:
 
     sigma_V: Pos = 0.447  # [m/s]
     sigma_angle: Pos = 7.8e-4  # [rad] beta and alpha
+    fixed_V: NonNeg = 0.0  # [m/s] what of a probe's own error no mean takes off
+    fixed_angle: NonNeg = 0.0  # [rad]
     weighting: Annotated[str, OneOf(WEIGHTINGS)] = "diff"
     common_V: NonNeg = 0.39  # [m/s] "joint": common error of V, here turbulence
     common_angle: NonNeg = 0.002  # [rad] "joint": of beta and alpha, turbulence / airspeed
@@ -93,3 +98,15 @@ def fix_of(
         nis_dof=nis_dof,
         restarts=restarts,
     )
+
+
+def doubt(p: WakePositionParams, since_s: float, blind_s: float, refused: int, excess: float, var: float) -> str:
+    """Why the position of a filter that tracks since since_s [s] is not valid, "" if it is: blind_s [s] without an update taken,
+    refused of them in a row, excess [-] mean NIS per reading, var [m^2] of the position, y and z together."""
+    if since_s < p.settle_s:
+        return "settling"
+    if blind_s > p.blind_s or refused >= p.valid_refused:
+        return "air data refused or missing"
+    if excess > p.valid_excess:
+        return "readings do not fit the wake model"
+    return "position not observable here" if var > p.valid_sigma_m**2 else ""

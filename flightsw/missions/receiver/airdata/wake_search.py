@@ -102,7 +102,8 @@ class WakeMl:
         self._y[:], self._g[:] = readings, frame
         ok_channels(ok_mask, self._ok)
         root = math.sqrt(samples)
-        self._sig[:] = self.p.sigma_V / root, self.p.sigma_angle / root, self.p.sigma_angle / root
+        flow = math.hypot(self.p.sigma_angle / root, self.p.fixed_angle)
+        self._sig[:] = math.hypot(self.p.sigma_V / root, self.p.fixed_V), flow, flow
         self._base[:] = 0.0
         kw, kt, sw, st = scale or self.scale_prior
         self._base[k.P_KW], self._base[k.P_KT] = (kw, kt) if self.free == 4 else (1.0, 1.0)

@@ -28,6 +28,8 @@ class StartUp:
             p.start,
             sigma_V=p.sigma_V,
             sigma_angle=max(p.sigma_beta, p.sigma_alpha),
+            fixed_V=p.offset_V,
+            fixed_angle=p.offset_flow,
             scale_wing_sigma=on * p.scale_wing_sigma,
             scale_tail_sigma=on * p.scale_tail_sigma,
         )

@@ -69,6 +69,7 @@ class Integrity:
         self._agrees_us = [-1] * SOURCES  # since when a source left out agrees with the others
         self._wait_us = self._known_us = -1
         self._calm_s = self._over_s = 0.0
+        self.rel_confirmed = True  # what is handed on is the sensor's or two others', and no source disputes it
         self._off = ZERO3  # [m] the estimate, which is flown by, less the bank
         limits = ((OBSERVATION, p.al_observation_m), (CONTACT, p.al_latched_m), *((k, p.al_closing_m) for k in NEAR))
         self._limit = dict(limits)
@@ -255,12 +256,15 @@ class Integrity:
     def _feed(self, f: SensorFrame, updated: int, health: Health, live: int) -> tuple[SensorFrame, int, Health]:
         """The relative reading without its estimated errors; the bank's position where it is silent or left out, carried on by
         specific force for a while where nothing is left."""
+        own = (f.t_us - self._live_us[REL]) * 1e-6 <= self.p.stand_in_s
+        by_itself = bool(live >> REL & 1) and own and not self._wild[REL]
+        self.rel_confirmed = not self.undecided and (by_itself or live.bit_count() > 1)
         m = 1 + self.suspect  # the filter that has not heard it; 0 without one
         if self.excluded >> GNSS & 1 or self.suspect == GNSS:
             updated &= ~UPD_GNSS  # whose of the two it is nobody knows: the estimator does not fly by its own either
         if live:
             self._known_us = f.t_us
-        if live >> REL & 1 and self.suspect != REL and (f.t_us - self._live_us[REL]) * 1e-6 <= self.p.stand_in_s:
+        if live >> REL & 1 and self.suspect != REL and own:
             if updated & UPD_REL and f.rel_valid:
                 if self._wild[REL] and not self.undecided:  # a spike; in a dispute it may be filter 0 that is off
                     return f, updated & ~UPD_REL, health

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flightsw.missions.receiver.airdata.fdi.metrics import threshold
-from flightsw.missions.receiver.airdata.fdi.monitor_kernel import ONE, window_record
+from flightsw.missions.receiver.airdata.fdi.monitor_kernel import ALIKE, ONE, TWO, window_record
 from flightsw.missions.receiver.airdata.fdi.parity import PARITY, Residuals, covariance, normalise, null_space
 from flightsw.missions.receiver.airdata.fdi.parity_kernels import cusum_record
 
@@ -16,12 +16,15 @@ Array = np.ndarray
 P_KEEP, P_JUMP, P_CALM = 1e-6, 1e-5, 1e-2  # tail probabilities: standing decision, change inside a window, quiet
 
 
-def threshold_table(p_alarm: float, p_decide: float = 1e-4, p_calm: float = P_CALM) -> Array:
-    """Thresholds [5,4] of the kernels: rows alarm, decide, keep, jump, calm; columns degrees of freedom 0 to 3.
+def threshold_table(p_alarm: float, p_decide: float = 1e-4, p_calm: float = P_CALM, p_alike: float = 0.0) -> Array:
+    """Thresholds [6,4] of the kernels: rows alarm, decide, keep, jump, calm, alike; columns degrees of freedom 0 to 3.
 
-    Raises ValueError for probabilities outside (0,1).
+    p_alike: probability of an error of the prediction as large as must speak against two that lie alike before one is blamed;
+    0: not asked. Raises ValueError for other probabilities outside (0,1).
     """
-    th = np.zeros((5, 4))
+    th = np.zeros((6, 4))
+    if p_alike > 0.0:
+        th[ALIKE, ONE], th[ALIKE, TWO] = threshold(p_alike, 1), threshold(p_decide, 1)
     for row, p in enumerate((p_alarm, p_decide, min(P_KEEP, p_decide), P_JUMP, p_calm)):
         th[row, ONE:] = [threshold(p, dof) for dof in (1, 2, 3)]
     return th

@@ -54,6 +54,9 @@ class FdiParams:
     window: Annotated[int, Range(1, 100)] = 5  # samples averaged
     p_alarm: Prob = 1e-5  # false alarms per sample and variable; window 5: threshold 23.03
     p_decide: Prob = 3e-4  # at which a set of suspects is refused
+    # one that differs from two is blamed only if the prediction leaves them less likely than this to lie alike; else it is
+    # undecided, or they are blamed. 0: two never lie alike
+    p_alike: Annotated[float, Range(0.0, 0.5)] = 0.0
     p_quiet: Prob = 1e-2  # at which an excluded channel counts as disagreeing
     readmit_samples: Count = 20  # quiet samples before a channel comes back
     readmit_max: Count = 640  # the number doubles with each relapse, up to this
@@ -72,7 +75,7 @@ class Fdi:
 
     def __init__(self, params: FdiParams) -> None:
         self.p = p = params
-        self.th = threshold_table(p.p_alarm, p.p_decide, p.p_quiet)
+        self.th = threshold_table(p.p_alarm, p.p_decide, p.p_quiet, p.p_alike)
         drop = 1 if p.drop_unresolved else 0
         self.lim = np.array([p.readmit_samples, p.readmit_max, p.relapse_samples, drop], dtype=np.int64)
         self.var = np.square(np.array([p.sigma_V, p.sigma_beta, p.sigma_alpha]))
@@ -81,7 +84,7 @@ class Fdi:
         self._hi = np.repeat([p.V_max, p.flow_max, p.flow_max], 3)
         n = p.window
         self.R, self.H, self.val = np.zeros((3, n, 3)), np.ones((3, n, 3)), np.zeros((3, n), dtype=np.int64)
-        self.cnt, self.sums = np.zeros((3, 3, 5), dtype=np.int64), np.zeros((3, 6))
+        self.cnt, self.sums = np.zeros((3, 3, 6), dtype=np.int64), np.zeros((3, 6))
         self.span, self.excluded, self.first, self.modelled = [0, 0, 0], [0, 0, 0], -1, True
         self._use, self._out = np.zeros(n, dtype=np.int64), np.zeros(7, dtype=np.int64)
         self._r, self._h, self._C, self._g = np.zeros(3), np.ones(3), np.zeros((3, 3)), np.zeros(8)
@@ -93,7 +96,7 @@ class Fdi:
 
     def reset(self) -> None:
         """Forget everything: no exclusions, empty windows."""
-        self.cnt[:] = (0, self.p.readmit_samples, 1 << 30, 0, 0)
+        self.cnt[:] = (0, self.p.readmit_samples, 1 << 30, 0, 0, 0)
         self.span, self.excluded = [0, 0, 0], [0, 0, 0]
         self.sums[:] = 0.0
         self.val[:] = 0

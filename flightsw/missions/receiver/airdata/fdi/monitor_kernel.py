@@ -15,11 +15,12 @@ from flightsw.missions.receiver.airdata.fdi.parity_kernels import (
     subset_gammas,
 )
 
-# rows of the threshold table [5,4]; columns: degrees of freedom
-ALARM, DECIDE, KEEP, JUMP, CALM = 0, 1, 2, 3, 4
+# rows of the threshold table [6,4]; columns: degrees of freedom, but of ALIKE: how much better than "the other two lie alike" the
+# prediction must fit "this one lies" (ONE), and the other way about (TWO); 0: not asked
+ALARM, DECIDE, KEEP, JUMP, CALM, ALIKE = 0, 1, 2, 3, 4, 5
 ONE, TWO = 1, 2
-# counters of a channel, columns of cnt [3,5]
-QUIET, NEED, SINCE, TOTAL, BLAMED = 0, 1, 2, 3, 4
+# counters of a channel, columns of cnt [3,6]; DOUBT: samples in a row in which it was not decided who lies
+QUIET, NEED, SINCE, TOTAL, BLAMED, DOUBT = 0, 1, 2, 3, 4, 5
 # entries of lim [4]
 BASE, TOP, RELAPSE, DROP = 0, 1, 2, 3
 # entries of the result out [7]
@@ -75,15 +76,22 @@ def blame(
     """Which probes of `ok` are faulty, given that not all agree; -1 when that cannot be told.
 
     Subsets of `settled`, probes blamed for a good while, come first and at the wider threshold KEEP: a standing decision is
-    not widened for one unlikely sample. g [8] is filled with the statistics.
+    not widened for one unlikely sample. One of three that differs from two that agree is blamed only where the virtual sensor
+    bears it out (row ALIKE): it may be those that lie alike. g [8] is filled with the statistics.
     """
     extra = 1 if inv_c > 0.0 else 0
     subset_gammas(r, C, h, inv_c, ok, g)
     d = -1
     if settled & ok != 0:
         d = smallest_set(g, ok, settled, extra, 1, th[KEEP])
-    if d < 0:
-        d = smallest_set(g, ok, 7, extra, 1, th[DECIDE])
+    if d >= 0:
+        return d
+    d = smallest_set(g, ok, 7, extra, 1, th[DECIDE])
+    if extra == 1 and th[ALIKE, ONE] > 0.0 and d > 0 and popcount(d) == 1 and popcount(ok) == 3:
+        others = ok & ~d
+        lead = g[others] - g[d]
+        if lead < th[ALIKE, ONE]:
+            d = others if -lead > th[ALIKE, TWO] and g[others] <= th[DECIDE, ONE] else -1
     return d
 
 
@@ -129,8 +137,8 @@ def monitor_variable(
     R, H [N,3] rings of residuals and of the direction of the common value, val [N] probes with a sane reading, newest at `first`;
     use [N] scratch; span: samples since the window was cleared, at most N. ok: probes to test now, bad: probes whose
     reading is impossible, excluded: probes kept out, hint: probe mask another detector (CUSUM) blames, 0 for none.
-    var [3] noise variances, S [3,3] covariance of the expectation, inv_c: 1/variance of the virtual sensor or 0, th [5,4]
-    thresholds, lim [4] limits, cnt [3,5] channel counters; scratch and results r, h [3] window means, C [3,3] their
+    var [3] noise variances, S [3,3] covariance of the expectation, inv_c: 1/variance of the virtual sensor or 0, th [6,4]
+    thresholds, lim [4] limits, cnt [3,6] channel counters; scratch and results r, h [3] window means, C [3,3] their
     covariance, g [8], out [7]. gamma has popcount(ok) - 1 degrees of freedom.
     """
     N = R.shape[0]
@@ -178,7 +186,13 @@ def monitor_variable(
         bit = 1 << c
         cnt[c, SINCE] = min(cnt[c, SINCE] + 1, 1 << 30)
         cnt[c, BLAMED] = min(cnt[c, BLAMED] + 1, 1 << 30) if resolved and d & bit != 0 else 0
-        wrong = bad & bit != 0 or (d & bit != 0 and (resolved or lim[DROP] != 0))
+        # where two may lie alike a window has to fill before it can be told
+        doubted = th[ALIKE, ONE] > 0.0 and cnt[c, DOUBT] > N
+        cnt[c, DOUBT] = min(cnt[c, DOUBT] + 1, 1 << 30) if d & bit != 0 and not resolved else 0
+        drop = lim[DROP] != 0 and (th[ALIKE, ONE] == 0.0 or cnt[c, DOUBT] > N)
+        wrong = bad & bit != 0 or (d & bit != 0 and (resolved or drop))
+        if doubted and resolved and d != 0 and d & bit == 0 and ok & bit != 0:  # decided since, and it was another
+            excluded &= ~bit
         if excluded & bit == 0:
             if wrong:
                 excluded |= bit
@@ -200,7 +214,7 @@ def window_record(
 ) -> None:  # fmt: skip
     """A whole record of one variable through the window test with clearing on collapse; no exclusion.
 
-    r, h [N,3] residuals and direction of the common value, var [3], S [1 or N,3,3], n window, th [5,4] thresholds. Results after
+    r, h [N,3] residuals and direction of the common value, var [3], S [1 or N,3,3], n window, th [6,4] thresholds. Results after
     each sample: mean, dirn [N,3], cov [N,3,3] of the mean, gamma [N]. Same decisions as monitor_variable with all
     probes in use.
     """
