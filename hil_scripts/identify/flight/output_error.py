@@ -1,0 +1,101 @@
+"""Output error: the most likely parameters of a flight, by Gauss and Newton's steps with Levenberg and Marquardt's damping
+(docs/sources/identify.md 3)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hil_scripts.identify.flight.model import FlightModel
+
+Arr = NDArray[np.float64]
+STEPS, ENOUGH = 20, 0.1  # at most; last step in standard errors
+DAMPING, MOST = 1e-6, 1e6
+LEAST_SIGMA = 1e-9
+
+
+class NotFittedError(RuntimeError):
+    """The search came to no end; the text says where it stood."""
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Parameters [size]; residuals [m] and slopes [m, size] per channel at them; noise of each channel, 1 sigma; steps taken."""
+
+    x: Arr
+    residuals: list[Arr]
+    slopes: list[Arr]
+    sigma: Arr
+    steps: int
+
+
+def noise(residuals: list[Arr]) -> Arr:
+    """RMS of each channel."""
+    return np.array([max(float(np.sqrt(np.mean(r * r))), LEAST_SIGMA) for r in residuals])
+
+
+def cost(m: FlightModel, x: Arr, r: list[Arr], sigma: Arr) -> float:
+    """Half the weighted squares with noise sigma, those of what was known before included; infinite where the model is lost."""
+    total = sum(float(a @ a) / s**2 for a, s in zip(r, sigma, strict=True))
+    total += float(m.prior @ (x - m.mean) ** 2)
+    return 0.5 * total if np.isfinite(total) else float("inf")
+
+
+def likelihood(m: FlightModel, x: Arr) -> float:
+    """What is made least of: noise of the channels unknown."""
+    r = m.residuals(x)
+    s = noise(r)
+    value = sum(len(a) * float(np.log(v)) for a, v in zip(r, s, strict=True)) + 0.5 * float(m.prior @ (x - m.mean) ** 2)
+    return value if np.isfinite(value) else float("inf")
+
+
+def information(m: FlightModel, slopes: list[Arr], sigma: Arr) -> Arr:
+    """[size, size] with what was known before."""
+    out = np.diag(m.prior)
+    for a, s in zip(slopes, sigma, strict=True):
+        out += a.T @ a / s**2
+    return out
+
+
+def solve(M: Arr, g: Arr) -> Arr:
+    """M^-1 g, M scaled to a unit diagonal first."""
+    d = 1.0 / np.sqrt(np.diag(M))
+    return np.asarray(d * np.linalg.solve(M * np.outer(d, d), d * g))
+
+
+def inverse(M: Arr) -> Arr:
+    """Of a symmetric positive matrix, scaled to a unit diagonal first."""
+    d = 1.0 / np.sqrt(np.diag(M))
+    return np.asarray(np.outer(d, d) * np.linalg.inv(M * np.outer(d, d)))
+
+
+def fit(m: FlightModel, x0: Arr, free: NDArray[np.bool_] | None = None) -> Fit:
+    """From x0; of the parameters those `free` (default: all). Raises NotFittedError."""
+    x, mask = x0.copy(), np.ones(m.size, dtype=bool) if free is None else free
+    idx = np.flatnonzero(mask)
+    r = m.residuals(x)
+    lam = DAMPING
+    for step in range(1, STEPS + 1):
+        sigma = noise(r)
+        S = m.slopes(x, r)
+        M = information(m, S, sigma)[np.ix_(idx, idx)]
+        g = -(m.prior * (x - m.mean))[idx]
+        for a, b, s in zip(S, r, sigma, strict=True):
+            g += a[:, idx].T @ b / s**2
+        now = cost(m, x, r, sigma)
+        while True:
+            d = np.zeros(m.size)
+            d[idx] = solve(M + lam * np.diag(np.diag(M)), g)
+            tried = m.residuals(x + d)
+            if cost(m, x + d, tried, sigma) <= now:
+                break
+            lam = max(10.0 * lam, 1e-4)
+            if lam > MOST:
+                raise NotFittedError(f"no step betters the fit after {step}")
+        x, r, lam = x + d, tried, max(0.1 * lam, DAMPING)
+        errors = np.sqrt(np.diag(inverse(M)))
+        if lam <= 1e-3 and float(np.max(np.abs(d[idx]) / errors)) < ENOUGH:
+            return Fit(x, r, m.slopes(x, r), noise(r), step)
+    raise NotFittedError(f"not settled after {STEPS} steps")
