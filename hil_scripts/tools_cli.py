@@ -199,7 +199,7 @@ def identify(
         str,
         typer.Argument(
             help="A JSBSim aircraft: jsbsim:737, or the path of a model (.xml); or a flight with test inputs: run:FOLDER, "
-            "run:FOLDER/AIRCRAFT."
+            "run:FOLDER/AIRCRAFT, or a log with the columns of docs/identify.md (.csv)."
         ),
     ],
     like: Annotated[
@@ -217,29 +217,30 @@ def identify(
     fuel: Annotated[float | None, typer.Option(help="Fuel [kg] (default: as the model is shipped).", min=0.0)] = None,
     begin: Annotated[
         float | None,
-        typer.Option("--from", help="Of a run: from this second (default: that of the test inputs).", min=0.0),
+        typer.Option("--from", help="Of a flight: from this second (default: that of the test inputs).", min=0.0),
     ] = None,
-    end: Annotated[float | None, typer.Option("--to", help="Of a run: to this second.", min=0.0)] = None,
+    end: Annotated[float | None, typer.Option("--to", help="Of a flight: to this second.", min=0.0)] = None,
     out: Annotated[Path | None, typer.Option(help="Folder (default: identified/<name>).")] = None,
 ) -> None:
     """Fit an aircraft file to a JSBSim aircraft, trimmed at a condition, or to a flight with test inputs. Exit 2: it does not fly
     there, or the flight does not tell."""
     kernels()
     from hil_scripts.identify import command
-    from hil_scripts.identify.flight import command as of_run
+    from hil_scripts.identify.flight import command as of_flight
+    from hil_scripts.identify.flight.logs import is_log
 
     try:
-        if source.startswith(of_run.PREFIX):
+        if source.startswith(of_flight.PREFIX) or is_log(source):
             for name, value in (("altitude", altitude), ("speed", speed), ("fuel", fuel)):
                 if value is not None:
                     raise ValueError(f"--{name} {value:g}: the flight has its own; allowed with jsbsim:NAME")
             if (begin is None) != (end is None):
                 raise ValueError("--from and --to: allowed together")
             span = None if begin is None or end is None else (begin, end)
-            of_run.identify(of_run.AskedOfRun(source, like, span, out), screen.console())
+            of_flight.identify(of_flight.AskedOfFlight(source, like, span, out), screen.console())
         else:
             if begin is not None or end is not None:
-                raise ValueError("--from, --to: allowed with run:FOLDER")
+                raise ValueError("--from, --to: allowed with a flight, run:FOLDER")
             asked = command.Asked(
                 source, like, 7010.0 if altitude is None else altitude, 195.0 if speed is None else speed,
                 -1.0 if fuel is None else fuel, out,

@@ -278,6 +278,7 @@ CONTEXTS = (
                 r"wind\.wake\.(sink|meander|edr_m2ps3)",
                 ("plant.wind.wake.path=flown",),
             ),
+            Situation("until test inputs begin", r"excitation\.on", (), 32.0),
             Situation(
                 "test inputs", r"excitation\.(?!on$).*", ("tanker.excitation.on=true", "tanker.excitation.start_s=0.5")
             ),

@@ -10,12 +10,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from rich.console import Console
+from scipy.spatial.transform import Rotation
 
 from flightsw.aircraft import load_aircraft
 from flightsw.sixdof.excitation import ExcitationParams, Multisine, harmonics
 from flightsw.sixdof.trim import trim_free
 from flightsw.strict import ConfigError
-from hil_scripts.identify.flight import command, readings
+from hil_scripts.identify.flight import command, logs, readings
 from hil_scripts.identify.flight.identified import Identified, identify_flight
 from hil_scripts.identify.flight.inputs import engine
 from hil_scripts.identify.flight.intervals import autocovariance, correlated, taper, verdict
@@ -206,4 +207,41 @@ def test_too_short_a_flight_and_one_without_test_inputs_are_refused() -> None:
 
 def test_a_folder_that_is_no_run_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="no run folder"):
-        command.identify(command.AskedOfRun(f"run:{tmp_path}", "kc135r", None, tmp_path / "out"), Console(quiet=True))
+        command.identify(
+            command.AskedOfFlight(f"run:{tmp_path}", "kc135r", None, tmp_path / "out"), Console(quiet=True)
+        )
+
+
+def test_the_logs_of_other_aircraft_are_refused_by_what_they_lack(tmp_path: Path) -> None:
+    """Neither has accelerometers or a throttle; one has no surfaces and no vanes either."""
+    data = Path(__file__).parents[2] / "data" / "flight_logs"
+    for name, lacks, has in (
+        ("ampyx_ap2_20171003_50hz.csv", ("acc_x_mps2", "throttle", "height_m"), ("elevator_rad", "alpha_rad")),
+        ("alfa_carbonz_20180718_10hz.csv", ("acc_x_mps2", "elevator_rad", "alpha_rad", "throttle"), ("p_radps",)),
+    ):
+        with pytest.raises(ValueError, match="not in the log") as e:
+            command.identify(
+                command.AskedOfFlight(str(data / name), "kc135r", None, tmp_path / "out"), Console(quiet=True)
+            )
+        words = str(e.value).rpartition(": ")[2].split(", ")
+        assert set(lacks) <= set(words)
+        assert not set(has) & set(words)
+
+
+def test_a_table_with_all_columns_is_identified_from(tmp_path: Path) -> None:
+    """The synthetic flight as a CSV of what the model was led by."""
+    f, truth = flown(4)
+    s = {k: v.values for k, v in f.samples.items()}
+    n, every = f.ticks, np.arange(f.ticks)
+    q = np.column_stack([np.interp(every, f.samples["att"].at, s["att"][:, i]) for i in range(4)])
+    e = Rotation.from_quat(q, scalar_first=True).as_euler("ZYX")
+    slow = {k: np.column_stack([np.interp(every, f.samples[k].at, c) for c in s[k].T]) for k in ("gnss", "air")}
+    deflected = FlightModel(f, KC135, 0, n, lasting({})).surf[:, 0]
+    parts = [every * DT, s["imu"], slow["air"][:, [0, 2, 1]], e, slow["gnss"], np.full(n, H), deflected, f.throttle]
+    table = np.column_stack(parts)
+    path = tmp_path / "flight.csv"
+    np.savetxt(path, table, delimiter=",", header=",".join(c.name for c in logs.NEEDED), comments="", fmt="%.9g")
+    out = command.identify(command.AskedOfFlight(str(path), "kc135r", None, tmp_path / "out"), Console(quiet=True))
+    written = load_aircraft(str(out / "flight.toml")).aero
+    for k in ("CL_alpha", "Cm_de", "Cl_da", "Cn_beta"):
+        assert getattr(written, k) == pytest.approx(truth[COEFFICIENTS.index(k)], rel=0.05), k

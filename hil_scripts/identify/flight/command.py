@@ -1,4 +1,5 @@
-"""What `sil identify run:FOLDER[/AIRCRAFT] --like FILE` does: read, fit, say what the flight tells, write the aircraft file."""
+"""What `sil identify run:FOLDER[/AIRCRAFT]|LOG --like FILE` does: read, fit, say what the flight tells, write the aircraft
+file."""
 
 from __future__ import annotations
 
@@ -14,9 +15,9 @@ from rich.table import Table
 
 from flightsw.aircraft import Aircraft, load_aircraft
 from flightsw.files import write_whole
-from flightsw.strict import to_dict
+from flightsw.strict import Tree, to_dict
 from hil_scripts.identify import record
-from hil_scripts.identify.flight import readings
+from hil_scripts.identify.flight import logs, readings
 from hil_scripts.identify.flight.figure import draw
 from hil_scripts.identify.flight.identified import Identified, identify_flight
 from hil_scripts.identify.flight.intervals import SHARE
@@ -29,9 +30,9 @@ Arr = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class AskedOfRun:
-    """Of the command line: run:FOLDER[/AIRCRAFT], aircraft file it is taken to be like, seconds of the flight (None: those of
-    the test inputs), folder to write."""
+class AskedOfFlight:
+    """Of the command line: run:FOLDER[/AIRCRAFT] or a log, aircraft file it is taken to be like, seconds of the flight (None:
+    those of the test inputs), folder to write."""
 
     source: str
     like: str
@@ -39,22 +40,23 @@ class AskedOfRun:
     out: Path | None
 
 
-def identify(a: AskedOfRun, console: Console) -> Path:
-    """Identify an aircraft from a run and write its file; returns the folder. Raises ConfigError, naming what is missing,
-    OSError for what cannot be read or written."""
-    folder, name = readings.run_of(a.source.removeprefix(PREFIX))
-    cfg, own = readings.sixdof_of(folder, name)
-    like = load_aircraft(a.like)
-    f = readings.read_run(folder, name, cfg, own)
-    f.needs()
+def identify(a: AskedOfFlight, console: Console) -> Path:
+    """Identify an aircraft from a run or a log and write its file; returns the folder. Raises ValueError (ConfigError,
+    LogError), naming what is missing, OSError for what cannot be read or written."""
+    like, truth, tables = load_aircraft(a.like), None, Tree()
+    if a.source.startswith(PREFIX):
+        folder, name = readings.run_of(a.source.removeprefix(PREFIX))
+        cfg, own = readings.sixdof_of(folder, name)
+        f, tables, stem = readings.read_run(folder, name, cfg, own), cfg.tables, f"{folder.name}-{name}"
+        truth = flown(folder, name, own)
+    else:
+        f = logs.read_log(Path(a.source))
+        name = stem = Path(a.source).stem
     lo, hi = readings.window(f, a.span_s)
-    found = identify_flight(f, like, lo, hi, cfg.tables)
-    truth = flown(folder, name, own)
-    out = a.out or Path("identified") / f"{folder.name}-{name}"
+    found = identify_flight(f, like, lo, hi, tables)
+    out = a.out or Path("identified") / stem
     out.mkdir(parents=True, exist_ok=True)
-    _write(
-        out / f"{name}.toml", f"{name}_identified", like, found, f"{folder.name}, {name}", (lo * f.dt_s, hi * f.dt_s)
-    )
+    _write(out / f"{name}.toml", f"{name}_identified", like, found, stem, (lo * f.dt_s, hi * f.dt_s))
     write_whole(out / "summary.json", json.dumps(summary(found, truth), indent=1) + "\n")
     pictures = draw(out, found)
     _show(console, found, truth, like.meta.name)

@@ -32,6 +32,12 @@ def deflections(commands: Arr, ac: Aircraft, dt: float) -> Arr:
     return out
 
 
+def as_measured(surfaces: Arr, ac: Aircraft, dt: float) -> Arr:
+    """As `deflections`, of angles [n,3] rad that were measured at the ticks: straight lines between them."""
+    after = np.vstack([surfaces[1:], surfaces[-1:]])
+    return np.stack([surfaces, 0.5 * (surfaces + after), after], axis=1)
+
+
 def masses(f: Flight, ac: Aircraft, lo: int, hi: int) -> Arr:
     """Mass [kg] and Ixx, Iyy, Izz, Ixz [kg m^2] at ticks lo to hi [n,5]: a straight line through the gauge's readings in between;
     without a gauge, the file's usual fuel."""

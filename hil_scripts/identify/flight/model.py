@@ -123,7 +123,8 @@ class FlightModel:
         near = np.abs(baro.at - lo) < 5.0 / self.dt if baro is not None else np.zeros(0, dtype=bool)
         h = float(np.mean(baro.values[near, 0])) if baro is not None and near.any() else 0.0
         self.engine = inputs.engine(like, V, h)
-        self.surf = inputs.deflections(f.surfaces[:hi], like, f.dt_s)[lo:]
+        deflected = inputs.as_measured if f.measured else inputs.deflections
+        self.surf = deflected(f.surfaces[:hi], like, f.dt_s)[lo:]
         self.throttle = f.throttle[lo:hi].copy()
         self.mass = inputs.masses(f, like, lo, hi)
         self.P = pv.parameter_vector(like, float(self.mass[0, 0]))

@@ -42,7 +42,8 @@ class Samples:
 @dataclass(frozen=True)
 class Flight:
     """A flight on its grid: period [s]; command in force during the step from each tick, surfaces [n,3] rad and throttle [n];
-    samples by sensor; tick at which test inputs began and ended (-1: not told)."""
+    samples by sensor; tick at which test inputs began and ended (-1: not told); `measured`: the
+    surfaces are deflections, not commands."""
 
     name: str
     dt_s: float
@@ -51,6 +52,7 @@ class Flight:
     samples: dict[str, Samples]
     began: int = -1
     ended: int = -1
+    measured: bool = False
 
     @property
     def ticks(self) -> int:
