@@ -15,7 +15,7 @@ Arr = NDArray[np.float64]
 LAGS = 0.2  # [-] of the samples: longest lag of the residuals' correlation
 WIDTH = 1.959964  # of a 95 % interval
 SHARE = 0.25  # [-] of its size: a coefficient whose 95 % interval reaches further to each side is not identified
-AMONG = 0.05  # [-] of the interval: what a coefficient held must do to another for the two to be named together
+AMONG = 0.05  # [-] of its size: what the interval of one held must move another by for the two to be named together
 
 
 def autocovariance(r: Arr, lags: int) -> Arr:
@@ -45,14 +45,13 @@ def correlated(S: Arr, c: Arr) -> Arr:
 
 
 def covariance(m: FlightModel, f: Fit) -> tuple[Arr, Arr]:
-    """Of all parameters [size, size]: with white residuals, and with residuals as they are correlated in time."""
-    M = information(m, f.slopes, f.sigma)
-    C = inverse(M)
-    meat = np.diag(m.prior)
+    """Of the coefficients [26,26]: with white residuals, and with residuals as they are correlated in time."""
+    C = inverse(information(m, f.slopes, f.sigma))[:, :NC]
+    coloured = C.T @ m.known @ C
     for r, S, s in zip(f.residuals, f.slopes, f.sigma, strict=True):
         lags = int(LAGS * len(r))
-        meat += correlated(S, autocovariance(r, lags) * taper(lags)) / s**4
-    return C, C @ meat @ C
+        coloured += correlated(S @ C, autocovariance(r, lags) * taper(lags)) / s**4
+    return C[:NC].copy(), coloured
 
 
 @dataclass(frozen=True)
@@ -126,7 +125,7 @@ def verdict(x: Arr, like: Arr, white: Arr, coloured: Arr, share: float = SHARE) 
     for i, name in enumerate(COEFFICIENTS):
         w = np.eye(NC)[i]
         if i not in held and WIDTH * alone[i] > share * size[i]:
-            w = np.where((np.abs(rows[i]) * size > AMONG * size[i]) | (w > 0.0), rows[i], 0.0)
+            w = np.where((np.abs(rows[i]) * WIDTH * alone > AMONG * size[i]) | (w > 0.0), rows[i], 0.0)
             if WIDTH * sigma(w) > share * size[i]:  # many little ones: all of them
                 w = rows[i]
         told.append(Told(_named(name, w), w, float(w @ x), sigma(w), i not in held))

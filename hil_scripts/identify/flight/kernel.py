@@ -29,15 +29,15 @@ def _available(V: float, h: float, engine: np.ndarray) -> float:
 @jit
 def lead(
     x: np.ndarray, thrust: float, aero: np.ndarray, surf: np.ndarray, throttle: np.ndarray, mass: np.ndarray, engine: np.ndarray,
-    shear: np.ndarray, probes: np.ndarray, P: np.ndarray, dt: float, out: np.ndarray,
+    shear: np.ndarray, air: np.ndarray, probes: np.ndarray, P: np.ndarray, dt: float, out: np.ndarray,
 ) -> None:  # fmt: skip
     """out [n, Y_PROBE + 3 probes] <- outputs at n ticks dt [s] apart; x [15] (motion.py) and thrust [N] are those of the
     first tick and are used up.
 
     aero [26] in the order of the aircraft file; surf [n,3,3] deflections at begin, middle and end of each tick's step, aileron,
     elevator, rudder [rad]; throttle [n] in force during it; mass [n,5]: mass [kg], Ixx, Iyy, Izz, Ixz [kg m^2]; engine [NT];
-    shear [2]: wind north, east per metre of height [1/s]; probes [k,3] [m]; P [34] of the aircraft, work space but for S, b, c.
-    Classical Runge-Kutta, thrust by its exact lag.
+    shear [2]: wind north, east per metre of height [1/s]; air [n,3]: change of the wind over each tick's step, NED [m/s]; probes
+    [k,3] [m]; P [34] of the aircraft, work space but for S, b, c. Classical Runge-Kutta, thrust by its exact lag.
     """
     W = np.empty((5, NX))
     R, fm, u, G = np.empty(9), np.empty(9), np.empty(4), np.empty((3, 3))
@@ -80,9 +80,11 @@ def lead(
         for i in range(X_WN):
             x[i] += dt / 6.0 * (W[0, i] + 2.0 * (W[1, i] + W[2, i]) + W[3, i])
         climbed = -x[X_Z] - out[k, Y_HEIGHT]
-        if shear[0] != 0.0 or shear[1] != 0.0:  # into another wind: the air-relative velocity changes by as much
+        g0, g1, g2 = air[k, 0] + shear[0] * climbed, air[k, 1] + shear[1] * climbed, air[k, 2]
+        if g0 != 0.0 or g1 != 0.0 or g2 != 0.0:  # into another wind: the air-relative velocity changes by as much
             air_jacobian(x[X_V], x[X_BETA], x[X_ALPHA], R, G)
-            for i in range(2):
-                x[X_WN + i] += shear[i] * climbed
+            x[X_WN] += g0
+            x[X_WN + 1] += g1
+            x[X_WN + 2] += g2
             for i in range(3):
-                x[X_V + i] += (G[i, 0] * shear[0] + G[i, 1] * shear[1]) * climbed
+                x[X_V + i] += G[i, 0] * g0 + G[i, 1] * g1 + G[i, 2] * g2

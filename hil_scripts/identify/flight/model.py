@@ -14,6 +14,7 @@ from flightsw.sixdof.estimator_core import NavParams
 from flightsw.sixdof.layout import NX, X_WN, X_Z
 from flightsw.strict import Tree
 from hil_scripts.identify.flight import inputs
+from hil_scripts.identify.flight.gusts import Gusts
 from hil_scripts.identify.flight.kernel import Y_EULER, Y_FORCE, Y_PROBE, Y_RATE, Y_VEL, lead
 from hil_scripts.identify.flight.readings import Flight
 
@@ -42,6 +43,7 @@ S_WIND, S_HEIGHT, S_THRUST, S_SHEAR = 9, 11, 12, 13
 STEP = np.array(
     [1e-2, 1e-5, 1e-5, *[1e-5] * 3, *[1e-5] * 3, 1e-2, 1e-2, 1.0, 10.0, 1e-4, 1e-4]
 )  # of STATE, for differences
+GUST_STEP = 0.05  # [m/s]
 COEFFICIENT_STEP, LEAST = 1e-4, 0.02  # [-] of a coefficient, and of what it is taken to be at least
 # 1 sigma: [m/s^2] of an accelerometer, [m] of a pressure height, [-] of thrust at the begin, [1/s] of the wind's change with
 # height
@@ -106,9 +108,12 @@ def turn(a: Arr, b: Arr) -> Arr:
 
 class FlightModel:
     """Ticks lo to hi of a flight of the aircraft `like`. A vector of parameters holds coefficients [26], state at the first tick
-    [15] (STATE), then one constant per channel."""
+    [15] (STATE), then one constant per channel, then gusts at
+    knots, north, east and down of each, where there are any."""
 
-    def __init__(self, f: Flight, like: Aircraft, lo: int, hi: int, known: Lasting) -> None:
+    def __init__(
+        self, f: Flight, like: Aircraft, lo: int, hi: int, known: Lasting, gusts: Gusts | None = None
+    ) -> None:  # fmt: skip
         f.needs()
         self.like, self.lo, self.n, self.dt = like, lo, hi - lo, f.dt_s
         self.probes = np.array([p.position_m for p in like.probe])
@@ -117,6 +122,10 @@ class FlightModel:
         for name, values, at in self._inside(f, lo, hi):
             self._add(name, values, at)
         self.names = (*COEFFICIENTS, *STATE, *(c.name for c in self.channels))
+        self.gusts, self._first = gusts, len(self.names)
+        if gusts is not None:
+            gusts.spread(self.n, self.dt)
+            self.names += tuple(f"gust_{a}{j}" for j in range(gusts.knots) for a in "ned")
         self.size = len(self.names)
         V = float(np.mean(self._of("V0")))
         baro = f.samples.get("baro")
@@ -129,7 +138,7 @@ class FlightModel:
         self.mass = inputs.masses(f, like, lo, hi)
         self.P = pv.parameter_vector(like, float(self.mass[0, 0]))
         thrust = float(inputs.thrust_at(f.throttle[:hi], self.engine, f.dt_s)[lo])
-        self.prior = np.zeros(self.size)  # 1 / sigma^2
+        self.known = np.zeros((self.size, self.size))  # information before the flight
         self.mean = np.zeros(self.size)
         self._start(V, h, thrust, known)
 
@@ -179,22 +188,31 @@ class FlightModel:
         out = self.outputs(x)
         for i, axis in enumerate("ne"):
             s[S_WIND + i] = first(f"vel_{axis}") - float(np.mean(out[: round(1.0 / self.dt), Y_VEL + i]))
-        self.prior[NC + S_HEIGHT], self.prior[NC + S_THRUST] = known.height**-2, (THRUST * thrust) ** -2
-        self.prior[NC + S_SHEAR : NC + S_SHEAR + 2] = SHEAR**-2
+        prior = np.zeros(self.size)  # 1 / sigma^2
+        prior[NC + S_HEIGHT], prior[NC + S_THRUST] = known.height**-2, (THRUST * thrust) ** -2
+        prior[NC + S_SHEAR : NC + S_SHEAR + 2] = SHEAR**-2
         sigma = {"gyro": known.gyro, "acc": known.acc, "vel": known.vel, "att": known.att, "V": known.V,
                  "alpha": known.flow, "beta": known.flow}  # fmt: skip
         for i, c in enumerate(self.channels):
-            self.prior[NC + NS + i] = sigma[c.name.rstrip("0123456789").partition("_")[0]] ** -2
+            prior[NC + NS + i] = sigma[c.name.rstrip("0123456789").partition("_")[0]] ** -2
+        self.known = np.diag(prior)
+        self.expect_gusts()
+
+    def expect_gusts(self) -> None:
+        """Into what is known, gusts of their intensity."""
+        if self.gusts is not None:
+            self.known[self._first :, self._first :] = self.gusts.information()
 
     def outputs(self, x: Arr) -> Arr:
         """Outputs [n, Y_*] of the kernel for parameters x, sensors without error."""
         s = x[NC : NC + NS]
         state = np.zeros(NX)
         state[:9] = s[:9]
-        state[X_Z], state[X_WN], state[X_WN + 1] = -s[S_HEIGHT], s[S_WIND], s[S_WIND + 1]
+        w = np.zeros((self.n + 1, 3)) if self.gusts is None else self.gusts.along(x[self._first :])
+        state[X_Z], state[X_WN : X_WN + 3] = -s[S_HEIGHT], w[0] + (s[S_WIND], s[S_WIND + 1], 0.0)
         out = np.empty((self.n, Y_PROBE + 3 * len(self.probes)))
         lead(
-            state, float(s[S_THRUST]), x[:NC], self.surf, self.throttle, self.mass, self.engine, s[S_SHEAR:],
+            state, float(s[S_THRUST]), x[:NC], self.surf, self.throttle, self.mass, self.engine, s[S_SHEAR:], np.diff(w, axis=0),
             self.probes, self.P, self.dt, out
         )  # fmt: skip
         return out
@@ -214,8 +232,11 @@ class FlightModel:
         ]
 
     def steps(self, x: Arr) -> Arr:
-        """Steps of the differences."""
-        return np.concatenate([COEFFICIENT_STEP * np.maximum(np.abs(x[:NC]), LEAST), STEP])
+        """Steps of the differences; of the constants none are needed."""
+        return np.concatenate([
+            COEFFICIENT_STEP * np.maximum(np.abs(x[:NC]), LEAST), STEP, np.ones(len(self.channels)),
+            np.full(self.size - self._first, GUST_STEP),
+        ])  # fmt: skip
 
     def slopes(self, x: Arr, residuals: list[Arr] | None = None) -> list[Arr]:
         """Change of the modelled readings by parameter, per channel [m, size]: differences to one side of residuals(x), the
@@ -223,7 +244,7 @@ class FlightModel:
         h = self.steps(x)
         base = self.residuals(x) if residuals is None else residuals
         out = [np.zeros((len(c.at), self.size)) for c in self.channels]
-        for j in range(NC + NS):
+        for j in (*range(NC + NS), *range(self._first, self.size)):
             moved = x.copy()
             moved[j] += h[j]
             for o, a, b in zip(out, base, self.residuals(moved), strict=True):

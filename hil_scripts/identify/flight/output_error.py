@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from hil_scripts.identify.flight.model import FlightModel
 
 Arr = NDArray[np.float64]
-STEPS, ENOUGH = 20, 0.1  # at most; last step in standard errors
+STEPS, ENOUGH = 10, 0.1  # at most, twice as many with gusts; last step in standard errors
 DAMPING, MOST = 1e-6, 1e6
 LEAST_SIGMA = 1e-9
+SAME = 0.05  # [-] of the gusts' intensity, from step to step
 
 
 class NotFittedError(RuntimeError):
@@ -36,10 +37,15 @@ def noise(residuals: list[Arr]) -> Arr:
     return np.array([max(float(np.sqrt(np.mean(r * r))), LEAST_SIGMA) for r in residuals])
 
 
+def quadratic(m: FlightModel, x: Arr) -> float:
+    """Squares of what was known before."""
+    return float((x - m.mean) @ m.known @ (x - m.mean))
+
+
 def cost(m: FlightModel, x: Arr, r: list[Arr], sigma: Arr) -> float:
     """Half the weighted squares with noise sigma, those of what was known before included; infinite where the model is lost."""
     total = sum(float(a @ a) / s**2 for a, s in zip(r, sigma, strict=True))
-    total += float(m.prior @ (x - m.mean) ** 2)
+    total += quadratic(m, x)
     return 0.5 * total if np.isfinite(total) else float("inf")
 
 
@@ -47,13 +53,13 @@ def likelihood(m: FlightModel, x: Arr) -> float:
     """What is made least of: noise of the channels unknown."""
     r = m.residuals(x)
     s = noise(r)
-    value = sum(len(a) * float(np.log(v)) for a, v in zip(r, s, strict=True)) + 0.5 * float(m.prior @ (x - m.mean) ** 2)
+    value = sum(len(a) * float(np.log(v)) for a, v in zip(r, s, strict=True)) + 0.5 * quadratic(m, x)
     return value if np.isfinite(value) else float("inf")
 
 
 def information(m: FlightModel, slopes: list[Arr], sigma: Arr) -> Arr:
     """[size, size] with what was known before."""
-    out = np.diag(m.prior)
+    out = m.known.copy()
     for a, s in zip(slopes, sigma, strict=True):
         out += a.T @ a / s**2
     return out
@@ -71,23 +77,22 @@ def inverse(M: Arr) -> Arr:
     return np.asarray(np.outer(d, d) * np.linalg.inv(M * np.outer(d, d)))
 
 
-def fit(m: FlightModel, x0: Arr, free: NDArray[np.bool_] | None = None) -> Fit:
-    """From x0; of the parameters those `free` (default: all). Raises NotFittedError."""
-    x, mask = x0.copy(), np.ones(m.size, dtype=bool) if free is None else free
-    idx = np.flatnonzero(mask)
+def fit(m: FlightModel, x0: Arr) -> Fit:
+    """From x0. Raises NotFittedError."""
+    x = x0.copy()
     r = m.residuals(x)
     lam = DAMPING
-    for step in range(1, STEPS + 1):
+    most = STEPS if m.gusts is None else 2 * STEPS
+    for step in range(1, most + 1):
         sigma = noise(r)
         S = m.slopes(x, r)
-        M = information(m, S, sigma)[np.ix_(idx, idx)]
-        g = -(m.prior * (x - m.mean))[idx]
+        M = information(m, S, sigma)
+        g = -m.known @ (x - m.mean)
         for a, b, s in zip(S, r, sigma, strict=True):
-            g += a[:, idx].T @ b / s**2
+            g += a.T @ b / s**2
         now = cost(m, x, r, sigma)
         while True:
-            d = np.zeros(m.size)
-            d[idx] = solve(M + lam * np.diag(np.diag(M)), g)
+            d = solve(M + lam * np.diag(np.diag(M)), g)
             tried = m.residuals(x + d)
             if cost(m, x + d, tried, sigma) <= now:
                 break
@@ -95,7 +100,12 @@ def fit(m: FlightModel, x0: Arr, free: NDArray[np.bool_] | None = None) -> Fit:
             if lam > MOST:
                 raise NotFittedError(f"no step betters the fit after {step}")
         x, r, lam = x + d, tried, max(0.1 * lam, DAMPING)
-        errors = np.sqrt(np.diag(inverse(M)))
-        if lam <= 1e-3 and float(np.max(np.abs(d[idx]) / errors)) < ENOUGH:
+        C = inverse(M)
+        errors, changed = np.sqrt(np.diag(C)), 0.0
+        if m.gusts is not None:
+            at = m.size - 3 * m.gusts.knots
+            changed = m.gusts.learn(x[at:], C[at:, at:])
+            m.expect_gusts()
+        if lam <= 1e-3 and changed < SAME and float(np.max(np.abs(d) / errors)) < ENOUGH:
             return Fit(x, r, m.slopes(x, r), noise(r), step)
-    raise NotFittedError(f"not settled after {STEPS} steps")
+    raise NotFittedError(f"not settled after {most} steps")
