@@ -1,4 +1,5 @@
-"""Test inputs for identification in flight: orthogonal phase-optimised multisines on the commands (docs/sources/identify.md 1).
+"""Test inputs for identification in flight: orthogonal phase-optimised multisines on the commands
+(docs/sources/identification.md 1).
 
 A control's multisine is a sum of cosines at harmonics of 1 / duration_s. The harmonics of the band are dealt out in turn, so no
 two controls share one: over the whole duration they are orthogonal, and each begins and ends at zero.

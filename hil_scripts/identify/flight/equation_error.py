@@ -1,6 +1,6 @@
 """Equation error: where the search for the most likely coefficients begins. Sensors are smoothed and differentiated, forces and
-moments made dimensionless and fitted coefficient by coefficient (docs/sources/identify.md 2). Noise in the smoothed readings
-pulls the derivatives of rates towards 0: a start, no result.
+moments made dimensionless and fitted coefficient by coefficient (docs/sources/identification.md 2). Noise in the smoothed
+readings pulls the derivatives of rates towards 0: a start, no result.
 """
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
 """Turbulence along a flight as something sought: wind at knots, straight between them, expected to go as a Gauss-Markov process
-whose intensity the flight itself tells (docs/sources/identify.md 6)."""
+whose intensity the flight itself tells (docs/sources/identification.md 6)."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 """Honest intervals: covariance under coloured residuals, and which coefficients, or combinations of them, a flight tells
-(docs/sources/identify.md 4 and 5)."""
+(docs/sources/identification.md 4 and 5)."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def taper(lags: int) -> Arr:
 
 
 def correlated(S: Arr, c: Arr) -> Arr:
-    """S^T T S [k,k] with the Toeplitz matrix T of autocovariances c (0 beyond its last lag); S [m,k]."""
+    """S^T T S [k,k] (identification.md 4) with the Toeplitz matrix T of autocovariances c (0 beyond its last lag); S [m,k]."""
     m = len(S)
     n = 1 << (2 * m - 1).bit_length()
     c = c[:m]
@@ -93,8 +93,9 @@ class Verdict:
 def verdict(x: Arr, like: Arr, white: Arr, coloured: Arr, share: float = SHARE) -> Verdict:
     """Coefficients x [26] as fitted, those of the file it began from, covariances [26,26] with white and with coloured residuals.
 
-    The coefficient with the widest interval for its size is held at the file's value, and what is left looked at again, until
-    each interval is within `share` of its size. One that only then is told is so together with what is held: a combination.
+    The coefficient with the widest interval for its size is held at the file's value (identification.md 5), and what is left
+    looked at again, until each interval is within `share` of its size. One that only then is told is so together with what is
+    held: a combination.
     """
 
     def sigma(w: Arr) -> float:

@@ -1,5 +1,5 @@
 """Output error: the most likely parameters of a flight, by Gauss and Newton's steps with Levenberg and Marquardt's damping
-(docs/sources/identify.md 3)."""
+(docs/sources/identification.md 3)."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def likelihood(m: FlightModel, x: Arr) -> float:
 
 
 def information(m: FlightModel, slopes: list[Arr], sigma: Arr) -> Arr:
-    """[size, size] with what was known before."""
+    """M [size, size] of identification.md 3, with what was known before."""
     out = m.known.copy()
     for a, s in zip(slopes, sigma, strict=True):
         out += a.T @ a / s**2
