@@ -68,9 +68,10 @@ def identify(a: AskedOfFlight, console: Console) -> Path:
 def summary(found: Identified, truth: Arr | None) -> dict[str, float | bool]:
     """Flat dotted keys: value, 95 % half width and whether it is identified for each coefficient, and against the truth where
     there is one."""
+    gusts = found.model.gusts
     out: dict[str, float | bool] = {
         "fit.steps": found.fit.steps, "fit.begun_by_equation_error": found.by_equation,
-        "fit.channels_coloured": len(found.coloured), "identified.count": len(found.verdict.identified),
+        "fit.channels_coloured": len(found.coloured), "identified.count": len(found.verdict.identified), "fit.gusts_mps": 0.0 if gusts is None else gusts.sigma,
     }  # fmt: skip
     for k, t in zip(COEFFICIENTS, found.verdict.told, strict=True):
         out |= {f"{k}.value": t.value, f"{k}.half95": t.half, f"{k}.identified": t.identified}
@@ -129,6 +130,9 @@ def _show(console: Console, found: Identified, truth: Arr | None, like: str) -> 
     console.print(table)
     way = "equation error" if found.by_equation else f"the file of {like}"
     console.print(f"output error from {way}: {found.fit.steps} steps", highlight=False)
+    if (gusts := found.model.gusts) is not None:
+        words = f"no still air: gusts of {gusts.sigma:.2f} m/s along each axis sought with it"
+        console.print(words, highlight=False, soft_wrap=True)
     if found.coloured:
         console.print(
             f"intervals are lower bounds: residuals of {', '.join(found.coloured)} are no sensors' noise (wind, or what the form "

@@ -28,6 +28,6 @@ def draw(out: Path, found: Identified) -> list[Path]:
             ax.plot(t, by * c.values, ".", ms=1.5, alpha=0.35, color="C0", label="measured")
             ax.plot(t, by * (c.values - left), lw=1.2, color="C1", label="model")
             ax.set(xlabel="time [s]", title=label)
-        axes[0].legend(frameon=False, loc="upper right")
+        axes[0].legend(frameon=False, loc="upper right", markerscale=8)
 
     return plates(out, "fit", panels, len(SHOWN), 18.0)
