@@ -71,7 +71,8 @@ def summary(found: Identified, truth: Arr | None) -> dict[str, float | bool]:
     gusts = found.model.gusts
     out: dict[str, float | bool] = {
         "fit.steps": found.fit.steps, "fit.begun_by_equation_error": found.by_equation,
-        "fit.channels_coloured": len(found.coloured), "identified.count": len(found.verdict.identified), "fit.gusts_mps": 0.0 if gusts is None else gusts.sigma,
+        "fit.channels_coloured": len(found.coloured), "identified.count": len(found.verdict.identified),
+        "fit.gusts_mps": 0.0 if gusts is None else gusts.sigma,
     }  # fmt: skip
     for k, t in zip(COEFFICIENTS, found.verdict.told, strict=True):
         out |= {f"{k}.value": t.value, f"{k}.half95": t.half, f"{k}.identified": t.identified}
