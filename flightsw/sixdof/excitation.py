@@ -8,6 +8,7 @@ two controls share one: over the whole duration they are orthogonal, and each be
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, fields
 from typing import Annotated
 
@@ -73,11 +74,28 @@ def harmonics(p: ExcitationParams) -> list[list[int]]:
     return [room[used.index(i) :: len(used)] if i in used else [] for i in range(len(CONTROLS))]
 
 
-def wave(phases: np.ndarray, ks: np.ndarray, n: int) -> np.ndarray:
-    """Sum of cosines of harmonics ks [m] with phases [m] rad at n points of the period."""
-    spectrum = np.zeros(n // 2 + 1, dtype=complex)
-    spectrum[ks] = np.exp(1j * phases)
-    return np.fft.irfft(spectrum, n) * (0.5 * n)
+class Period:
+    """n points of a period: cosine and sine of each harmonic by one table."""
+
+    def __init__(self, ks: np.ndarray, n: int) -> None:
+        turn = [2.0 * math.pi * i / n for i in range(n)]
+        c, s = np.array([math.cos(x) for x in turn]), np.array([math.sin(x) for x in turn])
+        at = [int(k) * np.arange(n) % n for k in ks]
+        self.cos, self.sin = [c[i] for i in at], [s[i] for i in at]
+        self.n = n
+
+    def wave(self, phases: list[float]) -> np.ndarray:
+        """Sum [n] of the harmonics' cosines with phases [m] rad."""
+        y = np.zeros(self.n)
+        for c, s, x in zip(self.cos, self.sin, phases, strict=True):
+            y += math.cos(x) * c - math.sin(x) * s
+        return y
+
+    def phases(self, y: np.ndarray) -> list[float]:
+        """Phases [m] rad of the harmonics in y [n]."""
+        return [
+            math.atan2(-float((y * s).sum()), float((y * c).sum())) for c, s in zip(self.cos, self.sin, strict=True)
+        ]
 
 
 def flat_phases(ks: np.ndarray) -> tuple[np.ndarray, float]:
@@ -87,37 +105,43 @@ def flat_phases(ks: np.ndarray) -> tuple[np.ndarray, float]:
     points a sum of harmonics up to k exceeds its largest value there by 1 / cos(pi k / n) at most (Ehlich and Zeller 1964).
     """
     m, n = len(ks), OVER * int(ks[-1])
-    i = np.arange(m)
-    best = phases = -np.pi * i * i / m
-    y = wave(phases, ks, n)
+    grid = Period(ks, n)
+    best = phases = [-math.pi * i * i / m for i in range(m)]
+    y = grid.wave(phases)
     peak = float(np.abs(y).max())
     for _ in range(SWAPS):
         top = CLIP * float(np.abs(y).max())
-        phases = np.angle(np.fft.rfft(np.clip(y, -top, top))[ks])
-        y = wave(phases, ks, n)
+        phases = grid.phases(np.clip(y, -top, top))
+        y = grid.wave(phases)
         if (new := float(np.abs(y).max())) < peak:
             best, peak = phases, new
-    y = wave(best, ks, n)
+    y = grid.wave(best)
     at = int(np.flatnonzero((y[:-1] <= 0.0) & (y[1:] > 0.0))[0])  # no constant in it: it rises through zero somewhere
-    lo, hi = 2.0 * np.pi * at / n, 2.0 * np.pi * (at + 1) / n
+    lo, hi = 2.0 * math.pi * at / n, 2.0 * math.pi * (at + 1) / n
     for _ in range(50):
         mid = 0.5 * (lo + hi)
-        lo, hi = (mid, hi) if float(np.cos(ks * mid + best).sum()) <= 0.0 else (lo, mid)
-    return np.mod(best + ks * lo, 2.0 * np.pi), peak / math.cos(np.pi * float(ks[-1]) / n)
+        lo, hi = (mid, hi) if cosines(ks, best, mid) <= 0.0 else (lo, mid)
+    turned = np.mod([x + k * lo for x, k in zip(best, ks.tolist(), strict=True)], 2.0 * math.pi)
+    return turned, peak / math.cos(math.pi * float(ks[-1]) / n)
+
+
+def cosines(w: Iterable[float], phases: Iterable[float], t: float) -> float:
+    """Sum of cos(w t + phase)."""
+    return sum(math.cos(a * t + b) for a, b in zip(w, phases, strict=True))
 
 
 class Multisine:
     """Of one control: `at` gives its value, within +- amplitude at any time."""
 
     def __init__(self, ks: list[int], amplitude: float, duration_s: float) -> None:
-        k = np.array(ks, dtype=np.int64)
-        self.phases, peak = flat_phases(k)
-        self.w = 2.0 * np.pi * k / duration_s
+        phases, peak = flat_phases(np.array(ks, dtype=np.int64))
+        self.phases: list[float] = phases.tolist()
+        self.w = [2.0 * math.pi * k / duration_s for k in ks]
         self.share = amplitude / peak
 
     def at(self, t_s: float) -> float:
         """Value t_s [s] after its begin."""
-        return float(self.share * np.cos(self.w * t_s + self.phases).sum())
+        return self.share * cosines(self.w, self.phases, t_s)
 
 
 WAITING, RUNNING, OVER_ = range(3)
