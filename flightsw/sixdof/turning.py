@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -20,36 +20,21 @@ from flightsw.kernels.rotations import added, dcm_from_quat, less, mul33_t, rota
 from flightsw.sixdof.estimator_core import NavParams
 from flightsw.sixdof.gating import TrustedCore
 from flightsw.sixdof.layout import X_BETA, X_PHI
-from flightsw.sixdof.motion import moment_rates
-from flightsw.sixdof.params import parameter_vector, set_mass
+from flightsw.sixdof.moments import Moments, Step
 from flightsw.types import HF_ATT, HF_IMU, UPD_ATT, UPD_IMU, Health, NavState, SensorFrame, Text, Vec3
 
 WINDOWS_S = (0.3, 1.0)  # [s] a fast fault in the first, a slow one in the last
 BEFORE_S = 0.5  # [s] before a window in which it has shown, a fault had not begun
 BIAS, SCALE = 2e-3, 0.02  # [rad/s] change of a gyro's bias, [-] of a turn: scale, misalignment, sampling
 TWICE = 2  # readings in a row beyond the limit: a reading that jumps back is the estimator's own to refuse
+SLOW_S = 2.0  # [s] before that, in which the reference tells rates well enough
 SHARE = 0.6  # [-] of the other's distance from the model within which one of two is right
-LEARN_S, MOMENT_S, CALM_S = 20.0, 20.0, 5.0  # [s] for the reference's scatter; for lasting moments; until taken again
+LEARN_S, CALM_S = 20.0, 5.0  # [s] for the reference's scatter; until taken again
+TRY_S = 1.0  # [s] between tries of the moments
 GAP_S = 0.3  # [s] without one of the two: begin anew
 KEPT = 256  # steps: more than the longest window at 100 Hz
+CLEAR = 9.0  # [-] difference of squares in sigmas of the model: odds of 90
 LEAST = 0.1  # [-] of nav.r_euler: no reference scatters less
-
-
-@dataclass(slots=True)
-class _Step:
-    """At a reading of the reference: sums since the beginning of its turn beyond the gyro's, of the gyro's and of that without
-    sign [rad], time [s]; and of the step before it alone what the moments need: dt [s], V, beta, alpha, rho, controls [4]."""
-
-    more: Vec3
-    turn: Vec3
-    size: Vec3
-    t_s: float
-    dt: float
-    V: float
-    beta: float
-    alpha: float
-    rho: float
-    u: np.ndarray
 
 
 class Turning:
@@ -57,26 +42,28 @@ class Turning:
 
     def __init__(self, ac: Aircraft, false_sigma: float, r_euler: float, r_rate: float) -> None:
         """false_sigma [-]: sigmas of disagreement that count; r_euler [rad], r_rate [rad/s]: scatter of one reading."""
-        self.ac, self.k, self.r_euler, self.r_rate = ac, false_sigma, r_euler, r_rate
+        self.k, self.r_euler, self.r_rate = false_sigma, r_euler, r_rate
         self.texts: list[Text] = []
         self.out = 0  # HF_IMU or HF_ATT: who is left out
+        self._by = 0  # and the other of them, if it is by that one's readings
+        self._same, self._read = 0, (0.0,) * 4  # readings of the reference to the bit as the last one
         # [3] rad: the gyro is left out in this step; an estimate by it is off by that, come about in over_s [s]
         self.believed: Vec3 | None = None
         self.over_s = 1.0
-        self._P = parameter_vector(ac, ac.mass.empty_kg + ac.mass.default_fuel_kg)
+        self._moments = Moments(ac, r_rate)
         self._R, self._turned, self._seen, self._E = np.zeros(9), np.zeros(9), np.zeros(9), np.zeros(9)
-        self._moments = [0.0, 0.0, 0.0]  # [rad/s^2] what the model lacks
-        self._learnt_s = 0.0
-        self._fm = np.zeros(9)
+        self._tried_s = 0.0
         self._scatter = r_euler**2
         self._t_us = self._fuel_us = 0
         self._begin()
 
     def _begin(self) -> None:
-        self._steps: deque[_Step] = deque(maxlen=KEPT)
+        self._steps: deque[Step] = deque(maxlen=KEPT)
         self._known = False
         self._turn, self._dt, self._count = [0.0, 0.0, 0.0], 0.0, 0
         self._over = dict.fromkeys(WINDOWS_S, 0)
+        self._said = dict.fromkeys((0, HF_IMU, HF_ATT), 0)
+        self._moments.begin()
         self._calm_s = 0.0
 
     def step(
@@ -92,10 +79,13 @@ class Turning:
         self._t_us = f.t_us
         if f.fuel_t_us > self._fuel_us:
             self._fuel_us = f.fuel_t_us
-            set_mass(self._P, self.ac, self.ac.mass.empty_kg + f.fuel_kg)
+            self._moments.weigh(f.fuel_kg)
         gyro = bool(updated & UPD_IMU and f.gyro_count and not health.failed & HF_IMU)
         if not gyro or not nav.valid or gap:  # over which nobody knows how the gyro turned
             self._begin()
+        if self._by and health.failed & self._by:  # who has accused is wrong itself
+            self.texts.append(Text(5, f"{NAMES[self.out]} used: {NAMES[self._by]} failed"))
+            self.out = self._by = 0
         if gyro and nav.valid:
             self._follow(f, u, nav, bool(updated & UPD_ATT and not health.failed & HF_ATT), dt)
         if not self.out:
@@ -116,6 +106,8 @@ class Turning:
             if self._dt > GAP_S:
                 self._begin()
             return
+        self._same = self._same + 1 if f.att_q_nb == self._read else 0
+        self._read = f.att_q_nb
         dcm_from_quat(np.array(f.att_q_nb), self._seen)
         rotate_dcm(self._seen, w, (f.t_us - f.att_t_us) * 1e-6, self._turned)
         if self._known:
@@ -130,16 +122,14 @@ class Turning:
         """The reference has turned `more` [rad] than the gyro since its last reading."""
         x, y, z = self._turn
         old, flow = (self._steps[-1] if self._steps else None), (max(nav.V, 1.0), nav.beta, nav.alpha)
-        s = _Step(
-            more, (x, y, z), (abs(x), abs(y), abs(z)), self._dt, self._dt, *flow, density(-nav.pos_n[2]), u.copy()
-        )
+        s = Step(more, (x, y, z), (abs(x), abs(y), abs(z)), self._dt, self._dt, *flow, density(-nav.pos_n[2]), u.copy())
         if old is not None:
             s.more, s.turn, s.size = added(old.more, s.more), added(old.turn, s.turn), added(old.size, s.size)
             s.t_s += old.t_s
         self._steps.append(s)
         self._judge(s, more)
 
-    def _judge(self, s: _Step, more: Vec3) -> None:
+    def _judge(self, s: Step, more: Vec3) -> None:
         """Every window that is full; who is left out, and who is taken again. `more` [rad]: of the last step alone."""
         alarm = False
         for T in WINDOWS_S:
@@ -151,12 +141,18 @@ class Turning:
             alarm = alarm or bool(axes)
             if self._over[T] >= TWICE and not self.out:
                 self._who(self._before(T + BEFORE_S), axes)
+        if len(self._steps) > 2 and self._moments.wild(self._steps[-3], self._steps[-2], s):
+            alarm = True
+            if not self.out:
+                self._leave_out(HF_IMU, more, s.dt, "its rates jump")
         self._calm_s = 0.0 if alarm else self._calm_s + s.dt
         if not alarm and not self.out:
             self._learn(s, more)
+            if self._calm_s > WINDOWS_S[-1]:
+                self._said = dict.fromkeys(self._said, 0)
         if self.out and self._calm_s > CALM_S:
             self.texts.append(Text(5, f"{NAMES[self.out]} agrees again, used"))
-            self.out = 0
+            self.out = self._by = 0
 
     def _before(self, T: float) -> int:
         """Index of the latest step T [s] before the last one; -1: there is none yet."""
@@ -166,7 +162,7 @@ class Turning:
             i -= 1
         return i
 
-    def _beyond(self, now: _Step, then: _Step) -> list[int]:
+    def _beyond(self, now: Step, then: Step) -> list[int]:
         """Axes about which reference and gyro disagree between two steps."""
         span = now.t_s - then.t_s
         white = 2.0 * self._scatter + self.r_rate**2 * span * now.dt / max(self._count, 1) + (BIAS * span) ** 2
@@ -179,45 +175,67 @@ class Turning:
 
     def _who(self, began: int, axes: list[int]) -> None:
         """Leave out who turns otherwise about `axes` than the moments have it, from the step `began` on, before the fault; nobody
-        if that is not clear."""
-        if began < 1:
+        if that is not clear.
+
+        The moments go on from rates, and a fault that grows slowly is in those already: they begin once by the gyro's and
+        once by what the reference has turned in the two seconds before, and both have to say the same, the one not
+        named by half as many as the other since they disagree. A reference that repeats itself to the bit says nothing.
+        """
+        earlier = self._before(self._steps[-1].t_s - self._steps[began].t_s + SLOW_S) if began > 0 else -1
+        if earlier < 0:
             return
-        steps = list(self._steps)[began - 1 :]
-        first, last = steps[1], steps[-1]
-        w = np.array(less(first.turn, steps[0].turn)) / first.dt
-        model = np.zeros(3)
-        for x in steps[2:]:
-            w = w + (np.array(self._rates(x, w)) + self._moments) * x.dt
-            model += w * x.dt
+        steps = list(self._steps)
+        first, last, ago = steps[began], steps[-1], steps[earlier]
+        w = np.array(less(first.turn, steps[began - 1].turn)) / first.dt
+        slow = np.array(less(first.more, ago.more)) / (first.t_s - ago.t_s)
         gyro, more = less(last.turn, first.turn), less(last.more, first.more)
-        off_gyro = math.hypot(*(gyro[i] - model[i] for i in axes))
-        off_att = math.hypot(*(gyro[i] + more[i] - model[i] for i in axes))
-        if min(off_gyro, off_att) > SHARE * max(off_gyro, off_att):
+        said = {self._nearer(steps[began + 1 :], start, gyro, more, axes) for start in (w, w + slow)}
+        for who in said:
+            self._said[who] += 1
+        mine, other = self._said[HF_IMU], self._said[HF_ATT]
+        if len(said) > 1 or 0 in said or self._same or min(mine, other) >= 0.5 * max(mine, other):
             return
-        self.out = HF_IMU if off_att < off_gyro else HF_ATT
-        if self.out == HF_IMU:
-            self.believed, self.over_s = more, last.t_s - first.t_s
         deg = math.degrees(math.hypot(*more))
-        self.texts.append(Text(4, f"{NAMES[self.out]} left out: {deg:.1f} deg off, not by moments"[:50]))
+        self._leave_out(said.pop(), more, last.t_s - first.t_s, f"{deg:.1f} deg off, not by moments")
+        self._by = HF_IMU + HF_ATT - self.out
 
-    def _rates(self, x: _Step, w: np.ndarray) -> Vec3:
-        """Angular acceleration [rad/s^2] of the model at rates w [3]."""
-        return moment_rates(x.V, x.beta, x.alpha, w, x.u, x.rho, self._P, self._fm)  # type: ignore[no-any-return]
+    def _leave_out(self, who: int, more: Vec3, over_s: float, why: str) -> None:
+        self.out = who
+        if who == HF_IMU:
+            self.believed, self.over_s = more, over_s
+        self.texts.append(Text(4, f"{NAMES[who]} left out: {why}"[:50]))
 
-    def _learn(self, s: _Step, more: Vec3) -> None:
-        """The scatter of the reference, and lasting moments the model lacks."""
+    def _nearer(self, steps: list[Step], w: np.ndarray, gyro: Vec3, more: Vec3, axes: list[int]) -> int:
+        """Who is further from the turn that the moments of `steps` make of rates w [3]: HF_IMU, HF_ATT, or 0: not clear."""
+        model = self._moments.turned(steps, w)
+        share = (steps[-1].t_s - steps[0].t_s) / (WINDOWS_S[-1] + BEFORE_S)
+        off_gyro = off_att = 0.0
+        for i in axes:
+            of = 1.0 / (share * share * self._moments.miss[i])
+            off_gyro += of * (gyro[i] - model[i]) ** 2
+            off_att += of * (gyro[i] + more[i] - model[i]) ** 2
+        least, most = min(off_gyro, off_att), max(off_gyro, off_att)
+        if least > CLEAR * len(axes) or most - least < CLEAR or least > SHARE**2 * most:
+            return 0
+        return HF_IMU if off_att < off_gyro else HF_ATT
+
+    def _learn(self, s: Step, more: Vec3) -> None:
+        """The scatter of the reference, and what the moments lack, while nobody is wrong."""
         if len(self._steps) < 3:
             return
-        a, b = self._steps[-3], self._steps[-2]
         each = (more[0] ** 2 + more[1] ** 2 + more[2] ** 2) / 6.0  # of one axis of one of two readings
         floor = (LEAST * self.r_euler) ** 2
         self._scatter = max(self._scatter + min(s.dt / LEARN_S, 1.0) * (each - self._scatter), floor)
-        w0 = [x / b.dt for x in less(b.turn, a.turn)]
-        model = self._rates(s, np.array(w0))
-        self._learnt_s += s.dt
-        gain = s.dt / min(self._learnt_s, MOMENT_S)
-        for i, turned in enumerate(less(s.turn, b.turn)):
-            self._moments[i] += gain * ((turned / s.dt - w0[i]) / s.dt - model[i] - self._moments[i])
+        self._moments.learn(s.dt)
+        self._tried_s += s.dt
+        if self._tried_s > TRY_S and (began := self._before(WINDOWS_S[-1] + BEFORE_S)) > 0:
+            steps = list(self._steps)
+            first = steps[began]
+            w = np.array(less(first.turn, steps[began - 1].turn)) / first.dt
+            self._moments.missed(
+                less(less(s.turn, first.turn), self._moments.turned(steps[began + 1 :], w)), self._tried_s
+            )
+            self._tried_s = 0.0
 
 
 NAMES = {HF_IMU: "gyro", HF_ATT: "attitude"}

@@ -45,9 +45,23 @@ def kernel_sources() -> list[Path]:
     return sorted(found)
 
 
+def processor() -> str:
+    """What numba compiles for here: NUMBA_CPU_NAME and NUMBA_CPU_FEATURES if set, and this machine's processor as the system
+    names it. Kernels of another are not loaded but compiled anew by every process that needs them."""
+    named = [os.environ.get(k, "") for k in ("NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES")]
+    try:
+        text = Path("/proc/cpuinfo").read_text()
+    except OSError:
+        text = ""
+    host = [
+        m.group() for k in ("model name", "flags", "Features") if (m := re.search(rf"^{k}\s*:.*$", text, re.MULTILINE))
+    ]
+    return " ".join([*named, *(host or [platform.processor()])])
+
+
 def digest() -> str:
-    """Hash of kernel sources (content and time, both of which numba checks), interpreter and numba version."""
-    h = hashlib.sha256(f"{sys.version_info[:3]} {version('numba')} {platform.machine()}".encode())
+    """Hash of kernel sources (content and time, both of which numba checks), interpreter, numba version and processor."""
+    h = hashlib.sha256(f"{sys.version_info[:3]} {version('numba')} {platform.machine()} {processor()}".encode())
     for p in kernel_sources():
         h.update(f"{p}{p.stat().st_mtime_ns}".encode())
         h.update(p.read_bytes())

@@ -67,6 +67,25 @@ def weight(north_m: float, h: float, par: Arr) -> float:
 
 
 @jit
+def flow_turned(x: Arr, wn: float, we: float, wd: float, par: Arr) -> tuple[float, float, float]:
+    """w_ie x v + (w_ie + w_en) x W [m/s^2], local axes: what the change of the air-relative velocity lacks if it is taken as
+    F/m + g - w x u with inertial rates w, in a wind W [m/s] over a round earth (earth.md 7)."""
+    lat = par[n.P_LAT0] + x[n.S_P] / par[n.P_MAP_N]
+    h = -x[n.S_P + 2]
+    sl, cl = math.sin(lat), math.cos(lat)
+    meridian, prime = curvature(sl, par)
+    vn, ve, vd = x[n.S_V], x[n.S_V + 1], x[n.S_V + 2]
+    en, ed = par[n.P_OMEGA] * cl, -par[n.P_OMEGA] * sl
+    lon_dot = ve / ((prime + h) * cl)
+    kn, ke, kd = en + lon_dot * cl, -vn / (meridian + h), ed - lon_dot * sl
+    return (
+        -ed * ve + ke * wd - kd * we,
+        ed * vn - en * vd + kd * wn - kn * wd,
+        en * ve + kn * we - ke * wn,
+    )
+
+
+@jit
 def rigid_rates(
     x: Arr,
     fx: float, fy: float, fz: float,

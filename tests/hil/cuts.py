@@ -1,15 +1,19 @@
 """A refuelling whose receiver or tanker falls silent for a while, in process: by a cut cable (the onboard software lives on and
-hears nothing either) or by its death (what comes back is fresh). `python -m tests.hil.cuts` prints the table."""
+hears nothing either) or by its death (what comes back is fresh). `python -m tests.hil.cuts` prints the table, with
+`rejoin` another: the receiver, ordered to from wherever the silence has sent it, comes back into contact."""
 
 from __future__ import annotations
 
 import math
+import sys
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 ORDERS = ((10.0, "precontact"), (16.0, "contact"))
+AGAIN = ((20.0, "observation"), (100.0, "precontact"), (170.0, "contact"))  # [s] after the return
+AGAIN_S = 230.0
 POINTS = ("plant.aircraft.receiver.start.xi_m", "receiver.guid.observation_m", "receiver.guid.precontact_m")
 AT_S = {"observation": 20.0, "precontact": 15.0, "contact": 32.0}
 TANKER, RECEIVER = 0, 1
@@ -27,10 +31,20 @@ class Flown:
     phase: str
     lost: str
     bank_then_deg: float  # when it was back
+    contact_s: float = 0.0  # in contact after that
 
 
-def fly(where: str, who: int, seconds: float, fresh: bool, after_s: float = 15.0, sets: Sequence[str] = ()) -> Flown:
-    """Cut aircraft `who` for `seconds` once the receiver is at `where`; fly on for `after_s` s."""
+def fly(
+    where: str,
+    who: int,
+    seconds: float,
+    fresh: bool,
+    after_s: float = 15.0,
+    sets: Sequence[str] = (),
+    rejoin: bool = False,
+) -> Flown:
+    """Cut aircraft `who` for `seconds` once the receiver is at `where`; fly on for `after_s` s, with the orders of AGAIN if it is
+    to rejoin."""
     from flightsw.process.config import load_flight
     from flightsw.process.node import Node
     from hil_scripts.launch.inproc import InProcess
@@ -40,16 +54,10 @@ def fly(where: str, who: int, seconds: float, fresh: bool, after_s: float = 15.0
 
     at_s = AT_S[where]
     near = [] if where == "observation" else [f"{key}=[-38.0, 0.0, 6.7]" for key in POINTS]
-    orders = (
-        ""
-        if where == "observation"
-        else ", ".join(
-            f'{{t_s={t}, kind="command", target="receiver", action="{name}"}}'
-            for t, name in ORDERS
-            if name == "precontact" or where == "contact"
-        )
-    )
-    alive_s = min(seconds, 30.0)
+    told = [] if where == "observation" else [x for x in ORDERS if x[1] == "precontact" or where == "contact"]
+    told += [(at_s + seconds + t, name) for t, name in AGAIN] if rejoin else []
+    orders = ", ".join(f'{{t_s={t}, kind="command", target="receiver", action="{name}"}}' for t, name in told)
+    alive_s = min(seconds, 30.0)  # of one for good as much is looked at
     plan = resolve(
         "refueling", 3, [*near, *([f"plant.event=[{orders}]"] if orders else []), *sets], at_s + alive_s + after_s
     )
@@ -83,6 +91,7 @@ def fly(where: str, who: int, seconds: float, fresh: bool, after_s: float = 15.0
                     out.bank_deg = max(out.bank_deg, abs(math.degrees(members[who].view.o[n.O_EULER + 2])))
                     out.highest_m = min(out.highest_m, xi[2])
                     out.closest_m = min(out.closest_m, math.hypot(*xi))
+                    out.contact_s += 0.01 * (k >= back and v.contact)
                     if k >= back and math.isnan(out.back_s) and getattr(f.nodes[who].app, "nav_valid", True):
                         out.back_s = (k - back) / 100.0
         except AircraftLostError as e:
@@ -94,23 +103,39 @@ def fly(where: str, who: int, seconds: float, fresh: bool, after_s: float = 15.0
 
 def main() -> None:
     """The table."""
-    print("| who | where | silent | what | bank [deg] | least z [m] | closest [m] | phase after | lost |")
-    print("|---|---|---|---|---|---|---|---|---|")
+    print(
+        "| who | where | silent | what | bank [deg] | least z [m] | closest [m] | estimate back after [s] | phase after | lost |"
+    )
+    print("|---|---|---|---|---|---|---|---|---|---|")
     for who, name in ((RECEIVER, "receiver"), (TANKER, "tanker")):
         for where in AT_S:
-            for seconds in (0.3, 1.0, 3.0, 5.0, 30.0):
-                for fresh in (False, True):
+            for seconds in (0.3, 1.0, 3.0, 5.0, 30.0, FOR_EVER):
+                for fresh in (False, True) if seconds < FOR_EVER else (False,):
                     r = fly(where, who, seconds, fresh)
                     what = "killed" if fresh else "cut"
                     print(
                         f"| {name} | {where} | {seconds:g} s | {what} | {r.bank_deg:.1f} | {r.highest_m:.1f} | "
-                        f"{r.closest_m:.1f} | {r.phase.lower()} | {r.lost or '-'} |",
+                        f"{r.closest_m:.1f} | {r.back_s:.2f} | {r.phase.lower()} | {r.lost or '-'} |",
                         flush=True,
                     )
+
+
+def rejoin() -> None:
+    """Its table."""
+    print("| who | silent | what | phase after | in contact again [s] | lost |")
+    print("|---|---|---|---|---|---|")
+    for who, name in ((RECEIVER, "receiver"), (TANKER, "tanker")):
+        for seconds, fresh in ((1.0, False), (1.0, True), (5.0, False), (5.0, True)):
+            r = fly("contact", who, seconds, fresh, AGAIN_S, rejoin=True)
+            what = "killed" if fresh else "cut"
+            print(
+                f"| {name} | {seconds:g} s | {what} | {r.phase.lower()} | {r.contact_s:.0f} | {r.lost or '-'} |",
+                flush=True,
+            )
 
 
 if __name__ == "__main__":
     from hil_scripts.launch import kernel_cache
 
     kernel_cache.use()
-    main()
+    rejoin() if "rejoin" in sys.argv[1:] else main()

@@ -43,6 +43,14 @@ def test_a_cold_start_shows_how_many_kernels_are_ready(cold: Path, terminal: boo
     assert warm() == (True, "")  # and a warm one nothing
 
 
+def test_kernels_of_another_processor_are_not_taken_for_warm(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("NUMBA_CPU_NAME", raising=False)
+    here = kernel_cache.digest()
+    assert here == kernel_cache.digest() and kernel_cache.processor().strip()
+    monkeypatch.setenv("NUMBA_CPU_NAME", "generic")
+    assert kernel_cache.digest() != here
+
+
 def test_a_failure_is_told_and_not_taken_for_warm(cold: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(warmup, "CODE", "raise SystemExit('no compiler here')")
     ok, text = warm()

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from ground.report.grades.build import OUTCOMES, grades_report
+from ground.report.grades.build import OUTCOMES, grades_report, poisson
 from hil_scripts.campaign import folder as folders
 from hil_scripts.campaign import registry
 from hil_scripts.campaign import table as results
@@ -17,6 +18,7 @@ from hil_scripts.campaign.study import Case
 from hil_scripts.campaign.task import Row
 from hil_scripts.studies.grades import flight as g
 from hil_scripts.studies.grades.study import STUDY
+from hil_scripts.studies.grades.winds import Winds
 
 
 @pytest.fixture(scope="module")
@@ -73,6 +75,7 @@ def test_study_and_page_have_every_grade_level_and_outcome(tmp_path: Path) -> No
             kept = run < 3
             values = {f"is.{o}": float(o == ("kept" if kept else "lost")) for o in g.OUTCOMES}
             values |= {"contact.s": 150.0, "contact.rms_m.x": 0.25, "wind.inside_3sigma_pct": 50.0} if kept else {}
+            values |= {"alerts": float(run), "watched_s": 1800.0}
             rows.append(Row(case.name, run, run, "ok", "", values))
     folder = tmp_path / "c"
     folder.mkdir()
@@ -82,5 +85,32 @@ def test_study_and_page_have_every_grade_level_and_outcome(tmp_path: Path) -> No
     text = grades_report([folder], tmp_path / "out").read_text()
     low, high = results.share_interval([1.0, 1.0, 1.0, 0.0]) or (0.0, 0.0)
     assert text.count(f"0.750<small>{low:.3f} … {high:.3f}</small>") == 20
-    assert text.count('<tr class="group">') == 3 * 4 and text.count('data-key="mems_6.22.is.lost.mean"') == 1
+    assert text.count('<tr class="group">') == 5 * 4 and text.count('data-key="mems_6.22.is.lost.mean"') == 1
     assert text.count('data-key="tactical_0.94.contact.rms_m.x.rms" data-value="0.25"') == 1
+    assert (
+        text.count("1.10 to 6.53") == 4
+    )  # six alerts in two hours, four cases with bounds
+
+
+@pytest.mark.parametrize(("count", "lo", "hi"), [(0, 0.0, 3.689), (1, 0.0253, 5.572), (10, 4.795, 18.390)])
+def test_intervals_of_counts_are_those_of_the_tables(count: int, lo: float, hi: float) -> None:
+    """Garwood's, as in Pearson and Hartley, Biometrika Tables, table 40."""
+    assert poisson(count) == pytest.approx((lo, hi), abs=6e-4)
+
+
+def test_wind_is_read_in_size_and_direction_before_and_after_a_quarter_turn() -> None:
+    w = Winds("tanker")
+    for i in range(181):
+        psi = math.radians(1.01 * i)
+        w.look(SimpleNamespace(q_nb=(math.cos(psi / 2), 0.0, 0.0, math.sin(psi / 2))))  # type: ignore[arg-type]
+        size, angle = (1.03, math.radians(2.0)) if i < 90 else (0.99, math.radians(-1.0))
+        true = SimpleNamespace(wind_n=(12.0, -9.0, 1.0))
+        at = math.atan2(-9.0, 12.0) + angle
+        w.note((15.0 * size * math.cos(at), 15.0 * size * math.sin(at), 0.0), true)  # type: ignore[arg-type]
+    assert w.figures() == pytest.approx(
+        {
+            "wind.tanker.straight.size_rms_pct": 3.0, "wind.tanker.straight.direction_rms_deg": 2.0,
+            "wind.tanker.turned.size_rms_pct": 1.0, "wind.tanker.turned.direction_rms_deg": 1.0,
+        },
+        abs=1e-9,
+    )  # fmt: skip

@@ -51,14 +51,18 @@ def flown(ac: Aircraft, seconds: float, seed: int) -> tuple[Arr, Arr, Arr]:
 Wrong = Callable[[float, Arr, Arr], tuple[Arr, Arr]]
 
 
-def watched(ac: Aircraft, seconds: float, seed: int, wrong: Wrong, gap: str = "") -> list[tuple[float, int]]:
+def watched(
+    ac: Aircraft, seconds: float, seed: int, wrong: Wrong, gap: str = "", stuck_s: float = 1e9
+) -> list[tuple[float, int]]:
     """(t, who is left out) at every change; wrong(t, mean rate, attitude quaternion): what is read of them without noise. gap:
-    what there is not from 10 to 12.5 s: an "estimate" or "steps"."""
+    what there is not from 10 to 12.5 s: an "estimate" or "steps"; stuck_s: from when the reference repeats itself, which is found
+    out half a second later."""
     w, q, u = flown(ac, seconds, seed)
     rng = np.random.default_rng(seed + 1)
     turning = make_turning(ac, NavParams())
     assert turning is not None
     nav, out = NavState(valid=True, V=V, alpha=0.01, pos_n=(0.0, 0.0, -7010.0)), [(0.0, 0)]
+    stuck = q[0]
     for k in range(1, len(w)):
         t = k * DT
         rate, att = wrong(t, 0.5 * (w[k - 1] + w[k]), q[k])
@@ -69,11 +73,12 @@ def watched(ac: Aircraft, seconds: float, seed: int, wrong: Wrong, gap: str = ""
         if absent and gap == "steps":
             continue
         nav.valid = not absent
-        x, y, z, s = att.tolist()
+        stuck, failed = (att, 0) if t < stuck_s else (stuck, HF_ATT if t > stuck_s + 0.5 else 0)
+        x, y, z, s = stuck.tolist()
         f = SensorFrame(t_us=t_us, att_t_us=t_us, att_q_nb=(s, x, y, z), gyro_mean_b=tuple(rate.tolist()), gyro_count=5)
-        updated, health = turning.step(f, u[k - 1], nav, UPD_ATT | UPD_IMU, Health(), DT)
+        updated, health = turning.step(f, u[k - 1], nav, UPD_ATT | UPD_IMU, Health(failed=failed), DT)
         assert updated == (UPD_ATT | UPD_IMU) & ~{0: 0, HF_IMU: UPD_IMU, HF_ATT: UPD_ATT}[turning.out]
-        assert health.failed == turning.out
+        assert health.failed == turning.out | failed
         if turning.out != out[-1][1]:
             out.append((t, turning.out))
     return out
@@ -124,3 +129,39 @@ def test_a_reference_that_jumps_is(ac: Aircraft) -> None:
 
     [_, (t, who), *_] = watched(ac, 24.0, 6, wrong)
     assert who == HF_ATT and 20.0 < t < 20.5
+
+
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize("walk", [0.002, 0.005, 0.02])
+def test_a_gyro_that_walks_off_never_puts_the_reference_out(ac: Aircraft, axis: int, walk: float) -> None:
+    off = walk * np.eye(3)[axis]
+    found = watched(ac, 40.0, 7, lambda t, rate, att: (rate + off * max(t - 20.0, 0.0), att))
+    assert all(who != HF_ATT for _, who in found)
+
+
+@pytest.mark.parametrize("axis", range(3))
+def test_a_gyro_that_jumps_to_and_fro_is_left_out_within_a_quarter_of_a_second(ac: Aircraft, axis: int) -> None:
+    rng = np.random.default_rng(axis)
+    off = 0.3 / np.sqrt(5.0) * np.eye(3)[axis]
+    [_, (t, who), *more] = watched(
+        ac, 40.0, 8, lambda t, rate, att: (rate + off * rng.standard_normal() * (20.0 <= t < 25.0), att)
+    )
+    assert who == HF_IMU and 20.0 < t < 20.5
+    assert len(more) == 1 and more[0][1] == 0
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_reference_that_repeats_itself_accuses_nobody(ac: Aircraft, seed: int) -> None:
+    assert watched(ac, 30.0, seed, lambda t, rate, att: (rate, att), stuck_s=20.0) == [(0.0, 0)]
+
+
+def test_who_was_accused_by_one_that_fails_is_taken_again(ac: Aircraft) -> None:
+    """A reference that jumps to and fro slowly, of which the moments know nothing, until it is found to be wrong itself."""
+    turning = make_turning(ac, NavParams())
+    assert turning is not None
+    turning._leave_out(HF_IMU, (0.01, 0.0, 0.0), 1.0, "not by moments")
+    turning._by = HF_ATT
+    f = SensorFrame(t_us=50_000, att_t_us=50_000, gyro_count=5)
+    nav = NavState(valid=True, V=V, pos_n=(0.0, 0.0, -7010.0))
+    _, health = turning.step(f, np.zeros(4), nav, UPD_IMU, Health(failed=HF_ATT), DT)
+    assert turning.out == 0 and health.failed == HF_ATT and turning.texts[-1].text == "gyro used: attitude failed"

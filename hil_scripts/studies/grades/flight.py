@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,7 +13,8 @@ from numpy.typing import NDArray
 
 from ground.link.packets import IDS, Fields, decode, packet_id, split
 from hil_scripts.campaign.study import Case, RunResult
-from hil_scripts.studies.integrity.flight import LOOK_HZ, RECEIVER, Watch
+from hil_scripts.studies.grades.winds import Winds
+from hil_scripts.studies.integrity.flight import LOOK_HZ, RECEIVER, TANKER, Watch
 from hil_scripts.studies.integrity.judge import Outcome, judge
 from hil_scripts.studies.integrity.snapshot import STATUS, Flying, phase_in, said
 from hil_scripts.studies.integrity.table import Moment
@@ -66,6 +68,10 @@ class Graded(Watch):
         self.relative: list[tuple[float, ...]] = []  # [m] error, sigma
         self.wind: list[tuple[float, ...]] = []  # [m/s] error, sigma
         self.bound: list[tuple[float, ...]] = []  # [m] error of the bounded position, its protection level; 1e9: none
+        self.winds = (Winds("tanker"), Winds("receiver"))
+        self._tanker: deque[tuple[int, Any]] = deque(maxlen=LOOK_HZ)
+        self.alerts = 0  # sources newly left out or in dispute, of a flight without a fault
+        self._doubted = 0
         self.unpaired = 0  # estimates without a truth of their time, or invalid
 
     def look(self) -> None:
@@ -74,28 +80,46 @@ class Graded(Watch):
         t_us = self.flight.server.world.t_us
         r = truth_of(self.members[RECEIVER], t_us)
         self._true.append((t_us, r))
+        t = truth_of(self.members[TANKER], t_us)
+        self._tanker.append((t_us, t))
+        self.winds[TANKER].look(t)
+        self.winds[RECEIVER].look(r)
         if math.isinf(self.left_s):
             self.contact.append(tuple(a - b for a, b in zip(r.xi, STATION_M, strict=True)))
 
-    def read(self, telemetry: list[bytes]) -> None:
-        """Take in the receiver's telemetry of a tick."""
+    def read(self, telemetry: list[list[bytes]]) -> None:
+        """Take in the telemetry of a tick, of both."""
         if math.isfinite(self.left_s):
             return
-        for datagram in telemetry:
-            for packet, fault in split(datagram):
-                if not fault and packet_id(packet) in (NAV, RELATIVE, INTEGRITY):
-                    self._pair(packet_id(packet), decode(packet))
+        for kind, m in _of(telemetry[RECEIVER], (NAV, RELATIVE, INTEGRITY)):
+            self._pair(kind, m)
+        for _, m in _of(telemetry[TANKER], (NAV,)):
+            if m["valid"] and (r := next((r for t, r in self._tanker if t == m["time_usec"]), None)) is not None:
+                self.winds[TANKER].note(m["wind"], r)
 
     def _pair(self, kind: int, m: Fields) -> None:
         r = next((r for t, r in self._true if t == m["time_usec"]), None)
+        if kind == INTEGRITY:
+            doubted = m["excluded"] | m["undecided"]
+            self.alerts += (doubted & ~self._doubted).bit_count()
+            self._doubted = doubted
         if kind == INTEGRITY and r is not None:
             self.bound.append((*np.subtract(m["pos"], r.xi), *m["pl"]))
         elif kind == INTEGRITY or r is None or not m["valid"]:
             self.unpaired += 1
         elif kind == NAV:
             self.wind.append((*np.subtract(m["wind"], r.wind_n), *m["wind_sigma"]))
+            self.winds[RECEIVER].note(m["wind"], r)
         else:
             self.relative.append((*np.subtract(m["pos"], r.xi), *m["sigma"]))
+
+
+def _of(datagrams: list[bytes], kinds: tuple[int, ...]) -> Iterator[tuple[int, Fields]]:
+    """The packets of these kinds."""
+    for datagram in datagrams:
+        for packet, fault in split(datagram):
+            if not fault and packet_id(packet) in kinds:
+                yield packet_id(packet), decode(packet)
 
 
 def arrive(flight: Flying, latest_s: float) -> bool:
@@ -118,20 +142,22 @@ def follow(watch: Graded, watch_s: float) -> bool:
                 watch.look()
             _, telemetry = flight.tick()
             watch.hear(telemetry)
-            watch.read(telemetry[RECEIVER])
+            watch.read(telemetry)
     except AircraftLostError:
         return True
     return False
 
 
 def _errors(name: str, rows: list[tuple[float, ...]], axes: str, unit: str) -> dict[str, float]:
-    """RMS and 95 % of the errors [N, 3] per axis, mean sigma, share of errors inside 3 sigma, all axes together."""
+    """RMS and 95 % of the errors [N, 3] per axis, mean sigma, share inside 3 sigma and mean of (error over sigma)^2 of all
+    axes together."""
     a = np.array(rows)
     e, sigma = a[:, :3], a[:, 3:]
     out = {f"{name}.rms_{unit}.{x}": float(np.sqrt(np.mean(e[:, i] ** 2))) for i, x in enumerate(axes)}
     out |= {f"{name}.p95_{unit}.{x}": float(np.percentile(np.abs(e[:, i]), 95)) for i, x in enumerate(axes)}
     out |= {f"{name}.sigma_{unit}.{x}": float(np.mean(sigma[:, i])) for i, x in enumerate(axes)}
     out[f"{name}.inside_3sigma_pct"] = 100.0 * float(np.mean(np.abs(e) <= 3.0 * sigma))
+    out[f"{name}.nees_per_axis"] = float(np.mean((e / sigma) ** 2))
     return out
 
 
@@ -146,6 +172,8 @@ def figures(watch: Graded) -> dict[str, float]:
     for name, rows, axes, unit in (("relative", watch.relative, "xyz", "m"), ("wind", watch.wind, "ned", "mps")):
         if rows:
             out |= _errors(name, rows, axes, unit)
+    for winds in watch.winds:
+        out |= winds.figures()
     if watch.bound:
         a = np.array(watch.bound)
         error, pl = np.abs(a[:, :3]), a[:, 3:]
@@ -170,6 +198,6 @@ def run_case(case: Case, seed: int) -> RunResult:
         track = watch.track(follow(watch, times.watch_s))
         outcome = judge(track, LIMIT_M).name.lower()
         values = figures(watch) | {"off_max_m": float(track.off.max()), "gap_min_m": float(track.gap.min())}
-        values["unpaired"] = float(watch.unpaired)
+        values |= {"unpaired": float(watch.unpaired), "alerts": float(watch.alerts), "watched_s": flight.t_s - watch.t0}
     values["reached_s"] = flight.t_s if not reached else watch.t0
     return RunResult({f"is.{o}": float(o == outcome) for o in OUTCOMES} | values)

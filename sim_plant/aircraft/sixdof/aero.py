@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from sim_plant.aircraft.sixdof.wing import beyond, slope_factor, wave_drag
 from sim_plant.kernels import layout as n
 from sim_plant.kernels.air import air
-from sim_plant.kernels.earth import air_height, weight
+from sim_plant.kernels.earth import air_height, flow_turned, weight
 from sim_plant.kernels.jit import jit
 from sim_plant.kernels.rot import quat_dcm
 
@@ -38,9 +38,9 @@ def loads(
     static lift CLs = CL0 + CLa alpha + CLde de. Cl, Cm, Cn are in stability axes with stability-axis rates and are
     turned to body by the momentary alpha. Rates are relative to the rotating air, w_b - w_eff. Thrust acts along
     body x, P_BELOW under the cg; S_YAW is the moment of its being unequal. Beyond the straight part of the lift curve,
-    and off the reference Mach number: wing.py; a stalled wing damps roll by the slope it has left. alphadot uses the
-    inertial acceleration (no wind derivative); as it enters CL linearly, alphadot = alphadot_0 / (1 + qS CL_alphadot c
-    / (2 V^2 m cos beta)).
+    and off the reference Mach number: wing.py; a stalled wing damps roll by the slope it has left. alphadot is that of a
+    steady wind (no wind derivative), over a round earth with what turns there (earth.md 7); as it enters CL linearly,
+    alphadot = alphadot_0 / (1 + qS CL_alphadot c / (2 V^2 m cos beta)).
     Source: derivative build-up as in Roskam, Airplane Flight Dynamics, with the sign table of the aircraft files.
     """
     c00, c01, c02, c10, c11, c12, c20, c21, c22 = quat_dcm(x[0], x[1], x[2], x[3])
@@ -85,6 +85,10 @@ def loads(
     g = weight(x[n.S_P], -x[n.S_P + 2], par)
     udot = fx / mass + c20 * g - (q * wb - r * vb)
     wdot = fz / mass + c22 * g - (p * vb - q * ub)
+    if par[n.P_ROUND] > 0.0:
+        tn, te, td = flow_turned(x, w[0], w[1], w[2], par)
+        udot -= c00 * tn + c10 * te + c20 * td
+        wdot -= c02 * tn + c12 * te + c22 * td
     alphadot = (ub * wdot - wb * udot) / uw2 / (1.0 + qs * cl_alphadot * hc / (mass * v_air * cb))
     extra = qs * cl_alphadot * hc * alphadot
     lift += extra
