@@ -195,20 +195,56 @@ def estimate(
 
 
 def identify(
-    source: Annotated[str, typer.Argument(help="A JSBSim aircraft: jsbsim:737, or the path of a model (.xml).")],
+    source: Annotated[
+        str,
+        typer.Argument(
+            help="A JSBSim aircraft: jsbsim:737, or the path of a model (.xml); or a flight with test inputs: run:FOLDER, "
+            "run:FOLDER/AIRCRAFT, or a log with the columns of docs/identify.md (.csv)."
+        ),
+    ],
     like: Annotated[
-        str, typer.Option(help="Aircraft file whose servos, structure, boom, probes and wake it gets.")
+        str,
+        typer.Option(
+            help="Aircraft file whose servos, structure, boom, probes and wake it gets; of a run all but [aero]."
+        ),
     ] = "kc135r",
-    altitude: Annotated[float, typer.Option(help="Geopotential height [m].", min=0.0, max=12000.0)] = 7010.0,
-    speed: Annotated[float, typer.Option(help="True airspeed [m/s].", min=20.0, max=300.0)] = 195.0,
-    fuel: Annotated[float, typer.Option(help="Fuel [kg]; negative: as the model is shipped.")] = -1.0,
+    altitude: Annotated[
+        float | None, typer.Option(help="Geopotential height [m] (default: 7010).", min=0.0, max=12000.0)
+    ] = None,
+    speed: Annotated[
+        float | None, typer.Option(help="True airspeed [m/s] (default: 195).", min=20.0, max=300.0)
+    ] = None,
+    fuel: Annotated[float | None, typer.Option(help="Fuel [kg] (default: as the model is shipped).", min=0.0)] = None,
+    begin: Annotated[
+        float | None,
+        typer.Option("--from", help="Of a flight: from this second (default: that of the test inputs).", min=0.0),
+    ] = None,
+    end: Annotated[float | None, typer.Option("--to", help="Of a flight: to this second.", min=0.0)] = None,
     out: Annotated[Path | None, typer.Option(help="Folder (default: identified/<name>).")] = None,
 ) -> None:
-    """Trim a JSBSim aircraft, fit an aircraft file to it and write what flies it. Exit 2: it does not fly there."""
+    """Fit an aircraft file to a JSBSim aircraft, trimmed at a condition, or to a flight with test inputs. Exit 2: it does not fly
+    there, or the flight does not tell."""
     kernels()
     from hil_scripts.identify import command
+    from hil_scripts.identify.flight import command as of_flight
+    from hil_scripts.identify.flight.logs import is_log
 
     try:
-        command.identify(command.Asked(source, like, altitude, speed, fuel, out), screen.console())
+        if source.startswith(of_flight.PREFIX) or is_log(source):
+            for name, value in (("altitude", altitude), ("speed", speed), ("fuel", fuel)):
+                if value is not None:
+                    raise ValueError(f"--{name} {value:g}: the flight has its own; allowed with jsbsim:NAME")
+            if (begin is None) != (end is None):
+                raise ValueError("--from and --to: allowed together")
+            span = None if begin is None or end is None else (begin, end)
+            of_flight.identify(of_flight.AskedOfFlight(source, like, span, out), screen.console())
+        else:
+            if begin is not None or end is not None:
+                raise ValueError("--from, --to: allowed with a flight, run:FOLDER")
+            asked = command.Asked(
+                source, like, 7010.0 if altitude is None else altitude, 195.0 if speed is None else speed,
+                -1.0 if fuel is None else fuel, out,
+            )  # fmt: skip
+            command.identify(asked, screen.console())
     except (ValueError, OSError) as e:
         raise fail(str(e)) from None

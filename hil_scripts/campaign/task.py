@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from hil_scripts.campaign.study import Case, RunResult
 
 ROOT = Path(__file__).resolve().parents[2]
-CODE = ("flightsw", "sim_plant", "hil_scripts/studies", "hil_scripts/campaign/study.py")
+CODE = ("flightsw", "sim_plant", "hil_scripts/studies", "hil_scripts/identify", "hil_scripts/campaign/study.py")
 REASON_LENGTH = 300  # characters kept of a failure's text
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -50,6 +50,19 @@ def read(path: Path) -> FlightLog:
     columns = _present(names)
     lines, values, skipped = _numbers(path, names, rows, columns)
     return _log(path, columns, lines, values, skipped, len(rows), notes)
+
+
+def values_of(path: Path, needed: Sequence[Column]) -> dict[str, Array]:
+    """Columns [n] of a CSV table by name: the rows in which each of `needed` is believable and time advances. Raises LogError,
+    naming all that the table does not have."""
+    names, rows, _ = _table(path)
+    missing = [c.name for c in needed if c.name not in names]
+    if missing:
+        raise LogError(f"{path}: not in the log: {', '.join(missing)}")
+    lines, values, skipped = _numbers(path, names, rows, list(needed))
+    keep, late = logcheck.advancing(lines, values[:, [c.name for c in needed].index(TIME.name)])
+    _judge(path, sorted(skipped + late), len(rows))
+    return dict(zip((c.name for c in needed), values[keep].T, strict=True))
 
 
 def _present(names: Iterable[str]) -> list[Column]:

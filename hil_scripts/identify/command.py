@@ -18,6 +18,7 @@ from hil_scripts.identify.bench import Bench, Condition, Point
 from hil_scripts.identify.engines import Engines, Step
 from hil_scripts.identify.lacks import lacks, thrust_Cm
 from hil_scripts.identify.limits import Flown, flown
+from hil_scripts.identify.regress import Equation
 from hil_scripts.launch import tomlout
 from sim_plant.aircraft.jsbsim import stock as s
 from sim_plant.aircraft.sixdof.params import parameter_vector
@@ -47,7 +48,7 @@ class Found:
 
     trim: Point
     thrust_N: float
-    fitted: dict[str, fit.Equation]
+    fitted: dict[str, Equation]
     step: Step
     lever: float
     limits: Flown

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hil_scripts.identify.bench import Bench, Point, Read
+from hil_scripts.identify.regress import CONSTANT, Equation, least_squares
 
 Arr = NDArray[np.float64]
 POINTS, SEED = 1500, 1
@@ -17,39 +18,6 @@ POINTS, SEED = 1500, 1
 # incidence from the pitch rate, as gravity is all they change
 ALPHA, BETA, RATES, SURFACE, PITCH, ROLL = math.radians(2.0), math.radians(3.0), (0.05, 0.03, 0.03), 0.1, 0.2, 1.2
 DRAG_BETA = math.radians(0.1)
-CONSTANT = "constant"
-
-
-@dataclass(frozen=True)
-class Equation:
-    """One coefficient as fitted: value and standard error of each derivative, root mean square of what is left, share of the
-    variance explained [-]; `rest`: what a constant took that the form has no place for."""
-
-    name: str
-    values: dict[str, float]
-    errors: dict[str, float]
-    rms: float
-    r2: float
-    rest: float = 0.0
-
-
-def least_squares(name: str, columns: Mapping[str, Sequence[float]], y: Sequence[float]) -> Equation:
-    """y by the columns; one called CONSTANT is reported as `rest`. Raises ValueError for columns that cannot be told apart."""
-    A, b = np.array(list(columns.values())).T, np.array(y)
-    scale = np.sqrt((A * A).sum(axis=0))
-    if not np.all(scale > 0.0) or np.linalg.cond(A / scale) > 1e8:
-        raise ValueError(f"{name}: its derivatives cannot be told apart by these points")
-    x = np.linalg.lstsq(A / scale, b, rcond=None)[0] / scale
-    left = b - A @ x
-    var = float(left @ left) / max(len(b) - len(x), 1)
-    sigma = np.sqrt(var * np.diag(np.linalg.inv((A / scale).T @ (A / scale)))) / scale
-    spread = float(((b - b.mean()) ** 2).sum())
-    values = dict(zip(columns, (float(v) for v in x), strict=True))
-    errors = dict(zip(columns, (float(v) for v in sigma), strict=True))
-    rest = values.pop(CONSTANT, 0.0)
-    errors.pop(CONSTANT, None)
-    r2 = 1.0 - float(left @ left) / spread if spread > 0.0 else 1.0
-    return Equation(name, values, errors, math.sqrt(float(left @ left) / len(b)), r2, rest)
 
 
 def sample(bench: Bench, trim: Point, rng: np.random.Generator, n: int = POINTS) -> list[tuple[Point, Read]]:

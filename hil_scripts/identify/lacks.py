@@ -8,7 +8,8 @@ from dataclasses import replace
 from flightsw.aircraft import Aircraft
 from hil_scripts.identify.bench import Bench, Point
 from hil_scripts.identify.engines import Step
-from hil_scripts.identify.fit import BETA, SURFACE, Equation
+from hil_scripts.identify.fit import BETA, SURFACE
+from hil_scripts.identify.regress import Equation
 from sim_plant.kernels.layout import G0
 
 MACH_STEP = 0.05

@@ -13,8 +13,8 @@ from flightsw.files import write_whole
 from flightsw.strict import read_toml, to_dict
 from hil_scripts.identify.bench import Bench, Point
 from hil_scripts.identify.engines import HEIGHTS_M, MACHS
-from hil_scripts.identify.fit import Equation
 from hil_scripts.identify.limits import ALPHA_SHARE, Flown
+from hil_scripts.identify.regress import Equation
 from hil_scripts.launch import tomlout
 from hil_scripts.launch.runfolder import PARAMS
 from sim_plant.scenario import HERE as SCENARIOS

@@ -316,6 +316,10 @@ CONTEXTS = (
                 r"wind\.wake\.(sink|meander|edr_m2ps3)",
                 ("plant.wind.wake.path=flown",),
             ),
+            Situation("until test inputs begin", r"excitation\.on", (), 32.0),
+            Situation(
+                "test inputs", r"excitation\.(?!on$).*", ("tanker.excitation.on=true", "tanker.excitation.start_s=0.5")
+            ),
             Situation("a bow wave", r"wind\.bow\.(core_m|radius_m)", ("plant.wind.bow.source=receiver",)),
             Situation(
                 "in the wake's core", r"wind\.wake\.nu_m2ps", ("plant.aircraft.receiver.start.xi_m=[-36.0, 4.0, 1.0]",)

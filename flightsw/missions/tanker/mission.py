@@ -20,6 +20,7 @@ from flightsw.sixdof.autopilot import TankerCtrlParams, make_autopilot
 from flightsw.sixdof.command import ScheduleParams
 from flightsw.sixdof.estimator import AirframeNav
 from flightsw.sixdof.estimator_core import NavParams
+from flightsw.sixdof.excitation import Excitation, ExcitationParams
 from flightsw.sixdof.recovery.cruising import protected
 from flightsw.sixdof.recovery.protection import Protection, RecoveryParams
 from flightsw.sixdof.turning import compared, make_turning
@@ -50,13 +51,14 @@ SPEED = "an airspeed the aircraft can fly on its racetrack"
 
 @dataclass(frozen=True)
 class TankerParams:
-    """[nav], [ctrl], [guid], [wind_calibration] and [recovery] of a tanker flight file."""
+    """[nav], [ctrl], [guid], [wind_calibration], [recovery] and [excitation] of a tanker flight file."""
 
     nav: NavParams = field(default_factory=NavParams)
     ctrl: TankerCtrlParams = field(default_factory=lambda: TankerCtrlParams(ScheduleParams()))
     guid: RacetrackParams = field(default_factory=RacetrackParams)
     wind_calibration: WindCalParams = field(default_factory=WindCalParams)
     recovery: RecoveryParams = field(default_factory=RecoveryParams)
+    excitation: ExcitationParams = field(default_factory=ExcitationParams)
 
 
 class TankerMission(Mission[ActuatorModel]):
@@ -76,6 +78,7 @@ class TankerMission(Mission[ActuatorModel]):
         self.alt_m = p.guid.alt_m
         self.guard = Protection(ac, self.alt_m) if p.recovery.on else None
         self.turning = make_turning(ac, p.nav)
+        self.tests = Excitation(ac, p.excitation, period_s) if p.excitation.on else None
 
     def step(
         self, f: SensorFrame, act: ActuatorModel, updated: int, health: Health, dt: float
@@ -91,9 +94,13 @@ class TankerMission(Mission[ActuatorModel]):
             u, throttle = taken
         elif nav.valid:
             u, throttle = self.ctrl.step(nav, g, act, dt)
+            if self.tests is not None:
+                u, throttle = self.tests.step(u, throttle, f.t_us)
             u = u if self.guard is None else self.guard.bound(u, f, nav)
         else:
             u, throttle = self.ctrl.trim_command(g.V, self.alt_m)
+        if self.tests is not None and (taken is not None or not nav.valid):
+            self.tests.stop("recovery" if taken is not None else "navigation")
         if self.wind is not None:  # after the law: that goes by the estimator's own wind
             self.wind.feed(f, updated, health, self.nav.core)
             self.wind.publish(nav)
@@ -148,6 +155,8 @@ class TankerMission(Mission[ActuatorModel]):
             out, self.guard.texts = out + self.guard.texts, []
         if self.turning is not None and self.turning.texts:
             out, self.turning.texts = out + self.turning.texts, []
+        if self.tests is not None:
+            out, self.tests.texts = out + self.tests.texts, []
         return out if self.wind is None else out + self.wind.tell()
 
 

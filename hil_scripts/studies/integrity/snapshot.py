@@ -49,6 +49,10 @@ class Flying:
 
     def tick(self) -> tuple[list[bytes], list[list[bytes]]]:
         """One tick of everything: the replies of the aircraft and their telemetry datagrams. Raises AircraftLostError."""
+        return self.tick_heard()[1:]
+
+    def tick_heard(self) -> tuple[list[bytes], list[bytes], list[list[bytes]]]:
+        """`tick`, and before it what each aircraft received from the plant."""
         sent = self.server.begin_tick()
         replies = [node.step((d,)) for node, d in zip(self.nodes, sent, strict=True)]
         self.server.end_tick(replies)
@@ -57,7 +61,7 @@ class Flying:
             telemetry.append(node.after())
             node.take_heard()
             node.take_settled()
-        return replies, telemetry
+        return sent, replies, telemetry
 
     def fly_to(self, t_s: float) -> str:
         """Fly until the tick at t_s [s]; the phase the last aircraft reported then. Raises AircraftLostError."""
