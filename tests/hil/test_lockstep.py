@@ -92,7 +92,9 @@ def test_nobody_there_is_said_and_ends(tmp_path: Path, port_offset: int) -> None
         out=out,
     )
     assert ended.wait(60.0) == 3, out.read_text()
-    assert re.search(r"no answer at start-up for \d+\.\d s", out.read_text()), out.read_text()  # a busy machine looks later
+    assert re.search(r"no answer at start-up for \d+\.\d s", out.read_text()), (
+        out.read_text()
+    )  # a busy machine looks later
     assert f"receiver (sysid 2, tcp:127.0.0.1:{4700 + port_offset}): never answered" in out.read_text()
 
 

@@ -87,9 +87,7 @@ def test_study_and_page_have_every_grade_level_and_outcome(tmp_path: Path) -> No
     assert text.count(f"0.750<small>{low:.3f} … {high:.3f}</small>") == 20
     assert text.count('<tr class="group">') == 5 * 4 and text.count('data-key="mems_6.22.is.lost.mean"') == 1
     assert text.count('data-key="tactical_0.94.contact.rms_m.x.rms" data-value="0.25"') == 1
-    assert (
-        text.count("1.10 to 6.53") == 4
-    )  # six alerts in two hours, four cases with bounds
+    assert text.count("1.10 to 6.53") == 4  # six alerts in two hours, four cases with bounds
 
 
 @pytest.mark.parametrize(("count", "lo", "hi"), [(0, 0.0, 3.689), (1, 0.0253, 5.572), (10, 4.795, 18.390)])
