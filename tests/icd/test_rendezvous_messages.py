@@ -43,6 +43,15 @@ def test_reply_comes_through_with_what_it_carries(distance: float | None, bearin
     assert f.tacan_range_m == distance and f.tacan_bearing == bearing
 
 
+def test_position_sent_with_a_reply_comes_through() -> None:
+    _, f = heard(sent(50_000, tacan_range_m=4e4, tacan_link=(1250.5, -48_000.25)))
+    assert f.tacan_link == (1250.5, -48_000.25)
+    _, f = heard(sent(50_000, tacan_range_m=4e4))
+    assert f.tacan_link is None
+    codec, f = heard(sent(50_000, tacan_range_m=4e4, tacan_link=(math.nan, 0.0)))
+    assert not f.updated & UPD_TACAN and codec.count.non_finite == 1
+
+
 def test_reading_of_the_radar_comes_through() -> None:
     f = SensorFrame(t_us=10_000, updated=UPD_RADAR, radar_t_us=10_000, radar_y_m=-1234.5, radar_sigma_m=1852.0)
     _, got = heard(PlantCodec(TANKER, 1).sensors(f))

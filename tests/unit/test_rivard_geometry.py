@@ -17,7 +17,7 @@ from flightsw.missions.rendezvous.estimator import RangeEstimator
 from flightsw.missions.rendezvous.guidance import OwnState, RendezvousCommand, RendezvousGuidance
 from flightsw.missions.rendezvous.params import RangeRules, RendezvousNavParams
 from flightsw.strict import ConfigError
-from ground.report.geometry.build import geometry_report
+from ground.report.rivard.anywhere import geometry_report
 from hil_scripts.campaign.engine import run_campaign
 from hil_scripts.campaign.study import Case
 from hil_scripts.studies.rivard import geometry_kernel as gk

@@ -9,7 +9,7 @@ from ground.report.base import Report
 
 
 def _build(folders: Sequence[Path], out: Path) -> Path:
-    from ground.report.geometry.build import geometry_report
+    from ground.report.rivard.anywhere import geometry_report
 
     return geometry_report(folders, out)
 
