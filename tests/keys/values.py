@@ -42,7 +42,7 @@ PENDING = {
 # values that show, where a factor on the present one does not
 VALUES: dict[str, tuple[Any, ...]] = {
     "AircraftCfg.name": ("other",),
-    "AlexisTable.stall_deg": (0.5,),
+    "AlexisTable.stall_deg": (1.0,),
     "TrustParams.incidence": (0.1,),
     "LoadWatchParams.ratio": (0.1,),
     "LoadWatchParams.window_s": (0.5,),
