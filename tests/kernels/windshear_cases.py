@@ -16,6 +16,7 @@ from flightsw.missions.windshear.model import parameter_vector
 Rng = np.random.Generator
 Args = list
 P = parameter_vector(twinjet())
+P[[k.P_FADE1, k.P_FADE2, k.P_LAGV, k.P_LAGA]] = 0.2, 0.2, 0.1, 0.05
 G = NidParams().vector()
 SPREAD = np.array([100.0, 20.0, 3.0, 0.05, 0.04, 0.02, 5.0, 5.0, 3.0, 0.5, 0.5, 0.1, 0.1, 0.05, 0.05])
 MEAN = np.array([-3000.0, 200.0, 75.0, -0.05, 0.08, 0.0, 40.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0])
@@ -29,9 +30,16 @@ def state(r: Rng, n: int = 15) -> np.ndarray:
     return np.ascontiguousarray((MEAN + SPREAD * r.normal(size=15))[:n])
 
 
+def errors(r: Rng) -> np.ndarray:
+    """A state with what the instruments are wrong by."""
+    own = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0]) + 0.1 * r.normal(size=8)
+    x = state(r)
+    return np.concatenate([x, own, x[[k.VA, k.AL]]])
+
+
 def states(r: Rng) -> np.ndarray:
-    n = int(r.choice([13, 15]))
-    return np.array([state(r, n) for _ in range(2 * n + 1)])
+    n = int(r.choice([13, 15, k.NE]))
+    return np.array([errors(r) if n == k.NE else state(r, n) for _ in range(2 * n + 1)])
 
 
 def controls(r: Rng) -> np.ndarray:
@@ -72,7 +80,15 @@ CASES: dict[str, Callable[[Rng], Args]] = {
     "missions.windshear.dynamics.path_rates": lambda r: [state(r), 1.1, 0.9, r.normal() * 0.1, P],
     "missions.windshear.dynamics.rates": lambda r: [state(r), controls(r), P, z(15)],
     "missions.windshear.dynamics.propagate": steps,
-    "missions.windshear.dynamics.measure": lambda r: [states(r), codes(r, k.NY), k.NY, controls(r), P, z(31, k.NY)],
+    "missions.windshear.dynamics.measure": lambda r: [
+        states(r),
+        codes(r, k.NZ),
+        k.NZ,
+        controls(r),
+        P,
+        z(2 * k.NE + 1, k.NZ),
+    ],
+    "missions.windshear.dynamics.misread": lambda r: [r.normal(), int(r.integers(k.NZ)), errors(r), P],
     "missions.windshear.dynamics.f_factor": lambda r: [state(r), 9.81],
     "missions.windshear.dynamics.turbulence_columns": lambda r: [state(r, 13), *r.uniform(0, 1, 2), 13, z(13, 15)],
     "missions.windshear.dynamics.turbulence_drift": lambda r: [state(r), *r.uniform(0, 2, 2)],

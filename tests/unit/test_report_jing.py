@@ -14,12 +14,14 @@ from typer.testing import CliRunner
 from ground.__main__ import app
 from ground.report.goals import judged
 from ground.report.jing import page as data
+from ground.report.jing import sensors as sensor_chapter
 from ground.report.jing.build import jing_report
 from ground.report.load import load
 from ground.report.page import number
 from hil_scripts.campaign.engine import run_campaign
 from hil_scripts.campaign.study import Study
 from hil_scripts.studies.jing import escape as jing_escape
+from hil_scripts.studies.jing import sensors as jing_sensors
 from hil_scripts.studies.jing import study as jing
 
 pytestmark = pytest.mark.usefixtures("small_pictures")
@@ -42,6 +44,7 @@ STUDIES = (
     _small(jing_escape.ESCAPE, "severe_350_pair_light"),
     _small(jing_escape.SURVIVAL, "light", laws=list(FEW)),
     _small(jing_escape.ALERTS, "clear_1p5", "seed_0_quick", duration_s=40.0),
+    _small(jing_sensors.STUDY, "clean_tactical", "fault_baro_lost"),
 )
 
 
@@ -66,7 +69,7 @@ def test_page_loads_nothing_and_has_every_chapter(page: Path, campaigns: list[Pa
     assert not c.tags & {"script", "link", "iframe", "object", "embed"}
     assert c.loads and all(v.startswith(("#", "data:image/png;base64,")) for v in c.loads)
     text = page.read_text()
-    for anchor in ("acceptance", "nominal", "error", "escape", "survival", "alerts", "provenance"):
+    for anchor in ("acceptance", "nominal", "error", "escape", "survival", "alerts", "sensors", "provenance"):
         assert f'href="#{anchor}"' in text and f'id="{anchor}"' in text
 
 
@@ -89,6 +92,7 @@ def test_pictures_are_beside_the_page_and_inside_it(page: Path) -> None:
 
 def test_goals_and_references_name_what_the_studies_have() -> None:
     cases = {s.name: {c.name for c in s.cases} for s in ALL}
+    assert all(g.case in cases[g.study] for g in sensor_chapter.GOALS)
     assert {g.study for g in data.GOALS} <= cases.keys() and set(data.ORDER) == cases.keys()
     assert all(g.case in cases[g.study] for g in data.GOALS)
     assert all(held.keys() <= cases[study] for study, held in data.HELD_OUT.items())

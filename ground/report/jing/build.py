@@ -20,7 +20,7 @@ PAGE = "jing.html"
 
 def jing_report(folders: Sequence[Path], out: Path) -> Path:
     """Write `out`/jing.html and its PNG figures from campaign folders; returns the page. Raises ReportError."""
-    found = load_all(folders, (*jing.ORDER, sensors.STUDY))
+    found = load_all(folders, jing.ORDER)
     return write_page(out, PAGE, lambda: _text(found, Pictures(out)))
 
 
@@ -37,7 +37,7 @@ def _text(found: Found, pictures: Pictures) -> str:
         ("escape", "Escape laws in the named microbursts", _escape(found.get(jing.ESCAPE), pictures)),
         ("survival", "Survival over drawn microbursts", _survival(found.get(jing.SURVIVAL), pictures)),
         ("alerts", "Cautions and aborts in turbulence", _alerts(found.get(jing.ALERTS))),
-        ("sensors", "Sensors as they are", sensors.chapter(found.get(sensors.STUDY))),
+        ("sensors", "Sensors as they are", sensors.chapter(found.get(jing.SENSORS))),
     ]
     chapters = [c for c in chapters if c[2]]
     chapters.append(("figures", "All figures", "".join(p.details(s, everything(c)) for s, c in found.items())))

@@ -13,7 +13,8 @@ PURPOSE = (
     "drag do to that, with the printed remedy, its repairs and ours; and which escape law survives, with the filter in the loop."
 )
 NOMINAL, ERROR, ESCAPE, SURVIVAL, ALERTS = "jing", "jing_model_error", "jing_escape", "jing_survival", "jing_alerts"
-ORDER = (NOMINAL, ERROR, ESCAPE, SURVIVAL, ALERTS)
+SENSORS = "jing_sensors"
+ORDER = (NOMINAL, ERROR, ESCAPE, SURVIVAL, ALERTS, SENSORS)
 LABELS = {
     "perfect": "perfect state",
     "ekf13": "EKF, 13 states",

@@ -10,9 +10,9 @@ import numpy as np
 
 from ground.report import page as p
 from ground.report.goals import Goal
+from ground.report.jing.page import SENSORS as STUDY
 from ground.report.load import Campaign
 
-STUDY = "jing_sensors"
 TACTICAL, PAPER = "tactical", "paper"
 GOALS: tuple[Goal, ...] = (
     Goal("tactical sensors, drawn microbursts: managed law survives", "drawn_tactical", ("managed.survived",), ">=", 0.92,

@@ -25,6 +25,7 @@ WHO = "twinjet"
 PLANT = f"plant.aircraft.{WHO}.plant."
 OTHER_AIRCRAFT = (f"{PLANT}lift_factor=0.95", f"{PLANT}drag_factor=1.05", f"{PLANT}moment_factor=0.9")
 CLEAN = (f"{PLANT}burst.outflow_mps=0.0",)
+FAR_M = 1200.0  # [m] along the track: 50 m high on the slope
 SETTLED_S = 5.0  # [s] after which errors count
 HAZARD = ("wind shear", "on the slope", "shear behind", "climbing away")  # how texts of the alerting begin
 WARNING = 4  # severity of a text that announces, and below
@@ -114,7 +115,8 @@ class SensorFlight:
         return h.slow > 0.8 * p.abort_F or h.quick > 0.8 * p.caution_F or self.given_up
 
     def fly(self, to_s: float, stop: str = "") -> Seen:
-        """Fly on to a time [s], the ground, or until `stop`: "near" the alert, "given_up", "safe" after an escape."""
+        """Fly on to a time [s], the ground, or until `stop`: "near" the alert, "given_up", "safe" after an escape, "far" down
+        the slope."""
         safe = 0.0
         while self.t_s < to_s and self.tick():
             if (stop == "near" and self.near()) or (stop == "given_up" and self.given_up):
@@ -122,7 +124,7 @@ class SensorFlight:
             truth = self.seen.truth[-1]
             rises = truth[k.VA] * math.sin(truth[k.GA]) + truth[k.WH] > 0.0
             safe = safe + DT if self.mission.guidance.phase == "clear" and truth[k.H] > 60.0 and rises else 0.0
-            if stop == "safe" and safe > 3.0:
+            if (stop == "safe" and safe > 3.0) or (stop == "far" and truth[k.X] > FAR_M):
                 break
         return self.seen
 

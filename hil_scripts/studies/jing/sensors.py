@@ -11,7 +11,7 @@ from hil_scripts.studies.jing.sensor_faults import FAULTS, FIXED, SLOPE_M, Fault
 from hil_scripts.studies.jing.sensor_flight import CLEAN, DT, OTHER_AIRCRAFT, PLANT, WHO, SensorFlight
 from sim_plant.failures.script import Event
 
-BURST_S, CLEAN_S = 110.0, 76.0
+BURST_S, CLEAN_S = 110.0, 85.0
 PAPER = (f"{WHO}.nav.states=25", f"{WHO}.nav.trust.on=true")  # the filter with error states on the source's sensors
 FAULT_S, ENGINE_S = 25.0, 30.0
 
@@ -58,7 +58,7 @@ def run_drawn(case: Case, seed: int) -> RunResult:
 def run_clean(case: Case, seed: int) -> RunResult:
     """An approach in light turbulence and no microburst."""
     flight = SensorFlight(*_of(case.params["sensors"], seed % 2**31, *CLEAN))
-    flight.fly(CLEAN_S)
+    flight.fly(CLEAN_S, "far")
     got = flight.figures()
     got["announced"] = float(math.isfinite(flight.seen.announced(0.0)))
     return RunResult(got, flight.traces())
@@ -75,7 +75,7 @@ def run_fixed(case: Case, seed: int) -> RunResult:
         flight = SensorFlight(*_of("tactical", seed, *still))
         for event in fixed.events if fixed else ():
             flight.inject(event)
-        flight.fly(CLEAN_S if still else BURST_S, "" if still else "safe")
+        flight.fly(CLEAN_S if still else BURST_S, "far" if still else "safe")
         got = flight.figures()
         base = base or got
         values |= {f"{name}.{key}": got[key] for key in ("lost", "aborted", "height_min_m", "slope_max_m", "w_h.rms")}
@@ -106,7 +106,7 @@ def run_fault(case: Case, seed: int) -> RunResult:
         flight = SensorFlight(*_of("tactical", seed % 2**31, *still))
         flight.fly(FAULT_S)
         flight.inject(fault.event(flight.t_s))
-        flight.fly(CLEAN_S if still else BURST_S, "" if still else "safe")
+        flight.fly(CLEAN_S if still else BURST_S, "far" if still else "safe")
         got, said = flight.figures(), flight.seen.announced(FAULT_S)
         gone = got["aborted"] > 0.0 and bool(still)
         harm = got["lost"] > 0.0 or got["slope_max_m"] > SLOPE_M or gone
