@@ -7,7 +7,7 @@ in lockstep, in real time, in process and in replay.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -37,6 +37,7 @@ from flightsw.types import (
     Text,
     Timing,
     Vec3,
+    copied,
 )
 
 WARMUP_TICKS = 150  # past the settling time of navigation: the closed loop runs too
@@ -225,7 +226,9 @@ class FlightApp:
             self._means = _mean([w for _, w, _ in g]), _mean([a for _, _, a in g]), age
             g.clear()
         gyro, acc, age = self._means
-        return replace(f, gyro_count=n, gyro_mean_b=gyro, acc_mean_b=acc, gyro_age_s=age)
+        out = copied(f)
+        out.gyro_count, out.gyro_mean_b, out.acc_mean_b, out.gyro_age_s = n, gyro, acc, age
+        return out
 
     def _guard(self, texts: list[Text], fresh: bool) -> None:
         """Last look before the actuators: a non-finite value becomes the last good one, and is reported once.
@@ -309,4 +312,5 @@ class FlightApp:
 
 def _mean(v: list[Vec3]) -> Vec3:
     n = len(v)
-    return math.fsum(x[0] for x in v) / n, math.fsum(x[1] for x in v) / n, math.fsum(x[2] for x in v) / n
+    x, y, z = zip(*v, strict=True)
+    return math.fsum(x) / n, math.fsum(y) / n, math.fsum(z) / n

@@ -86,12 +86,15 @@ def refuse_unwatched(p: HealthParams, watch: int) -> None:
 
 def _inside(v: tuple[float, ...], lim: float) -> bool:
     """Whether every component lies within +-lim (never true of NaN)."""
-    return all(-lim <= x <= lim for x in v)
+    for x in v:  # noqa: SIM110 a generator costs three times as much, a thousand times a second
+        if not -lim <= x <= lim:
+            return False
+    return True
 
 
 def _unit(q: tuple[float, ...]) -> bool:
     """Whether a quaternion has about unit length (never true of NaN)."""
-    return 0.9 < math.fsum(x * x for x in q) < 1.1
+    return 0.9 < math.fsum([x * x for x in q]) < 1.1
 
 
 class HealthMonitor:
@@ -117,12 +120,12 @@ class HealthMonitor:
         """Judge by other limits from now on."""
         self.p = p
         self._groups = (
-            (HF_IMU, UPD_IMU, p.imu_age_s),
-            (HF_AIR, UPD_AIR, p.air_age_s),
-            (HF_ATT, UPD_ATT, p.att_age_s),
-            (HF_GNSS, UPD_GNSS, p.gnss_age_s),
-            (HF_REL, UPD_REL, p.rel_age_s),
-            (HF_PEER, UPD_PEER, p.peer_age_s),
+            (HF_IMU, UPD_IMU, p.imu_age_s * 1e6),
+            (HF_AIR, UPD_AIR, p.air_age_s * 1e6),
+            (HF_ATT, UPD_ATT, p.att_age_s * 1e6),
+            (HF_GNSS, UPD_GNSS, p.gnss_age_s * 1e6),
+            (HF_REL, UPD_REL, p.rel_age_s * 1e6),
+            (HF_PEER, UPD_PEER, p.peer_age_s * 1e6),
         )
 
     def step(self, f: SensorFrame) -> tuple[SensorFrame, Health]:
@@ -132,7 +135,7 @@ class HealthMonitor:
         if self._t0_us < 0:
             self._t0_us = f.t_us
         failed, updated = 0, f.updated
-        for flag, upd, age in self._groups:
+        for flag, upd, age_us in self._groups:
             if f.updated & upd:
                 if self._judge(f, flag):
                     self._last_us[flag] = f.t_us
@@ -141,7 +144,7 @@ class HealthMonitor:
                     h.rejected += 1
             # a group never seen gets START_S: the tanker's link opens only when its own navigation is valid
             last = self._last_us.get(flag, self._t0_us + START_US)
-            if flag & self.watch and f.t_us - last > age * 1e6:
+            if flag & self.watch and f.t_us - last > age_us:
                 failed |= flag
         if f.updated & UPD_RADALT and self._refuses_radalt(f):
             updated &= ~UPD_RADALT

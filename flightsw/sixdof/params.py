@@ -29,6 +29,8 @@ def parameter_vector(ac: Aircraft, mass_kg: float) -> np.ndarray:
 
 def set_mass(p: np.ndarray, ac: Aircraft, mass_kg: float) -> None:
     """Update mass and inertia of a parameter vector in place (inertia linear in mass between tabulated points)."""
+    if p[M] == mass_kg:  # as most of the time: the gauge is read once a second
+        return
     p[M] = mass_kg
     t = ac.inertia
     for k, col in ((IX, t.Ixx_kgm2), (IY, t.Iyy_kgm2), (IZ, t.Izz_kgm2), (IXZ, t.Ixz_kgm2)):

@@ -8,7 +8,6 @@ and the receiver leaves.
 
 from __future__ import annotations
 
-import copy
 import math
 from collections import deque
 from dataclasses import replace
@@ -34,7 +33,7 @@ from flightsw.missions.receiver.refuel import (
 )
 from flightsw.missions.receiver.tanker_link import PeerTracker
 from flightsw.sixdof.estimator_core import failed_bits
-from flightsw.types import HF_REL, UPD_FIX, UPD_GNSS, UPD_REL, ZERO3, Health, NavState, SensorFrame, Text, Vec3
+from flightsw.types import HF_REL, UPD_FIX, UPD_GNSS, UPD_REL, ZERO3, Health, NavState, SensorFrame, Text, Vec3, copied
 
 CRITICAL, WARNING, NOTICE = 2, 4, 5  # MAV_SEVERITY
 NEAR = (TO_PRECONTACT, PRECONTACT, TO_CONTACT, DISCONNECT, HOLD)  # phases held to the limit of closing in
@@ -269,14 +268,15 @@ class Integrity:
                 if self._wild[REL] and not self.undecided:  # a spike; in a dispute it may be filter 0 that is off
                     return f, updated & ~UPD_REL, health
                 pos, vel = self.bank.relative_error(m)
-                g = copy.copy(f)  # `replace` takes ten times as long
+                g = copied(f)
                 g.rel_pos_t, g.rel_vel_t = less(f.rel_pos_t, pos), less(f.rel_vel_t, vel)
                 return g, updated, health
             return f, updated, health
         if (f.t_us - self._known_us) * 1e-6 > self.p.coast_s:
             return f, updated & ~UPD_REL if self.excluded >> REL & 1 else updated, health
         xi, rate = self.horizon.place(f.t_us, m)
-        f = replace(f, rel_t_us=f.t_us, rel_valid=True, rel_pos_t=xi, rel_vel_t=rate, updated=f.updated | UPD_REL)
+        f = copied(f)
+        f.rel_t_us, f.rel_valid, f.rel_pos_t, f.rel_vel_t, f.updated = f.t_us, True, xi, rate, f.updated | UPD_REL
         return f, updated | UPD_REL, replace(health, failed=health.failed & ~HF_REL)
 
 
