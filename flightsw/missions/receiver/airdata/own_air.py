@@ -21,6 +21,7 @@ FLOW = (1, 2)  # beta, alpha
 STEP_S = 0.05  # [s] between readings
 LAG, LAG_OWN = 6, 3  # samples over which a difference is taken: of the common gust, of what a pair of probes differs by
 WHITE = 60  # samples over which what differs is summed to noise as good as white
+CHANCE = 0.12  # [(m/s)^2] of that intensity, squared, which the noise of the readings alone makes up in ten seconds
 FIRST_S, FIRST_MPS = 2.0, 2.0  # [s] until something is known; [m/s] taken until then
 OF = (OF_V, OF_BETA, OF_ALPHA)
 
@@ -138,6 +139,6 @@ class OwnAir:
                 self._parted[k] += gain * (total / self._part[k] - self._parted[k])
         if self._s >= FIRST_S:
             # the middle axis, and the pair that differs least: one axis, one probe may be a fault's doing
-            self.own = math.sqrt(max(min(self._parted), 0.0))
+            self.own = math.sqrt(max(min(self._parted) - CHANCE, 0.0))
             _, middle, _ = sorted(self._square)
             self.sigma = max(math.sqrt(max(middle, 0.0)), self.own, self.least)
