@@ -13,6 +13,7 @@ from rich.console import Console
 from scipy.spatial.transform import Rotation
 
 from flightsw.aircraft import load_aircraft
+from flightsw.process.config import flight_of
 from flightsw.sixdof.excitation import ExcitationParams, Multisine, harmonics
 from flightsw.sixdof.trim import trim_free
 from flightsw.strict import ConfigError
@@ -22,7 +23,10 @@ from hil_scripts.identify.flight.inputs import engine
 from hil_scripts.identify.flight.intervals import autocovariance, correlated, taper, verdict
 from hil_scripts.identify.flight.kernel import Y_EULER, Y_FORCE, Y_PROBE, Y_RATE, Y_VEL
 from hil_scripts.identify.flight.model import COEFFICIENTS, NC, NS, FlightModel, lasting, quaternions, turn
-from hil_scripts.identify.flight.readings import Flight, Samples
+from hil_scripts.identify.flight.readings import Flight, Gatherer, Samples
+from hil_scripts.launch.runfolder import resolve
+from hil_scripts.studies.identify.flight import SCENARIO
+from hil_scripts.studies.integrity.snapshot import Flying
 
 KC135 = load_aircraft("kc135r")
 V, H, DT, SECONDS = 195.0, 7010.0, 0.02, 40.0
@@ -242,6 +246,29 @@ def test_a_table_with_all_columns_is_identified_from(tmp_path: Path) -> None:
     path = tmp_path / "flight.csv"
     np.savetxt(path, table, delimiter=",", header=",".join(c.name for c in logs.NEEDED), comments="", fmt="%.9g")
     out = command.identify(command.AskedOfFlight(str(path), "kc135r", None, tmp_path / "out"), Console(quiet=True))
+    text = (out / "flight.toml").read_text()
+    assert "CY_p = 0.0 # not identified: " in text
+    assert "with it + " in text  # pitch rate and rate of incidence
     written = load_aircraft(str(out / "flight.toml")).aero
     for k in ("CL_alpha", "Cm_de", "Cl_da", "Cn_beta"):
         assert getattr(written, k) == pytest.approx(truth[COEFFICIENTS.index(k)], rel=0.05), k
+
+
+def test_a_flight_is_read_on_the_grid_it_was_flown_on() -> None:
+    """Deflections by the commands of the link are those of the plant, tick by tick; begin and end of the test inputs are told."""
+    sets = ("tanker.excitation.on=true", "tanker.excitation.start_s=1.0", "tanker.excitation.duration_s=20.0",
+            "tanker.excitation.band_hz=[0.1, 1.0]")  # fmt: skip
+    cfg = flight_of(resolve(SCENARIO, 1, list(sets), None).flights[0].config, "tanker")
+    flight, g = Flying(SCENARIO, 1, sets), Gatherer(cfg, KC135)
+    moved = []
+    for _ in range(2300):
+        received, (reply,), (telemetry,) = flight.tick_heard()
+        g.take(received, reply, b"".join(telemetry))
+        moved.append(flight.server.world.members[0].view.s[15:18])
+    f = g.flight("seed 1")
+    assert (f.began, f.ended) == (150, 2150)  # navigation is valid after half a second
+    lo, hi = readings.window(f, None)
+    true = np.array(moved)[lo:hi]
+    found = FlightModel(f, KC135, lo, hi, lasting(cfg.tables)).surf[:, 0]
+    assert np.abs(true).max() > 0.08
+    assert np.abs(found - true).max() < 2e-4
