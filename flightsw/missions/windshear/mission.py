@@ -1,8 +1,8 @@
 """Windshear mission of the twin-jet transport, on one page: height, ground speed, climb rate, airspeed, incidence, pitch,
 pitch rate, accelerations -> wind, its rates, scales of lift and drag -> hazard index, approach or escape -> thrust and elevator.
 
-50 Hz, every base tick: estimator, monitor, guidance, control, in this order. The aircraft flies by its own model
-(missions/windshear/model.py). MAV_CMD_DO_GO_AROUND gives the approach up; MAV_CMD_USER_3, param1 chooses the escape law.
+50 Hz, every base tick: estimator, monitor, guidance, control. The aircraft flies by its own model (model.py).
+MAV_CMD_DO_GO_AROUND gives the approach up; MAV_CMD_USER_3, param1 chooses the escape law.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from flightsw.missions.windshear.model import MODES, PathDemand, approach_trim, 
 from flightsw.missions.windshear.monitor import WindshearMonitor
 from flightsw.missions.windshear.path import make_path, use_path
 from flightsw.missions.windshear.readings import Readings
-from flightsw.missions.windshear.reports import REPORTS, WindshearErrors, WindshearState
+from flightsw.missions.windshear.reports import REPORTS, WORDS, WindshearErrors, WindshearState
 from flightsw.missions.windshear.supervision import Supervision
 from flightsw.missions.windshear.tables import WindshearMissionParams
 from flightsw.planar import plane
@@ -50,12 +50,6 @@ FIRST_PHASE = 22  # WKF_PHASE of PHASES[0]
 ON_THE_WIRE = (0, *range(FIRST_PHASE, FIRST_PHASE + len(PHASES)))
 GIVEN_UP = ("escape", "clear")  # phases of an approach that has been: no way back
 ESTIMATORS = ("ekf", "ukf", "srckf", "srukf")  # index goes down in WINDSHEAR_STATE
-WORDS = {
-    "approach": "on the slope",
-    "caution": "wind shear caution",
-    "escape": "wind shear: escape",
-    "clear": "shear behind, climbing away",
-}
 BLIND = "no estimate: full thrust, pitch held"
 
 
@@ -78,6 +72,7 @@ class WindshearMission(Mission[WindshearActuators]):
         e.incidence("guid.approach.alpha_max_rad", a.alpha_max_rad)
         for key in ("alpha_max_rad", "managed_alpha_max_rad"):
             e.incidence(f"guid.escape.{key}", getattr(escape, key))
+        e.incidence("guid.engine_out.alpha_max_rad", p.guid.engine_out.alpha_max_rad)
         e.speed("guid.escape.protect_mps", escape.protect_mps)
         self._trim = approach_trim(ac, a.ground_mps, -math.radians(a.slope_deg), p.nav.lift_scale, p.nav.drag_scale)
         self.ctrl.reset(*self._trim)
@@ -254,14 +249,16 @@ class WindshearMission(Mission[WindshearActuators]):
         """Changed parameters from this step on."""
         assert isinstance(params, WindshearMissionParams)
         a, escape = params.guid.approach, params.guid.escape
-        self.envelope.incidence("guid.escape.alpha_max_rad", escape.alpha_max_rad)
-        self.envelope.incidence("guid.escape.managed_alpha_max_rad", escape.managed_alpha_max_rad)
+        for key in ("alpha_max_rad", "managed_alpha_max_rad"):
+            self.envelope.incidence(f"guid.escape.{key}", getattr(escape, key))
+        self.envelope.incidence("guid.engine_out.alpha_max_rad", params.guid.engine_out.alpha_max_rad)
         self.envelope.speed("guid.escape.protect_mps", escape.protect_mps)
         if a.climb_min_mps > a.climb_max_mps:
             raise ValueError(
                 f"guid.approach.climb_min_mps = {a.climb_min_mps:g}: allowed: climb_max_mps = {a.climb_max_mps:g} or less"
             )
         use_path(self.guidance, params.guid)
+        self.supervision.engines.p = params.guid.engine_out
         use_law(self.ctrl, params.ctrl)
         self.p = params
 

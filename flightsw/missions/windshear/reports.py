@@ -6,6 +6,13 @@ from dataclasses import dataclass
 
 from flightsw.missions.base import Packets, report
 
+WORDS = {
+    "approach": "on the slope",
+    "caution": "wind shear caution",
+    "escape": "wind shear: escape",
+    "clear": "shear behind, climbing away",
+}
+
 
 @dataclass(slots=True)
 class WindshearState:
