@@ -138,7 +138,11 @@ def _as_printed(tr: Mapping[str, Array], case: str, pictures: Pictures) -> str:
     shown = [a for a in ("printed", "discrete") if f"{a}.x" in tr]
     six, eight, nine = FIGURES[case]
     words = labels(shown)
-    out = pictures.add(f"states_{case}", curves.states(tr, "printed", label("printed")), f"{six}First run.")
+    out = pictures.add(
+        f"states_{case}",
+        curves.states(tr, "printed", label("printed")),
+        f"{six}Grey: measured, of alpha_K and V_K alpha and V_A. First run.",
+    )
     out += pictures.add(
         f"errors_{case}", curves.distributions(tr, shown, words), f"{eight} Mean, deviation. First run."
     )

@@ -13,7 +13,7 @@ from ground.report.hoffmann.figures import shade
 
 DEG = 180.0 / np.pi
 # state, reading, name, factor
-AIRCRAFT = ((3, 0, "q [deg/s]", DEG), (4, 1, "alpha_K [deg]; measured: alpha", DEG), (5, 2, "V_K [m/s]; measured: V_A", 1.0),
+AIRCRAFT = ((3, 0, "q [deg/s]", DEG), (4, 1, "alpha_K [deg]", DEG), (5, 2, "V_K [m/s]", 1.0),
             (6, 3, "Theta [deg]", DEG), (7, 4, "H [m]", 1.0))  # fmt: skip
 ERRORS = ((1, "alpha_W [deg]", DEG), (2, "V_W [m/s]", 1.0), (8, "vane bias [deg]", DEG))
 WIND = ((1, "alpha_W [deg²/Hz]", DEG), (2, "V_W [(m/s)²/Hz]", 1.0))
@@ -23,7 +23,7 @@ WINDOW = 512
 
 
 def states(tr: Mapping[str, Array], name: str, label: str) -> bytes:
-    """Fig. 6: the aircraft's states, what is measured of them, and the estimate `name`."""
+    """Fig. 6: the aircraft's states, what is measured of them (of alpha_K and V_K: alpha and V_A), and the estimate."""
     fig, axes = new_figure(13.2, 8.6, 5, 1, sharex=True)
     t = tr["t"]
     for (column, reading, text, factor), ax in zip(AIRCRAFT, axes[:, 0], strict=True):
