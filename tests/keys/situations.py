@@ -277,6 +277,7 @@ CONTEXTS = (
                 4.0,
             ),
             Situation("caution", r"guid\.(approach\.caution_speed_mps|hazard\.(abort_on|release_F))", CAUTION, 4.0),
+            Situation("after it has settled", r"guid\.hazard\.(caution_s|abort_s|rates|settle_s)", (), 4.0),
             Situation("judged at once", r"guid\.hazard\.(caution_F|abort_F|gain_F)", (CAUTION[0],), 4.0),
             Situation(
                 "gain of energy", r"guid\.hazard\.gain_hold_s", (CAUTION[0], "twinjet.guid.hazard.gain_F=0.01"), 6.0
