@@ -246,9 +246,6 @@ def test_a_table_with_all_columns_is_identified_from(tmp_path: Path) -> None:
     path = tmp_path / "flight.csv"
     np.savetxt(path, table, delimiter=",", header=",".join(c.name for c in logs.NEEDED), comments="", fmt="%.9g")
     out = command.identify(command.AskedOfFlight(str(path), "kc135r", None, tmp_path / "out"), Console(quiet=True))
-    text = (out / "flight.toml").read_text()
-    assert "CY_p = 0.0 # not identified: " in text
-    assert "with it + " in text  # pitch rate and rate of incidence
     written = load_aircraft(str(out / "flight.toml")).aero
     for k in ("CL_alpha", "Cm_de", "Cl_da", "Cn_beta"):
         assert getattr(written, k) == pytest.approx(truth[COEFFICIENTS.index(k)], rel=0.05), k
