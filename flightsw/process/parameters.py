@@ -44,6 +44,11 @@ WORDS = {
 NAMES: dict[str, str] = {
     "airdata.position.restart_keep_s": "AIR_POS_RST_KP_S",
     "join.guid.v_max_mps": "JN_GUID_VREL_MAX",
+    "nav.errors.airspeed_frac": "NAV_ERR_V_FRAC",
+    "nav.errors.height_frac": "NAV_ERR_H_FRAC",
+    "guid.engine_out.hold_mps": "GUID_ENG_HOLD_V",
+    "nav.trust.nis_fast_s": "NAV_TRST_FAST_S",
+    "nav.trust.radio_frac": "NAV_TRST_RA_FRAC",
     "nav.trust.nis_s": "NAV_TRUST_NIS_S",
 }
 

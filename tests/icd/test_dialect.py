@@ -159,7 +159,7 @@ def test_check_names_a_stale_file(
 def test_every_physical_field_has_units_and_every_field_a_meaning() -> None:
     root = ET.parse(gen.XML).getroot()
     dimensionless = re.compile(
-        r"^(q\d?|q_nb|quaternion|attitude_q|repr_offset_q|nis|gamma|threshold|residual|scale|scale_sigma|window_nis|window_drift|weight|hazard|hazard_states|hazard_monitor|quick|slow|throttle|controls|proportional|integral|feedforward|cut|error|error_integral|schedule|rates|position_cov|param\d|param_value|(.*_)?ratio)$"
+        r"^(q\d?|q_nb|quaternion|attitude_q|repr_offset_q|nis|gamma|threshold|residual|scale|scale_sigma|lead|lift|lift_sigma|window_nis|window_drift|weight|hazard|hazard_states|hazard_monitor|quick|slow|throttle|controls|proportional|integral|feedforward|cut|error|error_integral|schedule|rates|position_cov|param\d|param_value|(.*_)?ratio)$"
     )
     for m in root.iter("message"):
         for f in m.findall("field"):

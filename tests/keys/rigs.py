@@ -95,6 +95,13 @@ def joining(p: JoinUpParams) -> Iterator[Any]:
                 yield (f.track[-1], f.g.ready, f.g.phase)
         f.wind = (f.wind[0] + 20.0, f.wind[1])
         yield from f.fly(20.0)[-100:].tolist()
+    for start, push in (({"x": -2500.0, "y": -300.0, "z": 250.0}, 0.0), ({"x": -150.0, "y": 20.0, "z": 10.0}, 40.0)):
+        f = Joining(p=p, **start)  # type: ignore[arg-type]
+        f.fly(10.0)
+        f.turn_rate, f.V = math.radians(2.5), f.V + push  # beyond what it turns itself, and driven at the tanker
+        yield from f.fly(40.0)[::5].tolist()
+        f.turn_rate = 0.0
+        yield from f.fly(90.0)[::5].tolist()
 
 
 def sequence(p: SequenceParams) -> Iterator[Any]:

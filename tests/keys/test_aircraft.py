@@ -34,6 +34,7 @@ STALLED = ("lift.fall", "lift.fall_rad", "drag.beyond")  # beyond the stall: tes
 UNASKED = ("onboard", "alexis", "limits")  # this mission asks for nothing near them
 NAMES = ("meta.name", "probe.0.name")  # words of messages
 CASES = {"alexis": ("gust", "alexis"), "twinjet": ("windshear", "twinjet")}
+AT_ONCE = {"alexis": ("alexis.nav.servo_bank.wait_s=0.0",)}  # steers from the first sample
 WIND = [{"amplitude_mps": [0.0, 2.0, 0.0], "period_s": [1.0, 4.0, 1.0]}]
 VALUES = {
     "controls.elevator_rate_degps": (1.0,),
@@ -90,7 +91,7 @@ def answer(name: str, side: str, k: Key, tmp: Path) -> str:
             if side == "plant":
                 got = "acts" if plant_flight(scenario, {"aircraft.0.file": str(path)}) != base_flight(scenario) else ""
             else:
-                got = acts(scenario, (), 2.0, (f"{who}.app.aircraft={path}",), k.field)
+                got = acts(scenario, AT_ONCE.get(name, ()), 2.0, (f"{who}.app.aircraft={path}",), k.field)
         except ConfigError as e:
             named = (k.field, path.stem, f"aircraft.{who}.start", f"allowed for {name}")
             assert any(n in str(e) for n in named), e

@@ -40,6 +40,7 @@ VALUES: dict[str, tuple[Any, ...]] = {
     "RacetrackParams.path": ("tests.keys.own:Path",),
     "RefuelParams.path": ("tests.keys.own:Refuelling",),
     "JoinUpParams.path": ("tests.keys.own:Joining",),
+    "JoinUpParams.clear_m": (80.0, 1500.0),
 }
 
 

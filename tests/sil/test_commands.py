@@ -133,8 +133,14 @@ def hints() -> list[tuple[str, tuple[str, ...]]]:
         for line in path.read_text().replace("\\\n", " ").splitlines():
             sets = [m for m in HINT.finditer(line) if "<" not in m[3]]
             if sets:
-                named = re.search(r"sil run ([a-z_]+)", line)
-                scenario = named[1] if named else HOME.get(sets[0][1], "refueling")
+                named = re.search(r"sil run ([a-z_/.]+)", line)
+                scenario = (
+                    str(ROOT / named[1])
+                    if named and "/" in named[1]
+                    else named[1]
+                    if named
+                    else HOME.get(sets[0][1], "refueling")
+                )
                 found.add((scenario, tuple(f"{m[1]}.{m[2]}={m[3]}" for m in sets)))
     return sorted(found)
 

@@ -27,7 +27,7 @@ from ground.views import registry
 GROUND = Path(registry.__file__).parents[1]
 MISSIONS = r"gust|wind.?shear|rendezvous|join.?up|refuel|airdata|tanker|receiver|tacan|microburst"
 WORKS = r"\b(sevil|rivard|hoffmann|jing|lee)\b"
-STUDIES = {"grades", "integrity"}  # reports of no published work, with a name that is an everyday word
+STUDIES = {"grades", "identify", "integrity"}  # reports of no published work, with a name that is an everyday word
 ALLOWED: dict[str, set[str]] = {}  # file -> words it may have, with the reason beside it; none is needed today
 SYSID, HZ, SECONDS = 7, 10, 20
 VIEW = '''

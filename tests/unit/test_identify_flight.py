@@ -17,7 +17,7 @@ from flightsw.process.config import flight_of
 from flightsw.sixdof.excitation import ExcitationParams, Multisine, harmonics
 from flightsw.sixdof.trim import trim_free
 from flightsw.strict import ConfigError
-from hil_scripts.identify.flight import command, logs, readings
+from hil_scripts.identify.flight import command, identified, logs, readings
 from hil_scripts.identify.flight.identified import Identified, identify_flight
 from hil_scripts.identify.flight.inputs import engine
 from hil_scripts.identify.flight.intervals import autocovariance, correlated, taper, verdict
@@ -232,8 +232,9 @@ def test_the_logs_of_other_aircraft_are_refused_by_what_they_lack(tmp_path: Path
         assert not set(has) & set(words)
 
 
-def test_a_table_with_all_columns_is_identified_from(tmp_path: Path) -> None:
-    """The synthetic flight as a CSV of what the model was led by."""
+def test_a_table_with_all_columns_is_identified_from(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The synthetic flight as a CSV of what the model was led by; what is drawn out between readings is correlated, no gust."""
+    monkeypatch.setattr(identified, "COLOURED", 2.0)
     f, truth = flown(4)
     s = {k: v.values for k, v in f.samples.items()}
     n, every = f.ticks, np.arange(f.ticks)

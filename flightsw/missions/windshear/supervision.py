@@ -54,7 +54,7 @@ class Supervision:
         if not self._late:
             return now
         self._before.append(now.copy())
-        return self._before[0]
+        return next(iter(self._before))  # the oldest
 
     def step(
         self, z: Array, ok: int, satellite_m: float, e: WindshearEstimate, accused: bool, out: int, commanded_kN: float,

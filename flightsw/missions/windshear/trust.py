@@ -71,9 +71,10 @@ class Trust:
         h = float(x[k.H])
         missing = self._absent(ok, h, dt)
         against = [i for i in range(3) if self._fresh(i) and abs(self._h[i] - h) > self._tolerance(i, h)]
-        agree = len(against) > 1 and abs(self._h[against[0]] - self._h[against[1]]) <= sum(
-            self._tolerance(i, h) for i in against[:2]
-        )
+        agree = False
+        if len(against) > 1:
+            one, other, *_ = against
+            agree = abs(self._h[one] - self._h[other]) <= self._tolerance(one, h) + self._tolerance(other, h)
         self._wrong_s = self._wrong_s + dt if agree else 0.0
         if math.isfinite(nis):
             self._nis += (nis - self._nis) * -math.expm1(-dt / p.nis_s)

@@ -275,9 +275,9 @@ class Integrity:
         if (f.t_us - self._known_us) * 1e-6 > self.p.coast_s:
             return f, updated & ~UPD_REL if self.excluded >> REL & 1 else updated, health
         xi, rate = self.horizon.place(f.t_us, m)
-        f = copied(f)
-        f.rel_t_us, f.rel_valid, f.rel_pos_t, f.rel_vel_t, f.updated = f.t_us, True, xi, rate, f.updated | UPD_REL
-        return f, updated | UPD_REL, replace(health, failed=health.failed & ~HF_REL)
+        g = copied(f)
+        g.rel_t_us, g.rel_valid, g.rel_pos_t, g.rel_vel_t, g.updated = f.t_us, True, xi, rate, f.updated | UPD_REL
+        return g, updated | UPD_REL, replace(health, failed=health.failed & ~HF_REL)
 
 
 def reach_m(tanker: Aircraft) -> float:
