@@ -40,8 +40,9 @@ def commanded() -> tuple[np.ndarray, np.ndarray]:
     """Surfaces [n,3] and throttle [n] about the trim of the file."""
     p = ExcitationParams(on=True, duration_s=SECONDS, band_hz=(0.025, 1.0))
     t = np.arange(round(SECONDS / DT)) * DT
-    y = np.array([[Multisine(k, a, SECONDS).at(x) for x in t]
-                  for k, a in zip(harmonics(p), p.amplitudes, strict=True)])  # fmt: skip
+    sines = [Multisine(k, a, SECONDS) for k, a in zip(harmonics(p), p.amplitudes, strict=True)]
+    y = np.array([m.share * np.cos(np.outer(t, m.w) + m.phases).sum(axis=1) for m in sines])
+    assert y[:, 777] == pytest.approx([m.at(float(t[777])) for m in sines], abs=1e-12)
     u = trim_free(KC135, MASS, H, V, 0.0).u
     return u[:3] + y[:3].T, u[3] / engine(KC135, V, H)[0] + y[3]
 
