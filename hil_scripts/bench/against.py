@@ -1,0 +1,130 @@
+"""The plant's step today against that of another commit: `python -m hil_scripts.bench.against COMMIT`.
+
+Both trees step their refuelling world in trim in a process of their own, in batches by turns, so that other load on the machine
+falls on both alike; processor time counts. Today's is measured as the scenario has it and with every model on.
+"""
+
+from __future__ import annotations
+
+import argparse
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from statistics import median
+
+ROOT = Path(__file__).resolve().parents[2]
+WARM, BATCH, BATCHES = 200, 150, 40  # [ticks], [ticks], number of them
+THEN, NOW, EVERYTHING = "commit", "today", "today, every model on"
+# argument: the tree, "all" for every model on. A number of ticks asked for on standard input is answered by microseconds of
+# processor time per aircraft and tick
+SERVE = """
+import os, sys, time
+root, kind = sys.argv[1:3]
+sys.path.insert(0, root)
+os.chdir(root)
+from hil_scripts.launch import kernel_cache
+kernel_cache.use()
+import sim_plant
+from sim_plant.scenario import load_scenario
+from sim_plant.world import World
+assert sim_plant.__file__.startswith(root), sim_plant.__file__
+sets = {}
+if kind == "all":
+    from hil_scripts.bench import plant
+    sets = plant.EVERY_AIR | plant.GRADED
+world = World(load_scenario("refueling", sets), 1)
+cmds = [world.trim_cmd(i) for i in range(len(world.members))]
+for line in sys.stdin:
+    n, t0 = int(line), time.process_time()
+    for _ in range(n):
+        world.sense()
+        world.step(cmds)
+    print((time.process_time() - t0) / n / len(cmds) * 1e6, flush=True)
+"""
+
+
+class Served:
+    """A tree's plant in a process of its own."""
+
+    def __init__(self, root: Path, kind: str) -> None:
+        """kind: "all" or "own". Raises OSError."""
+        self.process = subprocess.Popen(
+            [sys.executable, "-P", "-c", SERVE, str(root), kind],
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        )  # fmt: skip
+
+    def ask(self, ticks: int) -> float:
+        """Microseconds per aircraft and tick over so many ticks. Raises RuntimeError with what it said at its end."""
+        p = self.process
+        assert p.stdin is not None and p.stdout is not None and p.stderr is not None
+        try:
+            p.stdin.write(f"{ticks}\n")
+            p.stdin.flush()
+        except BrokenPipeError:
+            pass
+        if not (line := p.stdout.readline()):
+            raise RuntimeError(p.stderr.read()[-2000:])
+        return float(line)
+
+    def close(self) -> None:
+        """End it."""
+        self.process.kill()
+        self.process.communicate()
+
+
+@contextmanager
+def tree_of(commit: str) -> Iterator[Path]:
+    """A commit's files in a folder of their own. Raises CalledProcessError for none such."""
+    with tempfile.TemporaryDirectory(prefix="wakefield-then-") as tmp:
+        tar = subprocess.run(["git", "-C", ROOT, "archive", commit], check=True, capture_output=True).stdout
+        subprocess.run(["tar", "-x", "-C", tmp], input=tar, check=True)
+        yield Path(tmp).resolve()
+
+
+def compare(then: Path, now: Path, batches: int = BATCHES, ticks: int = BATCH) -> dict[str, list[float]]:
+    """[us] of each batch: THEN, NOW and EVERYTHING, in turns. Raises RuntimeError, OSError."""
+    served = {THEN: Served(then, "own"), NOW: Served(now, "own"), EVERYTHING: Served(now, "all")}
+    try:
+        for s in served.values():
+            s.ask(WARM)
+        taken: dict[str, list[float]] = {k: [] for k in served}
+        for _ in range(batches):
+            for k, s in served.items():
+                taken[k].append(s.ask(ticks))
+    finally:
+        for s in served.values():
+            s.close()
+    return taken
+
+
+def ratios(taken: dict[str, list[float]], name: str) -> tuple[float, float]:
+    """Of the least batches, and the median of those flown next to each other: `name` over THEN."""
+    pairs = [a / b for a, b in zip(taken[name], taken[THEN], strict=True)]
+    return min(taken[name]) / min(taken[THEN]), median(pairs)
+
+
+def main() -> int:
+    """Print the table. Exit 2: no such commit."""
+    p = argparse.ArgumentParser(prog="hil_scripts.bench.against", description=__doc__)
+    p.add_argument("commit")
+    p.add_argument("--batches", type=int, default=BATCHES)
+    a = p.parse_args()
+    try:
+        with tree_of(a.commit) as then:
+            taken = compare(then, ROOT, a.batches)
+    except subprocess.CalledProcessError as e:
+        print(f"git archive {a.commit}: {e.stderr.decode().strip()}", file=sys.stderr)
+        return 2
+    print("| plant's step, aircraft and tick | least [us] | over the commit's: least | median of pairs |")
+    print("|---|---|---|---|")
+    for name, t in taken.items():
+        least, pairs = ratios(taken, name)
+        print(f"| {name} | {min(t):.1f} | {least:.2f} | {pairs:.2f} |")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
