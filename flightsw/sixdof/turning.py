@@ -45,6 +45,7 @@ class Turning:
         """false_sigma [-]: sigmas of disagreement that count; r_euler [rad], r_rate [rad/s]: scatter of one reading."""
         self.k, self.r_euler, self.r_rate = false_sigma, r_euler, r_rate
         self.texts: list[Text] = []
+        self.moments_hold = True  # surfaces are where they are believed to be: without that nobody is accused
         self.out = 0  # HF_IMU or HF_ATT: who is left out
         self._by = 0  # and the other of them, if it is by that one's readings
         self._same, self._read = 0, (0.0,) * 4  # readings of the reference to the bit as the last one
@@ -66,6 +67,11 @@ class Turning:
         self._said = dict.fromkeys((0, HF_IMU, HF_ATT), 0)
         self._moments.begin()
         self._calm_s = 0.0
+
+    @property
+    def alike(self) -> bool:
+        """Whether gyro and reference agree."""
+        return not self.out and self._calm_s > 0.0
 
     def step(
         self, f: SensorFrame, u: np.ndarray, nav: NavState, updated: int, health: Health, dt: float
@@ -140,11 +146,11 @@ class Turning:
             axes = self._beyond(s, self._steps[began])
             self._over[T] = self._over[T] + 1 if axes else 0
             alarm = alarm or bool(axes)
-            if self._over[T] >= TWICE and not self.out:
+            if self._over[T] >= TWICE and not self.out and self.moments_hold:
                 self._who(self._before(T + BEFORE_S), axes)
         if len(self._steps) > 2 and self._moments.wild(self._steps[-3], self._steps[-2], s):
             alarm = True
-            if not self.out:
+            if not self.out and self.moments_hold:
                 self._leave_out(HF_IMU, more, s.dt, "its rates jump")
         self._calm_s = 0.0 if alarm else self._calm_s + s.dt
         if not alarm and not self.out:

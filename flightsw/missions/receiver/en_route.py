@@ -33,6 +33,7 @@ from flightsw.sixdof.estimator import AirframeNav
 from flightsw.sixdof.estimator_core import NavParams, failed_bits
 from flightsw.sixdof.layout import TK, TK_DCM, TK_VEL
 from flightsw.sixdof.recovery.cruising import protected
+from flightsw.sixdof.recovery.protection import Felt
 from flightsw.sixdof.turning import compared, make_turning
 from flightsw.strict import Range
 from flightsw.terms import Laws
@@ -138,7 +139,9 @@ class JoinMission(Mission[ActuatorModel]):
         g = self.guid.step(f.t_us, nav, self.sight, dt)
         self._settle(f, mean, updated, health, dt)
         guard, both = self.refuel.guard, (self.nav, self.refuel.nav)
-        if (taken := protected(guard, self.free.terms, f, nav, g, updated, health, dt, *both)) is not None:
+        felt = Felt(mean, self.turning)
+        taken = protected(guard, self.free.terms, f, nav, g, updated, health, felt, dt, *both)
+        if taken is not None:
             return nav, g, *taken
         if nav.valid:
             u, throttle = self.free.step(nav, g, act, dt)

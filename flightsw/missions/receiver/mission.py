@@ -32,7 +32,7 @@ from flightsw.sixdof.actuators import ActuatorModel
 from flightsw.sixdof.command import ScheduleParams
 from flightsw.sixdof.estimator_core import NavParams
 from flightsw.sixdof.layout import TK, TK_DCM, TK_VN
-from flightsw.sixdof.recovery.protection import Protection, RecoveryParams, Rejoin
+from flightsw.sixdof.recovery.protection import Felt, Protection, RecoveryParams, Rejoin
 from flightsw.sixdof.recovery.turbulence import RoughAirParams
 from flightsw.sixdof.turning import compared, make_turning
 from flightsw.sixdof.windcal.feed import make_wind_calibration
@@ -63,6 +63,7 @@ MAV_CMD_USER_1 = 31010
 FRESH_US = 500_000  # [us] age of both aircraft's velocities that can be compared
 STATION_M = 300.0  # [m] beyond it the tanker's transmitted attitude swings the place it sees by metres
 NEAR_M, BELOW_M, DOWN = 400.0, 60.0, math.radians(3.0)  # [m], [m] under the tanker, [rad] of path
+ASIDE_M = 1.0  # [m] from the tanker's plane of symmetry, beyond which a receiver banks away from it
 ALIKE_MPS, STRANGE_MPS = 4.0, 30.0  # [m/s] off the tanker's velocity: station keeping can go on; cannot
 
 
@@ -104,10 +105,10 @@ class ReceiverMission(Mission[ActuatorModel]):
         self.V0 = float(np.mean(p.ctrl.schedule.V_mps))
         self.h0 = p.ctrl.schedule.h_m
         rough = _rough_air(p, Envelope(ac))
-        self.guard = Protection(ac, self.h0, rough) if p.recovery.on else None
+        self.guard = Protection(ac, self.h0, period_s, rough) if p.recovery.on else None
         self.turning = make_turning(ac, p.nav)
         self._tk = np.zeros(TK)
-        self._lost = False
+        self._lost = self._weak = False
         self._t_us = 0
 
     def step(
@@ -117,8 +118,8 @@ class ReceiverMission(Mission[ActuatorModel]):
         mean = act.take_mean()
         updated, health = compared(self.turning, self.nav.core, f, mean, self.nav.out, updated, health, dt)
         heard = updated if self.guard is None else self.guard.sound(updated)
-        nav = self.navigate(f, mean, heard, health)
-        rejoin = self._guarded(f, nav, updated, health, dt)
+        nav = self.navigate(f, mean if self.guard is None else self.guard.acted(mean), heard, health)
+        rejoin = self._guarded(f, nav, updated, health, mean, dt)
         if (self._lost or self.nav.rejoined) and nav.valid and not self.recovering:
             self.guid.recapture(nav)
         self._lost = self.guid.phase != 0 and not nav.valid
@@ -137,14 +138,14 @@ class ReceiverMission(Mission[ActuatorModel]):
             self.wind.publish(nav)
         return nav, g, u, throttle
 
-    def _guarded(self, f: SensorFrame, nav: NavState, updated: int, health: Health, dt: float) -> Rejoin:
+    def _guarded(self, f: SensorFrame, nav: NavState, updated: int, health: Health, u: np.ndarray, dt: float) -> Rejoin:
         """Let the protection look; it leaves the boom when it takes the command and when it gives it back. The way back to the
         tanker's velocity, for the recovery law."""
         guard = self.guard
         if guard is None:
             return Rejoin()
         rejoin = behind(f, nav)
-        guard.step(f, nav, updated, health, rejoin, dt)
+        guard.step(f, nav, updated, health, rejoin, Felt(u, self.turning), dt)
         if self.integrity is not None and guard.air is not None:
             self.integrity.out.turbulence, self.integrity.out.turbulence_max = guard.air.sigma, guard.air.p.bear_mps
         if guard.active:
@@ -152,6 +153,9 @@ class ReceiverMission(Mission[ActuatorModel]):
         elsewhere = guard.active and self.guid.phase != BREAKAWAY  # the first valid estimate, an order on its way
         if (guard.began or guard.ended or elsewhere) and self.guid.phase != 0 and nav.valid:
             self.guid.recapture(nav, guard.why or "recovered")
+        if guard.answer.weak and not self._weak and not guard.active and nav.valid:
+            self._weak = True
+            self.guid.recapture(nav, "thrust does not answer")
         if guard.ended:
             self._lost = False
         if guard.anew:
@@ -223,6 +227,8 @@ class ReceiverMission(Mission[ActuatorModel]):
             return DENIED, why
         if self.guard is not None and self.guard.active:
             return TEMPORARILY_REJECTED, self.guard.why if self.guard.riding else "recovery has the aircraft"
+        if self._weak and ACTIONS[action] not in ("hold", "breakaway"):
+            return TEMPORARILY_REJECTED, "thrust does not answer"
         ok, why = self.guid.command(action)
         return (ACCEPTED if ok else TEMPORARILY_REJECTED), why
 
@@ -289,7 +295,8 @@ def behind(f: SensorFrame, nav: NavState) -> Rejoin:
     ready = near and math.hypot(n, e) < ALIKE_MPS and abs(d) < ALIKE_MPS and not close
     off = min(math.hypot(n, e, d), math.dist(f.peer.vel_n, f.gnss_vel_n))
     strange = f"velocity {off:.0f} m/s off the tanker's" if off > STRANGE_MPS else ""
-    return Rejoin(away=(n, e), path=-DOWN if close else 0.0, ready=ready, strange=strange)
+    side = math.copysign(1.0, f.rel_pos_t[1]) if seen and abs(f.rel_pos_t[1]) > ASIDE_M else 1.0
+    return Rejoin(away=(n, e), path=-DOWN if close else 0.0, side=side, ready=ready, strange=strange)
 
 
 ORDERS = choices(MAV_CMD_USER_1, ACTIONS, FROM.__getitem__, TAKES)

@@ -29,7 +29,7 @@ from flightsw.sixdof.command import ScheduleParams
 from flightsw.sixdof.estimator import AirframeNav
 from flightsw.sixdof.estimator_core import NavParams
 from flightsw.sixdof.recovery.cruising import protected
-from flightsw.sixdof.recovery.protection import Protection, RecoveryParams
+from flightsw.sixdof.recovery.protection import Felt, Protection, RecoveryParams
 from flightsw.sixdof.turning import compared, make_turning
 from flightsw.strict import Range
 from flightsw.terms import Laws
@@ -101,7 +101,7 @@ class RendezvousMission(Mission[ActuatorModel]):
             e.speed("rendezvous.pilot.guidance.speed_mps less or plus trim_mps", speed)
         self.alt_m = p.guid.alt_m
         self.V0 = p.rendezvous.pilot.guidance.speed_mps
-        self.guard = Protection(ac, self.alt_m) if p.recovery.on else None
+        self.guard = Protection(ac, self.alt_m, period_s) if p.recovery.on else None
         self.out = GuidanceCmd(V=self.V0, alt_m=self.alt_m, reason="waiting for navigation")
         self.met: RendezvousState | None = None
         self.t_phase_us = 0
@@ -117,7 +117,8 @@ class RendezvousMission(Mission[ActuatorModel]):
         mean = act.take_mean()
         updated, health = compared(self.turning, self.nav.core, f, mean, self.nav.out, updated, health, dt)
         heard = updated if self.guard is None else self.guard.sound(updated)
-        nav = self.nav.step(f, mean, health, heard)
+        acted = mean if self.guard is None else self.guard.acted(mean)
+        nav = self.nav.step(f, acted, health, heard)
         self.met = self.track.step(f, nav, updated)
         if self.joined:
             g = self.guid.step(f, nav, dt)
@@ -125,7 +126,8 @@ class RendezvousMission(Mission[ActuatorModel]):
         else:
             g = self._rendezvous(f, nav, dt)
         self.pilot.report(self.met)
-        taken = protected(self.guard, self.ctrl.terms, f, nav, g, updated, health, dt, self.nav)
+        felt = Felt(mean, self.turning)
+        taken = protected(self.guard, self.ctrl.terms, f, nav, g, updated, health, felt, dt, self.nav)
         if taken is not None:
             u, throttle = taken
         elif nav.valid:

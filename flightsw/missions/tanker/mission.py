@@ -22,7 +22,7 @@ from flightsw.sixdof.estimator import AirframeNav
 from flightsw.sixdof.estimator_core import NavParams
 from flightsw.sixdof.excitation import Excitation, ExcitationParams
 from flightsw.sixdof.recovery.cruising import protected
-from flightsw.sixdof.recovery.protection import Protection, RecoveryParams
+from flightsw.sixdof.recovery.protection import Felt, Protection, RecoveryParams
 from flightsw.sixdof.turning import compared, make_turning
 from flightsw.sixdof.windcal.feed import make_wind_calibration
 from flightsw.sixdof.windcal.params import WindCalParams
@@ -76,7 +76,7 @@ class TankerMission(Mission[ActuatorModel]):
         e.speed("guid.V_mps", p.guid.V_mps)
         e.turn("guid.turn_rate_degps", p.guid.turn_rate_degps, p.guid.V_mps)
         self.alt_m = p.guid.alt_m
-        self.guard = Protection(ac, self.alt_m) if p.recovery.on else None
+        self.guard = Protection(ac, self.alt_m, period_s) if p.recovery.on else None
         self.turning = make_turning(ac, p.nav)
         self.tests = Excitation(ac, p.excitation, period_s) if p.excitation.on else None
 
@@ -87,9 +87,11 @@ class TankerMission(Mission[ActuatorModel]):
         mean = act.take_mean()
         updated, health = compared(self.turning, self.nav.core, f, mean, self.nav.out, updated, health, dt)
         heard = updated if self.guard is None else self.guard.sound(updated)
-        nav = self.nav.step(f, mean, health, heard)
+        acted = mean if self.guard is None else self.guard.acted(mean)
+        nav = self.nav.step(f, acted, health, heard)
         g = self.guid.step(f, nav, dt)
-        taken = protected(self.guard, self.ctrl.terms, f, nav, g, updated, health, dt, self.nav)
+        felt = Felt(mean, self.turning)
+        taken = protected(self.guard, self.ctrl.terms, f, nav, g, updated, health, felt, dt, self.nav)
         if taken is not None:
             u, throttle = taken
         elif nav.valid:

@@ -7,7 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
-from flightsw.sixdof.recovery.protection import Protection, Rejoin
+from flightsw.sixdof.recovery.protection import Felt, Protection, Rejoin
 from flightsw.terms import LawTerms
 from flightsw.types import GuidanceCmd, Health, NavState, SensorFrame
 
@@ -31,13 +31,13 @@ def cruise(V: float, alt_m: float, nav: NavState) -> Rejoin:
 
 def protected(
     guard: Protection | None, law: LawTerms, f: SensorFrame, nav: NavState, g: GuidanceCmd, updated: int, health: Health,
-    dt: float, *estimators: Estimator,
+    felt: Felt, dt: float, *estimators: Estimator,
 ) -> tuple[np.ndarray, float] | None:  # fmt: skip
     """The recovery law's command (as Protection.fly) while it has it, dt [s] after the last step; None: `law` flies by g."""
     if guard is None:
         return None
     rejoin = cruise(g.V, g.alt_m, nav)
-    if guard.step(f, nav, updated, health, rejoin, dt):
+    if guard.step(f, nav, updated, health, rejoin, felt, dt):
         law.open()
     if guard.anew:
         for e in estimators:

@@ -13,6 +13,8 @@ import numpy as np
 from flightsw.aircraft import Aircraft
 from flightsw.kernels.atmosphere import G0
 from flightsw.sixdof.actuators import surface_limits, thrust_available
+from flightsw.sixdof.recovery.answer import AILERON, ELEVATOR, RUDDER, Answer
+from flightsw.sixdof.recovery.degraded import Without
 from flightsw.sixdof.recovery.readings import Readings
 from flightsw.terms import LawTerms, Output
 from flightsw.types import Vec3
@@ -39,11 +41,12 @@ NEAR = math.radians(10.0)  # [rad] of path and bank: level enough for the integr
 
 @dataclass(slots=True)
 class Wanted:
-    """Of level flight: airspeed [m/s], bank [rad, + right], path angle [rad]."""
+    """Of level flight: airspeed [m/s], bank [rad, + right], path angle [rad]; side to bank to where bank has to make the path."""
 
     V: float
     bank: float = 0.0
     path: float = 0.0
+    side: float = 1.0  # +1 right, -1 left
 
 
 class RecoveryLaw:
@@ -59,6 +62,7 @@ class RecoveryLaw:
             "recovery", (*(Output(x, "rad") for x in ("aileron", "elevator", "rudder")), Output("thrust", "N"))
         )
         self.bank = self.path = 0.0
+        self.without = Without(ac)
         self.reset()
 
     def reset(self) -> None:
@@ -70,8 +74,8 @@ class RecoveryLaw:
         self._swing = 0.0  # [rad/s] of the incidence
         self._trim = 0.0  # [rad/s^2] pitch acceleration the file's moments do not give
 
-    def step(self, s: Readings, want: Wanted, dt: float) -> tuple[np.ndarray, float]:
-        """Command (surfaces [rad] and thrust [N] [4], throttle 0..1), dt [s] after the last (recovery.md 2 to 6)."""
+    def step(self, s: Readings, want: Wanted, answer: Answer, dt: float) -> tuple[np.ndarray, float]:
+        """Command (surfaces [rad] and thrust [N] [4], throttle 0..1), dt [s] after the last (recovery.md 2 to 6, 11)."""
         flow, lift, right = axes(s.alpha, s.beta)
         up = (-s.down[0], -s.down[1], -s.down[2])
         climb, ahead, aside = _dot(up, flow), _dot(up, lift), _dot(up, right)
@@ -79,9 +83,14 @@ class RecoveryLaw:
         self.path = math.atan2(climb, across)
         self.bank = -math.atan2(aside, ahead)
         self._k = self._gains(s)
+        if answer.failed == ELEVATOR:
+            want.bank = self.without.bank(s, self.path, want.path, want.side, dt)
+            want.V = self.without.speed(s, want.bank)
         roll, load = self._path(s, want, climb, ahead, aside, across, dt)
         p, q, r = self._rates(s, roll, load, ahead, aside)
         u = self._surfaces(s, p, q, r)
+        if answer.failed >= 0:
+            u = self._degraded(s, want, answer, u, roll, p, -G0 / s.V * aside)
         thrust, avail = self._thrust(s, want, climb)
         sent = [min(max(x, self.lim[i, 0]), self.lim[i, 1]) for i, x in enumerate(u)]
         if sent[1] == u[1]:
@@ -91,6 +100,15 @@ class RecoveryLaw:
             o.give(asked, 0.0, 0.0, given)
         self.terms.closed = True
         return np.array([*sent, thrust]), thrust / avail
+
+    def _degraded(self, s: Readings, want: Wanted, answer: Answer, u: Vec3, roll: float, p: float, r: float) -> Vec3:
+        """Surfaces u [rad] where one does not answer: roll [rad] to go, roll and yaw rate wanted [rad/s]."""
+        lost, at = self.without, answer.at
+        if answer.failed == ELEVATOR:
+            return u[0], lost.creep(s, at[ELEVATOR], self.path, want.path), u[2]
+        if answer.failed == AILERON:
+            return 0.0, u[1], lost.rudder(s, at[AILERON], lost.roll(s, roll), r, self._k[2])
+        return lost.aileron(s, at[RUDDER], p, self._k[0]), u[1], 0.0
 
     def _gains(self, s: Readings) -> Vec3:
         """Of the body rates [1/s]: a surface at its limit at an error of AT_FULL (recovery.md 4)."""

@@ -13,12 +13,14 @@ import numpy as np
 from flightsw.aircraft import Aircraft
 from flightsw.kernels.rotations import dcm_from_quat
 from flightsw.sixdof.load_limit import LoadLimit
+from flightsw.sixdof.recovery.answer import NAMES, Answer
 from flightsw.sixdof.recovery.law import RecoveryLaw, Wanted
 from flightsw.sixdof.recovery.motion import angle
 from flightsw.sixdof.recovery.readings import Readings
 from flightsw.sixdof.recovery.rough import RoughAirLaw
 from flightsw.sixdof.recovery.turbulence import RoughAirParams, Turbulence
-from flightsw.types import HF_GNSS, UPD_ATT, GuidanceCmd, Health, NavState, SensorFrame, Text
+from flightsw.sixdof.turning import Turning
+from flightsw.types import HF_GNSS, HF_IMU, UPD_ATT, GuidanceCmd, Health, NavState, SensorFrame, Text
 
 BANK_BEYOND, PITCH_BEYOND = math.radians(20.0), math.radians(25.0)  # [rad] above the file's largest bank; either way
 RATE_BEYOND = (
@@ -64,8 +66,17 @@ class Rejoin:
     V: float | None = None
     away: tuple[float, float] | None = None
     path: float = 0.0
+    side: float = 1.0  # to bank to where bank has to make the path: +1 right, -1 left
     ready: bool = True
     strange: str = ""  # why the law cannot fly from here at all
+
+
+@dataclass(frozen=True, slots=True)
+class Felt:
+    """What a step has besides its sensors. u [4]: mean controls believed to have acted (surfaces rad, thrust N)."""
+
+    u: np.ndarray
+    turning: Turning | None  # gyro and reference compared
 
 
 @dataclass
@@ -74,6 +85,7 @@ class Protection:
 
     ac: Aircraft
     h_m: float  # taken for the height until one is measured
+    period_s: float  # of `step`
     rough: RoughAirParams | None = None  # None: no air is too rough
     texts: list[Text] = field(default_factory=list)
     why: str = ""
@@ -85,6 +97,7 @@ class Protection:
     def __post_init__(self) -> None:
         self.readings = Readings(self.ac, self.h_m)
         self.law = RecoveryLaw(self.ac)
+        self.answer = Answer(self.ac, self.period_s)
         self._load = LoadLimit(self.ac)
         self._told_s = 0.0  # until another elevator that is held back is told
         self.air = None if self.rough is None else Turbulence(self.rough)
@@ -102,11 +115,23 @@ class Protection:
         """Of the UPD_* bits of a step those an estimator may use: an attitude that does not turn with the aircraft is none."""
         return updated & ~UPD_ATT if self.readings.motion.doubted else updated
 
-    def step(self, f: SensorFrame, nav: NavState, updated: int, health: Health, rejoin: Rejoin, dt: float) -> bool:
+    def acted(self, u: np.ndarray) -> np.ndarray:
+        """Mean controls u [4] believed to have acted, with a surface that does not answer where it is."""
+        j = self.answer.failed
+        if j < 0:
+            return u
+        out = u.copy()
+        out[j] = self.answer.at[j]
+        return out
+
+    def step(
+        self, f: SensorFrame, nav: NavState, updated: int, health: Health, rejoin: Rejoin, felt: Felt, dt: float
+    ) -> bool:
         """Look at frame f and estimate nav, dt [s] after the last; whether `fly` has the command now."""
         s = self.readings
         doubted = s.motion.doubted
         s.step(f, updated, health, dt)
+        self._answering(felt, health, dt)
         if s.motion.doubted != doubted:
             again, not_now = Text(5, "attitude reference good again"), Text(4, "attitude reference does not turn along")
             self.texts.append(again if doubted else not_now)
@@ -134,6 +159,16 @@ class Protection:
             self._come_back(nav, apart, rejoin, dt)
         return self.active
 
+    def _answering(self, felt: Felt, health: Health, dt: float) -> None:
+        """Whether surfaces and thrust do; where not, the comparison of gyro and reference has no moments to judge by."""
+        a, turning = self.answer, felt.turning
+        alike = turning is None or turning.alike
+        a.step(self.readings, felt.u, alike and not self.readings.motion.doubted and not health.failed & HF_IMU, dt)
+        if turning is not None:
+            turning.moments_hold = a.failed < 0
+        self.texts += a.texts
+        a.texts = []
+
     def bound(self, u: np.ndarray, f: SensorFrame, nav: NavState) -> np.ndarray:
         """LoadLimit.bound of a law's command u [4], told when it begins to hold back."""
         out = self._load.bound(u, f, nav)
@@ -155,7 +190,9 @@ class Protection:
         if self._phase == RIDING and self._ride is not None:
             return self._ride.step(s, self._climb, rejoin.path, dt)
         want = Wanted(self._V_keep)
-        if self._phase == HOLDING:
+        if self.answer.failed >= 0:
+            want.path, want.side = rejoin.path, rejoin.side
+        elif self._phase == HOLDING:
             if rejoin.V is not None:
                 want.V = rejoin.V
             if rejoin.away is not None:
@@ -163,7 +200,7 @@ class Protection:
             want.path = rejoin.path
         lo, hi = self.ac.limits.V_min_mps, self.ac.limits.V_max_mps
         want.V = min(max(want.V, lo + SPEED_APART), hi - SPEED_APART)
-        return self.law.step(s, want, dt)
+        return self.law.step(s, want, self.answer, dt)
 
     def _towards(self, north: float, east: float) -> tuple[float, float]:
         """Airspeed [m/s] and bank [rad] that take on a change of velocity [m/s, NED]."""
@@ -196,7 +233,9 @@ class Protection:
         over = min(max(abs(x) / most for x, most in zip(w, RATE_BEYOND, strict=True)) for w in turning)
         off = s.V_measured and (max(speeds) < limits.V_min_mps or min(speeds) > limits.V_max_mps)
         deg = math.degrees
+        failed = self.answer.failed
         seen = (
+            (failed >= 0, ATTITUDE_S, f"{NAMES[failed]} does not answer"),
             (abs(bank) > math.radians(limits.bank_max_deg) + BANK_BEYOND and abs(pitch) < SIDEWAYS, ATTITUDE_S,
              f"bank {deg(bank):.0f} deg"),
             (abs(pitch) > PITCH_BEYOND, ATTITUDE_S, f"pitch {deg(pitch):.0f} deg"),
@@ -269,7 +308,7 @@ class Protection:
         if not good and (abs(law.bank) > 2.0 * TURN_MOST or abs(law.path) > 3.0 * LEVEL):
             self._phase, self._suspect = RECOVERING, True
         straight = abs(law.bank) < 2.0 * LEVEL
-        ready = good and straight and nav.valid and not apart and rejoin.ready
+        ready = self.answer.failed < 0 and good and straight and nav.valid and not apart and rejoin.ready
         self._ready_s = self._ready_s + dt if ready else 0.0
         if self._ready_s >= READY_S:
             self._phase, self.active, self.ended, self.why = OUT, False, True, ""

@@ -67,6 +67,14 @@ class Readings:
         self.q = 0.0
 
     @property
+    def swing(self) -> float:
+        """[rad/s] of the incidence, by rates and forces."""
+        ca, sa = math.cos(self.alpha), math.sin(self.alpha)
+        a, d = self.force, self.down
+        across = (a[2] + G0 * d[2]) * ca - (a[0] + G0 * d[0]) * sa
+        return self.w[1] + across / self.V - self.w[0] * math.tan(self.beta)
+
+    @property
     def mass(self) -> float:
         """[kg]"""
         return float(self._P[M])
