@@ -9,12 +9,14 @@ import pytest
 
 from flightsw.aircraft import load_aircraft
 from flightsw.sixdof.load_limit import AHEAD_S, LoadLimit
-from flightsw.sixdof.recovery.protection import Protection, Rejoin
+from flightsw.sixdof.recovery.given import Felt, Rejoin
+from flightsw.sixdof.recovery.protection import Protection
 from flightsw.types import ActuatorCmd, Health, NavState, SensorFrame
 from sim_plant.kernels import layout as n
 from sim_plant.scenario import load_scenario
 from sim_plant.world import World
 
+FELT = Felt(np.zeros(4), None)
 SETS = {
     "wind.wake.source": "",
     "wind.dryden.sigma_mps": 0.0,
@@ -62,10 +64,10 @@ def test_load_is_that_of_the_flight_a_quarter_second_after_the_servo(step_deg: f
 
 def test_holding_an_elevator_back_is_told_once_while_it_lasts() -> None:
     _, nav, u = world()
-    guard, frame = Protection(load_aircraft("learjet24"), 7010.0), SensorFrame()
+    guard, frame = Protection(load_aircraft("learjet24"), 7010.0, 0.05), SensorFrame()
     hard = u + np.array([0.0, math.radians(14.0), 0.0, 0.0])
     for _ in range(20):
-        guard.step(frame, NavState(), 0, Health(), Rejoin(), 0.05)
+        guard.step(frame, NavState(), 0, Health(), Rejoin(), FELT, 0.05)
         assert guard.bound(hard, frame, nav)[1] < hard[1]
     [text] = guard.texts
     assert text.text.startswith("elevator held back: -") and text.severity == 4

@@ -10,13 +10,16 @@ import pytest
 
 from flightsw.aircraft import load_aircraft
 from flightsw.kernels.rotations import dcm_from_euler, quat_from_euler, rotate_dcm
+from flightsw.sixdof.recovery.answer import Answer
 from flightsw.sixdof.recovery.cruising import cruise
+from flightsw.sixdof.recovery.given import Felt, Rejoin
 from flightsw.sixdof.recovery.law import RecoveryLaw, Wanted
 from flightsw.sixdof.recovery.motion import angle
-from flightsw.sixdof.recovery.protection import HOLDING, Protection, Rejoin
+from flightsw.sixdof.recovery.protection import HOLDING, Protection
 from flightsw.sixdof.recovery.readings import COAST_S, V_COAST_S, Readings
 from flightsw.types import HF_ATT, UPD_AIR, UPD_ATT, UPD_BARO, UPD_IMU, Health, NavState, SensorFrame, Vec3
 
+FELT = Felt(np.zeros(4), None)
 AC = load_aircraft("learjet24")
 DT, V, H = 0.05, 190.0, 7010.0
 NEW = UPD_IMU | UPD_BARO | UPD_AIR | UPD_ATT
@@ -45,7 +48,7 @@ def command(f: SensorFrame, steps: int = 1) -> tuple[np.ndarray, float, Recovery
     s, law = Readings(AC, H), RecoveryLaw(AC)
     for _ in range(steps):
         s.step(f, NEW, GOOD, DT)
-        u, throttle = law.step(s, Wanted(V), DT)
+        u, throttle = law.step(s, Wanted(V), Answer(AC, DT), DT)
     return u, throttle, law
 
 
@@ -154,7 +157,7 @@ def fly(p: Protection, f: SensorFrame, nav: NavState, seconds: float, rejoin: Re
     """The same readings for a while."""
     for _ in range(round(seconds / DT)):
         r = Rejoin() if rejoin is None else rejoin
-        p.step(f, nav, NEW, GOOD, r, DT)
+        p.step(f, nav, NEW, GOOD, r, FELT, DT)
         if p.active:
             p.fly(r, DT)
 
@@ -167,7 +170,7 @@ def fly(p: Protection, f: SensorFrame, nav: NavState, seconds: float, rejoin: Re
     ],
 )  # fmt: skip
 def test_what_is_beyond_the_envelope_is_taken_and_announced(f: SensorFrame, word: str) -> None:
-    p = Protection(AC, H)
+    p = Protection(AC, H, DT)
     fly(p, f, nav_of(f), 1.5)
     assert p.active and p.texts[0].severity == 4 and p.texts[0].text.startswith(f"recovery: {word}")
 
@@ -176,14 +179,14 @@ def test_what_is_beyond_the_envelope_is_taken_and_announced(f: SensorFrame, word
     "f", [frame((0.0, 0.0, 60.0)), frame((0.0, 20.0, -60.0)), frame(V=145.0), frame(w=(0.8, 0.0, 0.0))]
 )
 def test_what_is_inside_is_left_alone(f: SensorFrame) -> None:
-    p = Protection(AC, H)
+    p = Protection(AC, H, DT)
     fly(p, f, nav_of(f), 3.0)
     assert not p.active and not p.texts
 
 
 def test_one_sensor_alone_takes_no_command() -> None:
     """Airspeed or incidence the estimate does not share is a sensor's; one that has no estimate to ask goes by it."""
-    p, slow = Protection(AC, H), frame(V=130.0)
+    p, slow = Protection(AC, H, DT), frame(V=130.0)
     fly(p, slow, replace(nav_of(slow), V=V), 3.0)
     assert not p.active
     fly(p, slow, nav_of(slow, valid=False), 2.0)
@@ -191,14 +194,14 @@ def test_one_sensor_alone_takes_no_command() -> None:
 
 
 def test_it_comes_back_by_steps_and_the_estimate_begins_again() -> None:
-    p, over, level = Protection(AC, H), frame((0.0, 0.0, 80.0)), frame((0.0, 1.7, 0.0))
+    p, over, level = Protection(AC, H, DT), frame((0.0, 0.0, 80.0)), frame((0.0, 1.7, 0.0))
     fly(p, over, nav_of(over), 0.1)
     assert p.active
     p.readings.known = False  # as if it had rolled back in between
-    p.step(level, nav_of(level), NEW, GOOD, Rejoin(ready=False), DT)
+    p.step(level, nav_of(level), NEW, GOOD, Rejoin(ready=False), FELT, DT)
     anew = 0
     for _ in range(round(12.0 / DT)):
-        p.step(level, nav_of(level), NEW, GOOD, Rejoin(ready=False), DT)
+        p.step(level, nav_of(level), NEW, GOOD, Rejoin(ready=False), FELT, DT)
         p.fly(Rejoin(), DT)
         anew += p.anew
     assert p.active and p._phase == HOLDING and anew == 1  # level, and not where the law can have it
@@ -209,7 +212,7 @@ def test_it_comes_back_by_steps_and_the_estimate_begins_again() -> None:
 
 
 def test_lost_navigation_is_flown_level_once_there_has_been_one() -> None:
-    p, f = Protection(AC, H), frame((0.0, 1.7, 0.0))
+    p, f = Protection(AC, H, DT), frame((0.0, 1.7, 0.0))
     fly(p, f, nav_of(f, valid=False), 3.0)
     assert not p.active
     fly(p, f, nav_of(f), 1.0)

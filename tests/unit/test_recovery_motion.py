@@ -9,10 +9,12 @@ import pytest
 
 from flightsw.aircraft import load_aircraft
 from flightsw.kernels.rotations import dcm_from_euler, quat_from_euler, to_child, vec3
+from flightsw.sixdof.recovery.given import Felt, Rejoin
 from flightsw.sixdof.recovery.motion import AGREES_S, LENGTH_S, angle
-from flightsw.sixdof.recovery.protection import Protection, Rejoin
+from flightsw.sixdof.recovery.protection import Protection
 from flightsw.types import UPD_AIR, UPD_ATT, UPD_BARO, UPD_GNSS, UPD_IMU, Health, NavState, SensorFrame, Vec3
 
+FELT = Felt(np.zeros(4), None)
 DT, V, H, G = 0.05, 195.0, 7010.0, 9.80665
 TURN = math.radians(1.7)  # [rad/s]
 NEW = UPD_IMU | UPD_BARO | UPD_AIR | UPD_ATT | UPD_GNSS
@@ -43,10 +45,10 @@ def frame(t: float, rate: float, still_s: float = math.inf, bias: Vec3 = STRAIGH
 
 def fly(until_s: float, rate: float, still_s: float = math.inf, **more: object) -> tuple[Protection, float]:
     """The protection after until_s [s], and since when the reference has been doubted."""
-    guard, since = Protection(load_aircraft("learjet24"), H), math.inf
+    guard, since = Protection(load_aircraft("learjet24"), H, DT), math.inf
     for k in range(round(until_s / DT)):
         f = frame(k * DT, rate, still_s, **more)  # type: ignore[arg-type]
-        guard.step(f, NavState(), f.updated, Health(), Rejoin(), DT)
+        guard.step(f, NavState(), f.updated, Health(), Rejoin(), FELT, DT)
         if guard.readings.motion.doubted:
             since = min(since, k * DT)
     return guard, since
@@ -77,11 +79,11 @@ def test_a_wrong_gyro_is_not_laid_on_the_reference(bias: Vec3, rate: float) -> N
 @pytest.mark.parametrize("rate", [TURN, -3.0 * TURN])
 def test_an_imu_that_stands_still_is_not_laid_on_the_reference(rate: float) -> None:
     """Gyro and accelerometers stay at level flight while the aircraft begins to turn."""
-    guard, level = Protection(load_aircraft("learjet24"), H), frame(0.0, 0.0)
+    guard, level = Protection(load_aircraft("learjet24"), H, DT), frame(0.0, 0.0)
     for k in range(round(20.0 / DT)):
         f = frame(max(k * DT - 5.0, 0.0), rate if k * DT >= 5.0 else 0.0)
         f.gyro_mean_b, f.acc_mean_b = level.gyro_mean_b, level.acc_mean_b
-        guard.step(f, NavState(), f.updated, Health(), Rejoin(), DT)
+        guard.step(f, NavState(), f.updated, Health(), Rejoin(), FELT, DT)
         assert not guard.readings.motion.doubted
 
 
@@ -95,7 +97,7 @@ def test_it_is_taken_again_by_turning_along_for_long() -> None:
     doubts = []
     for k in range(steps):
         f = frame(20.0 + k * DT, TURN)
-        guard.step(f, NavState(), f.updated, Health(), Rejoin(), DT)
+        guard.step(f, NavState(), f.updated, Health(), Rejoin(), FELT, DT)
         doubts.append(guard.readings.motion.doubted)
     assert doubts[round(0.8 * AGREES_S / DT)] and not doubts[-1]
     assert guard.texts[-1].text == "attitude reference good again"

@@ -12,9 +12,10 @@ from flightsw.aircraft import load_aircraft
 from flightsw.kernels.rotations import quat_from_euler
 from flightsw.missions.receiver.integrity.params import IntegrityParams
 from flightsw.missions.receiver.mission import ReceiverMission, ReceiverParams
+from flightsw.sixdof.recovery.given import Felt, Rejoin
+from flightsw.sixdof.recovery.given import RecoveryParams as Recovery
 from flightsw.sixdof.recovery.law import RecoveryLaw
-from flightsw.sixdof.recovery.protection import HOLDING, Protection, Rejoin
-from flightsw.sixdof.recovery.protection import RecoveryParams as Recovery
+from flightsw.sixdof.recovery.protection import HOLDING, Protection
 from flightsw.sixdof.recovery.readings import Readings
 from flightsw.sixdof.recovery.rough import RoughAirLaw
 from flightsw.sixdof.recovery.turbulence import RoughAirParams, Turbulence
@@ -22,6 +23,7 @@ from flightsw.strict import ConfigError
 from flightsw.types import UPD_AIR, UPD_ATT, UPD_BARO, UPD_IMU, Health, NavState, SensorFrame, Vec3
 from sim_plant.wind.dryden import DrydenSeries
 
+FELT = Felt(np.zeros(4), None)
 AC = load_aircraft("learjet24")
 DT, V, H, L = 0.05, 195.0, 7010.0, 533.4
 NEW = UPD_IMU | UPD_BARO | UPD_AIR | UPD_ATT
@@ -167,10 +169,10 @@ def test_it_slows_to_its_airspeed() -> None:
 
 
 def test_the_command_is_taken_in_rough_air_and_given_back_in_calm() -> None:
-    g = Protection(AC, H, replace(P, calm_s=2.0))
+    g = Protection(AC, H, DT, replace(P, calm_s=2.0))
     rejoin, taken, held = Rejoin(V=V), -1.0, -1.0
     for i, w in enumerate([*gusts(6.22, 3, 10.0), *np.zeros((800, 3))]):
-        g.step(frame((w[0], w[1], w[2])), LOST, NEW, GOOD, rejoin, DT)
+        g.step(frame((w[0], w[1], w[2])), LOST, NEW, GOOD, rejoin, FELT, DT)
         taken = i * DT if g.began else taken
         held = i * DT if g._phase == HOLDING and held < 0.0 else held
     assert 1.0 < taken < 4.0 and g.active and held > 10.0 + 2.0
@@ -178,19 +180,19 @@ def test_the_command_is_taken_in_rough_air_and_given_back_in_calm() -> None:
 
 
 def test_air_is_never_too_rough_for_a_protection_that_is_not_told() -> None:
-    g = Protection(AC, H)
+    g = Protection(AC, H, DT)
     for w in gusts(6.22, 3, 10.0):
-        g.step(frame((w[0], w[1], w[2])), LOST, NEW, GOOD, Rejoin(), DT)
+        g.step(frame((w[0], w[1], w[2])), LOST, NEW, GOOD, Rejoin(), FELT, DT)
     assert not g.active and not g.texts
 
 
 def test_outside_the_envelope_recovery_has_it_whatever_the_air() -> None:
-    g = Protection(AC, H, P)
+    g = Protection(AC, H, DT, P)
     for w in gusts(6.22, 3, 5.0):
-        g.step(frame((w[0], w[1], w[2])), LOST, NEW, GOOD, Rejoin(), DT)
+        g.step(frame((w[0], w[1], w[2])), LOST, NEW, GOOD, Rejoin(), FELT, DT)
     assert g.riding
     g.readings = Readings(AC, H)  # the reference is believed at once
-    g.step(frame(bank=1.6), LOST, NEW, GOOD, Rejoin(), DT)
+    g.step(frame(bank=1.6), LOST, NEW, GOOD, Rejoin(), FELT, DT)
     assert g.active and not g.riding and "bank" in g.why
 
 

@@ -33,7 +33,7 @@ from flightsw.sixdof.estimator import AirframeNav
 from flightsw.sixdof.estimator_core import NavParams, failed_bits
 from flightsw.sixdof.layout import TK, TK_DCM, TK_VEL
 from flightsw.sixdof.recovery.cruising import protected
-from flightsw.sixdof.recovery.protection import Felt
+from flightsw.sixdof.recovery.given import Felt
 from flightsw.sixdof.turning import compared, make_turning
 from flightsw.strict import Range
 from flightsw.terms import Laws

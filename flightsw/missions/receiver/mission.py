@@ -32,7 +32,8 @@ from flightsw.sixdof.actuators import ActuatorModel
 from flightsw.sixdof.command import ScheduleParams
 from flightsw.sixdof.estimator_core import NavParams
 from flightsw.sixdof.layout import TK, TK_DCM, TK_VN
-from flightsw.sixdof.recovery.protection import Felt, Protection, RecoveryParams, Rejoin
+from flightsw.sixdof.recovery.given import Felt, RecoveryParams, Rejoin
+from flightsw.sixdof.recovery.protection import Protection
 from flightsw.sixdof.recovery.turbulence import RoughAirParams
 from flightsw.sixdof.turning import compared, make_turning
 from flightsw.sixdof.windcal.feed import make_wind_calibration

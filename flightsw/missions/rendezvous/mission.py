@@ -29,7 +29,8 @@ from flightsw.sixdof.command import ScheduleParams
 from flightsw.sixdof.estimator import AirframeNav
 from flightsw.sixdof.estimator_core import NavParams
 from flightsw.sixdof.recovery.cruising import protected
-from flightsw.sixdof.recovery.protection import Felt, Protection, RecoveryParams
+from flightsw.sixdof.recovery.given import Felt, RecoveryParams
+from flightsw.sixdof.recovery.protection import Protection
 from flightsw.sixdof.turning import compared, make_turning
 from flightsw.strict import Range
 from flightsw.terms import Laws

@@ -22,7 +22,8 @@ from flightsw.sixdof.estimator import AirframeNav
 from flightsw.sixdof.estimator_core import NavParams
 from flightsw.sixdof.excitation import Excitation, ExcitationParams
 from flightsw.sixdof.recovery.cruising import protected
-from flightsw.sixdof.recovery.protection import Felt, Protection, RecoveryParams
+from flightsw.sixdof.recovery.given import Felt, RecoveryParams
+from flightsw.sixdof.recovery.protection import Protection
 from flightsw.sixdof.turning import compared, make_turning
 from flightsw.sixdof.windcal.feed import make_wind_calibration
 from flightsw.sixdof.windcal.params import WindCalParams

@@ -7,7 +7,8 @@ from typing import Protocol
 
 import numpy as np
 
-from flightsw.sixdof.recovery.protection import Felt, Protection, Rejoin
+from flightsw.sixdof.recovery.given import Felt, Rejoin
+from flightsw.sixdof.recovery.protection import Protection
 from flightsw.terms import LawTerms
 from flightsw.types import GuidanceCmd, Health, NavState, SensorFrame
 

@@ -14,12 +14,12 @@ from flightsw.aircraft import Aircraft
 from flightsw.kernels.rotations import dcm_from_quat
 from flightsw.sixdof.load_limit import LoadLimit
 from flightsw.sixdof.recovery.answer import NAMES, Answer
+from flightsw.sixdof.recovery.given import Felt, Rejoin
 from flightsw.sixdof.recovery.law import RecoveryLaw, Wanted
 from flightsw.sixdof.recovery.motion import angle
 from flightsw.sixdof.recovery.readings import Readings
 from flightsw.sixdof.recovery.rough import RoughAirLaw
 from flightsw.sixdof.recovery.turbulence import RoughAirParams, Turbulence
-from flightsw.sixdof.turning import Turning
 from flightsw.types import HF_GNSS, HF_IMU, UPD_ATT, GuidanceCmd, Health, NavState, SensorFrame, Text
 
 BANK_BEYOND, PITCH_BEYOND = math.radians(20.0), math.radians(25.0)  # [rad] above the file's largest bank; either way
@@ -46,37 +46,6 @@ TURN_MOST, K_TURN = math.radians(20.0), 0.15  # [rad] of bank, [1/s]
 TELL_S = 5.0  # [s] without it, before it is told again
 CLIMB_AGE_US = 500_000  # [us] of a rate of climb by GNSS
 OUT, RECOVERING, HOLDING, RIDING = range(4)  # riding: rough air
-
-
-@dataclass(frozen=True)
-class RecoveryParams:
-    """[recovery] of a flight file."""
-
-    on: bool = True  # the command is taken outside the envelope and without navigation
-
-
-@dataclass(slots=True)
-class Rejoin:
-    """What is flown once level, and when the law may have the command back: all of it by the mission.
-
-    V [m/s] airspeed, None: as it is; away [m/s, NED] velocity to take on, None: straight on; path [rad]; ready: the law can fly
-    from here.
-    """
-
-    V: float | None = None
-    away: tuple[float, float] | None = None
-    path: float = 0.0
-    side: float = 1.0  # to bank to where bank has to make the path: +1 right, -1 left
-    ready: bool = True
-    strange: str = ""  # why the law cannot fly from here at all
-
-
-@dataclass(frozen=True, slots=True)
-class Felt:
-    """What a step has besides its sensors. u [4]: mean controls believed to have acted (surfaces rad, thrust N)."""
-
-    u: np.ndarray
-    turning: Turning | None  # gyro and reference compared
 
 
 @dataclass
