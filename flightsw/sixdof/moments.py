@@ -55,7 +55,7 @@ class Moments:
 
     def begin(self) -> None:
         """Anew after a gap; what is learnt stays."""
-        self._wild: deque[bool] = deque(maxlen=MOST + 1)
+        self._wild: deque[tuple[int, ...]] = deque(maxlen=MOST + 1)  # per axis -1, 0, +1: beyond, and to which side
 
     def weigh(self, fuel_kg: float) -> None:
         """The fuel on board [kg]."""
@@ -73,15 +73,19 @@ class Moments:
         return moment_rates(x.V, x.beta, x.alpha, w, x.u, x.rho, self._P, self._fm)  # type: ignore[no-any-return]
 
     def wild(self, a: Step, b: Step, s: Step) -> bool:
-        """Whether the gyro's rates go to and fro as no moments do: most of the last steps beyond what they scatter by. a, b, s:
-        three steps in a row, of which the last is new."""
+        """Whether the gyro's rates go to and fro as no moments do: most of the last steps beyond what they scatter by, to both
+        sides (to one alone goes an aircraft whose surface runs away). a, b, s: three steps in a row, of which the last is new."""
         w0 = [x / b.dt for x in less(b.turn, a.turn)]
         model = self._rates(s, np.array(w0))
         for i, turn in enumerate(less(s.turn, b.turn)):
             self._lack[i] = (turn / s.dt - w0[i]) / s.dt - model[i]
-        off = [(x - m) ** 2 for x, m in zip(self._lack, self._lasting, strict=True)]
-        self._wild.append(any(x > max(WILD**2 * y, LEAST_WILD**2) for x, y in zip(off, self._jump, strict=True)))
-        return sum(self._wild) >= MOST
+        sides = []
+        for x, m, y in zip(self._lack, self._lasting, self._jump, strict=True):
+            off = x - m
+            sides.append(int(math.copysign(1.0, off)) if off * off > max(WILD**2 * y, LEAST_WILD**2) else 0)
+        self._wild.append(tuple(sides))
+        axes = [set(axis) for axis in zip(*self._wild, strict=True)]
+        return sum(any(x) for x in self._wild) >= MOST and any({-1, 1} <= axis for axis in axes)
 
     def learn(self, dt: float) -> None:
         """From the step `wild` was asked of, dt [s] long: lasting moments the model lacks, and the gyro's scatter."""

@@ -21,7 +21,7 @@ from flightsw.sixdof.estimator_core import NavParams
 from flightsw.sixdof.gating import TrustedCore
 from flightsw.sixdof.layout import X_BETA, X_PHI
 from flightsw.sixdof.moments import Moments, Step
-from flightsw.types import HF_ATT, HF_IMU, UPD_ATT, UPD_IMU, Health, NavState, SensorFrame, Text, Vec3
+from flightsw.types import HF_ATT, HF_IMU, UPD_ATT, UPD_IMU, ZERO3, Health, NavState, SensorFrame, Text, Vec3
 
 WINDOWS_S = (0.3, 1.0)  # [s] a fast fault in the first, a slow one in the last
 BEFORE_S = 0.5  # [s] before a window in which it has shown, a fault had not begun
@@ -67,11 +67,6 @@ class Turning:
         self._said = dict.fromkeys((0, HF_IMU, HF_ATT), 0)
         self._moments.begin()
         self._calm_s = 0.0
-
-    @property
-    def alike(self) -> bool:
-        """Whether gyro and reference agree."""
-        return not self.out and self._calm_s > 0.0
 
     def step(
         self, f: SensorFrame, u: np.ndarray, nav: NavState, updated: int, health: Health, dt: float
@@ -171,14 +166,24 @@ class Turning:
 
     def _beyond(self, now: Step, then: Step) -> list[int]:
         """Axes about which reference and gyro disagree between two steps."""
+        more, sigma = less(now.more, then.more), self._sigmas(now, then)
+        return [i for i in range(3) if abs(more[i]) > self.k * sigma[i]]
+
+    def _sigmas(self, now: Step, then: Step) -> Vec3:
+        """[rad] by which the reference may turn more than the gyro between two steps."""
         span = now.t_s - then.t_s
         white = 2.0 * self._scatter + self.r_rate**2 * span * now.dt / max(self._count, 1) + (BIAS * span) ** 2
-        out = []
-        for i in range(3):
-            more, turned = now.more[i] - then.more[i], now.size[i] - then.size[i]
-            if more * more > self.k**2 * (white + (SCALE * turned) ** 2):
-                out.append(i)
-        return out
+        x, y, z = (math.sqrt(white + (SCALE * turned) ** 2) for turned in less(now.size, then.size))
+        return x, y, z
+
+    def lately(self) -> tuple[Vec3, Vec3]:
+        """Over the shortest window: by how much the reference has turned more than the gyro [rad], and one sigma of that; without
+        a sigma where nobody knows."""
+        began = self._before(WINDOWS_S[0]) if self._steps else -1
+        if began < 0 or self.out:
+            return ZERO3, (math.inf, math.inf, math.inf)
+        now, then = self._steps[-1], self._steps[began]
+        return less(now.more, then.more), self._sigmas(now, then)
 
     def _who(self, began: int, axes: list[int]) -> None:
         """Leave out who turns otherwise about `axes` than the moments have it, from the step `began` on, before the fault; nobody

@@ -28,6 +28,8 @@ LEAST = (math.radians(0.7), math.radians(0.5), math.radians(2.0))  # [rad] off t
 SHARE = 0.35  # [-] of what was commanded to and fro: so wrong may the file's derivatives be
 LEAST_THRUST, SHARE_THRUST = 0.08, 0.5  # [-] of what is available; of its changes: engines lag by more than believed
 TWICE = 2  # steps in a row
+DOUBTFUL = 0.5  # [-] of what is too far, beyond which nothing is learnt
+SEEN = 3.0  # sigmas of the reference
 
 
 class Answer:
@@ -48,35 +50,48 @@ class Answer:
             np.array([[c.Cl_da, c.Cl_dr, c.Cl_beta], [c.Cn_da, c.Cn_dr, c.Cn_beta], [0.0, c.CY_dr, c.CY_beta]])
         )
         self._n = tuple(max(round(T / dt_s), 2) for T in (SHORT_S, LONG_S))
-        self._off: deque[np.ndarray] = deque(maxlen=self._n[1])  # [7]: surfaces by vanes, by forces; thrust
+        self._off: deque[np.ndarray] = deque(maxlen=self._n[1])  # [8]: controls by the vanes, by the forces
         self._told: deque[np.ndarray] = deque(maxlen=round(THRUST_S / dt_s))  # [4] controls believed
         self._recent = round(MOTION_S / dt_s)
-        self._lasting, self._learnt_s = np.zeros(7), 0.0
-        self._square = np.zeros((2, 7))
+        self._lasting, self._learnt_s = np.zeros(8), 0.0
+        self._square = np.zeros((2, 8))
         self._count = [0, 0, 0, 0]
 
-    def step(self, s: Readings, u: np.ndarray, sure: bool, dt: float) -> None:
+    def step(self, s: Readings, u: np.ndarray, sound: bool, apart: tuple[Vec3, Vec3], dt: float) -> None:
         """u [4]: mean controls (surfaces rad, thrust N) believed to have acted over the dt [s] whose mean rates and forces s has;
-        sure: gyro and attitude reference agree, the aircraft is known."""
+        sound: nobody has found gyro or accelerometers wrong; apart: by how much the reference has turned more than the gyro about
+        each axis over SHORT_S [rad], and one sigma of that."""
         before, self._w = self._w, s.w
         acted, self._u = 0.5 * (self._u + u), u.copy()
-        if not (sure or self.failed >= 0) or before is None or not s.V_measured:
+        if not sound or before is None or not s.V_measured:
             self._off.clear()
             self._count = [0, 0, 0, 0]
             return
-        self._off.append(self._explained(s, before, dt) - np.concatenate((acted[:3], acted)))
+        self._off.append(self._explained(s, before, dt) - np.concatenate((acted, acted)))
         self._told.append(acted)
         if len(self._off) < self._n[0]:
             return
-        means = [np.mean(list(self._off)[-n:], axis=0) for n in self._n if len(self._off) >= n]
-        near = means[0] - self._lasting
+        means = [np.mean(list(self._off)[-n:], axis=0) - self._lasting for n in self._n if len(self._off) >= n]
+        near = means[0]
         self.at = (float(acted[0] + near[0]), float(acted[1] + near[1]), float(acted[2] + near[2]))
-        doubtful = self._judge(s, [m - self._lasting for m in means])
-        if not doubtful:
+        over = self._beyond(s, means)
+        self._judge(over, self._witnessed(s, near, apart), means[-1])
+        if self._learnt_s < LEARN_S or max(over) < DOUBTFUL:
             self._learn(means, dt)
 
+    def _witnessed(self, s: Readings, off: np.ndarray, apart: tuple[Vec3, Vec3]) -> list[bool]:
+        """Of each surface whether the turn it would have made over SHORT_S is one the reference has seen too: more than that can
+        miss, and more than it has turned otherwise than the gyro."""
+        c, g = self.ac.aero, self.ac.geometry
+        moments = (c.Cl_da * g.b_m, c.Cm_de * g.c_m, c.Cn_dr * g.b_m)
+        out = []
+        for j, (m, i) in enumerate(zip(moments, s.inertia, strict=True)):
+            turned = 0.5 * SHORT_S**2 * abs(m * s.q * g.S_m2 / i * float(off[j]))
+            out.append(turned > max(SEEN * apart[1][j], 2.0 * abs(apart[0][j])))
+        return out
+
     def _explained(self, s: Readings, before: Vec3, dt: float) -> np.ndarray:
-        """[7]: aileron, elevator, rudder [rad] by the vanes, the same by the forces, thrust [N]."""
+        """[8]: aileron, elevator, rudder [rad] and thrust [N] by the vanes, the same by the forces."""
         c, g = self.ac.aero, self.ac.geometry
         qS, (ixx, iyy, izz) = s.q * g.S_m2, s.inertia
         p, q, r = (0.5 * (a + b) for a, b in zip(s.w, before, strict=True))
@@ -90,52 +105,48 @@ class Answer:
         det = c.Cl_da * c.Cn_dr - c.Cl_dr * c.Cn_da
         x, y = roll - c.Cl_beta * s.beta, yaw - c.Cn_beta * s.beta
         elevator = (c.CL_alpha * pitch - c.Cm_alpha * (CL - c.CL0)) / (c.CL_alpha * c.Cm_de - c.Cm_alpha * c.CL_de)
-        ca, sa = math.cos(s.alpha), math.sin(s.alpha)
-        thrust = s.mass * s.force[0] - qS * (CL * sa - (c.CD0 + c.K * CL * CL) * ca)
+        drag = c.CD0 + c.K * CL * CL
+        by_lift = (CL - c.CL0) / c.CL_alpha
+        thrust = [s.mass * s.force[0] - qS * (CL * math.sin(a) - drag * math.cos(a)) for a in (s.alpha, by_lift)]
         by_forces = self._lateral @ np.array([roll, yaw, side])
         return np.array([
             (x * c.Cn_dr - y * c.Cl_dr) / det, (pitch - c.Cm_alpha * s.alpha) / c.Cm_de, (y * c.Cl_da - x * c.Cn_da) / det,
-            by_forces[0], elevator, by_forces[1], thrust,
+            thrust[0], by_forces[0], elevator, by_forces[1], thrust[1],
         ])  # fmt: skip
 
-    def _judge(self, s: Readings, off: list[np.ndarray]) -> bool:
-        """Whether something may be wrong, by the windows' means off [7]; who it is, once that is sure."""
+    def _beyond(self, s: Readings, means: list[np.ndarray]) -> list[float]:
+        """Of each control, how many times it is as far off as it may be."""
         told = np.array(self._told)
         moved = np.ptp(told[-self._recent :, :3], axis=0)
-        thrust = max(LEAST_THRUST * thrust_available(self.ac, s.h_m, s.V), SHARE_THRUST * float(np.ptp(told[:, 3])))
-        most, worst, doubtful = 1.0, -1, False
-        for j in range(4):
-            least = thrust if j == THRUST else max(LEAST[j], SHARE * float(moved[j]))
-            over = max(
-                self._over(j, m, k, least)
-                for k, m in enumerate(off)
-                if j != THRUST or k == len(self._n) - 1 or len(off) == 1
-            )
-            self._count[j] = self._count[j] + 1 if over > 1.0 else 0
-            doubtful = doubtful or over > 0.5
-            if j != THRUST and self._count[j] >= TWICE and over > most:
-                most, worst = over, j
+        out = [
+            max(self._over(j, m, k, max(LEAST[j], SHARE * float(moved[j]))) for k, m in enumerate(means))
+            for j in range(3)
+        ]
+        least = max(LEAST_THRUST * thrust_available(self.ac, s.h_m, s.V), SHARE_THRUST * float(np.ptp(told[:, 3])))
+        return [*out, self._over(THRUST, means[-1], len(means) - 1, least)]
+
+    def _judge(self, over: list[float], seen: list[bool], off: np.ndarray) -> None:
+        """Who does not answer, once that is sure. off [8]: mean over the long window."""
         if self._learnt_s < LEARN_S:
-            return False
-        if self.failed < 0 and worst >= 0:
+            return
+        for j, x in enumerate(over):
+            self._count[j] = self._count[j] + 1 if x > 1.0 and (j == THRUST or seen[j]) else 0
+        worst = max(range(3), key=lambda j: over[j] * (self._count[j] >= TWICE))
+        if self.failed < 0 and self._count[worst] >= TWICE:
             self.failed = worst
             deg = math.degrees(self.at[worst] - float(self._u[worst]))
             self.texts.append(Text(3, f"{NAMES[worst]} does not answer: {deg:+.0f} deg"))
-        weak = self._count[THRUST] >= len(self._off)
-        if weak and not self.weak and self.failed < 0:
+        if self._count[THRUST] >= self._n[1] and not self.weak and self.failed < 0:
             self.weak = True
-            self.texts.append(Text(3, f"thrust {off[-1][6] / 1e3:+.1f} kN off"))
-        return doubtful
+            self.texts.append(Text(3, f"thrust {off[THRUST] / 1e3:+.1f} kN off"))
 
     def _over(self, j: int, mean: np.ndarray, window: int, least: float) -> float:
         """How many times a control is as far off as may be; 0 where vanes and forces do not say the same."""
         sigma = np.sqrt(self._square[window])
-        if j == THRUST:
-            return float(abs(mean[6]) / max(least, SIGMAS * sigma[6]))
-        a, b = float(mean[j]), float(mean[j + 3])
+        a, b = float(mean[j]), float(mean[j + 4])
         if a * b <= 0.0:
             return 0.0
-        return min(abs(a) / max(least, SIGMAS * sigma[j]), abs(b) / max(least, SIGMAS * sigma[j + 3]))
+        return min(abs(a) / max(least, SIGMAS * sigma[j]), abs(b) / max(least, SIGMAS * sigma[j + 4]))
 
     def _learn(self, means: list[np.ndarray], dt: float) -> None:
         """What the file's numbers lack, and by how much the means of a window scatter."""
@@ -143,4 +154,4 @@ class Answer:
         gain = dt / min(self._learnt_s, LEARN_S)
         self._lasting += gain * (self._off[-1] - self._lasting)
         for k, m in enumerate(means):
-            self._square[k] += gain * ((m - self._lasting) ** 2 - self._square[k])
+            self._square[k] += gain * (m**2 - self._square[k])

@@ -20,7 +20,7 @@ from flightsw.sixdof.recovery.motion import angle
 from flightsw.sixdof.recovery.readings import Readings
 from flightsw.sixdof.recovery.rough import RoughAirLaw
 from flightsw.sixdof.recovery.turbulence import RoughAirParams, Turbulence
-from flightsw.types import HF_GNSS, HF_IMU, UPD_ATT, GuidanceCmd, Health, NavState, SensorFrame, Text
+from flightsw.types import HF_GNSS, HF_IMU, UPD_ATT, ZERO3, GuidanceCmd, Health, NavState, SensorFrame, Text
 
 BANK_BEYOND, PITCH_BEYOND = math.radians(20.0), math.radians(25.0)  # [rad] above the file's largest bank; either way
 RATE_BEYOND = (
@@ -131,8 +131,8 @@ class Protection:
     def _answering(self, felt: Felt, health: Health, dt: float) -> None:
         """Whether surfaces and thrust do; where not, the comparison of gyro and reference has no moments to judge by."""
         a, turning = self.answer, felt.turning
-        alike = turning is None or turning.alike
-        a.step(self.readings, felt.u, alike and not self.readings.motion.doubted and not health.failed & HF_IMU, dt)
+        sound = not self.readings.motion.doubted and not health.failed & HF_IMU
+        a.step(self.readings, felt.u, sound, (ZERO3, ZERO3) if turning is None else turning.lately(), dt)
         if turning is not None:
             turning.moments_hold = a.failed < 0
         self.texts += a.texts
