@@ -9,17 +9,28 @@ a gyro that the attitude reference contradicts.
 from __future__ import annotations
 
 import math
-from collections import deque
 
 import numpy as np
 
 from flightsw.aircraft import Aircraft
-from flightsw.kernels.atmosphere import G0
 from flightsw.sixdof.actuators import thrust_available
+from flightsw.sixdof.recovery.answer_kernel import (
+    FORCE,
+    INERTIA,
+    LOAD,
+    MASS,
+    MOTION,
+    THRUST,
+    W_BEFORE,
+    W,
+    explained,
+    means,
+    numbers,
+)
 from flightsw.sixdof.recovery.readings import Readings
 from flightsw.types import Text, Vec3
 
-AILERON, ELEVATOR, RUDDER, THRUST = range(4)
+AILERON, ELEVATOR, RUDDER = range(3)
 NAMES = ("aileron", "elevator", "rudder")
 SHORT_S, LONG_S, MOTION_S, THRUST_S = 0.3, 1.0, 1.5, 5.0  # [s] windows of means; of what has been commanded
 SIGMAS = 6.0  # of the mean of a window, as learnt
@@ -42,42 +53,50 @@ class Answer:
         self.failed = -1
         self.weak = False  # thrust is not what is commanded
         self.texts: list[Text] = []
-        self._w: Vec3 | None = None
-        self._u = np.zeros(4)
-        c = ac.aero
-        # moments and side force of aileron, rudder, sideslip; lift and moment of incidence, elevator
-        self._lateral = np.linalg.inv(
-            np.array([[c.Cl_da, c.Cl_dr, c.Cl_beta], [c.Cn_da, c.Cn_dr, c.Cn_beta], [0.0, c.CY_dr, c.CY_beta]])
-        )
-        self._n = tuple(max(round(T / dt_s), 2) for T in (SHORT_S, LONG_S))
-        self._off: deque[np.ndarray] = deque(maxlen=self._n[1])  # [8]: controls by the vanes, by the forces
-        self._told: deque[np.ndarray] = deque(maxlen=round(THRUST_S / dt_s))  # [4] controls believed
+        self._P, self._x = numbers(ac), np.zeros(MOTION)
+        self._known = False  # the rates of the step before are
+        self._u, self._acted = np.zeros(4), np.zeros(4)
+        self._windows = np.array([max(round(T / dt_s), 2) for T in (SHORT_S, LONG_S)])
         self._recent = round(MOTION_S / dt_s)
-        self._lasting, self._learnt_s = np.zeros(8), 0.0
-        self._square = np.zeros((2, 8))
+        self._n = 0  # steps in the rings
+        self._off = np.zeros((int(self._windows[1]), 8))  # controls by the vanes, by the forces, less what is believed
+        self._told = np.zeros((round(THRUST_S / dt_s), 4))  # that
+        self._lasting, self._square, self._learnt_s = np.zeros(8), np.zeros((2, 8)), 0.0
+        self._mean, self._over = np.zeros((2, 8)), np.zeros(4)
+        self._least, self._share = np.array([*LEAST, 0.0]), np.array([SHARE, SHARE, SHARE, SHARE_THRUST])
         self._count = [0, 0, 0, 0]
 
     def step(self, s: Readings, u: np.ndarray, sound: bool, apart: tuple[Vec3, Vec3], dt: float) -> None:
         """u [4]: mean controls (surfaces rad, thrust N) believed to have acted over the dt [s] whose mean rates and forces s has;
         sound: nobody has found gyro or accelerometers wrong; apart: by how much the reference has turned more than the gyro about
         each axis over SHORT_S [rad], and one sigma of that."""
-        before, self._w = self._w, s.w
-        acted, self._u = 0.5 * (self._u + u), u.copy()
-        if not sound or before is None or not s.V_measured:
-            self._off.clear()
-            self._count = [0, 0, 0, 0]
+        x, acted = self._x, self._acted
+        x[W_BEFORE] = x[W]
+        x[W], x[FORCE], x[INERTIA] = s.w, s.force, s.inertia
+        x[LOAD : MASS + 1] = s.load, s.V, s.alpha, s.beta, s.swing, s.q, s.mass
+        acted[:] = 0.5 * (self._u + u)
+        self._u[:] = u
+        if not sound or not s.V_measured or not self._known:
+            self._known, self._n, self._count = sound and s.V_measured, 0, [0, 0, 0, 0]
             return
-        self._off.append(self._explained(s, before, dt) - np.concatenate((acted, acted)))
-        self._told.append(acted)
-        if len(self._off) < self._n[0]:
+        row = self._off[self._n % len(self._off)]
+        explained(x, self._P, dt, row)
+        row[:4] -= acted
+        row[4:] -= acted
+        self._told[self._n % len(self._told)] = acted
+        self._n += 1
+        if self._n < self._windows[0]:
             return
-        means = [np.mean(list(self._off)[-n:], axis=0) - self._lasting for n in self._n if len(self._off) >= n]
-        near = means[0]
+        self._least[THRUST] = LEAST_THRUST * thrust_available(self.ac, s.h_m, s.V)
+        means(
+            self._off, self._n, self._told, self._windows, self._recent, self._lasting, self._square, self._least, SIGMAS,
+            self._share, self._mean, self._over,
+        )  # fmt: skip
+        near = self._mean[0]
         self.at = (float(acted[0] + near[0]), float(acted[1] + near[1]), float(acted[2] + near[2]))
-        over = self._beyond(s, means)
-        self._judge(over, self._witnessed(s, near, apart), means[-1])
-        if self._learnt_s < LEARN_S or max(over) < DOUBTFUL:
-            self._learn(means, dt)
+        self._judge(self._witnessed(s, near, apart))
+        if self._learnt_s < LEARN_S or max(self._over) < DOUBTFUL:
+            self._learn(row, dt)
 
     def _witnessed(self, s: Readings, off: np.ndarray, apart: tuple[Vec3, Vec3]) -> list[bool]:
         """Of each surface whether the turn it would have made over SHORT_S is one the reference has seen too: more than that can
@@ -90,45 +109,11 @@ class Answer:
             out.append(turned > max(SEEN * apart[1][j], 2.0 * abs(apart[0][j])))
         return out
 
-    def _explained(self, s: Readings, before: Vec3, dt: float) -> np.ndarray:
-        """[8]: aileron, elevator, rudder [rad] and thrust [N] by the vanes, the same by the forces."""
-        c, g = self.ac.aero, self.ac.geometry
-        qS, (ixx, iyy, izz) = s.q * g.S_m2, s.inertia
-        p, q, r = (0.5 * (a + b) for a, b in zip(s.w, before, strict=True))
-        pd, qd, rd = ((a - b) / dt for a, b in zip(s.w, before, strict=True))
-        hb, hc = 0.5 * g.b_m / s.V, 0.5 * g.c_m / s.V
-        roll = (ixx * pd - (iyy - izz) * q * r) / (qS * g.b_m) - hb * (c.Cl_p * p + c.Cl_r * r)
-        yaw = (izz * rd - (ixx - iyy) * p * q) / (qS * g.b_m) - hb * (c.Cn_p * p + c.Cn_r * r)
-        pitch = (iyy * qd - (izz - ixx) * p * r) / (qS * g.c_m) - c.Cm0 - hc * (c.Cm_q * q + c.Cm_alphadot * s.swing)
-        CL = s.load * s.mass * G0 / qS
-        side = s.force[1] * s.mass / qS
-        det = c.Cl_da * c.Cn_dr - c.Cl_dr * c.Cn_da
-        x, y = roll - c.Cl_beta * s.beta, yaw - c.Cn_beta * s.beta
-        elevator = (c.CL_alpha * pitch - c.Cm_alpha * (CL - c.CL0)) / (c.CL_alpha * c.Cm_de - c.Cm_alpha * c.CL_de)
-        drag = c.CD0 + c.K * CL * CL
-        by_lift = (CL - c.CL0) / c.CL_alpha
-        thrust = [s.mass * s.force[0] - qS * (CL * math.sin(a) - drag * math.cos(a)) for a in (s.alpha, by_lift)]
-        by_forces = self._lateral @ np.array([roll, yaw, side])
-        return np.array([
-            (x * c.Cn_dr - y * c.Cl_dr) / det, (pitch - c.Cm_alpha * s.alpha) / c.Cm_de, (y * c.Cl_da - x * c.Cn_da) / det,
-            thrust[0], by_forces[0], elevator, by_forces[1], thrust[1],
-        ])  # fmt: skip
-
-    def _beyond(self, s: Readings, means: list[np.ndarray]) -> list[float]:
-        """Of each control, how many times it is as far off as it may be."""
-        told = np.array(self._told)
-        moved = np.ptp(told[-self._recent :, :3], axis=0)
-        out = [
-            max(self._over(j, m, k, max(LEAST[j], SHARE * float(moved[j]))) for k, m in enumerate(means))
-            for j in range(3)
-        ]
-        least = max(LEAST_THRUST * thrust_available(self.ac, s.h_m, s.V), SHARE_THRUST * float(np.ptp(told[:, 3])))
-        return [*out, self._over(THRUST, means[-1], len(means) - 1, least)]
-
-    def _judge(self, over: list[float], seen: list[bool], off: np.ndarray) -> None:
-        """Who does not answer, once that is sure. off [8]: mean over the long window."""
+    def _judge(self, seen: list[bool]) -> None:
+        """Who does not answer, once that is sure."""
         if self._learnt_s < LEARN_S:
             return
+        over = self._over.tolist()
         for j, x in enumerate(over):
             self._count[j] = self._count[j] + 1 if x > 1.0 and (j == THRUST or seen[j]) else 0
         worst = max(range(3), key=lambda j: over[j] * (self._count[j] >= TWICE))
@@ -136,22 +121,13 @@ class Answer:
             self.failed = worst
             deg = math.degrees(self.at[worst] - float(self._u[worst]))
             self.texts.append(Text(3, f"{NAMES[worst]} does not answer: {deg:+.0f} deg"))
-        if self._count[THRUST] >= self._n[1] and not self.weak and self.failed < 0:
+        if self._count[THRUST] >= self._windows[1] and not self.weak and self.failed < 0:
             self.weak = True
-            self.texts.append(Text(3, f"thrust {off[THRUST] / 1e3:+.1f} kN off"))
+            self.texts.append(Text(3, f"thrust {self._mean[1, THRUST] / 1e3:+.1f} kN off"))
 
-    def _over(self, j: int, mean: np.ndarray, window: int, least: float) -> float:
-        """How many times a control is as far off as may be; 0 where vanes and forces do not say the same."""
-        sigma = np.sqrt(self._square[window])
-        a, b = float(mean[j]), float(mean[j + 4])
-        if a * b <= 0.0:
-            return 0.0
-        return min(abs(a) / max(least, SIGMAS * sigma[j]), abs(b) / max(least, SIGMAS * sigma[j + 4]))
-
-    def _learn(self, means: list[np.ndarray], dt: float) -> None:
+    def _learn(self, off: np.ndarray, dt: float) -> None:
         """What the file's numbers lack, and by how much the means of a window scatter."""
         self._learnt_s += dt
         gain = dt / min(self._learnt_s, LEARN_S)
-        self._lasting += gain * (self._off[-1] - self._lasting)
-        for k, m in enumerate(means):
-            self._square[k] += gain * (m**2 - self._square[k])
+        self._lasting += gain * (off - self._lasting)
+        self._square += gain * (self._mean * self._mean - self._square)

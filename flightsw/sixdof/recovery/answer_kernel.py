@@ -1,0 +1,104 @@
+"""Kernels of answer.py: controls that explain a motion, and their means over windows (docs/sources/recovery.md 11)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from flightsw.aircraft import Aircraft
+from flightsw.kernels.atmosphere import G0
+from flightsw.kernels.jit import jit
+
+# file's numbers
+(
+    CL0, CLA, CLDE, CD0, CK, CM0, CMA, CMAD, CMQ, CMDE, CYB, CYDR, CLB, CLP, CLR, CLDA, CLDR, CNB, CNP, CNR, CNDA, CNDR,
+    AREA, SPAN, CHORD, NUMBERS,
+) = range(26)  # fmt: skip
+# of a step: rates, those of the step before [rad/s], specific force [m/s^2]; load [-], V, alpha, beta, swing of the incidence
+# [rad/s], dynamic pressure [Pa], mass [kg], moments of inertia [kg m^2]
+W, W_BEFORE, FORCE = slice(0, 3), slice(3, 6), slice(6, 9)
+LOAD, SPEED, ALPHA, BETA, SWING, PRESSURE, MASS = range(9, 16)
+INERTIA = slice(16, 19)
+MOTION = 19
+THRUST = 3
+
+
+def numbers(ac: Aircraft) -> np.ndarray:
+    """[NUMBERS] of an aircraft's file."""
+    c, g = ac.aero, ac.geometry
+    return np.array([
+        c.CL0, c.CL_alpha, c.CL_de, c.CD0, c.K, c.Cm0, c.Cm_alpha, c.Cm_alphadot, c.Cm_q, c.Cm_de, c.CY_beta, c.CY_dr,
+        c.Cl_beta, c.Cl_p, c.Cl_r, c.Cl_da, c.Cl_dr, c.Cn_beta, c.Cn_p, c.Cn_r, c.Cn_da, c.Cn_dr, g.S_m2, g.b_m, g.c_m,
+    ])  # fmt: skip
+
+
+@jit
+def explained(x: np.ndarray, P: np.ndarray, dt: float, out: np.ndarray) -> None:
+    """out [8]: aileron, elevator, rudder [rad] and thrust [N] that make the motion x [MOTION] of a step of dt [s], with incidence
+    and sideslip by the vanes; the same by the forces."""
+    V, qS = x[SPEED], x[PRESSURE] * P[AREA]
+    p, q, r = 0.5 * (x[0] + x[3]), 0.5 * (x[1] + x[4]), 0.5 * (x[2] + x[5])
+    ixx, iyy, izz = x[16], x[17], x[18]
+    hb, hc = 0.5 * P[SPAN] / V, 0.5 * P[CHORD] / V
+    roll = (ixx * (x[0] - x[3]) / dt - (iyy - izz) * q * r) / (qS * P[SPAN]) - hb * (P[CLP] * p + P[CLR] * r)
+    yaw = (izz * (x[2] - x[5]) / dt - (ixx - iyy) * p * q) / (qS * P[SPAN]) - hb * (P[CNP] * p + P[CNR] * r)
+    pitch = (iyy * (x[1] - x[4]) / dt - (izz - ixx) * p * r) / (qS * P[CHORD])
+    pitch -= P[CM0] + hc * (P[CMQ] * q + P[CMAD] * x[SWING])
+    lift = x[LOAD] * x[MASS] * G0 / qS
+    elevator = (P[CLA] * pitch - P[CMA] * (lift - P[CL0])) / (P[CLA] * P[CMDE] - P[CMA] * P[CLDE])
+    # sideslip by the side force: CY_beta b + CY_dr r = side; b put into the two moments
+    side = x[7] * x[MASS] / qS
+    for k in range(2):
+        alpha = x[ALPHA] if k == 0 else (lift - P[CL0] - P[CLDE] * elevator) / P[CLA]
+        if k == 0:
+            lda, nda, ldr, ndr = roll - P[CLB] * x[BETA], yaw - P[CNB] * x[BETA], P[CLDR], P[CNDR]
+        else:
+            b, b_dr = side / P[CYB], -P[CYDR] / P[CYB]
+            lda, nda, ldr, ndr = roll - P[CLB] * b, yaw - P[CNB] * b, P[CLDR] + P[CLB] * b_dr, P[CNDR] + P[CNB] * b_dr
+        det = P[CLDA] * ndr - ldr * P[CNDA]
+        out[4 * k] = (lda * ndr - nda * ldr) / det
+        out[4 * k + 1] = (pitch - P[CMA] * alpha) / P[CMDE]
+        out[4 * k + 2] = (nda * P[CLDA] - lda * P[CNDA]) / det
+        out[4 * k + 3] = x[MASS] * x[6] - qS * (
+            lift * math.sin(alpha) - (P[CD0] + P[CK] * lift * lift) * math.cos(alpha)
+        )
+
+
+@jit
+def means(
+    off: np.ndarray, n: int, told: np.ndarray, windows: np.ndarray, recent: int, lasting: np.ndarray, square: np.ndarray,
+    least: np.ndarray, sigmas: float, share: np.ndarray, out: np.ndarray, over: np.ndarray,
+) -> None:  # fmt: skip
+    """Means out [2, 8] of the last `windows` [2] steps less what is lasting, and of each control how many times it is as far off
+    as it may be, over [4]: 0 where vanes and forces do not say the same.
+
+    off [*, 8], told [*, 4]: rings, of which n steps have been written, what is off and what is believed; recent: steps over which
+    the surfaces' movement counts; square [2, 8]: mean squares of `out`; least, share [4]: what counts at least, and of the
+    movement.
+    """
+    size, length = off.shape[0], told.shape[0]
+    over[:] = 0.0
+    for j in range(4):
+        lo, hi = math.inf, -math.inf
+        for k in range(min(n, length if j == THRUST else recent)):
+            v = told[(n - 1 - k) % length, j]
+            lo, hi = min(lo, v), max(hi, v)
+        floor = max(least[j], share[j] * (hi - lo))
+        for w in range(2):
+            count = min(windows[w], n)
+            for side in range(2):
+                i = 4 * side + j
+                total = 0.0
+                for k in range(count):
+                    total += off[(n - 1 - k) % size, i]
+                out[w, i] = total / count - lasting[i]
+            if w == 0 and j == THRUST:
+                continue
+            a, b = out[w, j], out[w, 4 + j]
+            if a * b > 0.0:
+                x = min(
+                    abs(a) / max(floor, sigmas * math.sqrt(square[w, j])),
+                    abs(b) / max(floor, sigmas * math.sqrt(square[w, 4 + j])),
+                )
+                over[j] = max(over[j], x)
