@@ -12,12 +12,16 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+import numpy as np
+from numpy.typing import NDArray
+
 from flightsw.aircraft.structure import Bar
 from sim_plant.aircraft.base import Member
 from sim_plant.couplings.relative import pairs
 from sim_plant.kernels import layout as n
 from sim_plant.kernels.atmosphere import RHO0
 from sim_plant.kernels.rot import quat_dcm
+from sim_plant.kernels.segments import gap
 
 HOLD_S = 3.0  # [s] from surprise to the recovery's effect
 BANK, PITCH = (
@@ -27,8 +31,8 @@ BANK, PITCH = (
 RATE = math.radians(180.0)  # [rad/s] half a turn a second: tumbling, not flying
 LEAST_SOUND = 260.0  # [m/s] no air is as cold (168 K), and
 THIN_M = 3000.0  # [m] none above here as dense as that of the sea level: below both, an airspeed within the limits is within them
+Arr = NDArray[np.float64]
 STALLED = 2.0  # [-] times the file's largest incidence: deep in the stall, where the equations know nothing
-Point = tuple[float, float, float]
 
 
 class AircraftLostError(RuntimeError):
@@ -112,68 +116,21 @@ class Collision:
 
     def gap(self) -> float:
         """Least distance [m] between the two bodies; below 0 they touch."""
-        xi = self.m.view.rel[n.R_XI : n.R_XI + 3]
-        lead, own = quat_dcm(*self.lead.view.s[0:4]), quat_dcm(*self.m.view.s[0:4])
-        least = math.inf
-        for start, stop, radius in self._other:
-            here = _seen(lead, own, xi, start), _seen(lead, own, xi, stop)
-            for p, q, other in self._mine:
-                least = min(least, distance(p, q, *here) - radius - other)
-        return least
+        lead, own = (np.array(quat_dcm(*v.s[0:4])) for v in (self.lead.view, self.m.view))
+        return float(gap(self._mine, self._other, lead, own, np.array(self.m.view.rel[n.R_XI : n.R_XI + 3])))
 
 
-def bars_of(rows: Sequence[Bar]) -> list[tuple[Point, Point, float]]:
-    """(start, stop, radius) [m] of an airframe's bars; one off the plane of symmetry comes twice."""
+def bars_of(rows: Sequence[Bar]) -> Arr:
+    """[n, 7] start, stop, radius [m] of an airframe's bars; one off the plane of symmetry comes twice."""
     out = []
     for x0, y0, z0, x1, y1, z1, radius in rows:
         for side in (1.0, -1.0) if y0 or y1 else (1.0,):
-            out.append(((x0, side * y0, z0), (x1, side * y1, z1), radius))
-    return out
+            out.append((x0, side * y0, z0, x1, side * y1, z1, radius))
+    return np.array(out, dtype=float).reshape(-1, 7)
 
 
-def distance(p: Point, q: Point, u: Point, v: Point) -> float:
-    """Shortest distance [m] of the segments p..q and u..v (3,).
-
-    |p + s d - u - t e|^2 is convex in (s, t): its least is where both derivatives vanish, if that lies within the unit square,
-    else on one of the four sides, where it is a parabola in one of them.
-    """
-    d, e, w = _less(q, p), _less(v, u), _less(p, u)
-    a, b, c, dw, ew = _dot(d, d), _dot(d, e), _dot(e, e), _dot(d, w), _dot(e, w)
-
-    def clip(x: float) -> float:
-        return min(max(x, 0.0), 1.0)
-
-    def along(t: float) -> float:  # best s for a t
-        return clip((t * b - dw) / a) if a > 0.0 else 0.0
-
-    def across(s: float) -> float:
-        return clip((s * b + ew) / c) if c > 0.0 else 0.0
-
-    tries = [(0.0, across(0.0)), (1.0, across(1.0)), (along(0.0), 0.0), (along(1.0), 1.0)]
-    det = a * c - b * b
-    if det > 0.0:  # nearly parallel: t is rough, but the best s for it is not, and no try is nearer than the truth
-        t = clip((a * ew - b * dw) / det)
-        tries.append((along(t), t))
-    return min(math.hypot(*(w[i] + s * d[i] - t * e[i] for i in range(3))) for s, t in tries)
-
-
-def _reach(bars: list[tuple[Point, Point, float]]) -> float:
-    return max((max(math.hypot(*p), math.hypot(*q)) + r for p, q, r in bars), default=0.0)
-
-
-def _less(a: Point, b: Point) -> Point:
-    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
-
-
-def _dot(a: Point, b: Point) -> float:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-def _seen(lead: Sequence[float], own: Sequence[float], xi: Sequence[float], at: Point) -> Point:
-    """A point `at` of an aircraft at xi, in the leader's body axes; lead, own [9]: body to navigation axes, row by row."""
-    x, y, z = (_dot((own[k], own[k + 1], own[k + 2]), at) for k in (0, 3, 6))
-    a, b, c = (xi[i] + lead[i] * x + lead[3 + i] * y + lead[6 + i] * z for i in range(3))
-    return a, b, c
+def _reach(bars: Arr) -> float:
+    return max((max(math.hypot(*x[:3]), math.hypot(*x[3:6])) + x[6] for x in bars.tolist()), default=0.0)
 
 
 class Watches:

@@ -72,9 +72,9 @@ class Moments:
     def _rates(self, x: Step, w: np.ndarray) -> Vec3:
         return moment_rates(x.V, x.beta, x.alpha, w, x.u, x.rho, self._P, self._fm)  # type: ignore[no-any-return]
 
-    def wild(self, a: Step, b: Step, s: Step) -> bool:
-        """Whether the gyro's rates go to and fro as no moments do: most of the last steps beyond what they scatter by, to both
-        sides (to one alone goes an aircraft whose surface runs away). a, b, s: three steps in a row, of which the last is new."""
+    def wild(self, a: Step, b: Step, s: Step) -> int:
+        """On how many sides the gyro's rates go as no moments do: most of the last steps beyond what they scatter by. 2: to and
+        fro; 1: to one, as those of an aircraft whose surface runs away do too. a, b, s: three steps in a row, the last is new."""
         w0 = [x / b.dt for x in less(b.turn, a.turn)]
         model = self._rates(s, np.array(w0))
         for i, turn in enumerate(less(s.turn, b.turn)):
@@ -85,7 +85,9 @@ class Moments:
             sides.append(int(math.copysign(1.0, off)) if off * off > max(WILD**2 * y, LEAST_WILD**2) else 0)
         self._wild.append(tuple(sides))
         axes = [set(axis) for axis in zip(*self._wild, strict=True)]
-        return sum(any(x) for x in self._wild) >= MOST and any({-1, 1} <= axis for axis in axes)
+        if sum(any(x) for x in self._wild) < MOST:
+            return 0
+        return 2 if any({-1, 1} <= axis for axis in axes) else 1
 
     def learn(self, dt: float) -> None:
         """From the step `wild` was asked of, dt [s] long: lasting moments the model lacks, and the gyro's scatter."""

@@ -35,6 +35,7 @@ GAP_S = 0.3  # [s] without one of the two: begin anew
 KEPT = 512  # steps: more than the longest window and what is before it, at 100 Hz
 MODEL = 0.2  # [-] of a turn to and fro, by which the moments may miss it besides what is learnt
 CLEAR = 9.0  # [-] difference of squares in sigmas of the model: odds of 90
+LATELY = 3.0  # sigmas of the shortest window, of a gyro whose rates are none of the moments'
 LEAST = 0.1  # [-] of nav.r_euler: no reference scatters less
 
 
@@ -143,7 +144,8 @@ class Turning:
             alarm = alarm or bool(axes)
             if self._over[T] >= TWICE and not self.out and self.moments_hold:
                 self._who(self._before(T + BEFORE_S), axes)
-        if len(self._steps) > 2 and self._moments.wild(self._steps[-3], self._steps[-2], s):
+        sides = self._moments.wild(self._steps[-3], self._steps[-2], s) if len(self._steps) > 2 else 0
+        if sides == 2 or (sides == 1 and self._contradicted()):
             alarm = True
             if not self.out and self.moments_hold:
                 self._leave_out(HF_IMU, more, s.dt, "its rates jump")
@@ -175,6 +177,10 @@ class Turning:
         white = 2.0 * self._scatter + self.r_rate**2 * span * now.dt / max(self._count, 1) + (BIAS * span) ** 2
         x, y, z = (math.sqrt(white + (SCALE * turned) ** 2) for turned in less(now.size, then.size))
         return x, y, z
+
+    def _contradicted(self) -> bool:
+        """Whether the reference has not seen the gyro's last turns."""
+        return any(abs(x) > LATELY * sigma for x, sigma in zip(*self.lately(), strict=True))
 
     def lately(self) -> tuple[Vec3, Vec3]:
         """Over the shortest window: by how much the reference has turned more than the gyro [rad], and one sigma of that; without

@@ -9,6 +9,7 @@ a gyro that the attitude reference contradicts.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -41,6 +42,8 @@ LEAST_THRUST, SHARE_THRUST = 0.08, 0.5  # [-] of what is available; of its chang
 TWICE = 2  # steps in a row
 DOUBTFUL = 0.5  # [-] of what is too far, beyond which nothing is learnt
 SEEN = 3.0  # sigmas of the reference
+FELT_S, FELT_LEAST = 1.0, 1.0  # [s] of the acceleration, by which airspeed and accelerometers may part; [m/s] at least
+NOBODY = (False, False, False)
 
 
 class Answer:
@@ -63,7 +66,7 @@ class Answer:
         self._told = np.zeros((round(THRUST_S / dt_s), 4))  # that
         self._lasting, self._square, self._learnt_s = np.zeros(8), np.zeros((2, 8)), 0.0
         self._mean, self._over = np.zeros((2, 8)), np.zeros(4)
-        self._least, self._share = np.array([*LEAST, 0.0]), np.array([SHARE, SHARE, SHARE, SHARE_THRUST])
+        self._least, self._share = np.array([*LEAST, math.inf]), np.array([SHARE, SHARE, SHARE, SHARE_THRUST])
         self._count = [0, 0, 0, 0]
 
     def step(self, s: Readings, u: np.ndarray, sound: bool, apart: tuple[Vec3, Vec3], dt: float) -> None:
@@ -87,15 +90,17 @@ class Answer:
         self._n += 1
         if self._n < self._windows[0]:
             return
-        self._least[THRUST] = LEAST_THRUST * thrust_available(self.ac, s.h_m, s.V)
+        if self._n % len(self._off) == 0:  # no quicker than height and speed go
+            self._least[THRUST] = LEAST_THRUST * thrust_available(self.ac, s.h_m, s.V)
         means(
             self._off, self._n, self._told, self._windows, self._recent, self._lasting, self._square, self._least, SIGMAS,
             self._share, self._mean, self._over,
         )  # fmt: skip
         near = self._mean[0]
         self.at = (float(acted[0] + near[0]), float(acted[1] + near[1]), float(acted[2] + near[2]))
-        self._judge(self._witnessed(s, near, apart))
-        if self._learnt_s < LEARN_S or max(self._over) < DOUBTFUL:
+        over = self._over.tolist()
+        self._judge(over, self._witnessed(s, near, apart) if max(over[:THRUST]) > 1.0 else NOBODY, self._gathers(s))
+        if self._learnt_s < LEARN_S or max(over) < DOUBTFUL:
             self._learn(row, dt)
 
     def _witnessed(self, s: Readings, off: np.ndarray, apart: tuple[Vec3, Vec3]) -> list[bool]:
@@ -109,13 +114,17 @@ class Answer:
             out.append(turned > max(SEEN * apart[1][j], 2.0 * abs(apart[0][j])))
         return out
 
-    def _judge(self, seen: list[bool]) -> None:
+    def _gathers(self, s: Readings) -> bool:
+        """Whether the airspeed gathers as thrust that is off would have it: accelerometers that lie part from it."""
+        gained = FELT_S * abs(float(self._mean[1, THRUST])) / s.mass
+        return abs(s.V_beyond_felt) < max(gained, FELT_LEAST)
+
+    def _judge(self, over: list[float], seen: Sequence[bool], gathers: bool) -> None:
         """Who does not answer, once that is sure."""
         if self._learnt_s < LEARN_S:
             return
-        over = self._over.tolist()
         for j, x in enumerate(over):
-            self._count[j] = self._count[j] + 1 if x > 1.0 and (j == THRUST or seen[j]) else 0
+            self._count[j] = self._count[j] + 1 if x > 1.0 and (gathers if j == THRUST else seen[j]) else 0
         worst = max(range(3), key=lambda j: over[j] * (self._count[j] >= TWICE))
         if self.failed < 0 and self._count[worst] >= TWICE:
             self.failed = worst

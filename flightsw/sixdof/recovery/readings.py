@@ -75,6 +75,11 @@ class Readings:
         return self.w[1] + across / self.V - self.w[0] * math.tan(self.beta)
 
     @property
+    def V_beyond_felt(self) -> float:
+        """[m/s] the probes' airspeed beyond what the accelerometers make of it over SETTLE_V_S."""
+        return self.V - self._V_felt
+
+    @property
     def mass(self) -> float:
         """[kg]"""
         return float(self._P[M])
