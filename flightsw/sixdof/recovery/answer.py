@@ -9,7 +9,6 @@ a gyro that the attitude reference contradicts.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 
@@ -25,6 +24,7 @@ from flightsw.sixdof.recovery.answer_kernel import (
     W_BEFORE,
     W,
     explained,
+    follows,
     means,
     numbers,
 )
@@ -42,8 +42,13 @@ LEAST_THRUST, SHARE_THRUST = 0.08, 0.5  # [-] of what is available; of its chang
 TWICE = 2  # steps in a row
 DOUBTFUL = 0.5  # [-] of what is too far, beyond which nothing is learnt
 SEEN = 3.0  # sigmas of the reference
+MOVES_S, STILL, CLEAR, FAR = (
+    0.6,
+    -0.5,
+    1.5,
+    3.0,
+)  # [s], [-] slope of what stands still, in sigmas; however it moves
 FELT_S, FELT_LEAST = 1.0, 1.0  # [s] of the acceleration, by which airspeed and accelerometers may part; [m/s] at least
-NOBODY = (False, False, False)
 
 
 class Answer:
@@ -60,7 +65,8 @@ class Answer:
         self._known = False  # the rates of the step before are
         self._u, self._acted = np.zeros(4), np.zeros(4)
         self._windows = np.array([max(round(T / dt_s), 2) for T in (SHORT_S, LONG_S)])
-        self._recent = round(MOTION_S / dt_s)
+        self._recent, self._moves = round(MOTION_S / dt_s), max(round(MOVES_S / dt_s), 5)
+        self._slope, self._slope_sigma = np.zeros(3), np.zeros(3)
         self._n = 0  # steps in the rings
         self._off = np.zeros((int(self._windows[1]), 8))  # controls by the vanes, by the forces, less what is believed
         self._told = np.zeros((round(THRUST_S / dt_s), 4))  # that
@@ -88,7 +94,7 @@ class Answer:
         row[4:] -= acted
         self._told[self._n % len(self._told)] = acted
         self._n += 1
-        if self._n < self._windows[0]:
+        if self._n < self._moves:
             return
         if self._n % len(self._off) == 0:  # no quicker than height and speed go
             self._least[THRUST] = LEAST_THRUST * thrust_available(self.ac, s.h_m, s.V)
@@ -99,19 +105,27 @@ class Answer:
         near = self._mean[0]
         self.at = (float(acted[0] + near[0]), float(acted[1] + near[1]), float(acted[2] + near[2]))
         over = self._over.tolist()
-        self._judge(over, self._witnessed(s, near, apart) if max(over[:THRUST]) > 1.0 else NOBODY, self._gathers(s))
+        thrust = over[THRUST] > 1.0 and self._gathers(s)
+        self._judge([*self._accused(s, over, apart), thrust], over)
         if self._learnt_s < LEARN_S or max(over) < DOUBTFUL:
             self._learn(row, dt)
 
-    def _witnessed(self, s: Readings, off: np.ndarray, apart: tuple[Vec3, Vec3]) -> list[bool]:
-        """Of each surface whether the turn it would have made over SHORT_S is one the reference has seen too: more than that can
-        miss, and more than it has turned otherwise than the gyro."""
+    def _accused(self, s: Readings, over: list[float], apart: tuple[Vec3, Vec3]) -> list[bool]:
+        """Of each surface whether it is too far off, does not follow its command (what balances a wake does), and would have
+        made a turn over SHORT_S that the reference has seen too: more than that can miss, and more than it has turned otherwise
+        than the gyro."""
+        if max(over[:THRUST]) <= 1.0:
+            return [False] * 3
+        follows(self._off, self._n, self._told, self._moves, self._slope, self._slope_sigma)
         c, g = self.ac.aero, self.ac.geometry
         moments = (c.Cl_da * g.b_m, c.Cm_de * g.c_m, c.Cn_dr * g.b_m)
         out = []
         for j, (m, i) in enumerate(zip(moments, s.inertia, strict=True)):
-            turned = 0.5 * SHORT_S**2 * abs(m * s.q * g.S_m2 / i * float(off[j]))
-            out.append(turned > max(SEEN * apart[1][j], 2.0 * abs(apart[0][j])))
+            slope, sigma = float(self._slope[j]), float(self._slope_sigma[j])
+            still = slope < STILL and slope + CLEAR * sigma < 0.5 * STILL
+            turned = 0.5 * SHORT_S**2 * abs(m * s.q * g.S_m2 / i * float(self._mean[0, j]))
+            seen = turned > max(SEEN * apart[1][j], 2.0 * abs(apart[0][j]))
+            out.append(over[j] > 1.0 and (still or over[j] > FAR) and seen)
         return out
 
     def _gathers(self, s: Readings) -> bool:
@@ -119,12 +133,12 @@ class Answer:
         gained = FELT_S * abs(float(self._mean[1, THRUST])) / s.mass
         return abs(s.V_beyond_felt) < max(gained, FELT_LEAST)
 
-    def _judge(self, over: list[float], seen: Sequence[bool], gathers: bool) -> None:
+    def _judge(self, accused: list[bool], over: list[float]) -> None:
         """Who does not answer, once that is sure."""
         if self._learnt_s < LEARN_S:
             return
-        for j, x in enumerate(over):
-            self._count[j] = self._count[j] + 1 if x > 1.0 and (gathers if j == THRUST else seen[j]) else 0
+        for j, x in enumerate(accused):
+            self._count[j] = self._count[j] + 1 if x else 0
         worst = max(range(3), key=lambda j: over[j] * (self._count[j] >= TWICE))
         if self.failed < 0 and self._count[worst] >= TWICE:
             self.failed = worst

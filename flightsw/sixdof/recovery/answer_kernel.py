@@ -102,3 +102,31 @@ def means(
                     abs(b) / max(floor, sigmas * math.sqrt(square[w, 4 + j])),
                 )
                 over[j] = max(over[j], x)
+
+
+@jit
+def follows(off: np.ndarray, n: int, told: np.ndarray, count: int, slope: np.ndarray, sigma: np.ndarray) -> None:
+    """Of each surface the slope [3] of what is off (mean of both solutions) over what is believed, both less their means and
+    trends over the last `count` steps, and one sigma of it: 0 where it follows, -1 where it stands still. Rings as in `means`."""
+    size, length = off.shape[0], told.shape[0]
+    mid = 0.5 * (count - 1)
+    tt = count * (count * count - 1.0) / 12.0
+    for j in range(3):
+        su = sy = tu = ty = uu = uy = yy = 0.0
+        for k in range(count):
+            u = told[(n - count + k) % length, j]
+            row = off[(n - count + k) % size]
+            y, t = 0.5 * (row[j] + row[4 + j]), k - mid
+            su += u
+            sy += y
+            tu += t * u
+            ty += t * y
+            uu += u * u
+            uy += u * y
+            yy += y * y
+        uu -= su * su / count + tu * tu / tt
+        uy -= su * sy / count + tu * ty / tt
+        yy -= sy * sy / count + ty * ty / tt
+        uu = max(uu, 1e-12)
+        slope[j] = uy / uu
+        sigma[j] = math.sqrt(max(yy - uy * uy / uu, 0.0) / (count - 3) / uu)
