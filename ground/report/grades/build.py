@@ -42,7 +42,9 @@ WIND = tuple(
     for stat, unit in (("size_rms_pct", "size, %"), ("direction_rms_deg", "direction, deg"))
 )
 PRECONTACT = (
-    ("precontact.off_rms_m", "off, RMS m"), ("precontact.off_p95_m", "off, 95 % m"),
+    *((f"precontact.rms_m.{x}", f"RMS {x}, m") for x in "xyz"),
+    ("precontact.off_rms_m", "distance, RMS m"), ("precontact.off_rms_bound_m", "least possible, m"),
+    ("precontact.off_p95_m", "distance, 95 % m"),
     ("precontact.inside_3sigma_pct", "inside 3σ, %"), ("precontact.nees_per_axis", "(error/σ)²"),
     *((f"precontact.rms_over_bound.{x}", f"RMS/bound {x}") for x in "xyz"),
 )  # fmt: skip
@@ -55,9 +57,10 @@ BEST = tuple(
     )
     for x in axes
 )
-SAYS = tuple(
-    (f"says.{k}", k) for k in ("bound", "sources", "air", "boom", "station", "recovery", "navigation", "other")
-)
+SAID = (
+    "attitude", "limits", "bound", "sources", "air", "boom", "station", "recovery", "navigation", "other",
+)  # fmt: skip
+SAYS = tuple((f"says.{k}", k) for k in SAID)
 TRUST = (
     ("relative.nees_per_axis", "position, (error/σ)²"),
     *((f"{key}.{stat}", f"{words}, {unit}")

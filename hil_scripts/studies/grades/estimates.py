@@ -166,5 +166,7 @@ def in_precontact(e: Estimates) -> dict[str, float]:
     off = np.linalg.norm(a[:, :3], axis=1)
     out = {"precontact.s": len(off) / 10.0, "precontact.off_rms_m": float(np.sqrt(np.mean(off**2)))}
     out["precontact.off_p95_m"] = float(np.percentile(off, 95))
+    if np.isfinite(a[:, 6:]).all():
+        out["precontact.off_rms_bound_m"] = float(np.sqrt(np.mean((a[:, 6:] ** 2).sum(axis=1))))
     kept = errors("precontact", e.precontact.relative, ("x", "y", "z"), "m")
-    return out | {k: v for k, v in kept.items() if "inside" in k or "nees" in k or "over_bound" in k}
+    return out | {k: v for k, v in kept.items() if "rms" in k or "inside" in k or "nees" in k}

@@ -19,7 +19,7 @@ from sim_plant.sensors.terms import PAPER
 
 STATION_M = (-35.5, 0.0, 8.5)  # [m] contact, tanker axes
 NOT_REACHED = "not_reached"  # contact was never flown, and nothing said why
-REFUSED = "refused"  # nor was it, and the receiver said why
+REFUSED = "refused"  # nor was it, and the receiver left, saying why
 OUTCOMES = (*(o.name.lower() for o in Outcome), REFUSED, NOT_REACHED)
 LEAST_S = 5.0  # [s] of contact below which there are no figures of it
 
@@ -103,7 +103,7 @@ def run_case(case: Case, seed: int) -> RunResult:
     outcome, values = NOT_REACHED, {}
     try:
         reached = arrive(e, words, times.arrive_s)
-        outcome = REFUSED if words.kinds else NOT_REACHED
+        outcome = REFUSED if words.breakaways else NOT_REACHED
     except AircraftLostError:
         reached, outcome = False, Outcome.LOST.name.lower()
     if reached:

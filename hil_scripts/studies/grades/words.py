@@ -6,6 +6,8 @@ from hil_scripts.studies.integrity.flight import TEXT, WARNING
 from hil_scripts.studies.integrity.snapshot import INTEGRITY, STATUS, phase_in, said
 
 KINDS = {  # what a text is of: the first whose words are in it
+    "attitude": ("gyro", "attitude reference"),
+    "limits": ("at its limit", "held back"),
     "bound": ("position bound", "no bound"),
     "sources": ("disagree", "left out", "of position agree", "taken again"),
     "air": ("turbulence", "calm"),
