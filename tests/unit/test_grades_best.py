@@ -126,6 +126,7 @@ def test_what_is_said_is_told_by_its_words(monkeypatch: pytest.MonkeyPatch) -> N
         "position bound 5.1 m, allowed 3": "bound", "no bound on the position": "bound", "boom left out: walks away": "sources",
         "relative sensor, GNSS disagree": "sources", "turbulence 5.7 m/s, allowed 3.5": "air", "boom has let go": "boom",
         "station error 3.4 m": "station", "gyro left out: stands still": "attitude", "relative sensor silent": "navigation",
+        "contact is only allowed from pre-contact, not from": "order",
         "a command has been at its limit for 10 s": "limits", "fuel low: 200 kg": "other",
     }  # fmt: skip
     assert {k: wd.kind_of(k) for k in cases} == cases and list(SHOWN) == list(wd.SAID)

@@ -58,7 +58,7 @@ BEST = tuple(
     for x in axes
 )
 SAID = (
-    "attitude", "limits", "bound", "sources", "air", "boom", "station", "recovery", "navigation", "other",
+    "attitude", "limits", "bound", "sources", "air", "boom", "station", "recovery", "order", "navigation", "other",
 )  # fmt: skip
 SAYS = tuple((f"says.{k}", k) for k in SAID)
 TRUST = (

@@ -14,6 +14,7 @@ KINDS = {  # what a text is of: the first whose words are in it
     "boom": ("boom", "contact made"),
     "station": ("station error",),
     "recovery": ("recover", "envelope", "velocity"),
+    "order": ("only allowed", " breakaway"),
     "navigation": ("navigation", "sensor", "estimate", "refused", "silent", "contradict"),
 }
 OTHER = "other"
