@@ -27,10 +27,10 @@ from hil_scripts.studies.grades.words import Words
 
 @pytest.fixture(scope="module")
 def watch() -> g.Graded:
-    """Two seconds of a guarded tactical flight from the third second on, as if observation were contact."""
+    """Two seconds of a guarded tactical flight once the bank has begun, as if observation were contact."""
     f = g.Flying("refueling", 3, g.settings("tactical", 0.94, g.Timetable(), guarded=True))
     e, words = es.Estimates(f, "tactical"), Words()
-    assert not g.arrive(e, words, 3.0) and e.phase == "observation"
+    assert not g.arrive(e, words, 8.0) and e.phase == "observation"
     w = g.Graded(e, words)
     w.m = replace(w.m, phase="observation", station_m=tuple(START_M))
     assert not g.follow(w, 2.0)
