@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import pytest
@@ -14,6 +15,7 @@ from flightsw.strict import ConfigError, convert
 from hil_scripts.studies.integrity.table import MOMENTS
 from sim_plant.scenario import load_scenario
 from sim_plant.sensors.config import Suite
+from sim_plant.sensors.terms import group_terms
 
 PARAMS = Path(flightsw.__file__).parent / "params"
 
@@ -25,6 +27,26 @@ def believed(name: str) -> IntegrityParams:
 
 def test_tactical_sensors_are_believed_as_by_default() -> None:
     assert believed("receiver_tactical") == IntegrityParams(on=True)
+
+
+@pytest.mark.parametrize("grade", ["tactical", "mems"])
+def test_no_sensor_of_a_grade_errs_by_more_than_is_believed(grade: str) -> None:
+    """Margins up to half; the boom in its own axes, over its 12 m."""
+    p, of = believed(f"receiver_{grade}"), {k: group_terms(k, grade, {}, "") for k in ("rel", "gnss", "att", "boom")}
+    rel, gnss, att, boom = (g.columns for g in of.values() if g is not None)
+    pos, vel, angle = rel["pos"], rel["vel"], boom["angle"]
+    fix = (gnss["pos_h"], gnss["pos_v"], gnss["vel_h"], gnss["vel_v"])
+    lean = math.hypot(att["heading"].gm, att["heading"].constant)
+    pairs = [
+        (p.rel_pos_m, pos.white), (p.rel_slow_m, pos.gm), (p.rel_const_m, pos.constant), (p.rel_boresight_rad, pos.align),
+        (p.rel_scale, pos.scale), (p.rel_vel_mps, vel.white), (p.rel_vel_slow_mps, math.hypot(vel.gm, vel.constant)),
+        (p.gnss_pos_m, fix[1].white), (p.gnss_slow_m[0], fix[0].gm), (p.gnss_slow_m[1], fix[1].gm),
+        (p.gnss_vel_slow_mps, math.hypot(fix[3].gm, fix[3].constant)), (p.boom_angle_rad, angle.white),
+        (p.boom_ext_m, boom["extension"].white),
+        (math.hypot(12.19 * p.boom_angle_const_rad, p.boom_ext_const_m), max(12.19 * angle.constant, boom["extension"].constant)),
+    ]  # fmt: skip
+    assert all(true <= said <= 1.5 * true for said, true in pairs), pairs
+    assert p.gnss_vel_mps >= fix[3].white and p.att_rad >= 0.9 * lean
 
 
 @pytest.mark.parametrize("scenario", ["refueling", "airdata"])

@@ -25,6 +25,7 @@ from flightsw.missions.receiver.integrity.params import IntegrityParams
 from flightsw.missions.receiver.integrity.report import REPORTS as INTEGRITY
 from flightsw.missions.receiver.integrity.report import IntegrityReport
 from flightsw.missions.receiver.refuel import ACTIONS, BREAKAWAY, FROM, NAMES, TAKES, RefuelParams
+from flightsw.missions.receiver.relative import publish_own_sigma
 from flightsw.missions.receiver.station_keeping import ReceiverCtrlParams, make_station_keeping
 from flightsw.missions.receiver.tanker_link import turn_rate
 from flightsw.refusal import Refusals
@@ -178,6 +179,7 @@ class ReceiverMission(Mission[ActuatorModel]):
         nav = self.nav.step(f, mean, health, updated)
         if guard is not None:
             guard.publish(nav, self.nav.rejoined)
+            publish_own_sigma(self.nav.core, nav, self.nav.peer.pos_sigma)
         if self.wind is not None:
             self.wind.feed(f, updated, health, self.nav.core)
         return nav

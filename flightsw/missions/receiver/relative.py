@@ -100,13 +100,18 @@ def first_state(x: np.ndarray, f: SensorFrame, air: np.ndarray, tk: np.ndarray) 
 
 def publish_relative_sigma(c: TrustedCore, o: NavState, tankers: Vec3) -> None:
     """1-sigma of position and attitude relative to the tanker, and of the own position: that, and `tankers` [m] of its own."""
-    lasting, arm = c.lasting(REL_POS, c.p.bias_rel), c.p.peer_att * math.hypot(*o.rel_pos_t)
-    (x, y, z), (n, e, d) = o.scatter, tankers
+    lasting, (x, y, z) = c.lasting(REL_POS, c.p.bias_rel), o.scatter
     o.rel_sigma = (math.hypot(x, lasting), math.hypot(y, lasting), math.hypot(z, lasting))
-    most = max(o.rel_sigma)  # whatever way the tanker's axes point
-    o.pos_sigma = (math.hypot(n, most, arm), math.hypot(e, most, arm), math.hypot(d, most, arm))
+    publish_own_sigma(c, o, tankers)
     psi, theta, phi = o.att_sigma
     o.rel_att_sigma = (math.hypot(psi, c.p.peer_att), math.hypot(theta, c.p.peer_att), math.hypot(phi, c.p.peer_att))
+
+
+def publish_own_sigma(c: TrustedCore, o: NavState, tankers: Vec3) -> None:
+    """1-sigma of the own position: rel_sigma, which is filled, and `tankers` [m] of the tanker's."""
+    arm, (n, e, d) = c.p.peer_att * math.hypot(*o.rel_pos_t), tankers
+    most = max(o.rel_sigma)  # whatever way the tanker's axes point
+    o.pos_sigma = (math.hypot(n, most, arm), math.hypot(e, most, arm), math.hypot(d, most, arm))
 
 
 def rows(p: NavParams, probes: int, aided: bool) -> int:

@@ -74,13 +74,14 @@ class Integrity:
         self._limit = dict(limits)
 
     def publish(self, nav: NavState, rejoined: bool) -> None:
-        """Put into the estimate whether its relative position serves the phase, and the sigma it has here; rejoined: the tanker's
-        frame has jumped, begin anew in it. What was left out stays so."""
+        """Put into the estimate whether its relative position serves the phase, and the sigma it has by what the bank knows: the
+        truth scatters about the bank by the bank's, and the estimate lies a known way off it (separation.md 7). rejoined: the
+        tanker's frame has jumped, begin anew in it. What was left out stays so."""
         nav.rel_doubt = self.over
         self._off = ZERO3
         if self.ready and nav.valid:
-            self._off = less(nav.rel_pos_t, self.bank.xi)
-            (x, y, z), (a, b, c) = nav.scatter, self.bank.sigma
+            x, y, z = self._off = less(nav.rel_pos_t, self.bank.xi)
+            a, b, c = self.bank.sigma
             nav.rel_sigma = (math.hypot(x, a), math.hypot(y, b), math.hypot(z, c))
         self.ready &= not rejoined
 

@@ -39,11 +39,11 @@ class IntegrityParams:
     att_rad: Pos = 0.003
     att_tau_s: Pos = 30.0
     rate_radps: Pos = 0.0015  # and its rates, each axis
-    # boom: noise and constant of its angles and extension
+    # boom: noise and constant of its angles and extension; both constants together are believed of every axis
     boom_angle_rad: Pos = 0.002
     boom_ext_m: Pos = 0.02
-    boom_angle_const_rad: Pos = 0.004
-    boom_ext_const_m: Pos = 0.055
+    boom_angle_const_rad: Pos = 0.003
+    boom_ext_const_m: Pos = 0.042
     boom_walk: Pos = 1e-3  # [m/sqrt(s)]
     lag_s: Annotated[float, Range(0.0, 1.0)] = (
         0.15  # the bank is so long behind, where the tanker's accelerometers are known
