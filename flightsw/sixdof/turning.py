@@ -29,7 +29,7 @@ BIAS, SCALE = 2e-3, 0.02  # [rad/s] change of a gyro's bias, [-] of a turn: scal
 TWICE = 2  # readings in a row beyond the limit: a reading that jumps back is the estimator's own to refuse
 SLOW_S = 2.0  # [s] before that, in which the reference tells rates well enough
 SHARE = 0.6  # [-] of the other's distance from the model within which one of two is right
-LEARN_S, CALM_S = 20.0, 5.0  # [s] for the reference's scatter; until taken again
+LEARN_S, CALM_S, AGAIN = 20.0, 5.0, 4.0  # [s] for the reference's scatter; until taken again, each time so much longer
 TRY_S = 1.0  # [s] between tries of the moments
 GAP_S = 0.3  # [s] without one of the two: begin anew
 KEPT = 512  # steps: more than the longest window and what is before it, at 100 Hz
@@ -48,6 +48,7 @@ class Turning:
         self.texts: list[Text] = []
         self.moments_hold = True  # surfaces are where they are believed to be: without that nobody is accused
         self.out = 0  # HF_IMU or HF_ATT: who is left out
+        self._outs = {HF_IMU: 0, HF_ATT: 0}  # how many times each has been: what comes late agrees in calm flight
         self._by = 0  # and the other of them, if it is by that one's readings
         self._same, self._read = 0, (0.0,) * 4  # readings of the reference to the bit as the last one
         # [3] rad: the gyro is left out in this step; an estimate by it is off by that, come about in over_s [s]
@@ -154,7 +155,7 @@ class Turning:
             self._learn(s, more)
             if self._calm_s > WINDOWS_S[-1]:
                 self._said = dict.fromkeys(self._said, 0)
-        if self.out and self._calm_s > CALM_S:
+        if self.out and self._calm_s > CALM_S * AGAIN ** (self._outs[self.out] - 1):
             self.texts.append(Text(5, f"{NAMES[self.out]} agrees again, used"))
             self.out = self._by = 0
 
@@ -220,6 +221,7 @@ class Turning:
 
     def _leave_out(self, who: int, more: Vec3, over_s: float, why: str) -> None:
         self.out = who
+        self._outs[who] += 1
         if who == HF_IMU:
             self.believed, self.over_s = more, over_s
         self.texts.append(Text(4, f"{NAMES[who]} left out: {why}"[:50]))

@@ -38,7 +38,7 @@ SIGMAS = 6.0  # of the mean of a window, as learnt
 LEARN_S = 20.0  # [s]
 LEAST = (math.radians(0.7), math.radians(0.5), math.radians(2.0))  # [rad] off that counts
 SHARE = 0.35  # [-] of what was commanded to and fro: so wrong may the file's derivatives be
-LEAST_THRUST, SHARE_THRUST = 0.08, 0.5  # [-] of what is available; of its changes: engines lag by more than believed
+LEAST_THRUST, SHARE_THRUST, LAZY = 0.08, 0.35, 0.7  # [-] of what is available; of its changes; of the file's spool
 TWICE = 2  # steps in a row
 DOUBTFUL = 0.5  # [-] of what is too far, beyond which nothing is learnt
 SEEN = 3.0  # sigmas of the reference
@@ -74,6 +74,7 @@ class Answer:
         self._mean, self._over = np.zeros((2, 8)), np.zeros(4)
         self._least, self._share = np.array([*LEAST, math.inf]), np.array([SHARE, SHARE, SHARE, SHARE_THRUST])
         self._count = [0, 0, 0, 0]
+        self._avail, self._slow = 1.0, -1.0  # [N] there is; of an engine as slow as the file's spool, below 0: not known
 
     def step(self, s: Readings, u: np.ndarray, sound: bool, apart: tuple[Vec3, Vec3], dt: float) -> None:
         """u [4]: mean controls (surfaces rad, thrust N) believed to have acted over the dt [s] whose mean rates and forces s has;
@@ -86,18 +87,21 @@ class Answer:
         acted[:] = 0.5 * (self._u + u)
         self._u[:] = u
         if not sound or not s.V_measured or not self._known:
+            self._slow = -1.0
             self._known, self._n, self._count = sound and s.V_measured, 0, [0, 0, 0, 0]
             return
+        if self._n % len(self._off) == 0:  # no quicker than height and speed go
+            self._avail = thrust_available(self.ac, s.h_m, s.V)
+            self._least[THRUST] = LEAST_THRUST * self._avail
         row = self._off[self._n % len(self._off)]
         explained(x, self._P, dt, row)
         row[:4] -= acted
         row[4:] -= acted
+        self._spool(row, float(acted[THRUST]), dt)
         self._told[self._n % len(self._told)] = acted
         self._n += 1
         if self._n < self._moves:
             return
-        if self._n % len(self._off) == 0:  # no quicker than height and speed go
-            self._least[THRUST] = LEAST_THRUST * thrust_available(self.ac, s.h_m, s.V)
         means(
             self._off, self._n, self._told, self._windows, self._recent, self._lasting, self._square, self._least, SIGMAS,
             self._share, self._mean, self._over,
@@ -109,6 +113,18 @@ class Answer:
         self._judge([*self._accused(s, over, apart), thrust], over)
         if self._learnt_s < LEARN_S or max(over) < DOUBTFUL:
             self._learn(row, dt)
+
+    def _spool(self, row: np.ndarray, thrust: float, dt: float) -> None:
+        """Thrust of row [8] between what is believed and what the file's slowest engine has by now is not off."""
+        e = self.ac.engine
+        if self._slow < 0.0 or e.spool_full_ps == 0.0:
+            self._slow = thrust
+        full = min(max(self._slow / self._avail, 0.0), 1.0)
+        most = LAZY * (e.spool_idle_ps + (e.spool_full_ps - e.spool_idle_ps) * full) * self._avail * dt
+        self._slow += min(max(thrust - self._slow, -most), most)
+        lag = self._slow - thrust
+        for i in (THRUST, 4 + THRUST):
+            row[i] -= min(max(float(row[i]), min(lag, 0.0)), max(lag, 0.0))
 
     def _accused(self, s: Readings, over: list[float], apart: tuple[Vec3, Vec3]) -> list[bool]:
         """Of each surface whether it is too far off, does not follow its command (what balances a wake does), and would have
