@@ -98,7 +98,10 @@ class ReceiverMission(Mission[ActuatorModel]):
         tanker = load_aircraft(p.tanker)
         if p.integrity.on is None and (idle := changed(p.integrity, IntegrityParams())) is not None:
             raise ConfigError(f"integrity.{idle[0]} = {idle[1]!r}: nothing obeys it without integrity.on = true")
-        self.integrity = Integrity(p.integrity, tanker, ac) if p.integrity.on else None
+        if p.integrity.wake and not p.airdata.on:
+            raise ConfigError("integrity.wake = true: allowed with airdata.on = true")
+        wake = bool(p.airdata.on) and p.integrity.wake is not False
+        self.integrity = Integrity(p.integrity, tanker, ac, wake) if p.integrity.on else None
         self.guid = make_refuel_path(p.guid, Surroundings(tanker, ac))
         self.ctrl = make_station_keeping(ac, tanker, p.ctrl, period_s, ReceiverParams().ctrl)
         self.V0 = float(np.mean(p.ctrl.schedule.V_mps))
@@ -167,7 +170,8 @@ class ReceiverMission(Mission[ActuatorModel]):
         """One estimator step; mean [4]: mean controls that acted since the last one."""
         guard = self.integrity
         if guard is not None:
-            f, updated, health = guard.step(f, updated, health, self.nav.peer, self.guid.phase)
+            told = None if self.air is None else self.air.rows
+            f, updated, health = guard.step(f, updated, health, self.nav.peer, self.guid.phase, told)
         if self.air is not None:
             f = self.air.step(f, self.nav, health, updated, guard is None or guard.rel_confirmed)
         nav = self.nav.step(f, mean, health, updated)
