@@ -100,8 +100,7 @@ class ReceiverMission(Mission[ActuatorModel]):
             raise ConfigError(f"integrity.{idle[0]} = {idle[1]!r}: nothing obeys it without integrity.on = true")
         if p.integrity.wake and not p.airdata.on:
             raise ConfigError("integrity.wake = true: allowed with airdata.on = true")
-        wake = bool(p.airdata.on) and p.integrity.wake is not False
-        self.integrity = Integrity(p.integrity, tanker, ac, wake) if p.integrity.on else None
+        self.integrity = Integrity(p.integrity, tanker, ac, bool(p.airdata.on)) if p.integrity.on else None
         self.guid = make_refuel_path(p.guid, Surroundings(tanker, ac))
         self.ctrl = make_station_keeping(ac, tanker, p.ctrl, period_s, ReceiverParams().ctrl)
         self.V0 = float(np.mean(p.ctrl.schedule.V_mps))
@@ -148,6 +147,9 @@ class ReceiverMission(Mission[ActuatorModel]):
             return Rejoin()
         rejoin = behind(f, nav)
         guard.step(f, nav, updated, health, rejoin, dt)
+        if guard.air is not None:  # its gusts come here a fifth of a second later
+            bound = "" if self.integrity is None else self.integrity.over
+            nav.rel_doubt = bound or ("the tanker's air is too rough" if self.nav.peer.rough else "")
         if self.integrity is not None and guard.air is not None:
             self.integrity.out.turbulence, self.integrity.out.turbulence_max = guard.air.sigma, guard.air.p.bear_mps
         if guard.active:

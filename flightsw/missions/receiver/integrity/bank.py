@@ -60,6 +60,7 @@ class Bank:
         self.size = 1 + self.sources * (1 + lengths * slots)
         self.X, self.P = np.zeros((self.size, self.n)), np.zeros((self.size, self.n, self.n))
         self.L = np.zeros(self.size)
+        self._by_wake = np.zeros(self.size)  # what of L the wake position's readings make
         self.left_out = np.zeros(self.size, dtype=np.int64)
         self.slots = [(k, s) for k in range(lengths) for s in range(slots)]
         self.born_us = [0] * len(self.slots)
@@ -128,6 +129,7 @@ class Bank:
         long = self.slots[slot][0] > 0
         for k, m in enumerate(self._members(slot)):
             self.X[m], self.P[m], self.L[m], self._run[m] = self.X[0], self.P[0], 0.0, 0
+            self._by_wake[m] = 0.0
             self.left_out[m] = self.left_out[0]
             if not long:
                 for i in range(POSITION[k].start, POSITION[k].stop):
@@ -169,7 +171,10 @@ class Bank:
 
     def correct(self, rows: Reading) -> None:
         """Take a reading in."""
+        before = self.L.copy()
         kernel.correct(self.X, self.P, self.L, self.left_out, 1 << rows.source, rows.H, rows.y, rows.r, rows.count)
+        if rows.source == WAKE:
+            self._by_wake += self.L - before
 
     def stand(self, t_us: int, d: Vec3, C: np.ndarray, density: float) -> None:
         """Let what is said below be of t_us, where filter 0 is at d [m] NED and the tanker has the attitude C [9] by its word;
@@ -302,9 +307,12 @@ class Bank:
         u, v, w = (self.X[m, U] - self.X[0, U]).tolist()
         return (x, y, z), (u, v, w)
 
-    def blamed_for(self, source: int, slot: int) -> Vec3:
-        """How far [m], in tanker axes, the filter that has distrusted a source since a slot's forks began is off filter 0."""
-        return self.apart(self._members(slot)[source])[0]
+    def borne_out(self, source: int, slot: int, live: int) -> float:
+        """Log-likelihood by the wake position's readings alone of "source is wrong" less that of "another is", the least over
+        those of the mask `live`, since a slot's forks began."""
+        members, others = self._members(slot), [k for k in range(WAKE) if k != source and live >> k & 1]
+        word = self._by_wake[members[source]]
+        return min((float(word - self._by_wake[members[k]]) for k in others), default=0.0)
 
     def more_likely(self, a: int, b: int) -> float:
         """Log-likelihood of "source a is wrong" less that of "b is", mean of the long forks."""

@@ -43,6 +43,7 @@ SAME_US = 60_000  # [us] two fixes are of one instant
 CALM_S = 30.0  # [s] without a failed test until a disagreement is over
 CALM = 0.7  # [-] of the thresholds
 SUSPECT_S, SUSPECT_LEAD = 12.0, 10.0  # [s] of a dispute, [-] log-likelihood in which the suspect may become the other
+WORD, WORD_S = 4.0, 3.0  # [-] log-likelihood by which the wake position bears somebody out, [s] it is given to do so
 OTHERS_S = 0.5  # [s] within which another source must have been taken for a step to be the source's own
 
 
@@ -50,9 +51,9 @@ class Integrity:
     """The bank in flight. One `step` a navigation step, before the estimator."""
 
     def __init__(self, p: IntegrityParams, tanker: Aircraft, receiver: Aircraft, wake: bool = False) -> None:
-        """wake: the wake position is a source."""
+        """wake: there are air data to tell the place in the wake."""
         self.p = p
-        self.bank = Bank(p, reach_m(tanker), wake)
+        self.bank = Bank(p, reach_m(tanker), wake and p.wake is not False)
         self.rows, self.horizon = Readings(p, tanker, receiver, self.bank.n), Horizon(p, self.bank)
         self._wake_number = -1  # of the rows it goes by
         self.out = IntegrityReport()
@@ -227,25 +228,34 @@ class Integrity:
                 self.texts.append(Text(NOTICE, "sources of position agree again"))
             return
         self._calm_s = 0.0
-        if v.blamed >= 0 and live.bit_count() - self._blind(v, live) >= 3:
+        if v.blamed >= 0 and self._witnesses(v, live) >= 3:
             self._leave_out(v.blamed, v.slot, "walks away from the others")
         elif not self.undecided:
             self.undecided, self._disputed_s = live, 0.0
             names = ", ".join(NAMES[k] for k in range(SOURCES) if live >> k & 1)
             self.texts.append(Text(WARNING, f"{names} disagree"))
 
-    def _blind(self, v: Verdict, live: int) -> int:
-        """1 where the wake position is heard but cannot tell: who is blamed lies along the tanker's path."""
-        x, y, z = (abs(a) for a in self.bank.blamed_for(v.blamed, v.slot))
-        return int(bool(live >> WAKE & 1) and v.blamed != WAKE and x > math.hypot(y, z))
+    def _witnesses(self, v: Verdict, live: int) -> int:
+        """Sources live; the wake position, which is slow to tell and does not tell what is along the tanker's path, is one only
+        where its own readings say who is wrong."""
+        mute = live >> WAKE & 1 and v.blamed != WAKE and self.bank.borne_out(v.blamed, v.slot, live) < WORD
+        return live.bit_count() - int(mute)
+
+    @property
+    def _two(self) -> int:
+        """The two in dispute, as a mask, where nobody can tell who of them is wrong; 0: among three the bound covers it."""
+        full = self.undecided & ~(1 << WAKE)
+        if self.undecided.bit_count() == 2:
+            return self.undecided
+        return full if full.bit_count() == 2 and self._disputed_s > WORD_S else 0
 
     def _suspect(self, dt: float) -> None:
         """Of two in dispute, the one more likely to be wrong: not left out, but not flown by while the receiver leaves."""
-        two = [k for k in range(SOURCES) if self.undecided >> k & 1]
-        if len(two) != 2:
+        self._disputed_s += dt
+        two = [k for k in range(SOURCES) if self._two >> k & 1]
+        if not two:
             self.suspect = -1
             return
-        self._disputed_s += dt
         lead = self.bank.more_likely(*two)
         if (
             self._disputed_s < SUSPECT_S and abs(lead) > SUSPECT_LEAD
@@ -263,8 +273,8 @@ class Integrity:
         flown = [pl + abs(off) for pl, off in zip(self.out.pl, self._off, strict=True)]  # by the estimate, not the bank
         worst = max(flown)
         self._over_s = self._over_s + dt if worst > al else 0.0
-        if self.undecided.bit_count() == 2 and math.isfinite(al):
-            self.over = "two sources of position disagree"  # among three the bound covers it until it is known which
+        if self._two and math.isfinite(al):
+            self.over = "two sources of position disagree"
         elif self._over_s > self.p.over_s:
             self.over = (
                 f"position bound {worst:.1f} m, allowed {al:g}" if math.isfinite(worst) else "no bound on the position"
