@@ -314,6 +314,13 @@ class Bank:
         word = self._by_wake[members[source]]
         return min((float(word - self._by_wake[members[k]]) for k in others), default=0.0)
 
+    def along(self, a: int, b: int) -> bool:
+        """Whether what sources a and b dispute lies along the tanker's path rather than across: between the forks that distrust
+        one and the other, of the slot that has them farthest apart."""
+        parts = [self.place @ (self.X[m[a]] - self.X[m[b]]) for m in map(self._members, range(len(self.slots)))]
+        x, y, z = max(parts, key=np.linalg.norm).tolist()
+        return abs(x) > math.hypot(y, z)
+
     def more_likely(self, a: int, b: int) -> float:
         """Log-likelihood of "source a is wrong" less that of "b is", mean of the long forks."""
         long = [self._members(s) for s, (length, _) in enumerate(self.slots) if length > 0]

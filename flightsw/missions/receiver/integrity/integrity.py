@@ -43,7 +43,7 @@ SAME_US = 60_000  # [us] two fixes are of one instant
 CALM_S = 30.0  # [s] without a failed test until a disagreement is over
 CALM = 0.7  # [-] of the thresholds
 SUSPECT_S, SUSPECT_LEAD = 12.0, 10.0  # [s] of a dispute, [-] log-likelihood in which the suspect may become the other
-WORD, WORD_S = 4.0, 3.0  # [-] log-likelihood by which the wake position bears somebody out, [s] it is given to do so
+WORD, WORD_S = 4.0, 2.0  # [-] log-likelihood by which the wake position bears somebody out, [s] it is given to do so
 OTHERS_S = 0.5  # [s] within which another source must have been taken for a step to be the source's own
 
 
@@ -60,7 +60,7 @@ class Integrity:
         self.texts: list[Text] = []
         self.excluded = self.undecided = 0
         self._heard = 0  # sources taken since the bank began
-        self.suspect, self._disputed_s = -1, 0.0
+        self.suspect, self._disputed_s, self._word_s = -1, 0.0, WORD_S
         self.over = ""  # why the phase may not go on, "" if it may
         self.ready = False
         self._own: deque[tuple[int, Vec3, Vec3]] = deque(maxlen=FIXES)
@@ -232,6 +232,8 @@ class Integrity:
             self._leave_out(v.blamed, v.slot, "walks away from the others")
         elif not self.undecided:
             self.undecided, self._disputed_s = live, 0.0
+            full = [k for k in range(WAKE) if live >> k & 1]
+            self._word_s = 0.0 if len(full) == 2 and self.bank.along(*full) else WORD_S
             names = ", ".join(NAMES[k] for k in range(SOURCES) if live >> k & 1)
             self.texts.append(Text(WARNING, f"{names} disagree"))
 
@@ -247,7 +249,7 @@ class Integrity:
         full = self.undecided & ~(1 << WAKE)
         if self.undecided.bit_count() == 2:
             return self.undecided
-        return full if full.bit_count() == 2 and self._disputed_s > WORD_S else 0
+        return full if full.bit_count() == 2 and self._disputed_s > self._word_s else 0
 
     def _suspect(self, dt: float) -> None:
         """Of two in dispute, the one more likely to be wrong: not left out, but not flown by while the receiver leaves."""
