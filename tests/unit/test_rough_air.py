@@ -13,14 +13,14 @@ from flightsw.kernels.rotations import quat_from_euler
 from flightsw.icd.codec_flight import FlightCodec
 from flightsw.missions.receiver.integrity.params import IntegrityParams
 from flightsw.missions.receiver.mission import ReceiverMission, ReceiverParams
-from flightsw.missions.tanker.mission import TankerMission, TankerParams
+from flightsw.missions.tanker.mission import TankerAirParams, TankerMission, TankerParams
 from flightsw.sixdof.actuators import ActuatorModel
 from flightsw.sixdof.recovery.law import RecoveryLaw
 from flightsw.sixdof.recovery.protection import HOLDING, Protection, Rejoin
 from flightsw.sixdof.recovery.protection import RecoveryParams as Recovery
 from flightsw.sixdof.recovery.readings import Readings
 from flightsw.sixdof.recovery.rough import RoughAirLaw
-from flightsw.sixdof.recovery.turbulence import RoughAirParams, Turbulence, TurbulenceParams
+from flightsw.sixdof.recovery.turbulence import RoughAirParams, Turbulence
 from flightsw.strict import ConfigError
 from flightsw.types import HF_ROUGH, UPD_AIR, UPD_ATT, UPD_BARO, UPD_IMU, Health, NavState, SensorFrame, Vec3
 from sim_plant.wind.dryden import DrydenSeries
@@ -235,7 +235,7 @@ def test_it_is_on_with_bounds_and_off_without() -> None:
 # --- the tanker --------------------------------------------------------------------------------------------------------
 
 
-def tanker(air: TurbulenceParams, recovery: bool = True) -> TankerMission:
+def tanker(air: TankerAirParams, recovery: bool = True) -> TankerMission:
     return TankerMission(load_aircraft("kc135r"), replace(TankerParams(), rough_air=air, recovery=Recovery(recovery)), DT)
 
 
@@ -249,18 +249,17 @@ def through(m: TankerMission, sigma: float, t_s: float) -> list[str]:
 
 
 def test_a_tanker_tells_of_rough_air_and_flies_on() -> None:
-    m = tanker(TurbulenceParams())
+    m = tanker(TankerAirParams())
     assert through(m, 6.22, 8.0) and m.faults == HF_ROUGH and not m.recovering
-    assert through(tanker(TurbulenceParams()), 2.1, 20.0) == []
-    off = tanker(TurbulenceParams(on=False))
+    assert through(tanker(TankerAirParams()), 2.1, 20.0) == []
+    off = tanker(TankerAirParams(on=False))
     assert through(off, 6.22, 8.0) == [] and off.faults == 0
 
 
 def test_a_tanker_refuses_what_nothing_would_obey() -> None:
-    for air, named in ((TurbulenceParams(bear_mps=2.0), "rough_air.bear_mps = 2"), (TurbulenceParams(on=True), "rough_air.on")):
-        with pytest.raises(ConfigError, match=named):
-            tanker(air, recovery=False)
-    assert tanker(TurbulenceParams(), recovery=False).air is None
+    with pytest.raises(ConfigError, match=r"rough_air\.bear_mps = 2\.0: nothing obeys it without recovery\.on"):
+        tanker(TankerAirParams(bear_mps=2.0), recovery=False)
+    assert tanker(TankerAirParams(), recovery=False).air is None
 
 
 @pytest.mark.parametrize("bounds", [True, False])

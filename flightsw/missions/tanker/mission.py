@@ -53,6 +53,13 @@ SPEED = "an airspeed the aircraft can fly on its racetrack"
 
 
 @dataclass(frozen=True)
+class TankerAirParams(TurbulenceParams):
+    """[rough_air] of a tanker flight file: what intensity of turbulence is announced, and how it is learnt."""
+
+    on: bool = True  # false: nothing is announced, whatever else is set
+
+
+@dataclass(frozen=True)
 class TankerParams:
     """[nav], [ctrl], [guid], [wind_calibration], [recovery], [rough_air] and [excitation] of a tanker flight file."""
 
@@ -61,7 +68,7 @@ class TankerParams:
     guid: RacetrackParams = field(default_factory=RacetrackParams)
     wind_calibration: WindCalParams = field(default_factory=WindCalParams)
     recovery: RecoveryParams = field(default_factory=RecoveryParams)
-    rough_air: TurbulenceParams = field(default_factory=TurbulenceParams)
+    rough_air: TankerAirParams = field(default_factory=TankerAirParams)
     excitation: ExcitationParams = field(default_factory=ExcitationParams)
 
 
@@ -178,10 +185,10 @@ def _turbulence(p: TankerParams) -> Turbulence | None:
     """What learns the roughness of the air, None: nothing does. Raises ConfigError for keys nothing would obey: it goes by
     the readings of recovery."""
     air = p.rough_air
-    if air.on is False:
+    if not air.on:
         return None
     if not p.recovery.on:
-        if (idle := changed(air, TurbulenceParams())) is not None:
+        if (idle := changed(air, TankerAirParams())) is not None:
             raise ConfigError(f"rough_air.{idle[0]} = {idle[1]!r}: nothing obeys it without recovery.on = true")
         return None
     return Turbulence(air)
