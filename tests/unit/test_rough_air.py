@@ -236,7 +236,9 @@ def test_it_is_on_with_bounds_and_off_without() -> None:
 
 
 def tanker(air: TankerAirParams, recovery: bool = True) -> TankerMission:
-    return TankerMission(load_aircraft("kc135r"), replace(TankerParams(), rough_air=air, recovery=Recovery(recovery)), DT)
+    return TankerMission(
+        load_aircraft("kc135r"), replace(TankerParams(), rough_air=air, recovery=Recovery(recovery)), DT
+    )
 
 
 def through(m: TankerMission, sigma: float, t_s: float) -> list[str]:

@@ -47,7 +47,9 @@ def off(got: WakeRows, at: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("wind", [(0.0, 0.0, 0.0), (2.0, -3.0, 2.0)])
-def test_the_rows_hold_at_the_true_place_whatever_the_wind_common_to_the_probes(wind: tuple[float, float, float]) -> None:
+def test_the_rows_hold_at_the_true_place_whatever_the_wind_common_to_the_probes(
+    wind: tuple[float, float, float],
+) -> None:
     """Slopes taken half a metre aside in y and z, two along: the rows are of the place, not of where they were taken."""
     for d in ([0.0, 0.0, 0.0], [0.0, 0.4, -0.3], [2.0, 0.0, 0.3]):
         got = rows(WakeWitness(PROBES, P), readings(AT, wind), AT + np.array(d))
@@ -85,8 +87,6 @@ def test_air_of_each_probe_is_noise() -> None:
     assert rough is not None
     np.testing.assert_allclose(rough.r, 1.9 * calm.r, rtol=1e-9)
     assert w.step(1, readings(AT), ALL, frame(AT[0]), WK, AT, own, C) is None  # more noise than is of use
-
-
 
 
 def test_other_probes_and_another_place_are_other_rows() -> None:

@@ -102,7 +102,9 @@ class TankerMission(Mission[ActuatorModel]):
         nav = self.nav.step(f, mean, health, heard)
         g = self.guid.step(f, nav, dt)
         taken = protected(self.guard, self.ctrl.terms, f, nav, g, updated, health, dt, self.nav)
-        if self.guard is not None and self.air is not None:  # told, not acted on: the receiver leaves, the tanker flies on
+        if (
+            self.guard is not None and self.air is not None
+        ):  # told, not acted on: the receiver leaves, the tanker flies on
             self.air.step(self.guard.readings, not self.guard.active, dt)
         if taken is not None:
             u, throttle = taken

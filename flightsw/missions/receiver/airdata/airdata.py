@@ -38,6 +38,7 @@ STRAYED = 40  # samples in a row
 GRACE_S = 0.5  # [s] without the relative sensor in which learning goes on
 CRUISE_MPS = 195.0  # [m/s] airspeed at which gusts are taken to pass the probes
 SILENT_US = 500_000  # [us] without air data
+LATE_US = 300_000  # [us] age of readings beyond which the motion since is not known well enough for a witness
 
 
 class AirData:
@@ -137,7 +138,7 @@ class AirData:
         if e is not None and self._iced(f, nav, y, e, use, dt):
             use, V = use & ~ALL_V, self.icing.V
             st.excluded |= ALL_V
-        if e is not None and self._wake_known and not peer.coasting:
+        if e is not None and self._wake_known and not peer.coasting and f.t_us - f.air_t_us < LATE_US:
             R_nf = fr.R_tf.reshape(3, 3).T @ fr.C_nt.reshape(3, 3)
             own = self.wake.own_air
             self.rows = self.witness.step(f.air_t_us, y, use, self.wake.g, self.wake.wk, fr.x, own, R_nf)
