@@ -87,7 +87,7 @@ def slow(rng: np.random.Generator, n: int, tau: float, sigma: float | Arr) -> Ar
 
 
 class WakeSeen:
-    """What air data say of the place across, at every step: noise as nine metres below the vortices, a passing error, a lasting one."""
+    """What air data say of the place across, at every step: noise (as 9 m below the vortices), a passing error, a lasting one."""
 
     def __init__(self, seed: int, fault: Fault | None = None) -> None:
         self._rng, self._fault = np.random.default_rng((seed, 2)), fault

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from flightsw.aircraft import load_aircraft
-from flightsw.kernels.rotations import quat_from_euler
 from flightsw.icd.codec_flight import FlightCodec
+from flightsw.kernels.rotations import quat_from_euler
 from flightsw.missions.receiver.integrity.params import IntegrityParams
 from flightsw.missions.receiver.mission import ReceiverMission, ReceiverParams
 from flightsw.missions.tanker.mission import TankerAirParams, TankerMission, TankerParams
