@@ -52,6 +52,7 @@ class PeerState:
     wind_n: Vec3 = ZERO3  # [m/s] the sender's wind estimate
     wind_valid: bool = False
     pos_sigma: Vec3 = ZERO3  # [m] the sender's 1-sigma of pos_n
+    flags: int = 0  # HF_* of the sender
 
 
 class Gain(NamedTuple):
@@ -280,6 +281,7 @@ HF_NAV = 128  # not valid after it has been, or valid and not to be trusted
 HF_ACT = 256  # last guard replaced a non-finite command
 HF_SAT = 512  # a command has been at its limit for long
 HF_ENGINE = 2048  # gives less thrust than is commanded: out
+HF_ROUGH = 4096  # the air is rougher than refuelling bears
 HF_UPSET = 1024  # outside its envelope or without navigation: recovery has the command
 
 

@@ -65,8 +65,9 @@ class FlightCodec(FlightReceiver):
             0xA4 if cmd.armed else 0x24,  # HIL, automatic, and armed
         )
 
-    def peer(self, nav: NavState) -> bytes:
+    def peer(self, nav: NavState, flags: int = 0) -> bytes:
         """FOLLOW_TARGET and WIND_COV of a navigation state, in the plant's time, for the other aircraft; an invalid one says so.
+        flags: HF_*, what is wrong on board.
 
         Not the sender's own time: the aircraft share the plant's.
         """
@@ -76,7 +77,7 @@ class FlightCodec(FlightReceiver):
         return pack(
             _FOLLOW,
             t_us // 1000,
-            0,  # custom_state
+            flags,
             lat,
             lon,
             alt,

@@ -54,7 +54,7 @@ _GPS = BY_NAME["HIL_GPS"].pick("time_usec", "fix_type", "lat", "lon", "alt", "vn
 _GPS_NO_FIX_BELOW = 3
 _ATT = BY_NAME["ATTITUDE_QUATERNION"].pick("time_boot_ms", "q1", "q2", "q3", "q4")
 _FUEL = BY_NAME["FUEL_STATUS"].pick("remaining_fuel", "flow_rate")
-_PEER_COV = _FOLLOW.pick("position_cov")
+_PEER_COV, _PEER_FLAGS = _FOLLOW.pick("position_cov"), _FOLLOW.pick("custom_state")
 _PEER = _FOLLOW.pick("timestamp", "lat", "lon", "alt", "vel", "acc", "attitude_q", "rates", "est_capabilities")
 _FIX_STATE = _FIX.pick("time_usec", "lat", "lon", "alt", "vel")
 _FIX_SIGMAS = _FIX.pick("pos_sigma", "vel_sigma")
@@ -322,6 +322,7 @@ class FlightReceiver:
         peer.vel_n, peer.acc_n, peer.q_nb, peer.w_b = v[4:7], v[7:10], v[10:14], v[14:17]
         a, b, c = (math.sqrt(s) if 0.0 <= s < math.inf else 0.0 for s in _PEER_COV(p[1]))
         peer.pos_sigma = (a, b, c)
+        peer.flags = _PEER_FLAGS(p[1])
         peer.wind_valid = False  # until the WIND_COV that belongs to it
         f.updated |= UPD_PEER
 

@@ -323,7 +323,7 @@ class Node:
 
     def _run_peer(self) -> None:
         if self._snap is not None:
-            self._last_reply += self.codec.peer(self._snap.nav)
+            self._last_reply += self.codec.peer(self._snap.nav, self._snap.health.flags)
 
     def _run_fix(self) -> None:
         if self._snap is None:

@@ -345,7 +345,10 @@ CONTEXTS = (
             ),
             Situation("rough air", r"rough_air\.on", ROUGH, 4.0),
             Situation(
-                "rough air that calms", r"rough_air\..*", (*ROUGH, *(f"receiver.rough_air.{k}" for k in RIDDEN)), 11.0
+                "rough air that calms",
+                r"rough_air\..*",
+                (*ROUGH, *(f"{w}.rough_air.{k}" for w in ("tanker", "receiver") for k in RIDDEN)),
+                11.0,
             ),
         ),
     ),

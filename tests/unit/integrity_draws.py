@@ -10,6 +10,7 @@ import numpy as np
 
 from flightsw.aircraft import load_aircraft
 from flightsw.kernels.atmosphere import G0
+from flightsw.missions.receiver.airdata.witness import WakeRows
 from flightsw.missions.receiver.integrity.integrity import Integrity
 from flightsw.missions.receiver.integrity.params import IntegrityParams
 from flightsw.missions.receiver.refuel import CONTACT, PRECONTACT
@@ -83,6 +84,26 @@ def slow(rng: np.random.Generator, n: int, tau: float, sigma: float | Arr) -> Ar
     for i in range(1, n):
         x[i] += a * x[i - 1]
     return x * sigma
+
+
+class WakeSeen:
+    """What air data say of the place across, at every step: noise (as 9 m below the vortices), a passing error, a lasting one."""
+
+    def __init__(self, seed: int, fault: Fault | None = None) -> None:
+        self._rng, self._fault = np.random.default_rng((seed, 2)), fault
+        self._lasting, self._passing = 2.0 * self._rng.standard_normal(2), np.zeros(2)
+        self.number = 1
+
+    def rows(self, t_us: int, xi: Arr) -> WakeRows:
+        """Of the true place xi [3] m, behind a tanker in level flight to the north."""
+        kept = math.exp(-DT / 2.7)
+        passing, noise = self._rng.standard_normal((2, 2))
+        self._passing = kept * self._passing + 0.15 * math.sqrt(1.0 - kept * kept) * passing
+        y = xi[1:] + self._lasting + self._passing + 0.95 * noise
+        if self._fault is not None:
+            y = y + self._fault.error((t_us - T0) * 1e-6)[0][1:]
+        H = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+        return WakeRows(t_us, y, H, np.full(2, 0.95**2), np.full(2, 4.0), self.number)
 
 
 @dataclass(frozen=True)

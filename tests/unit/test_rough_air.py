@@ -9,9 +9,12 @@ import numpy as np
 import pytest
 
 from flightsw.aircraft import load_aircraft
+from flightsw.icd.codec_flight import FlightCodec
 from flightsw.kernels.rotations import quat_from_euler
 from flightsw.missions.receiver.integrity.params import IntegrityParams
 from flightsw.missions.receiver.mission import ReceiverMission, ReceiverParams
+from flightsw.missions.tanker.mission import TankerAirParams, TankerMission, TankerParams
+from flightsw.sixdof.actuators import ActuatorModel
 from flightsw.sixdof.recovery.given import Felt, Rejoin
 from flightsw.sixdof.recovery.given import RecoveryParams as Recovery
 from flightsw.sixdof.recovery.law import RecoveryLaw
@@ -20,7 +23,7 @@ from flightsw.sixdof.recovery.readings import Readings
 from flightsw.sixdof.recovery.rough import RoughAirLaw
 from flightsw.sixdof.recovery.turbulence import RoughAirParams, Turbulence
 from flightsw.strict import ConfigError
-from flightsw.types import UPD_AIR, UPD_ATT, UPD_BARO, UPD_IMU, Health, NavState, SensorFrame, Vec3
+from flightsw.types import HF_ROUGH, UPD_AIR, UPD_ATT, UPD_BARO, UPD_IMU, Health, NavState, SensorFrame, Vec3
 from sim_plant.wind.dryden import DrydenSeries
 
 FELT = Felt(np.zeros(4), None)
@@ -229,3 +232,53 @@ def test_it_is_on_with_bounds_and_off_without() -> None:
 
     assert on(mission(RoughAirParams(), bounds=True)) and not on(mission(RoughAirParams()))
     assert on(mission(RoughAirParams(on=True))) and not on(mission(RoughAirParams(on=False), bounds=True))
+
+
+# --- the tanker --------------------------------------------------------------------------------------------------------
+
+
+def tanker(air: TankerAirParams, recovery: bool = True) -> TankerMission:
+    return TankerMission(
+        load_aircraft("kc135r"), replace(TankerParams(), rough_air=air, recovery=Recovery(recovery)), DT
+    )
+
+
+def through(m: TankerMission, sigma: float, t_s: float) -> list[str]:
+    """What the tanker says of the air in gusts of this 1 sigma."""
+    rng, act, said = np.random.default_rng(3), ActuatorModel(load_aircraft("kc135r"), 1), []
+    for w in gusts(sigma, 3, t_s):
+        m.step(noisy(frame((w[0], w[1], w[2])), rng), act, NEW, GOOD, DT)
+        said += [t.text for t in m.texts() if "turbulence" in t.text]
+    return said
+
+
+def test_a_tanker_tells_of_rough_air_and_flies_on() -> None:
+    m = tanker(TankerAirParams())
+    assert through(m, 6.22, 8.0) and m.faults == HF_ROUGH and not m.recovering
+    assert through(tanker(TankerAirParams()), 2.1, 20.0) == []
+    off = tanker(TankerAirParams(on=False))
+    assert through(off, 6.22, 8.0) == [] and off.faults == 0
+
+
+def test_a_tanker_refuses_what_nothing_would_obey() -> None:
+    with pytest.raises(ConfigError, match=r"rough_air\.bear_mps = 2\.0: nothing obeys it without recovery\.on"):
+        tanker(TankerAirParams(bear_mps=2.0), recovery=False)
+    assert tanker(TankerAirParams(), recovery=False).air is None
+
+
+@pytest.mark.parametrize("bounds", [True, False])
+def test_a_receiver_leaves_a_tanker_in_rough_air(bounds: bool) -> None:
+    """The flag goes over the link as the tanker sends it; the receiver goes by it where it leaves for rough air itself."""
+    codec = FlightCodec(load_aircraft("kc135r"), 1)
+    for flags in (0, HF_ROUGH):
+        got = SensorFrame()
+        FlightCodec(AC, 2, peer_sysid=1).decode(codec.peer(NavState(t_us=40_000, valid=True), flags), got)
+        assert got.peer.flags == flags
+        m, nav = mission(RoughAirParams(on=True), bounds=bounds), NavState(valid=True)
+        m.nav.peer.take(got.peer)
+        m._guarded(frame(), nav, NEW, GOOD, DT)
+        assert nav.rel_doubt == ("the tanker's air is too rough" if flags else "")
+    deaf = mission(RoughAirParams(on=False), bounds=bounds)
+    deaf.nav.peer.take(got.peer)
+    deaf._guarded(frame(), nav := NavState(valid=True), NEW, GOOD, DT)
+    assert nav.rel_doubt == ""

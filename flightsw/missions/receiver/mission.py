@@ -101,7 +101,9 @@ class ReceiverMission(Mission[ActuatorModel]):
         tanker = load_aircraft(p.tanker)
         if p.integrity.on is None and (idle := changed(p.integrity, IntegrityParams())) is not None:
             raise ConfigError(f"integrity.{idle[0]} = {idle[1]!r}: nothing obeys it without integrity.on = true")
-        self.integrity = Integrity(p.integrity, tanker, ac) if p.integrity.on else None
+        if p.integrity.wake and not p.airdata.on:
+            raise ConfigError("integrity.wake = true: allowed with airdata.on = true")
+        self.integrity = Integrity(p.integrity, tanker, ac, bool(p.airdata.on)) if p.integrity.on else None
         self.guid = make_refuel_path(p.guid, Surroundings(tanker, ac))
         self.ctrl = make_station_keeping(ac, tanker, p.ctrl, period_s, ReceiverParams().ctrl)
         self.V0 = float(np.mean(p.ctrl.schedule.V_mps))
@@ -148,6 +150,9 @@ class ReceiverMission(Mission[ActuatorModel]):
             return Rejoin()
         rejoin = behind(f, nav)
         guard.step(f, nav, updated, health, rejoin, Felt(u, self.turning), dt)
+        if guard.air is not None:  # its gusts come here a fifth of a second later
+            bound = "" if self.integrity is None else self.integrity.over
+            nav.rel_doubt = bound or ("the tanker's air is too rough" if self.nav.peer.rough else "")
         if self.integrity is not None and guard.air is not None:
             self.integrity.out.turbulence, self.integrity.out.turbulence_max = guard.air.sigma, guard.air.p.bear_mps
         if guard.active:
@@ -173,7 +178,8 @@ class ReceiverMission(Mission[ActuatorModel]):
         """One estimator step; mean [4]: mean controls that acted since the last one."""
         guard = self.integrity
         if guard is not None:
-            f, updated, health = guard.step(f, updated, health, self.nav.peer, self.guid.phase)
+            told = None if self.air is None else self.air.rows
+            f, updated, health = guard.step(f, updated, health, self.nav.peer, self.guid.phase, told)
         if self.air is not None:
             f = self.air.step(f, self.nav, health, updated, guard is None or guard.rel_confirmed)
         nav = self.nav.step(f, mean, health, updated)

@@ -10,7 +10,7 @@ from flightsw.kernels.atmosphere import G0
 from flightsw.kernels.jit import jit
 from flightsw.kernels.rotations import dcm_from_euler, dcm_from_quat, euler_from_dcm, rotate_dcm
 from flightsw.sixdof.layout import TK_P, TK_PD, TK_Q, TK_R, TK_VN
-from flightsw.types import ZERO3, PeerState
+from flightsw.types import HF_ROUGH, ZERO3, PeerState
 
 ROLL_OUT = 0.087  # [rad/s] roll rate of the virtual tanker
 LEVEL_RAD = math.radians(4.0)  # [rad] bank below which a tanker is taken to fly straight
@@ -46,6 +46,7 @@ class PeerTracker:
         self._wind = np.zeros(3)
         self._q, self._e, self._Rn = np.zeros(4), np.zeros(3), np.zeros(9)
         self.pos_sigma, self.wind_valid = ZERO3, False
+        self.rough = False  # its air is rougher than refuelling bears
         self.coasting = False
         self.level = False  # of a coasting tanker: its wings were level when the link went
 
@@ -58,7 +59,7 @@ class PeerTracker:
         dcm_from_quat(self._q, self._R)
         self._w[:], self._v[:], self._a[:], self._pos[:] = p.w_b, p.vel_n, p.acc_n, p.pos_n
         self._wind[:] = p.wind_n
-        self.pos_sigma, self.wind_valid = p.pos_sigma, p.wind_valid
+        self.pos_sigma, self.wind_valid, self.rough = p.pos_sigma, p.wind_valid, bool(p.flags & HF_ROUGH)
         self.coasting = False
 
     def coast(self, t_us: int) -> None:

@@ -24,10 +24,12 @@ from flightsw.sixdof.excitation import Excitation, ExcitationParams
 from flightsw.sixdof.recovery.cruising import protected
 from flightsw.sixdof.recovery.given import Felt, RecoveryParams
 from flightsw.sixdof.recovery.protection import Protection
+from flightsw.sixdof.recovery.turbulence import Turbulence, TurbulenceParams
 from flightsw.sixdof.turning import compared, make_turning
 from flightsw.sixdof.windcal.feed import make_wind_calibration
 from flightsw.sixdof.windcal.params import WindCalParams
 from flightsw.sixdof.windcal.record import WindReport, report_values
+from flightsw.strict import ConfigError, changed
 from flightsw.terms import Laws
 from flightsw.types import (
     ACCEPTED,
@@ -36,6 +38,7 @@ from flightsw.types import (
     HF_ATT,
     HF_GNSS,
     HF_IMU,
+    HF_ROUGH,
     Command,
     GuidanceCmd,
     Health,
@@ -51,14 +54,22 @@ SPEED = "an airspeed the aircraft can fly on its racetrack"
 
 
 @dataclass(frozen=True)
+class TankerAirParams(TurbulenceParams):
+    """[rough_air] of a tanker flight file: what intensity of turbulence is announced, and how it is learnt."""
+
+    on: bool = True  # false: nothing is announced, whatever else is set
+
+
+@dataclass(frozen=True)
 class TankerParams:
-    """[nav], [ctrl], [guid], [wind_calibration], [recovery] and [excitation] of a tanker flight file."""
+    """[nav], [ctrl], [guid], [wind_calibration], [recovery], [rough_air] and [excitation] of a tanker flight file."""
 
     nav: NavParams = field(default_factory=NavParams)
     ctrl: TankerCtrlParams = field(default_factory=lambda: TankerCtrlParams(ScheduleParams()))
     guid: RacetrackParams = field(default_factory=RacetrackParams)
     wind_calibration: WindCalParams = field(default_factory=WindCalParams)
     recovery: RecoveryParams = field(default_factory=RecoveryParams)
+    rough_air: TankerAirParams = field(default_factory=TankerAirParams)
     excitation: ExcitationParams = field(default_factory=ExcitationParams)
 
 
@@ -78,6 +89,7 @@ class TankerMission(Mission[ActuatorModel]):
         e.turn("guid.turn_rate_degps", p.guid.turn_rate_degps, p.guid.V_mps)
         self.alt_m = p.guid.alt_m
         self.guard = Protection(ac, self.alt_m, period_s) if p.recovery.on else None
+        self.air = _turbulence(p)
         self.turning = make_turning(ac, p.nav)
         self.tests = Excitation(ac, p.excitation, period_s) if p.excitation.on else None
 
@@ -93,6 +105,10 @@ class TankerMission(Mission[ActuatorModel]):
         g = self.guid.step(f, nav, dt)
         felt = Felt(mean, self.turning)
         taken = protected(self.guard, self.ctrl.terms, f, nav, g, updated, health, felt, dt, self.nav)
+        if (
+            self.guard is not None and self.air is not None
+        ):  # told, not acted on: the receiver leaves, the tanker flies on
+            self.air.step(self.guard.readings, not self.guard.active, dt)
         if taken is not None:
             u, throttle = taken
         elif nav.valid:
@@ -113,6 +129,11 @@ class TankerMission(Mission[ActuatorModel]):
     def recovering(self) -> bool:
         """Whether recovery has the command."""
         return self.guard is not None and self.guard.active
+
+    @property
+    def faults(self) -> int:
+        """HF_* of what this mission finds wrong: the air."""
+        return HF_ROUGH if self.air is not None and self.air.rough else 0
 
     @property
     def reports(self) -> Reports:
@@ -156,11 +177,26 @@ class TankerMission(Mission[ActuatorModel]):
         out, self.guid.texts = self.guid.texts, []
         if self.guard is not None:
             out, self.guard.texts = out + self.guard.texts, []
+        if self.air is not None:
+            out = out + self.air.tell()
         if self.turning is not None and self.turning.texts:
             out, self.turning.texts = out + self.turning.texts, []
         if self.tests is not None:
             out, self.tests.texts = out + self.tests.texts, []
         return out if self.wind is None else out + self.wind.tell()
+
+
+def _turbulence(p: TankerParams) -> Turbulence | None:
+    """What learns the roughness of the air, None: nothing does. Raises ConfigError for keys nothing would obey: it goes by
+    the readings of recovery."""
+    air = p.rough_air
+    if not air.on:
+        return None
+    if not p.recovery.on:
+        if (idle := changed(air, TankerAirParams())) is not None:
+            raise ConfigError(f"rough_air.{idle[0]} = {idle[1]!r}: nothing obeys it without recovery.on = true")
+        return None
+    return Turbulence(air)
 
 
 def speed_command(c: Command, guid: PathGuidance, envelope: Envelope, turn_rate_degps: float) -> tuple[int, str]:

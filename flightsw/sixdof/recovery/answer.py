@@ -74,7 +74,10 @@ class Answer:
         self._mean, self._over = np.zeros((2, 8)), np.zeros(4)
         self._least, self._share = np.array([*LEAST, math.inf]), np.array([SHARE, SHARE, SHARE, SHARE_THRUST])
         self._count = [0, 0, 0, 0]
-        self._avail, self._slow = 1.0, -1.0  # [N] there is; of an engine as slow as the file's spool, below 0: not known
+        self._avail, self._slow = (
+            1.0,
+            -1.0,
+        )  # [N] there is; of an engine as slow as the file's spool, below 0: not known
 
     def step(self, s: Readings, u: np.ndarray, sound: bool, apart: tuple[Vec3, Vec3], dt: float) -> None:
         """u [4]: mean controls (surfaces rad, thrust N) believed to have acted over the dt [s] whose mean rates and forces s has;

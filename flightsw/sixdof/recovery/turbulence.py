@@ -20,18 +20,24 @@ FIRST_S = 1.0  # [s] of differences before anything is said of them
 
 
 @dataclass(frozen=True)
-class RoughAirParams:
-    """[rough_air] of a receiver flight file: what intensity refuelling bears, how it is learnt, what is flown beyond it."""
+class TurbulenceParams:
+    """What intensity refuelling bears, and how it is learnt."""
 
-    on: bool | None = None  # left out: as integrity.on; then nothing else here may be set without that
     bear_mps: Annotated[float, Range(0.5, 20.0)] = 3.5  # 1 sigma; moderate is 2.1 and severe 6.2 at 7010 m
-    over_s: Annotated[float, Range(0.1, 60.0)] = 0.5  # beyond it for so long: the receiver leaves
+    over_s: Annotated[float, Range(0.1, 60.0)] = 0.5  # beyond it for so long: it is too rough
     ease_frac: Annotated[float, Range(0.1, 1.0)] = 0.8  # [-] of it, and
     calm_s: Annotated[float, Range(1.0, 3600.0)] = 30.0  # below that for so long: it may go on
     window_s: Annotated[float, Range(2.0, 120.0)] = 4.0  # differences remembered
     lag_s: Annotated[float, Range(0.1, 2.0)] = 0.3  # over which a difference is taken
     noise_mps: Annotated[float, Range(0.0, 5.0)] = 0.38  # 1 sigma of a difference in calm air, of tactical sensors
     L_m: Annotated[float, Range(50.0, 5000.0)] = 533.4  # scale length that an intensity is stated for
+
+
+@dataclass(frozen=True)
+class RoughAirParams(TurbulenceParams):
+    """[rough_air] of a receiver flight file: that, and what is flown beyond it."""
+
+    on: bool | None = None  # left out: as integrity.on; then nothing else here may be set without that
     V_mps: Annotated[float, Range(1.0)] = 175.0  # airspeed for rough air: as far from the slowest as from gust loads
     speed_mps2: Annotated[float, Range(0.05, 5.0)] = 1.0  # how fast it is come to
 
@@ -40,7 +46,7 @@ class Turbulence:
     """What is learnt of it. One `step` a mission step; `sigma` [m/s] per axis, 0 until there is enough; `rough`: refuelling does
     not bear it."""
 
-    def __init__(self, p: RoughAirParams) -> None:
+    def __init__(self, p: TurbulenceParams) -> None:
         self.p = p
         self.sigma, self.rough = 0.0, False
         self.texts: list[Text] = []

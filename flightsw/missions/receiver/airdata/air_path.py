@@ -59,6 +59,11 @@ class AirPath:
         to_parent(self.R_tf, np.asarray(v, dtype=float), out)
         return out
 
+    @property
+    def C_nt(self) -> np.ndarray:
+        """NED to tanker body [9] at the sample."""
+        return self._tk[ATTITUDE]
+
     def update(self, f: SensorFrame, rel: RelativeNav, dt: float, gyro: bool) -> None:
         """Everything at the air-data sample of `f`, dt [s] after the last; gyro: `f` has mean rates and accelerations."""
         nav = rel.out

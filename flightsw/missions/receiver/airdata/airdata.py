@@ -28,6 +28,7 @@ from flightsw.missions.receiver.airdata.reports import FdiStatus, WakeFix
 from flightsw.missions.receiver.airdata.state import SLOW, TURB, X_Y, X_Z
 from flightsw.missions.receiver.airdata.wake_filter import IDLE, TRACKING, WakePosition
 from flightsw.missions.receiver.airdata.wake_kernel import WK_WING_LIFT, WK_WING_X, WK_WING_Z
+from flightsw.missions.receiver.airdata.witness import WakeRows, WakeWitness
 from flightsw.missions.receiver.estimator import REL_MAX_S, RelativeNav
 from flightsw.sixdof.estimator_core import failed_bits
 from flightsw.types import UPD_AIR, UPD_GNSS, UPD_IMU, UPD_REL, Health, NavState, SensorFrame, Text
@@ -37,6 +38,7 @@ STRAYED = 40  # samples in a row
 GRACE_S = 0.5  # [s] without the relative sensor in which learning goes on
 CRUISE_MPS = 195.0  # [m/s] airspeed at which gusts are taken to pass the probes
 SILENT_US = 500_000  # [us] without air data
+LATE_US = 300_000  # [us] age of readings beyond which the motion since is not known well enough for a witness
 
 
 class AirData:
@@ -75,6 +77,8 @@ class AirData:
         self._own_window = spread(self.wake.probes, CRUISE_MPS, q.gust_L_m, p.fdi.window)
         self._own_white = WHITE * spread(self.wake.probes, CRUISE_MPS, q.gust_L_m, WHITE)
         self.icing = Icing(ac)
+        self.witness = WakeWitness(self.wake.probes, q)
+        self.rows: WakeRows | None = None  # of the last readings
         self._alone_s = 0.0  # [s] since the relative sensor was seen
 
     def step(
@@ -84,7 +88,7 @@ class AirData:
         `f` itself where there are none. confirmed: the relative reading is borne out, and nobody disputes it: only then is
         anything learnt from it, or begun anew where it says."""
         nav = rel.out
-        rel.fix = rel.rate_fix = None
+        rel.fix = rel.rate_fix = self.rows = None
         if not updated & ~failed_bits(health) & UPD_AIR or rel.started_us < 0 or len(f.air_V) != 3:
             if f.t_us - self._air_us > SILENT_US:
                 self._forget()
@@ -134,6 +138,10 @@ class AirData:
         if e is not None and self._iced(f, nav, y, e, use, dt):
             use, V = use & ~ALL_V, self.icing.V
             st.excluded |= ALL_V
+        if e is not None and self._wake_known and not peer.coasting and f.t_us - f.air_t_us < LATE_US:
+            R_nf = fr.R_tf.reshape(3, 3).T @ fr.C_nt.reshape(3, 3)
+            own = self.wake.own_air
+            self.rows = self.witness.step(f.air_t_us, y, use, self.wake.g, self.wake.wk, fr.x, own, R_nf)
         if use != ALL:
             f = repaired(f, y, use, self._zero if e is None else e, V)
         if self._wake_known:

@@ -19,8 +19,11 @@ from flightsw.missions.receiver.integrity.layout import (
     B_AT,
     B_D,
     B_U,
+    FW,
     NB,
+    NB_WAKE,
     OB,
+    OW,
     OWN,
     POSITION,
     RATE,
@@ -28,9 +31,10 @@ from flightsw.missions.receiver.integrity.layout import (
     ROWS,
     RS,
     RV,
+    SLOW,
     SOURCES,
+    WAKE,
     D,
-    G,
     U,
 )  # fmt: skip
 from flightsw.missions.receiver.integrity.params import IntegrityParams
@@ -39,8 +43,8 @@ from flightsw.missions.receiver.integrity.verdict import Verdict
 from flightsw.types import ZERO3, Vec3
 
 AXES = range(3)
-JUMP = (1.5, 1.5, 0.5)  # [m] a source may have stepped by when a short fork begins, and
-WALK = ((0.3, 0.12), (0.3, 0.12), (0.1, 0.04))  # [m/sqrt(s)] may walk by, in short and long forks
+JUMP = (1.5, 1.5, 0.5, 1.5)  # [m] a source may have stepped by when a short fork begins, and
+WALK = ((0.3, 0.12), (0.3, 0.12), (0.1, 0.04), (0.3, 0.12))  # [m/sqrt(s)] may walk by, in short and long forks
 RATE_WALK = 0.1  # [m/s/sqrt(s)] and its rate
 START_V = 1.0  # [m/s] of the first estimate
 
@@ -48,13 +52,15 @@ START_V = 1.0  # [m/s] of the first estimate
 class Bank:
     """The filters: 0 all, 1.. one standing a source, then forks [length of time, slot, source]."""
 
-    def __init__(self, p: IntegrityParams, boom_m: float) -> None:
-        """boom_m [m]: length of the boom, over which its angles err."""
+    def __init__(self, p: IntegrityParams, boom_m: float, wake: bool = False) -> None:
+        """boom_m [m]: length of the boom, over which its angles err; wake: the wake position is a source."""
         self.p = p
+        self.sources, self.n = (SOURCES, NB_WAKE) if wake else (WAKE, NB)
         lengths, slots = len(p.fork_s), 2
-        self.size = 1 + SOURCES + lengths * slots * SOURCES
-        self.X, self.P = np.zeros((self.size, NB)), np.zeros((self.size, NB, NB))
+        self.size = 1 + self.sources * (1 + lengths * slots)
+        self.X, self.P = np.zeros((self.size, self.n)), np.zeros((self.size, self.n, self.n))
         self.L = np.zeros(self.size)
+        self._by_wake = np.zeros(self.size)  # what of L the wake position's readings make
         self.left_out = np.zeros(self.size, dtype=np.int64)
         self.slots = [(k, s) for k in range(lengths) for s in range(slots)]
         self.born_us = [0] * len(self.slots)
@@ -62,45 +68,55 @@ class Bank:
         self.t_us = -1
         self._run = np.zeros(self.size, dtype=np.int64)  # steps a separation has been beyond k_alarm
         self._out = np.zeros(3)
-        self.believed = Believed(p, boom_m)
-        self._decay, self._q = np.zeros(NB), np.zeros((self.size, NB))
+        self.believed = Believed(p, boom_m, self.n)
+        self._decay, self._q = np.zeros(self.n), np.zeros((self.size, self.n))
         self._dt = -1.0
         self.z = np.zeros(ROWS)  # [-] innovations of the reading last looked at, in their sigmas
-        self.place = np.zeros((3, NB))  # of the state: the position in tanker axes
+        self.place = np.zeros((3, self.n))  # of the state: the position in tanker axes
         self._xi: Vec3 = ZERO3
         self._grown = 0.0  # [m^2]
 
     def start(self, t_us: int, d: np.ndarray, u: np.ndarray, xi: Vec3, excluded: int = 0) -> None:
         """Begin anew at d [3] m, u [3] m/s NED, in tanker axes xi [m], without the sources `excluded` (mask)."""
         self.t_us = t_us
-        p0 = np.zeros((NB, NB))
+        p0 = np.zeros((self.n, self.n))
         var = self.believed.var.copy()
         var[D], var[U] = 1e4, START_V**2
-        x0 = np.zeros(NB)
+        x0 = np.zeros(self.n)
         x0[D], x0[U] = d, u
         self._xi = xi
         var[RC] = self.believed.fixed(self._xi)
         var[OB] = self.believed.boom
-        p0[np.arange(NB), np.arange(NB)] = var
+        p0[np.arange(self.n), np.arange(self.n)] = var
         self.X[:], self.P[:] = x0, p0
         self.L[:] = 0.0
         self.left_out[:] = excluded
         self._run[:] = 0
-        for k in range(SOURCES):
+        for k in range(self.sources):
             self.left_out[1 + k] |= 1 << k
         self._fork_all()
 
     def unlatched(self) -> None:
         """The boom has let go: what was learnt of its error holds no more."""
-        self.X[:, OB] = 0.0
-        self.P[:, OB, :] = 0.0
-        self.P[:, :, OB] = 0.0
-        for i in range(OB.start, OB.stop):
-            self.P[:, i, i] = self.believed.boom
+        self._forget(OB)
+
+    def wake_anew(self, lasting: np.ndarray) -> None:
+        """The wake position goes by other rows, of which the lasting error has the variances [2] m^2: nothing is known of it."""
+        self.believed.wake(lasting)
+        self._forget(OW)
+        self._forget(FW)
+
+    def _forget(self, own: slice) -> None:
+        """Errors begin anew in every filter."""
+        self.X[:, own] = 0.0
+        self.P[:, own, :] = 0.0
+        self.P[:, :, own] = 0.0
+        for i in range(own.start, own.stop):
+            self.P[:, i, i] = self.believed.at(i, self._xi)
 
     def _members(self, slot: int) -> range:
-        first = 1 + SOURCES + slot * SOURCES
-        return range(first, first + SOURCES)
+        first = 1 + self.sources * (1 + slot)
+        return range(first, first + self.sources)
 
     def _fork_all(self) -> None:
         """All slots anew, the second of each length when the first is half through."""
@@ -113,6 +129,7 @@ class Bank:
         long = self.slots[slot][0] > 0
         for k, m in enumerate(self._members(slot)):
             self.X[m], self.P[m], self.L[m], self._run[m] = self.X[0], self.P[0], 0.0, 0
+            self._by_wake[m] = 0.0
             self.left_out[m] = self.left_out[0]
             if not long:
                 for i in range(POSITION[k].start, POSITION[k].stop):
@@ -123,12 +140,13 @@ class Bank:
             return
         self._dt = dt
         self._q[:] = 0.0
-        for i in range(NB):
+        for i in range(self.n):
             finite = math.isfinite(self.believed.tau[i])
             self._decay[i] = math.exp(-dt / self.believed.tau[i]) if finite else 1.0
             if finite:
                 self._q[:, i] = -self.believed.var[i] * math.expm1(-2.0 * dt / self.believed.tau[i])
         self._q[:, OB] = self.p.boom_walk**2 * dt
+        self._q[:, OW] = self.p.wake_walk**2 * dt
         for slot, (length, _) in enumerate(self.slots):
             for k, m in enumerate(self._members(slot)):
                 self._q[m, POSITION[k]] += WALK[k][min(length, 1)] ** 2 * dt
@@ -153,7 +171,10 @@ class Bank:
 
     def correct(self, rows: Reading) -> None:
         """Take a reading in."""
+        before = self.L.copy()
         kernel.correct(self.X, self.P, self.L, self.left_out, 1 << rows.source, rows.H, rows.y, rows.r, rows.count)
+        if rows.source == WAKE:
+            self._by_wake += self.L - before
 
     def stand(self, t_us: int, d: Vec3, C: np.ndarray, density: float) -> None:
         """Let what is said below be of t_us, where filter 0 is at d [m] NED and the tanker has the attitude C [9] by its word;
@@ -179,11 +200,11 @@ class Bank:
     def judge(self, live: int, heard: int) -> Verdict:
         """Protection level, tests and likelihoods with the sources `live`, of those `heard` since the start (excluded ones are in
         neither): what filter 0 knows by one that is silent now is wrong if that was."""
-        p, sources = self.p, [k for k in range(SOURCES) if live >> k & 1]
+        p, sources = self.p, [k for k in range(self.sources) if live >> k & 1]
         out = Verdict()
         ratio = [0.0] * SOURCES
         least = [p.k_fault_free * self._sigma(0, i) for i in AXES]
-        for k in (k for k in range(SOURCES) if heard >> k & 1):
+        for k in (k for k in range(self.sources) if heard >> k & 1):
             test = self._test(1 + k, out, k in sources and len(sources) > 1)
             ratio[k] = test if k in sources else 0.0
             for i in AXES:
@@ -192,7 +213,7 @@ class Bank:
         if len(sources) > 1:
             for slot in range(len(self.slots)):
                 self._hear(slot, sources, ratio, out)
-        out.ratio = (ratio[0], ratio[1], ratio[2], 0.0)  # the fourth is the wake position's on the wire
+        out.ratio = (ratio[0], ratio[1], ratio[2], ratio[3])
         return out
 
     def _test(self, m: int, out: Verdict, counts: bool = True) -> float:
@@ -235,7 +256,7 @@ class Bank:
         self._begin_anew()
 
     def _begin_anew(self) -> None:
-        for k in range(SOURCES):
+        for k in range(self.sources):
             self._restart_standing(k)
         self._fork_all()
 
@@ -250,10 +271,10 @@ class Bank:
         self.left_out[m] = self.left_out[0] | 1 << k
         self._run[m] = 0
         # what the others' slow errors were learnt with may have been wrong: d is as uncertain as the best of them by itself
-        rest = [self.believed.alone(j, self._xi) for j in range(SOURCES) if j != k and not self.left_out[m] >> j & 1]
+        rest = [self.believed.alone(j, self._xi) for j in range(WAKE) if j != k and not self.left_out[m] >> j & 1]
         for i in range(D.start, D.stop):
             self.P[m, i, i] += min(rest, default=0.0)
-        for s in (RS, RC, G, OB):
+        for s in SLOW[: self.sources + 1]:
             for i in range(s.start, s.stop):
                 self.P[m, i, i] = max(self.P[m, i, i], self.believed.at(i, self._xi))
 
@@ -285,6 +306,20 @@ class Bank:
         x, y, z = (self.place * (self.X[m] - self.X[0])).sum(axis=1).tolist()
         u, v, w = (self.X[m, U] - self.X[0, U]).tolist()
         return (x, y, z), (u, v, w)
+
+    def borne_out(self, source: int, slot: int, live: int) -> float:
+        """Log-likelihood by the wake position's readings alone of "source is wrong" less that of "another is", the least over
+        those of the mask `live`, since a slot's forks began."""
+        members, others = self._members(slot), [k for k in range(WAKE) if k != source and live >> k & 1]
+        word = self._by_wake[members[source]]
+        return min((float(word - self._by_wake[members[k]]) for k in others), default=0.0)
+
+    def along(self, a: int, b: int) -> bool:
+        """Whether what sources a and b dispute lies along the tanker's path rather than across: between the forks that distrust
+        one and the other, of the slot that has them farthest apart."""
+        parts = [self.place @ (self.X[m[a]] - self.X[m[b]]) for m in map(self._members, range(len(self.slots)))]
+        x, y, z = max(parts, key=np.linalg.norm).tolist()
+        return abs(x) > math.hypot(y, z)
 
     def more_likely(self, a: int, b: int) -> float:
         """Log-likelihood of "source a is wrong" less that of "b is", mean of the long forks."""

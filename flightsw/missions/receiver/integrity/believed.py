@@ -6,19 +6,33 @@ import math
 
 import numpy as np
 
-from flightsw.missions.receiver.integrity.layout import AB, AT, GNSS, GV, NB, OB, RC, REL, RS, RV, G
+from flightsw.missions.receiver.integrity.layout import (
+    AB,
+    AT,
+    BOOM,
+    FW,
+    GNSS,
+    GV,
+    OB,
+    OW,
+    RC,
+    REL,
+    RS,
+    RV,
+    G,
+)
 from flightsw.missions.receiver.integrity.params import IntegrityParams
 from flightsw.types import Vec3
 
 
 class Believed:
-    """Variance `var` [NB] and correlation time `tau` [NB] s of every error state; what does not decay has an infinite one."""
+    """Variance `var` [n] and correlation time `tau` [n] s of every error state; what does not decay has an infinite one."""
 
-    def __init__(self, p: IntegrityParams, boom_m: float) -> None:
-        """boom_m [m]: length of the boom, over which its angles err."""
+    def __init__(self, p: IntegrityParams, boom_m: float, n: int) -> None:
+        """boom_m [m]: length of the boom, over which its angles err; n: NB, or NB_WAKE with the wake position."""
         self.p = p
         self.boom = (p.boom_angle_const_rad * boom_m) ** 2 + p.boom_ext_const_m**2  # [m^2] variance of its fixed error
-        var, tau = np.zeros(NB), np.full(NB, math.inf)
+        var, tau = np.zeros(n), np.full(n, math.inf)
         own = 1.0 + p.gnss_blocked * p.gnss_blocked  # the tanker's, and the receiver's below it
         var[RS], tau[RS] = p.rel_slow_m**2, p.rel_tau_s
         var[RV], tau[RV] = p.rel_vel_slow_mps**2, p.rel_tau_s
@@ -27,6 +41,7 @@ class Believed:
         var[GV], tau[GV] = 2.0 * p.gnss_vel_slow_mps**2, p.gnss_tau_s
         var[AT], tau[AT] = p.att_rad**2, p.att_tau_s
         var[AB], tau[AB] = p.accel_slow**2, p.accel_tau_s
+        var[FW], tau[FW] = p.wake_fast_m**2, p.wake_fast_tau_s
         self.var, self.tau = var, tau
 
     def fixed(self, xi: Vec3) -> np.ndarray:
@@ -36,6 +51,10 @@ class Believed:
             across = sum(y * y for y in xi) - x * x
             out[i] = p.rel_const_m**2 + p.rel_boresight_rad**2 * across + (p.rel_scale * x) ** 2
         return out
+
+    def wake(self, lasting: np.ndarray) -> None:
+        """Lasting error of the wake position's rows: variances [2] m^2, which come with them."""
+        self.var[OW] = lasting
 
     def at(self, i: int, xi: Vec3) -> float:
         """Variance of error state i at xi [m], before anything is learnt of it."""
@@ -47,4 +66,6 @@ class Believed:
         """Variance [m^2] of the position by one source at xi [m], nothing learnt of its errors: the worst axis."""
         if source == REL:
             return float((self.var[RS] + self.fixed(xi)).max())
-        return float(self.var[G].max()) if source == GNSS else self.boom
+        if source == GNSS:
+            return float(self.var[G].max())
+        return self.boom if source == BOOM else math.inf  # the wake position says nothing of one axis

@@ -14,9 +14,10 @@ from dataclasses import replace
 
 from flightsw.aircraft import Aircraft
 from flightsw.kernels.rotations import less
+from flightsw.missions.receiver.airdata.witness import WakeRows
 from flightsw.missions.receiver.integrity.bank import Bank
 from flightsw.missions.receiver.integrity.horizon import Horizon
-from flightsw.missions.receiver.integrity.layout import BOOM, GNSS, NAMES, REL, SOURCES
+from flightsw.missions.receiver.integrity.layout import BOOM, GNSS, NAMES, REL, SOURCES, WAKE
 from flightsw.missions.receiver.integrity.params import IntegrityParams
 from flightsw.missions.receiver.integrity.readings import Reading, Readings
 from flightsw.missions.receiver.integrity.report import IntegrityReport
@@ -42,21 +43,24 @@ SAME_US = 60_000  # [us] two fixes are of one instant
 CALM_S = 30.0  # [s] without a failed test until a disagreement is over
 CALM = 0.7  # [-] of the thresholds
 SUSPECT_S, SUSPECT_LEAD = 12.0, 10.0  # [s] of a dispute, [-] log-likelihood in which the suspect may become the other
+WORD, WORD_S = 4.0, 2.0  # [-] log-likelihood by which the wake position bears somebody out, [s] it is given to do so
 OTHERS_S = 0.5  # [s] within which another source must have been taken for a step to be the source's own
 
 
 class Integrity:
     """The bank in flight. One `step` a navigation step, before the estimator."""
 
-    def __init__(self, p: IntegrityParams, tanker: Aircraft, receiver: Aircraft) -> None:
+    def __init__(self, p: IntegrityParams, tanker: Aircraft, receiver: Aircraft, wake: bool = False) -> None:
+        """wake: there are air data to tell the place in the wake."""
         self.p = p
-        self.bank = Bank(p, reach_m(tanker))
-        self.rows, self.horizon = Readings(p, tanker, receiver), Horizon(p, self.bank)
+        self.bank = Bank(p, reach_m(tanker), wake and p.wake is not False)
+        self.rows, self.horizon = Readings(p, tanker, receiver, self.bank.n), Horizon(p, self.bank)
+        self._wake_number = -1  # of the rows it goes by
         self.out = IntegrityReport()
         self.texts: list[Text] = []
         self.excluded = self.undecided = 0
         self._heard = 0  # sources taken since the bank began
-        self.suspect, self._disputed_s = -1, 0.0
+        self.suspect, self._disputed_s, self._word_s = -1, 0.0, WORD_S
         self.over = ""  # why the phase may not go on, "" if it may
         self.ready = False
         self._own: deque[tuple[int, Vec3, Vec3]] = deque(maxlen=FIXES)
@@ -86,12 +90,12 @@ class Integrity:
         self.ready &= not rejoined
 
     def step(
-        self, f: SensorFrame, updated: int, health: Health, peer: PeerTracker, phase: int
+        self, f: SensorFrame, updated: int, health: Health, peer: PeerTracker, phase: int, wake: WakeRows | None = None
     ) -> tuple[SensorFrame, int, Health]:
         """Frame, what is new in it and health for the estimator: the relative reading less its estimated errors, or what is left
         of the sources in its place.
 
-        updated: UPD_* of this step; peer: the tanker as of the last step; phase: of refuel.NAMES.
+        updated: UPD_* of this step; peer: the tanker as of the last step; phase: of refuel.NAMES; wake: what the air data say.
         """
         al = self._limit.get(phase, math.inf)
         new = updated & ~failed_bits(health)
@@ -110,6 +114,7 @@ class Integrity:
             self.ready = True
         self.horizon.advance(f.t_us, peer, self._live(f.t_us))
         self._listen(f, new, peer)
+        self._listen_to_air(f.t_us, wake)
         live = self._live(f.t_us)
         verdict = self.bank.judge(live, self._heard & ~self.excluded)
         self._decide(verdict, live, dt)
@@ -137,6 +142,16 @@ class Integrity:
             self._live_us[BOOM] = self._taken_us[BOOM] = -1
             self.horizon.drop(BOOM)
             self.bank.unlatched()
+
+    def _listen_to_air(self, now_us: int, wake: WakeRows | None) -> None:
+        """The wake position; other rows have another lasting error, of which nothing is known."""
+        if wake is None or self.bank.sources <= WAKE or wake.t_us <= self._used_us[WAKE]:
+            return
+        if wake.number != self._wake_number:
+            self._wake_number = wake.number
+            self.horizon.drop(WAKE)
+            self.bank.wake_anew(wake.lasting)
+        self._take(self.rows.wake(wake), now_us)
 
     def _fix_at(self, t_us: int) -> tuple[Vec3, Vec3] | None:
         """Own position [m] and velocity [m/s], NED, of the fix nearest to t_us, carried to it; None: there is none near."""
@@ -180,7 +195,8 @@ class Integrity:
 
     def _steps_alone(self, source: int, now_us: int) -> bool:
         """Whether a source that leaves the prediction does so while another, heard now, does not: then it is left out."""
-        others = [k for k in range(SOURCES) if k != source and not self.excluded >> k & 1]
+        # the wake position tells nothing along the tanker's path: it bears nobody out by itself
+        others = [k for k in (REL, GNSS, BOOM) if k != source and not self.excluded >> k & 1]
         sound = [k for k in others if self._taken_us[k] >= 0 and self._wild[k] == 0]
         if self.undecided or not any((now_us - self._taken_us[k]) * 1e-6 < OTHERS_S for k in sound):
             return False  # in a dispute the prediction may be what is wrong
@@ -213,20 +229,36 @@ class Integrity:
                 self.texts.append(Text(NOTICE, "sources of position agree again"))
             return
         self._calm_s = 0.0
-        if v.blamed >= 0 and live.bit_count() >= 3:
+        if v.blamed >= 0 and self._witnesses(v, live) >= 3:
             self._leave_out(v.blamed, v.slot, "walks away from the others")
         elif not self.undecided:
             self.undecided, self._disputed_s = live, 0.0
+            full = [k for k in range(WAKE) if live >> k & 1]
+            self._word_s = 0.0 if len(full) == 2 and self.bank.along(*full) else WORD_S
             names = ", ".join(NAMES[k] for k in range(SOURCES) if live >> k & 1)
             self.texts.append(Text(WARNING, f"{names} disagree"))
 
+    def _witnesses(self, v: Verdict, live: int) -> int:
+        """Sources live; the wake position, which is slow to tell and does not tell what is along the tanker's path, is one only
+        where its own readings say who is wrong."""
+        mute = live >> WAKE & 1 and v.blamed != WAKE and self.bank.borne_out(v.blamed, v.slot, live) < WORD
+        return live.bit_count() - int(mute)
+
+    @property
+    def _two(self) -> int:
+        """The two in dispute, as a mask, where nobody can tell who of them is wrong; 0: among three the bound covers it."""
+        full = self.undecided & ~(1 << WAKE)
+        if self.undecided.bit_count() == 2:
+            return self.undecided
+        return full if full.bit_count() == 2 and self._disputed_s > self._word_s else 0
+
     def _suspect(self, dt: float) -> None:
         """Of two in dispute, the one more likely to be wrong: not left out, but not flown by while the receiver leaves."""
-        two = [k for k in range(SOURCES) if self.undecided >> k & 1]
-        if len(two) != 2:
+        self._disputed_s += dt
+        two = [k for k in range(SOURCES) if self._two >> k & 1]
+        if not two:
             self.suspect = -1
             return
-        self._disputed_s += dt
         lead = self.bank.more_likely(*two)
         if (
             self._disputed_s < SUSPECT_S and abs(lead) > SUSPECT_LEAD
@@ -244,8 +276,8 @@ class Integrity:
         flown = [pl + abs(off) for pl, off in zip(self.out.pl, self._off, strict=True)]  # by the estimate, not the bank
         worst = max(flown)
         self._over_s = self._over_s + dt if worst > al else 0.0
-        if self.undecided.bit_count() == 2 and math.isfinite(al):
-            self.over = "two sources of position disagree"  # among three the bound covers it until it is known which
+        if self._two and math.isfinite(al):
+            self.over = "two sources of position disagree"
         elif self._over_s > self.p.over_s:
             self.over = (
                 f"position bound {worst:.1f} m, allowed {al:g}" if math.isfinite(worst) else "no bound on the position"
@@ -258,11 +290,12 @@ class Integrity:
         specific force for a while where nothing is left."""
         own = (f.t_us - self._live_us[REL]) * 1e-6 <= self.p.stand_in_s
         by_itself = bool(live >> REL & 1) and own and not self._wild[REL]
-        self.rel_confirmed = not self.undecided and (by_itself or live.bit_count() > 1)
+        all_axes = live & ~(1 << WAKE)  # sources that tell of
+        self.rel_confirmed = not self.undecided and (by_itself or all_axes.bit_count() > 1)
         m = 1 + self.suspect  # the filter that has not heard it; 0 without one
         if self.excluded >> GNSS & 1 or self.suspect == GNSS:
             updated &= ~UPD_GNSS  # whose of the two it is nobody knows: the estimator does not fly by its own either
-        if live:
+        if all_axes:
             self._known_us = f.t_us
         if live >> REL & 1 and self.suspect != REL and own:
             if updated & UPD_REL and f.rel_valid:

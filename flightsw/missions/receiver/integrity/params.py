@@ -45,6 +45,11 @@ class IntegrityParams:
     boom_angle_const_rad: Pos = 0.003
     boom_ext_const_m: Pos = 0.042
     boom_walk: Pos = 1e-3  # [m/sqrt(s)]
+    # the wake position: passing error of its rows and how long it lasts, walk of the lasting one
+    wake: bool | None = None  # it is a source; left out: where there are air data to tell it
+    wake_fast_m: Pos = 0.15
+    wake_fast_tau_s: Pos = 2.7
+    wake_walk: Pos = 0.02  # [m/sqrt(s)]
     lag_s: Annotated[float, Range(0.0, 1.0)] = (
         0.15  # the bank is so long behind, where the tanker's accelerometers are known
     )

@@ -13,13 +13,16 @@ import numpy as np
 
 from flightsw.aircraft import Aircraft
 from flightsw.kernels.rotations import dcm_from_quat, less, mul33_t, to_child, to_parent, vec3
+from flightsw.missions.receiver.airdata.witness import WakeRows
 from flightsw.missions.receiver.integrity.layout import (
     AB,
     B_AT,
     B_D,
+    B_FW,
     B_G,
     B_GV,
     B_OB,
+    B_OW,
     B_RC,
     B_RS,
     B_RV,
@@ -29,6 +32,7 @@ from flightsw.missions.receiver.integrity.layout import (
     NB,
     REL,
     ROWS,
+    WAKE,
     D,
     U,
 )
@@ -42,7 +46,7 @@ AXES = range(3)
 
 @dataclass(slots=True)
 class Reading:
-    """Rows H [ROWS,NB] at the time of the sample, y [ROWS], variances r [ROWS] of one source; `count` of them are filled: three
+    """Rows H [ROWS,n] at the time of the sample, y [ROWS], variances r [ROWS] of one source; `count` of them are filled: three
     of the position, then three of the velocity."""
 
     source: int
@@ -78,16 +82,12 @@ class Reading:
         return Reading(self.source, self.t_us, H, y, r, self.count)
 
 
-def _empty(source: int, t_us: int) -> Reading:
-    """Without a row filled in, three of a position."""
-    return Reading(source, t_us, np.zeros((ROWS, NB)), np.zeros(ROWS), np.ones(ROWS), 3)
-
-
 class Readings:
     """What a source reads as rows."""
 
-    def __init__(self, p: IntegrityParams, tanker: Aircraft, receiver: Aircraft) -> None:
-        self.p, self.boom, self.receptacle = p, tanker.boom, receiver.receptacle
+    def __init__(self, p: IntegrityParams, tanker: Aircraft, receiver: Aircraft, n: int = NB) -> None:
+        """n: states of the bank."""
+        self.p, self.boom, self.receptacle, self._n = p, tanker.boom, receiver.receptacle, n
         self._tk, self._a, self._b, self._R, self._rel = (
             np.zeros(TK),
             np.zeros(3),
@@ -95,6 +95,10 @@ class Readings:
             np.zeros(9),
             np.zeros(9),
         )
+
+    def _empty(self, source: int, t_us: int) -> Reading:
+        """Without a row filled in, three of a position."""
+        return Reading(source, t_us, np.zeros((ROWS, self._n)), np.zeros(ROWS), np.ones(ROWS), 3)
 
     def _in_tanker_axes(self, out: Reading, d: Vec3) -> Vec3:
         """Rows of the position in tanker axes by the attitude C in `_tk`: xi = C d - (C d) x a; C d [m]."""
@@ -112,7 +116,7 @@ class Readings:
     def relative(self, f: SensorFrame, peer: PeerTracker, d: Vec3) -> Reading:
         """Relative sensor: xi + slow + constant error; its rate xi' = C u - w x xi, + slow error; d [3] m: where the receiver is,
         NED, near enough for what turns with it."""
-        p, out = self.p, _empty(REL, f.rel_t_us)
+        p, out = self.p, self._empty(REL, f.rel_t_us)
         peer.stage(f.rel_t_us, self._tk)
         xi = self._in_tanker_axes(out, d)
         C, w = self._tk[TK_DCM], self._tk[TK_RATE].tolist()
@@ -131,7 +135,7 @@ class Readings:
     def gnss(self, f: SensorFrame, own_pos: Vec3, own_vel: Vec3) -> Reading:
         """Difference of both aircraft's raw fixes of one instant: d + slow error, u + slow error."""
         fix, p = f.fix, self.p
-        out = _empty(GNSS, fix.t_us)
+        out = self._empty(GNSS, fix.t_us)
         for i in AXES:
             out.H[i, B_D + i] = out.H[i, B_G + i] = out.H[3 + i, B_U + i] = out.H[3 + i, B_GV + i] = 1.0
             out.y[i], out.y[3 + i] = own_pos[i] - fix.pos_n[i], own_vel[i] - fix.vel_n[i]
@@ -140,13 +144,23 @@ class Readings:
         out.count = 6
         return out
 
+    def wake(self, w: WakeRows) -> Reading:
+        """The air data in the wake: two rows of d + lasting + passing error. The tanker's attitude is not in them: their axes lie
+        along its way through the air."""
+        out = self._empty(WAKE, w.t_us)
+        out.H[:2, D], out.y[:2], out.r[:2] = w.H, w.y, w.r
+        for i in range(2):
+            out.H[i, B_OW + i] = out.H[i, B_FW + i] = 1.0
+        out.count = 2
+        return out
+
     def latched(self, f: SensorFrame, peer: PeerTracker, d: Vec3) -> Reading | None:
         """The boom in the receptacle: pivot + L(elevation, azimuth, extension) - the receptacle's lever = xi + fixed error, d as
         above; None where either aircraft has none."""
         boom, receptacle, p = self.boom, self.receptacle, self.p
         if boom is None or receptacle is None:
             return None
-        out = _empty(BOOM, f.boom_t_us)
+        out = self._empty(BOOM, f.boom_t_us)
         length = boom.length_retracted_m + f.boom_extension_m
         ce, se = math.cos(f.boom_elevation), math.sin(f.boom_elevation)
         ca, sa = math.cos(f.boom_azimuth), math.sin(f.boom_azimuth)
