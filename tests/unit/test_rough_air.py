@@ -276,9 +276,9 @@ def test_a_receiver_leaves_a_tanker_in_rough_air(bounds: bool) -> None:
         assert got.peer.flags == flags
         m, nav = mission(RoughAirParams(on=True), bounds=bounds), NavState(valid=True)
         m.nav.peer.take(got.peer)
-        m._guarded(frame(), nav, NEW, GOOD, DT)
+        m._guarded(frame(), nav, NEW, GOOD, np.zeros(4), DT)
         assert nav.rel_doubt == ("the tanker's air is too rough" if flags else "")
     deaf = mission(RoughAirParams(on=False), bounds=bounds)
     deaf.nav.peer.take(got.peer)
-    deaf._guarded(frame(), nav := NavState(valid=True), NEW, GOOD, DT)
+    deaf._guarded(frame(), nav := NavState(valid=True), NEW, GOOD, np.zeros(4), DT)
     assert nav.rel_doubt == ""
