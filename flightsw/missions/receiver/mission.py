@@ -25,6 +25,7 @@ from flightsw.missions.receiver.integrity.params import IntegrityParams
 from flightsw.missions.receiver.integrity.report import REPORTS as INTEGRITY
 from flightsw.missions.receiver.integrity.report import IntegrityReport
 from flightsw.missions.receiver.refuel import ACTIONS, BREAKAWAY, FROM, NAMES, TAKES, RefuelParams
+from flightsw.missions.receiver.rejoin import behind
 from flightsw.missions.receiver.relative import publish_own_sigma
 from flightsw.missions.receiver.station_keeping import ReceiverCtrlParams, make_station_keeping
 from flightsw.missions.receiver.tanker_link import turn_rate
@@ -62,11 +63,6 @@ from flightsw.types import (
 )
 
 MAV_CMD_USER_1 = 31010
-FRESH_US = 500_000  # [us] age of both aircraft's velocities that can be compared
-STATION_M = 300.0  # [m] beyond it the tanker's transmitted attitude swings the place it sees by metres
-NEAR_M, BELOW_M, DOWN = 400.0, 60.0, math.radians(3.0)  # [m], [m] under the tanker, [rad] of path
-ASIDE_M = 1.0  # [m] from the tanker's plane of symmetry, beyond which a receiver banks away from it
-ALIKE_MPS, STRANGE_MPS = 4.0, 30.0  # [m/s] off the tanker's velocity: station keeping can go on; cannot
 
 
 @dataclass(frozen=True)
@@ -289,23 +285,6 @@ def _rough_air(p: ReceiverParams, envelope: Envelope) -> RoughAirParams | None:
         return None
     envelope.speed("rough_air.V_mps", air.V_mps)
     return air
-
-
-def behind(f: SensorFrame, nav: NavState) -> Rejoin:
-    """Back to the tanker's velocity by the estimate, else by both aircraft's GNSS; down while close to it and not yet below."""
-    ages = (f.t_us - f.peer.t_us, f.t_us - f.gnss_t_us)
-    if f.peer.t_us <= 0 or f.gnss_t_us <= 0 or max(ages) > FRESH_US:
-        return Rejoin(ready=False)
-    own = nav.vel_n if nav.valid else f.gnss_vel_n
-    n, e, d = (a - b for a, b in zip(f.peer.vel_n, own, strict=True))
-    seen = f.rel_valid and f.t_us - f.rel_t_us < FRESH_US
-    close = seen and math.hypot(*f.rel_pos_t) < NEAR_M and f.rel_pos_t[2] < BELOW_M
-    near = nav.rel_valid and math.hypot(*nav.rel_pos_t) < STATION_M
-    ready = near and math.hypot(n, e) < ALIKE_MPS and abs(d) < ALIKE_MPS and not close
-    off = min(math.hypot(n, e, d), math.dist(f.peer.vel_n, f.gnss_vel_n))
-    strange = f"velocity {off:.0f} m/s off the tanker's" if off > STRANGE_MPS else ""
-    side = math.copysign(1.0, f.rel_pos_t[1]) if seen and abs(f.rel_pos_t[1]) > ASIDE_M else 1.0
-    return Rejoin(away=(n, e), path=-DOWN if close else 0.0, side=side, ready=ready, strange=strange)
 
 
 ORDERS = choices(MAV_CMD_USER_1, ACTIONS, FROM.__getitem__, TAKES)
