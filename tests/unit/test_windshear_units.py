@@ -1,4 +1,4 @@
-"""A unit of which one reading is refused is believed in nothing; a gyro that drifts is learnt; what looks like an engine is not one."""
+"""A unit of which one reading is refused is believed in nothing; a drifting gyro is learnt; what looks like an engine is none."""
 
 from __future__ import annotations
 
