@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from flightsw.missions.gust.model import published
-from flightsw.missions.gust.steering import INCIDENCE
+from flightsw.missions.gust.servo_bank.params import ServoBankParams
+from flightsw.missions.gust.steering import INCIDENCE, SERVOS
 from hil_scripts.studies.hoffmann import sensors as hs
 from hil_scripts.studies.hoffmann.loop import held
 from hil_scripts.studies.hoffmann.robust import Onboard
@@ -27,7 +28,15 @@ def test_every_servo_of_the_bank_is_found(wn: float, extra: int) -> None:
     s = flown(12.0, servo_wn_radps=wn, extra_late_samples=extra)
     found = s.model[-250:, :2]
     assert np.mean(np.all(found == (wn, 1 + extra), axis=1)) > 0.8
-    assert not s.alleviates[:145].any() and s.alleviates[160:].all()  # the hold until then
+    assert not s.alleviates[:145].any()  # the hold until then,
+    slow = 1.0 / wn + (1 + extra) * 0.02 > ServoBankParams().lag_most_s
+    assert not s.alleviates[300:].any() if slow else s.alleviates[160:].all()  # and with what is too slow for the law
+    assert slow is any(w == "hold: servos too slow and late" for _, w in s.warned) and SERVOS == 7  # WKF_GUST_DOUBT
+
+
+def test_what_is_too_slow_is_the_slowest_two() -> None:
+    most = ServoBankParams().lag_most_s
+    assert [(w, e) for w in WN for e in EXTRA if 1.0 / w + 0.02 * (1 + e) > most] == [(20.0, 2), (28.0, 2)]
 
 
 def test_lift_and_airspeed_bias_are_inside_their_intervals() -> None:

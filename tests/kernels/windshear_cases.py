@@ -34,7 +34,7 @@ def errors(r: Rng) -> np.ndarray:
     """A state with what the instruments are wrong by."""
     own = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0]) + 0.1 * r.normal(size=8)
     x = state(r)
-    return np.concatenate([x, own, x[[k.VA, k.AL]]])
+    return np.concatenate([x, own, x[[k.VA, k.AL]], 1e-3 * r.normal(size=1)])
 
 
 def states(r: Rng) -> np.ndarray:

@@ -25,8 +25,21 @@ def believed(name: str) -> IntegrityParams:
     return convert(load_flight(PARAMS / f"{name}.toml").tables["integrity"], IntegrityParams, "integrity")
 
 
-def test_tactical_sensors_are_believed_as_by_default() -> None:
-    assert believed("receiver_tactical") == IntegrityParams(on=True)
+@pytest.mark.parametrize("name", ["receiver_tactical", "receiver_to_contact_tactical"])
+def test_tactical_sensors_are_believed_as_by_default(name: str) -> None:
+    assert believed(name) == IntegrityParams(on=True)
+
+
+def test_a_join_up_with_tactical_sensors_ends_in_the_refuelling_with_tactical_sensors() -> None:
+    """The same law and bounds behind the boom; the tanker sends what they need."""
+    joined, refuelling = (
+        load_flight(PARAMS / f"{name}.toml") for name in ("receiver_to_contact_tactical", "receiver_tactical")
+    )
+    for table in ("ctrl", "integrity", "nav"):
+        assert joined.tables[table] == refuelling.tables[table], table
+    assert joined.tables["join"] == load_flight(PARAMS / "receiver_to_contact.toml").tables["join"]
+    assert joined.tables["wind_calibration"]["on"]
+    assert load_flight(PARAMS / "tanker_to_contact.toml").link.raw_fix
 
 
 @pytest.mark.parametrize("grade", ["tactical", "mems"])

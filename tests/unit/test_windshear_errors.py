@@ -19,6 +19,7 @@ from flightsw.missions.windshear.estimator import RADIO, WindshearNav, Windshear
 from flightsw.missions.windshear.lift_witness import LiftWitness
 from flightsw.missions.windshear.model import PathDemand, parameter_vector
 from flightsw.missions.windshear.trust import Trust, TrustParams
+from flightsw.missions.windshear.units import SATELLITES
 from flightsw.types import HF_ENGINE
 from hil_scripts.studies.jing import flight as jf
 from hil_scripts.studies.jing import study as jing
@@ -33,7 +34,7 @@ U = np.array([35.0, 0.01])
 DT = 0.02
 X0 = np.array(
     [-3000.0, 200.0, 76.0, -0.05, 0.07, 0.01, 30.0, -2.0, 0.5, 0.3, -0.2, 0.05, 0.02, 1.05, 0.95]
-    + [0.1, -0.2, 0.02, 0.3, 12.0, 0.9, 1.1, 0.01, 75.5, 0.068]
+    + [0.1, -0.2, 0.02, 0.3, 12.0, 0.9, 1.1, 0.01, 75.5, 0.068, 1e-3]
 )
 
 
@@ -58,7 +59,7 @@ def outputs(x: np.ndarray) -> np.ndarray:
 def test_transition_and_output_matrices() -> None:
     nav = WindshearNav(WindshearParams(states=k.NE, adaptive=False, turbulence=0.0, errors=ERRORS))
     s = start_sigma(nav.p)
-    nav.start(X0, np.concatenate([s, ERRORS.start()[1], s[[k.VA, k.AL]]]))
+    nav.start(X0, np.concatenate([s, ERRORS.start()[1], s[[k.VA, k.AL]], [ERRORS.gyro_radps]]))
     A = np.array([approx_fprime(X0, lambda x, i=i: rates(x)[i], 1e-6) for i in range(k.NE)])
     nav.step(outputs(X0), READINGS | RADIO, U, DT)
     step = np.eye(k.NE) + A * DT + 0.5 * (A * DT) @ (A * DT)  # midpoint rule
@@ -133,13 +134,17 @@ def test_an_engine_that_stops_is_said_and_flown() -> None:
 
 def test_engine_watch_needs_to_be_sure_and_takes_it_back() -> None:
     w, x, s = EngineWatch(EngineOutParams()), X0.copy(), np.full(k.NE, 0.1)
-    x[k.K_T] = 0.6
-    assert not any(w.step(x, s, 40.0, DT) for _ in range(100))  # 0.6 + 3 * 0.1
+    x[k.K_T] = 0.7
+    assert not any(w.step(x, s, 40.0, DT) for _ in range(100))  # 0.7 + 2 * 0.1
     s[:] = 0.03
-    assert not any(w.step(x, s, 10.0, DT) for _ in range(100))  # idle
-    assert any(w.step(x, s, 40.0, DT) for _ in range(15)) and w.out
+    assert not any(w.step(x, s, 5.3, DT) for _ in range(100))  # idle
+    assert not any(w.step(x, s, 40.0, DT, doubt=True) for _ in range(100))  # readings that look like one
+    assert any(w.step(x, s, 40.0, DT) for _ in range(20)) and w.out
+    assert not w.step(x, s, 40.0, DT, doubt=True)  # said too early: taken back
+    assert any(w.step(x, s, 40.0, DT) for _ in range(20)) and all(w.step(x, s, 40.0, DT) for _ in range(150))
+    assert w.step(x, s, 40.0, DT, doubt=True)  # known for long
     x[k.K_T] = 1.0
-    assert not all(w.step(x, s, 40.0, DT) for _ in range(15)) and not w.out
+    assert not all(w.step(x, s, 40.0, DT) for _ in range(20)) and not w.out
     assert not EngineWatch(EngineOutParams()).step(x[: k.NX], s[: k.NX], 40.0, DT)
 
 
@@ -172,6 +177,8 @@ def test_two_heights_are_judged_by_the_third() -> None:
     assert t.texts == ["barometer differs from the other two heights: left out"]
     assert judged(t, 205.0, 203.0, 200.0, 200.0) == "" and t.mask == 0
     assert judged(t, 205.0, 203.0, 120.0, 200.0) == "" and t.mask == RADIO
+    assert judged(t, 205.0, 250.0, 200.0, 200.0, 1.5) == "" and t.mask == SATELLITES
+    assert judged(t, 205.0, 250.0, 200.0, 200.0) == "without Vg, h'"  # what tells its height tells its velocity
     assert judged(Trust(TrustParams(on=True)), 205.0, 203.0, 200.0, 90.0) == "height contradicted by two instruments"
 
 

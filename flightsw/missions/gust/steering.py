@@ -15,7 +15,8 @@ from flightsw.missions.gust.validity import DISAGREE, STALL, Trust
 from flightsw.types import Text
 
 Array = np.ndarray
-(NONE, NO_ESTIMATE, IDENTIFIES, READINGS, DISAGREES, INCIDENCE, LOAD) = range(7)  # WKF_GUST_DOUBT
+(NONE, NO_ESTIMATE, IDENTIFIES, READINGS, DISAGREES, INCIDENCE, LOAD, SERVOS) = range(8)  # WKF_GUST_DOUBT
+SLOW = "servos too slow and late"
 DOUBTS = {DISAGREE: DISAGREES, STALL: INCIDENCE, "settles": NO_ESTIMATE}
 
 
@@ -29,6 +30,7 @@ class Steering:
         self.trust = Trust(nav.trust, ac.alpha_max_rad)
         self.late(late)
         self._found: ServosFound | None = None  # last told
+        self._lags = False
         self._par, self._a = parameter_vector(ac, nav.turbulence), np.zeros(k.AIR_N)
         self._texts: list[Text] = []
 
@@ -54,14 +56,20 @@ class Steering:
         if now is not None and now.settled and (was is None or (was.wn_radps, was.late) != (now.wn_radps, now.late)):
             self._texts.append(Text(6, f"servos {now.wn_radps:g} rad/s, {now.late} samples late"))
             self._found = now
+            lags = 1.0 / now.wn_radps + now.late * dt > self._nav.servo_bank.lag_most_s
+            if lags is not self._lags:
+                self._texts.append(Text(4, f"hold: {SLOW}") if lags else Text(6, "servos fast enough"))
+            self._lags = lags
         paid = self.load.ok
         self.load.step(est, y, unresolved, alleviates, dt)
         if paid is not self.load.ok:
             self._texts.append(Text(4, f"hold: {MUCH}") if paid else Text(6, "alleviates again"))
 
     def by(self, est: GustEstimate) -> bool:
-        """Whether the estimate steers: valid, trusted, its servos identified, and alleviation no dearer than the hold."""
-        return est.valid and self.trust.ok and (est.servos is None or (est.servos.settled and self.load.ok))
+        """Whether the estimate steers: valid, trusted, its servos identified and fast enough, and alleviation no dearer than the
+        hold."""
+        found = est.servos is None or (est.servos.settled and self.load.ok and not self._lags)
+        return est.valid and self.trust.ok and found
 
     def why(self, est: GustEstimate) -> tuple[int, str]:
         """WKF_GUST_DOUBT and words for what keeps the estimate from steering."""
@@ -71,6 +79,8 @@ class Steering:
             return DOUBTS.get(self.trust.reason, READINGS), self.trust.reason
         if est.servos is not None and not est.servos.settled:
             return IDENTIFIES, "finds out about the servos"
+        if self._lags:
+            return SERVOS, SLOW
         return (NONE, "") if self.load.ok else (LOAD, MUCH)
 
     def texts(self) -> list[Text]:

@@ -1,7 +1,7 @@
 """Jet transport in the vertical plane with wind and its rates as states, in air-path axes, for estimators.
 
-State x [13, 15 or 25]: x [m], h [m], Va [m/s], gamma, alpha [rad], q [rad/s], T [kN], w_x, w_h [m/s], their first and second
-rates; with 15 states also the scales of lift and drag, with 25 what the instruments and the aircraft are in error by (NX .. NE).
+State x [13, 15 or 26]: x [m], h [m], Va [m/s], gamma, alpha [rad], q [rad/s], T [kN], w_x, w_h [m/s], their first and second
+rates; with 15 states also the scales of lift and drag, with 26 what the instruments and the aircraft are in error by (NX .. NE).
 w_x > 0 tail wind, w_h > 0 updraught. Controls u [2]: commanded thrust [kN], elevator [rad] (positive pitches down). Jing et al.
 (2007) (1)-(6), (23), (26)-(28) corrected as in jing.md section 5."""
 
@@ -16,11 +16,11 @@ from flightsw.kernels.jit import jit
 (X, H, VA, GA, AL, Q, T, WX, WH, WXD, WHD, WXDD, WHDD, KL, KD, NX) = range(16)
 # offsets of the accelerations along x and up [m/s^2], of incidence [rad], climb rate [m/s] and barometer [m]; factors of the
 # thrust commanded and of the pitching moment; radio altimeter's factor less one; airspeed [m/s] and incidence [rad] as their
-# instruments, which lag, have followed
-(B_AX, B_AH, B_AL, B_HD, B_H, K_T, K_M, K_R, L_VA, L_AL, NE) = range(NX, NX + 11)
+# instruments, which lag, have followed; offset of the pitch rate [rad/s]
+(B_AX, B_AH, B_AL, B_HD, B_H, K_T, K_M, K_R, L_VA, L_AL, B_Q, NE) = range(NX, NX + 12)
 TC, DE, NU = 0, 1, 2
 (Y_H, Y_VG, Y_VA, Y_AL, Y_TH, Y_Q, Y_HD, Y_XDD, Y_HDD, NY) = range(10)
-Y_RA, NZ = NY, NY + 1  # height by radio, which only a filter with 25 states takes
+Y_RA, NZ = NY, NY + 1  # height by radio, which only a filter with 26 states takes
 (W_RATE, W_MID, W_N) = range(3)  # workspace of a midpoint step: slope, state half-way
 # parameter vector: inertia and geometry, lift, drag, moment, engine, scales of lift and drag where they are not states, decay of
 # the wind's first and second rates [1/s], lag of airspeed and vane [s] (0: none)
@@ -93,7 +93,7 @@ def path_rates(x: np.ndarray, kl: float, kd: float, de: float, p: np.ndarray) ->
 
 @jit
 def rates(x: np.ndarray, u: np.ndarray, p: np.ndarray, out: np.ndarray) -> None:
-    """out [n] <- dx/dt of x [n], n = 13 (scales from p), 15 (scales are states) or 25 (errors too), under controls u [2], without
+    """out [n] <- dx/dt of x [n], n = 13 (scales from p), 15 (scales are states) or 26 (errors too), under controls u [2], without
     noise."""
     n = x.shape[0]
     kl, kd = p[P_KL], p[P_KD]
@@ -142,7 +142,7 @@ def propagate(XX: np.ndarray, u: np.ndarray, p: np.ndarray, dt: float, W: np.nda
 def measure(XX: np.ndarray, codes: np.ndarray, m: int, u: np.ndarray, p: np.ndarray, Y: np.ndarray) -> None:
     """Y [k,>=m] <- the m channels `codes` (Y_H ..) of every row of XX [k,n] with controls u in force.
 
-    The wind rates cancel in the inertial accelerations; lift and drag enter instead. With 25 states each reading has its error.
+    The wind rates cancel in the inertial accelerations; lift and drag enter instead. With 26 states each reading has its error.
     """
     n = XX.shape[1]
     for r in range(XX.shape[0]):
@@ -186,11 +186,13 @@ def measure(XX: np.ndarray, codes: np.ndarray, m: int, u: np.ndarray, p: np.ndar
 
 @jit
 def misread(v: float, c: int, x: np.ndarray, p: np.ndarray) -> float:
-    """The reading of channel c that the state x [25] makes of what it measures, v."""
+    """The reading of channel c that the state x [26] makes of what it measures, v."""
     if c == Y_VA:
         return x[L_VA] if p[P_LAGV] > 0.0 else v
     if c == Y_RA:
         return v * (1.0 + x[K_R])
+    if c == Y_Q:
+        return v + x[B_Q]
     if c == Y_XDD:
         return v + x[B_AX]
     if c == Y_HDD:

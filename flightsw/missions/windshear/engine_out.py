@@ -18,17 +18,18 @@ from flightsw.missions.windshear.model import PathDemand
 from flightsw.strict import IN_FLIGHT, Range
 
 Array = np.ndarray
+YOUNG_S = 2.0  # [s] for which readings that come into question take the conclusion back
 
 
 @dataclass(frozen=True)
 class EngineOutParams:
     """[guid.engine_out]: recognition, and the law that flies."""
 
-    factor: Annotated[float, Range(0.1, 0.95)] = 0.8  # of the thrust commanded; surely below: an engine is out
-    sigma: Annotated[float, Range(0.0, 10.0)] = 3.0  # that make it sure
-    held_s: Annotated[float, Range(0.0, 10.0)] = 0.2  # for so long
+    factor: Annotated[float, Range(0.1, 0.95)] = 0.85  # of the thrust commanded; surely below: an engine is out
+    sigma: Annotated[float, Range(0.0, 10.0)] = 2.0  # that make it sure
+    held_s: Annotated[float, Range(0.0, 10.0)] = 0.3  # for so long
     least_kN: Annotated[float, Range(0.0, 100.0)] = (
-        15.0  # commanded: near idle nothing tells an engine from a bad reading
+        8.0  # commanded: near idle nothing tells an engine from a bad reading
     )
     back: Annotated[float, Range(0.5, 1.5)] = 0.9  # surely above: it is back
     gain_F: Annotated[float, Range(0.0, 1.0), IN_FLIGHT] = (
@@ -60,13 +61,18 @@ class EngineWatch:
     def __init__(self, p: EngineOutParams) -> None:
         self.p = p
         self.out = False
-        self._since_s = 0.0
+        self._since_s = self._out_s = 0.0
 
-    def step(self, x: Array, sigma: Array, commanded_kN: float, dt: float) -> bool:
-        """Whether an engine is out, by the factor of thrust in the estimate x [25], sigma [25]; another filter knows none."""
+    def step(self, x: Array, sigma: Array, commanded_kN: float, dt: float, doubt: bool = False) -> bool:
+        """Whether an engine is out, by the factor of thrust in the estimate x [26], sigma [26]; another filter knows none. doubt:
+        readings that would look like one are in question: nothing new is concluded, and what just has been is
+        taken back."""
         if len(x) <= k.K_T:
             return False
-        if commanded_kN < self.p.least_kN:
+        self._out_s = self._out_s + dt if self.out else 0.0
+        if doubt:
+            self.out, self._since_s = self.out and self._out_s > YOUNG_S, 0.0
+        if doubt or commanded_kN < self.p.least_kN:
             return self.out
         p, room = self.p, self.p.sigma * float(sigma[k.K_T])
         factor = float(x[k.K_T])

@@ -1,4 +1,4 @@
-"""What the filter with 25 states learns of its instruments and its aircraft besides: offsets, thrust, pitching moment.
+"""What the filter with 26 states learns of its instruments and its aircraft besides: offsets, thrust, pitching moment.
 
 An offset of the airspeed is no state: the only thing that would show it is the dynamic pressure in the pitching moment, and a
 moment model a tenth wrong then puts metres per second into the wind. It is considered instead: it stands in the published sigma
@@ -32,6 +32,8 @@ class ErrorParams:
     accel_walk: NonNeg = 1e-3
     vane_rad: NonNeg = 1.0 * DEG
     vane_walk: NonNeg = 1e-4
+    gyro_radps: NonNeg = 1e-4
+    gyro_walk: NonNeg = 0.0
     climb_mps: NonNeg = 0.5
     climb_walk: NonNeg = 1e-3
     baro_m: NonNeg = 15.0
@@ -61,7 +63,7 @@ class ErrorParams:
     attitude_rad: NonNeg = 0.0
 
     def start(self) -> tuple[Array, Array]:
-        """Mean and 1-sigma [8] of the error states at the start, in the order of dynamics.py; lags apart."""
+        """Mean and 1-sigma [8] of the error states at the start, in the order of dynamics.py; lags and gyro apart."""
         mean = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0])
         return mean, np.array(
             [self.accel_mps2, self.accel_mps2, self.vane_rad, self.climb_mps, self.baro_m]
@@ -85,7 +87,7 @@ class ErrorParams:
         return math.hypot(self.airspeed_mps, self.airspeed_frac * V)
 
     def consider(self, s: Array, V: float, h: float, step_x: float, step_h: float) -> None:
-        """Into the 1-sigma s [25] of a state at airspeed V [m/s], height h [m]: what is not estimated, and the steps [m/s] the
+        """Into the 1-sigma s [26] of a state at airspeed V [m/s], height h [m]: what is not estimated, and the steps [m/s] the
         wind may have made along and up since the readings were taken."""
         speed, tilt = self.airspeed_sigma(V), self.attitude_rad
         s[k.H] = math.hypot(s[k.H], self.height_m + self.height_frac * max(h, 0.0))
@@ -103,19 +105,23 @@ def fading(par: Array, p: ErrorParams) -> None:
 
 
 def with_errors(Q: Array, p: ErrorParams, dt: float) -> Array:
-    """Process covariance [25,25] of a step dt [s] from that of the 15 states Q [15,15]."""
+    """Process covariance [26,26] of a step dt [s] from that of the 15 states Q [15,15]."""
     out = np.zeros((k.NE, k.NE))
     out[: k.NX, : k.NX] = Q
     out[k.KD, k.KD] = p.drag_walk**2 * dt
     out[range(k.NX, k.L_VA), range(k.NX, k.L_VA)] = p.walks() ** 2 * dt
+    out[k.B_Q, k.B_Q] = p.gyro_walk**2 * dt
     return out
 
 
 def extended(x: Array, sigma: Array, p: ErrorParams) -> tuple[Array, Array]:
-    """Mean and 1-sigma [25] of a start known by its 15 states x [>=15], sigma [>=15]."""
+    """Mean and 1-sigma [26] of a start known by its 15 states x [>=15], sigma [>=15]."""
     mean, spread = p.start()
     lagging = [k.VA, k.AL]
-    return np.concatenate([x[: k.NX], mean, x[lagging]]), np.concatenate([sigma[: k.NX], spread, sigma[lagging]])
+    return (
+        np.concatenate([x[: k.NX], mean, x[lagging], [0.0]]),
+        np.concatenate([sigma[: k.NX], spread, sigma[lagging], [p.gyro_radps]]),
+    )
 
 
 def raise_cold(s: Array, V: float, p: ErrorParams) -> None:

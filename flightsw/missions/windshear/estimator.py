@@ -1,7 +1,7 @@
 """State of the jet transport and the wind along its path: discrete EKF, UKF and square-root cubature filters.
 
 13 states as in Jing et al. (2007) (24), (26), 15 with the scales of lift and drag (the default: a wrong aerodynamic model is
-learnt instead of being covered by fictitious noise), or 25 with the errors of instruments, thrust and moment (errors.py). Sampled
+learnt instead of being covered by fictitious noise), or 26 with the errors of instruments, thrust and moment (errors.py). Sampled
 form: the continuous one of seed (39)-(43) does not survive sensors this exact at 50 Hz.
 """
 
@@ -63,11 +63,11 @@ class WindshearParams:
     channel_gate: Annotated[float, Range(1.0)] = 6.0  # sigma of its innovation above which one reading is refused
     channels_most: Annotated[int, Range(1, k.NY)] = 3  # out at once; beyond, the filter is in doubt
     start_scale_sigma: Annotated[float, Range(0.0, 1.0)] = 0.1
-    errors: ErrorParams = field(default_factory=ErrorParams)  # of 25 states
+    errors: ErrorParams = field(default_factory=ErrorParams)  # of 26 states
 
     def __post_init__(self) -> None:
         if self.states not in (13, k.NX, k.NE):
-            raise ValueError(f"states = {self.states}; allowed: 13, 15, 25")
+            raise ValueError(f"states = {self.states}; allowed: 13, 15, 26")
         lo, hi = self.turbulence_range
         if self.adaptive and not 0.0 < lo <= self.turbulence <= hi:
             raise ValueError(f"turbulence = {self.turbulence}, range {lo} to {hi}; allowed: inside, > 0")
@@ -82,7 +82,7 @@ def start_sigma(p: WindshearParams) -> Array:
 
 @dataclass(frozen=True)
 class WindshearEstimate:
-    """x and 1-sigma, [15] or with 25 states [25] (dynamics.py; with 13 states the scales are the believed ones), hazard index F,
+    """x and 1-sigma, [15] or with 26 states [26] (dynamics.py; with 13 states the scales are the believed ones), hazard index F,
     NIS of the step over `channels` readings. `reason`: why it is not valid, or which readings it does without."""
 
     valid: bool
@@ -95,7 +95,7 @@ class WindshearEstimate:
 
 
 class WindshearNav:
-    """`step` once per sample. `x` [15 or 25] is the present estimate, `P` [n,n] its covariance (n = 13, 15 or 25)."""
+    """`step` once per sample. `x` [15 or 26] is the present estimate, `P` [n,n] its covariance (n = 13, 15 or 26)."""
 
     def __init__(self, p: WindshearParams | None = None, ac: TwinJet | None = None) -> None:
         """ac: record of the aircraft (default: as published). Raises ValueError for parameters no filter can run."""
@@ -135,7 +135,7 @@ class WindshearNav:
         return self.f.P
 
     def start(self, x: Array, sigma: Array) -> None:
-        """Begin from the mean x [15 or 25] and independent 1-sigma of the same length; entries beyond the filter's states are
+        """Begin from the mean x [15 or 26] and independent 1-sigma of the same length; entries beyond the filter's states are
         ignored, error states that are missing begin as by default."""
         if self.errs is not None and len(x) < k.NE:
             x, sigma = extended(x, sigma, self.errs)

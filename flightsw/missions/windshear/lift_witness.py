@@ -22,6 +22,11 @@ class LiftWitness:
         self.most, self.held_s, self._par = most, held_s, par
         self._log = self._first = self._age_s = self._odd_s = 0.0
 
+    @property
+    def apart(self) -> float:
+        """How far both are, of what is tolerated [-]."""
+        return abs(self._log - self._first) / self.most if self._age_s >= LEARN_S else 0.0
+
     def step(self, z: Array, ok: int, thrust_kN: float, dt: float) -> bool:
         """Whether both have come apart: readings z [>=9] with bits `ok`, thrust [kN]. A sample without one of
         them changes nothing."""
@@ -39,6 +44,5 @@ class LiftWitness:
         if self._age_s < LEARN_S:
             self._first += (now - self._first) * min(dt / self._age_s, 1.0)
             return False
-        apart = abs(self._log - self._first) > self.most
-        self._odd_s = self._odd_s + dt if apart else 0.0
+        self._odd_s = self._odd_s + dt if self.apart > 1.0 else 0.0
         return self._odd_s > self.held_s

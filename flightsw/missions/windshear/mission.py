@@ -111,9 +111,9 @@ class WindshearMission(Mission[WindshearActuators]):
             e.x[k.X] = north * math.cos(psi) + east * math.sin(psi)
             nav.place(float(e.x[k.X]))
         self._valid = e.valid
-        runs, thrust = self.monitor.step(z, ok, dt), float(act.now[k.TC])
+        runs, thrust = self.monitor.step(z, ok & watch.sound, dt), float(act.now[k.TC])
         accused = runs and e.valid and self.monitor.compare(e.x, e.sigma, dt)
-        distrust = watch.step(z, ok, self.readings.satellite_m, e, accused, len(nav.gate.benched), thrust, dt)
+        distrust = watch.step(z, ok, self.readings.satellite_m, e, accused, thrust, nav.gate.score, dt)
         self._texts += watch.texts()
         if distrust and self.guidance.phase not in GIVEN_UP and self.guidance.law != "continue":
             self.guidance.abort()

@@ -33,7 +33,7 @@ class WindshearState:
     wind_monitor: tuple[float, float] = (0.0, 0.0)  # [m/s] its wind along and up
     nis: float = 0.0  # normalised innovation squared of the step
     channels: int = 0  # readings it was made of
-    states: int = 15  # estimated: 13, 15 or 25
+    states: int = 15  # estimated: 13, 15 or 26
     turbulence: float = 0.0  # [m/s/sqrt(s)] white steps of the wind
     climb: float = 0.0  # [m/s] demanded
     speed: float = 0.0  # [m/s] demanded airspeed (approach)

@@ -14,9 +14,11 @@ from flightsw.missions.windshear.estimator import WindshearEstimate, WindshearNa
 from flightsw.missions.windshear.lift_witness import LiftWitness
 from flightsw.missions.windshear.reports import WindshearErrors, WindshearState
 from flightsw.missions.windshear.trust import Trust, TrustParams
+from flightsw.missions.windshear.units import SATELLITES, kept_out
 from flightsw.types import HF_ENGINE, HF_NAV, Text
 
 Array = np.ndarray
+LIKE_AN_ENGINE = [k.Y_VG, k.Y_VA, k.Y_AL, k.Y_TH, k.Y_Q, k.Y_HD]  # readings that, wrong, look like one that is out
 
 
 class Supervision:
@@ -31,6 +33,7 @@ class Supervision:
         self.accused = False
         late = errors.late_samples if errors is not None else 0
         self._late = late
+        self._benched = 0  # bits of readings the estimator keeps out
         self._before: deque[Array] = deque(maxlen=late + 1)
         self._texts: list[Text] = []
 
@@ -42,7 +45,12 @@ class Supervision:
     @property
     def mask(self) -> int:
         """Bits of readings the estimator is not to be given."""
-        return self.trust.mask
+        return self.trust.mask | (kept_out(self._benched) if self.trust.p.on else 0)
+
+    @property
+    def sound(self) -> int:
+        """Bits of readings that nothing speaks against, for witnesses beside the estimator."""
+        return ~(kept_out(self._benched) | self._benched) if self.trust.p.on else ~0
 
     @property
     def faults(self) -> int:
@@ -57,19 +65,24 @@ class Supervision:
         return next(iter(self._before))  # the oldest
 
     def step(
-        self, z: Array, ok: int, satellite_m: float, e: WindshearEstimate, accused: bool, out: int, commanded_kN: float,
-        dt: float,
+        self, z: Array, ok: int, satellite_m: float, e: WindshearEstimate, accused: bool, commanded_kN: float,
+        refused: Array, dt: float,
     ) -> bool:  # fmt: skip
-        """One sample, as Trust.step; accused: the monitor's wind differs. Whether trust has just gone."""
+        """One sample, as Trust.step; accused: the monitor's wind differs; refused [10]: the estimator's
+        memory of refusals, negative for a channel it keeps out. Whether trust has just gone."""
+        self._benched = sum(1 << c for c in np.flatnonzero(refused < 0.0).tolist())
+        if self._benched & SATELLITES:
+            satellite_m = math.nan
         if accused and not self.accused:
             self._texts.append(Text(4, "wind of estimator and monitor differ"))
         self.accused = accused
         if e.valid:
-            self._engines(e, commanded_kN, dt)
+            doubt = self.trust.p.on and (bool(refused[LIKE_AN_ENGINE].any()) or self.lift.apart > 0.5)
+            self._engines(e, commanded_kN, doubt, dt)
         if not (self.trust.p.on and e.valid):
             return False
         nis = e.nis / e.channels if e.channels > 0 else math.nan
-        why = self.trust.step(z, ok, satellite_m, e.x, e.sigma, nis, out, dt)
+        why = self.trust.step(z, ok, satellite_m, e.x, e.sigma, nis, self._benched, dt)
         why = why or ("monitor sees another wind" if accused else "")
         odd = self.lift.step(z, ok, float(e.x[k.T]), dt)
         why = why or ("airspeed and incidence contradict the lift" if odd else "")
@@ -83,9 +96,9 @@ class Supervision:
         self.why = why
         return lost
 
-    def _engines(self, e: WindshearEstimate, commanded_kN: float, dt: float) -> None:
+    def _engines(self, e: WindshearEstimate, commanded_kN: float, doubt: bool, dt: float) -> None:
         was = self.engines.out
-        out = self.engines.step(e.x, e.sigma, commanded_kN, dt)
+        out = self.engines.step(e.x, e.sigma, commanded_kN, dt, doubt)
         if out and not was:
             self._texts.append(Text(2, f"engine out: {round(100.0 * float(e.x[k.K_T]))} % of the thrust commanded"))
         elif was and not out:

@@ -16,6 +16,7 @@ import numpy as np
 
 from flightsw.missions.windshear import dynamics as k
 from flightsw.missions.windshear.estimator import NAMES, RADIO, START
+from flightsw.missions.windshear.units import SATELLITES
 from flightsw.strict import Range
 
 Array = np.ndarray
@@ -65,11 +66,11 @@ class Trust:
         self, z: Array, ok: int, satellite_m: float, x: Array, sigma: Array, nis: float, out: int, dt: float
     ) -> str:  # fmt: skip
         """`why` after one sample: readings z [10] with bits `ok`, height by satellite [m], NaN: none new; estimate x, sigma
-        [>=15], NIS per reading, how many readings the filter leaves out."""
+        [>=15], NIS per reading, bits of the readings the filter leaves out."""
         p = self.p
         self._heights(z, ok, satellite_m, dt)
         h = float(x[k.H])
-        missing = self._absent(ok, h, dt)
+        missing = self._absent(ok, out, h, dt)
         against = [i for i in range(3) if self._fresh(i) and abs(self._h[i] - h) > self._tolerance(i, h)]
         agree = False
         if len(against) > 1:
@@ -79,7 +80,7 @@ class Trust:
         if math.isfinite(nis):
             self._nis += (nis - self._nis) * -math.expm1(-dt / p.nis_s)
         wide = sigma[k.WH] > p.wind_sigma_mps or sigma[k.WX] > 2.0 * p.wind_sigma_mps or sigma[k.H] > p.height_sigma_m
-        self._own_s = self._own_s + dt if wide or self._nis > p.nis or out > p.out_most else 0.0
+        self._own_s = self._own_s + dt if wide or self._nis > p.nis or out.bit_count() > p.out_most else 0.0
         vital = [c for c in missing if c != k.Y_RA and c != k.Y_H]
         if self._wrong_s > p.held_s:
             self.why = "height contradicted by two instruments"
@@ -126,19 +127,20 @@ class Trust:
             else:
                 self.texts.append("heights agree again")
             self._odd = out
-            self.mask = {BARO: 1 << k.Y_H, RADIO_SET: RADIO}.get(out, 0)
+            self.mask = {BARO: 1 << k.Y_H, SATELLITE: SATELLITES, RADIO_SET: RADIO}.get(out, 0)
 
-    def _absent(self, ok: int, h: float, dt: float) -> list[int]:
-        """Channels without a reading for missing_s that have had one; said when one is missed. The radio's range ends."""
+    def _absent(self, ok: int, out: int, h: float, dt: float) -> list[int]:
+        """Channels without a reading that is used for missing_s that have had one; said when one is missed (the filter says what
+        it leaves out, and the witnesses). The radio's range ends."""
         self._seen |= ok
-        missing = []
+        said, missing = out | self.mask, []
         for c in VITAL:
             was = self._missing_s[c]
-            now = 0.0 if ok >> c & 1 else was + dt
+            now = 0.0 if (ok & ~said) >> c & 1 else was + dt
             self._missing_s[c] = now
             if now <= self.p.missing_s or not self._seen >> c & 1 or (c == k.Y_RA and h > 600.0):
                 continue
             missing.append(c)
-            if was <= self.p.missing_s:
+            if was <= self.p.missing_s and not said >> c & 1:
                 self.texts.append(f"no reading of {NAMES[c]}")
         return missing

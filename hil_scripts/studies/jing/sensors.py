@@ -12,7 +12,7 @@ from hil_scripts.studies.jing.sensor_flight import CLEAN, DT, OTHER_AIRCRAFT, PL
 from sim_plant.failures.script import Event
 
 BURST_S, CLEAN_S = 110.0, 85.0
-PAPER = (f"{WHO}.nav.states=25", f"{WHO}.nav.trust.on=true")  # the filter with error states on the source's sensors
+PAPER = (f"{WHO}.nav.states=26", f"{WHO}.nav.trust.on=true")  # the filter with error states on the source's sensors
 FAULT_S, ENGINE_S = 25.0, 30.0
 
 

@@ -22,6 +22,8 @@ class ServoBankParams:
     forget_s: Annotated[float, Range(0.5, 1e3)] = 8.0  # memory of the log-likelihoods
     lead: Annotated[float, Range(0.0, 100.0)] = 4.0  # log-likelihood by which another model must lead to take over
     wait_s: Annotated[float, Range(0.0, 60.0)] = 3.0  # [s] of readings before what was found is steered by
+    # [s] bandwidth's and delay's lag together above which the hold flies: the law then gains too little and shakes more
+    lag_most_s: Annotated[float, Range(0.0, 10.0)] = 0.095
     lift_start: Annotated[float, Range(1e-6, 1.0)] = 0.1  # 1-sigma of the lift scale at the start
     lift_walk: Annotated[float, Range(0.0, 1.0)] = 1e-2  # [1/sqrt(s)]
     lift_designs: tuple[float, ...] = (
