@@ -232,6 +232,9 @@ def _env(tmp: Path) -> dict[str, str]:
             0,
             "slow-1: 2 runs on record, 2 made now, 0 failed",
         ),
+        (["slow", "--runs", "few"], 2, "--runs few: allowed a number from 1, small"),
+        (["all", "--cases", "a"], 2, "--cases are those of one study"),
+        (["all", "--runs", "small", "--workers", "0"], 0, "slow-1: 2 runs on record, 2 made now, 0 failed"),
     ],
 )
 @pytest.mark.usefixtures("cli")

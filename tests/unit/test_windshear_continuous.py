@@ -1,4 +1,4 @@
-"""The continuous unscented filter of Jing et al. (2007): what its three readings do, and that the meant one is the sampled one's limit."""
+"""The continuous unscented filter of Jing et al. (2007): three readings of it; the meant one is a limit of the sampled one."""
 
 from __future__ import annotations
 

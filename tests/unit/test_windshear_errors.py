@@ -200,7 +200,7 @@ def test_a_vital_reading_that_is_missing_gives_the_approach_up() -> None:
 
 
 def test_printed_filters_keep_their_bytes() -> None:
-    """Digests of flights in a severe microburst and light turbulence, since the elevator's lift has its drag: filters without error states stay as they are."""
+    """Digests of flights in a severe microburst and light turbulence: filters without error states stay as they are."""
     for name, digest in (("ukf13", "5d9dbae156b307e8"), ("ekf15", "78319dbf49ca6aab")):
         sky = TwinJetAir(MICROBURSTS["severe"], 1.07, 0.77)
         law = jing.law("managed", jing.AS_SPECIFIED)

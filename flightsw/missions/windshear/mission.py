@@ -17,8 +17,8 @@ from flightsw.missions.base import Mission, MissionSpec, Order, Reports, choices
 from flightsw.missions.windshear import dynamics as k
 from flightsw.missions.windshear import monitor_kernel as kk
 from flightsw.missions.windshear.actuators import ELEVATOR, THRUST, WindshearActuators
-from flightsw.missions.windshear.control import PathLaw, make_law, use_law
 from flightsw.missions.windshear.continuous import make_nav
+from flightsw.missions.windshear.control import PathLaw, make_law, use_law
 from flightsw.missions.windshear.estimator import CONTINUOUS, WindshearEstimate
 from flightsw.missions.windshear.guidance import LAWS, PHASES
 from flightsw.missions.windshear.model import MODES, PathDemand, approach_trim, parameter_vector

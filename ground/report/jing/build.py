@@ -7,6 +7,7 @@ from pathlib import Path
 
 from ground.report import figures
 from ground.report import page as p
+from ground.report import prints
 from ground.report.build import Pictures, load_all, provenance, warnings, write_page
 from ground.report.chapters import everything
 from ground.report.goals import Found, judged
@@ -38,6 +39,7 @@ def _text(found: Found, pictures: Pictures) -> str:
         ("survival", "Survival over drawn microbursts", _survival(found.get(jing.SURVIVAL), pictures)),
         ("alerts", "Cautions and aborts in turbulence", _alerts(found.get(jing.ALERTS))),
         ("sensors", "Sensors as they are", sensors.chapter(found.get(jing.SENSORS))),
+        ("prints", "The print line by line", prints.chapter("jing", found)),
     ]
     chapters = [c for c in chapters if c[2]]
     chapters.append(("figures", "All figures", "".join(p.details(s, everything(c)) for s, c in found.items())))

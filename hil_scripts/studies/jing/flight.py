@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from flightsw.aircraft import twinjet
 from flightsw.missions.windshear import dynamics as k
 from flightsw.missions.windshear import monitor_kernel as kk
-from flightsw.missions.windshear.control import NidParams, WindshearControl
 from flightsw.missions.windshear.continuous import make_nav
+from flightsw.missions.windshear.control import NidParams, WindshearControl
 from flightsw.missions.windshear.estimator import ALL, WindshearNav, WindshearParams, start_sigma
 from flightsw.missions.windshear.guidance import PHASES, WindshearGuidance, WindshearGuidanceParams
 from flightsw.missions.windshear.monitor import WindshearMonitor
