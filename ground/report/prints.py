@@ -31,7 +31,8 @@ NUMBER = re.compile(r"(\d+\.)?(\d+)")
 @dataclass(frozen=True)
 class Printed:
     """A line. place: equations "(3)-(7)", figures "Fig. 2, 3", tables, algorithms, section; claim: what is printed; key: the
-    figure of a campaign as study/case/value, `measured` over `runs`; low, high: where it must be for the verdict to hold."""
+    figure of a campaign as study/case/value, `measured` over `runs`, both in units of `scale` SI (or, negative, of the other
+    sign); low, high: where it must be for the verdict to hold."""
 
     place: str
     what: str
@@ -40,6 +41,7 @@ class Printed:
     claim: str = ""
     key: str = ""
     unit: str = ""
+    scale: float = 1.0
     measured: float | None = None
     runs: int | None = None
     low: float | None = None
@@ -123,18 +125,22 @@ def chapter(name: str, found: Found) -> str:
     for r in w.row:
         s = stat(found, r)
         cells = p.text(r.place) + p.text(r.what) + p.text(r.claim) + p.text(r.command)
-        if s is not None and s.value is not None:
-            cells += p.cell(s, "" if r.holds(s.value) else "bad", unit=f" {r.unit}" if r.unit else "")
+        unit = f" {r.unit}" if r.unit else ""
+        if s is None or s.value is None:
+            cells += p.plain(r.measured, "soft", unit, _runs(r.runs))
+        elif r.scale == 1.0:
+            cells += p.cell(s, "" if r.holds(s.value) else "bad", unit=unit)
         else:
-            cells += p.plain(r.measured, "soft", f" {r.unit}" if r.unit else "", _runs(r))
+            value = s.value / r.scale
+            cells += p.plain(value, "" if r.holds(value) else "bad", unit, _runs(s.n))
         rows.append(cells + p.text(r.verdict, TONE.get(r.verdict, "")) + p.text(r.why, "claim"))
     head = [("print", ""), ("what", ""), ("printed", ""), ("command", ""), ("measured", "num"), ("verdict", ""), ("", "")]
     note = "Grey: on record, the campaign is not at hand. Red: the figure does not bear the verdict out. E: errata of the source."
     return p.paragraph(tally(w)) + p.table(head, rows, note)
 
 
-def _runs(r: Printed) -> str:
-    return "" if r.runs is None else "1 run" if r.runs == 1 else f"{r.runs} runs"
+def _runs(n: int | None) -> str:
+    return "" if n is None else "1 run" if n == 1 else f"{n} runs"
 
 
 def markdown(name: str, again: str) -> str:
@@ -146,7 +152,7 @@ def markdown(name: str, again: str) -> str:
     out += ["| print | what | printed | command | measured | verdict | |", "|---|---|---|---|---|---|---|"]
     for r in w.row:
         got = "" if r.measured is None else f"{p.number(r.measured)} {r.unit}".strip()
-        got += f" ({_runs(r)})" if got and r.runs is not None else ""
+        got += f" ({_runs(r.runs)})" if got and r.runs is not None else ""
         cells = (r.place, r.what, r.claim, f"`{r.command}`" if r.command else "", got, r.verdict, r.why)
         out.append("| " + " | ".join(c.replace("|", "\\|").replace("<", "&lt;") for c in cells) + " |")
     return "\n".join([*out, ""])
@@ -162,7 +168,7 @@ def record(path: Path, found: Found) -> int:
             continue
         kept = [x for x in blocks[i].splitlines() if not re.match(r"(measured|runs) = ", x)]
         at = next(j for j, x in enumerate(kept) if x.startswith("key = ")) + 1
-        value = float(f"{s.value:.4g}")
+        value = float(f"{s.value / r.scale:.4g}")
         blocks[i] = "\n".join([*kept[:at], f"measured = {value!r}", f"runs = {s.n}", *kept[at:]]).rstrip() + "\n\n"
         count += 1
     path.write_text("[[row]]\n".join([top, *blocks]).rstrip() + "\n")
