@@ -18,7 +18,8 @@ from typing import Annotated
 from flightsw.strict import ConfigError, OneOf, load
 from ground.report import page as p
 from ground.report.goals import Found, figure
-from ground.report.load import Stat, load as campaign
+from ground.report.load import Stat
+from ground.report.load import load as campaign
 
 HERE = Path(__file__).parent
 YES, CORRECTED, NO, OPEN, TEXT = "reproduced", "reproduced with correction", "not reproduced", "open", "definition"
@@ -134,7 +135,15 @@ def chapter(name: str, found: Found) -> str:
             value = s.value / r.scale
             cells += p.plain(value, "" if r.holds(value) else "bad", unit, _runs(s.n))
         rows.append(cells + p.text(r.verdict, TONE.get(r.verdict, "")) + p.text(r.why, "claim"))
-    head = [("print", ""), ("what", ""), ("printed", ""), ("command", ""), ("measured", "num"), ("verdict", ""), ("", "")]
+    head = [
+        ("print", ""),
+        ("what", ""),
+        ("printed", ""),
+        ("command", ""),
+        ("measured", "num"),
+        ("verdict", ""),
+        ("", ""),
+    ]
     note = "Grey: on record, the campaign is not at hand. Red: the figure does not bear the verdict out. E: errata of the source."
     return p.paragraph(tally(w)) + p.table(head, rows, note)
 
@@ -147,7 +156,10 @@ def markdown(name: str, again: str) -> str:
     """The page of a work; again: the line that says what makes it."""
     w = read(name)
     out = [f"# {w.work}, line by line", "", again, ""]
-    out += [f"{tally(w)} Commands stand in `.venv/bin`; figures of `sil campaign` are means, or RMS, over the runs named; E and", ""]
+    out += [
+        f"{tally(w)} Commands stand in `.venv/bin`; figures of `sil campaign` are means, or RMS, over the runs named; E and",
+        "",
+    ]
     out[-2] += f" trap: [{w.errata.partition('/')[2]}](../{w.errata})."
     out += ["| print | what | printed | command | measured | verdict | |", "|---|---|---|---|---|---|---|"]
     for r in w.row:

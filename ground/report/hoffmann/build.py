@@ -6,9 +6,8 @@ import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from ground.report import figures
+from ground.report import figures, prints
 from ground.report import page as p
-from ground.report import prints
 from ground.report.build import Pictures, load_all, provenance, warnings, write_page
 from ground.report.chapters import everything
 from ground.report.figures import Array

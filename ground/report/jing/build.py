@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from ground.report import figures
+from ground.report import figures, prints
 from ground.report import page as p
-from ground.report import prints
 from ground.report.build import Pictures, load_all, provenance, warnings, write_page
 from ground.report.chapters import everything
 from ground.report.goals import Found, judged
@@ -29,7 +28,11 @@ def _text(found: Found, pictures: Pictures) -> str:
     table, cards = judged(found, (*jing.GOALS, *sensors.GOALS))
     chapters = [
         ("acceptance", "Acceptance figures", table),
-        ("nominal", "Exact model: which filter?", _filters(found.get(jing.NOMINAL), pictures, "ekf15")),
+        (
+            "nominal",
+            "Exact model: which filter?",
+            _filters(found.get(jing.NOMINAL), pictures, "ekf15") + _over_range(found, pictures),
+        ),
         (
             "error",
             "Lift and drag 10 % wrong",
@@ -77,6 +80,28 @@ def _filters(c: Campaign | None, pictures: Pictures, *drawn: str) -> str:
         if "truth" in tr and "x" in tr:
             caption = f"{jing.label(case)}: first run. White path: truth; bands: 2 sigma."
             out += pictures.add(f"{c.study}_{case}", f.encounter(tr), caption.replace("White path", "Black"))
+    return out
+
+
+def _over_range(found: Found, pictures: Pictures) -> str:
+    """The print's figures 2, 3, 6 and 8: flights laid over each other at the same range, first run of each."""
+    exact, wrong = found.get(jing.NOMINAL), found.get(jing.ERROR)
+    out, known = "", exact.traces("perfect") if exact is not None else {}
+    for name, c, cases, text in (
+        (
+            "fig2",
+            exact,
+            ("ekf13", "ukf13", "ekf15"),
+            "Figures 2 and 3 of the print, exact model; winds are those along each flight",
+        ),
+        ("fig6", wrong, ("ukf13",), "Figure 6, lift and drag 10 % wrong, no remedy"),
+        ("fig8", wrong, ("ukf13_printed_noise", "ukf13_noise_accel_1", "ekf15"), "Figure 8, the same with remedies"),
+    ):
+        flights = {jing.label(x): c.traces(x) for x in cases} if c is not None else {}
+        flights = {label: tr for label, tr in flights.items() if "truth" in tr}
+        if flights and "truth" in known:
+            png = f.over_range({"perfect state, exact model": known} | flights, winds=name == "fig2")
+            out += pictures.add(f"range_{name}", png, f"{text}.")
     return out
 
 

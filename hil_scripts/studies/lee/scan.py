@@ -35,7 +35,7 @@ def run_scan(case: Case, seed: int) -> RunResult:
     tuned = {"default": known["default"]}
     for samples in WINDOWS:
         for root in ROOTS:
-            q = {"q_wind": root, "q_V": root, "q_beta": root / 190.0, "q_alpha": root / 190.0}
+            q: dict[str, Any] = {"q_wind": root, "q_V": root, "q_beta": root / 190.0, "q_alpha": root / 190.0}
             tuned[name(samples, root)] = replace(known["printed"], cmw_samples=samples, **q)
     values: dict[str, float] = {}
     for key, params in tuned.items():

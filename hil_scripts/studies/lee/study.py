@@ -23,6 +23,7 @@ EXACT: dict[str, Any] = {
     "bias_V": 0.0, "bias_flow": 0.0, "bias_att": 0.0, "bias_vel": 0.0, "settle_s": 0.0,
 }  # fmt: skip
 LIGHT = 0.39  # [m/s]
+DRAWN = ("default", "printed")  # filters whose states are kept for the pictures
 SLOW = {"sounding": 0.245, "sine": 0.3, "ecwm": 0.149}  # [m/s/sqrt(s)] of the prevailing wind
 
 
@@ -96,6 +97,7 @@ def run_case(case: Case, seed: int) -> RunResult:
     m = flight.t >= after
     values: dict[str, float] = {"wind.mean_mps": float(np.linalg.norm(W[m], axis=1).mean())}
     traces: dict[str, np.ndarray] = {"t": flight.t[::4], "wind_true": W[::4]}
+    traces["state_true"], traces["state_read"] = (a[::4, :12].astype(np.float32) for a in (flight.x, y))
     chosen = no_aero_filters(sigma, wind) if p.get("no_aero") else filters(sigma, wind, tau, gust)
     bound = wind_bound(flight, sigma, max(gust, 0.05), SLOW[wind], tau) if p.get("bound") else None
     if bound is not None:
@@ -110,6 +112,9 @@ def run_case(case: Case, seed: int) -> RunResult:
                 figures[f"pcrb_ratio.{a}"] = figures[f"wind.rms_mps.{a}"] / values[f"bound.wind.rms_mps.{a}"]
         values |= {f"{name}.{k}": v for k, v in figures.items()}
         traces[f"{name}.wind"], traces[f"{name}.sigma"] = est.x[::4, 12:15], est.sigma[::4, 12:15]
+        if name in DRAWN:
+            traces[f"{name}.state"] = est.x[::4, :12].astype(np.float32)
+            traces[f"{name}.state_sigma"] = est.sigma[::4, :12].astype(np.float32)
     cmw = calculated_wind(flight, y)
     values |= {f"cmw.{k}": v for k, v in wind_figures(flight.t, W, cmw, None, after).items()}
     traces["cmw.wind"] = cmw[::4]
