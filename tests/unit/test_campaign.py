@@ -278,6 +278,11 @@ def test_a_package_whose_study_cannot_be_had_is_named(
         plugins.look_again()
 
 
+def test_small_cases_are_cases() -> None:
+    for study in all_studies().values():
+        assert study.choose(list(study.small_cases) or None) and study.small_runs >= 1
+
+
 def test_the_list_of_studies_says_what_the_studies_say() -> None:
     """`python -m hil_scripts.campaign.registry` writes it anew; naming them imports none."""
     assert registry.LIST.read_text() == registry.written()

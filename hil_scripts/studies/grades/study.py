@@ -26,5 +26,6 @@ STUDY = Study(
     ),
     run=run_case,
     default_runs=20,
+    small_cases=("paper_0.39", "tactical_0.39", "tactical_2.1", "mems_0.39", "guarded_0.39"),
     binary=OUTCOMES,
 )

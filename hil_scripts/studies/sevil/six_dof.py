@@ -20,12 +20,16 @@ from hil_scripts.launch.runfolder import resolve
 from hil_scripts.studies.sevil import fdi
 from hil_scripts.studies.sevil import model as m
 from hil_scripts.studies.sevil import track as tk
-from hil_scripts.studies.sevil.airpos import locate
+from hil_scripts.studies.sevil.airpos import Contours, locate
 from hil_scripts.studies.sevil.dynamic import CALM
 from hil_scripts.studies.sevil.flight import LEG_NAMES, RATE_HZ, AirFlight, Arr, Conditions, Fault, Motion, fly_air
 from hil_scripts.studies.sevil.loop_flight import CONTACT, EVERY, SCENARIO, in_process
+from hil_scripts.studies.sevil.wake_map import load_map, make_map
 
 ALPHA_T = math.radians(3.3)  # incidence of the tanker at 195 m/s, for commands given in F
+TRIM_DEG = (
+    2.087  # [deg] pitch relative to F with which the receiver is trimmed at contact (case hold_contact); maps have 3
+)
 SETTLE_S = 20.0  # [s] of a hold before it counts
 PHASE_LEG = {"observation": 0, "moving": 2, "contact": len(LEG_NAMES) - 1}
 MANOEUVRE_S = (
@@ -116,11 +120,19 @@ def hold(y: float, z: float, duration_s: float, seed: int) -> Motion:
     return fly(sets, duration_s, seed, orders=False)
 
 
-def contour_figures(f: AirFlight, name: str, small: bool) -> tuple[dict[str, float], dict[str, Arr]]:
-    """Errors of an algorithm on 1 s means once a hold has settled, and its positions."""
+@cache
+def trimmed() -> Contours:
+    """Contours of the small map made with the attitude trimmed at contact."""
+    return Contours(make_map(replace(load_map("small").spec, theta_deg=TRIM_DEG)))
+
+
+def contour_figures(f: AirFlight, name: str) -> tuple[dict[str, float], dict[str, Arr]]:
+    """Errors of an algorithm ("A11", or "A11_trim" with maps of the trimmed attitude) on 1 s means once a hold has settled, and
+    its positions."""
     at, y, _, _ = tk.seconds(f)
-    contours = m.contours("small" if small else "extended")
-    pos = np.array([locate(int(name[1:]), contours, row) or (math.nan, math.nan) for row in y])
+    number, _, maps = name[1:].partition("_")
+    contours = trimmed() if maps else m.contours("small")
+    pos = np.array([locate(int(number), contours, row) or (math.nan, math.nan) for row in y])
     late = f.t[at] >= SETTLE_S
     e = (pos - f.xi[at, 1:])[late]
     values = {f"{name}.{k}": v for k, v in tk.errors(e).items()}
@@ -141,24 +153,24 @@ def run_hold(case: Case, seed: int) -> RunResult:
     }
     values |= {f"place.mean_m.{a}": float(f.xi[late, i].mean()) for i, a in enumerate("xyz")}
     traces: dict[str, Any] = {"t": f.t[::4], "true": f.xi[::4, 1:], "att": f.att[::4]}
-    for name in ("A11", "A15"):
-        v, tr = contour_figures(f, name, True)
+    for name in ("A11", "A15", "A11_trim", "A15_trim"):
+        v, tr = contour_figures(f, name)
         values, traces = values | v, traces | tr
     return RunResult(values, traces)
 
 
 def run_row(case: Case, seed: int) -> RunResult:
-    """Algorithm 11 at every place of a row of the dynamic grid, one short hold each."""
+    """Algorithm 11, maps of the trim at contact, at every place of a row of the dynamic grid, one short hold each."""
     p = case.params
     found, errors, rows = 0, [], []
     for y in p["y_m"]:
         motion = hold(float(y), float(p["z_m"]), float(p["duration_s"]), seed)
         f = fly_air(Conditions(**CALM, sigma=(0.0, 0.0, 0.0)), seed, motion)
-        v, _ = contour_figures(f, "A11", True)
-        have = v["A11.available_pct"] >= 50.0
+        v, _ = contour_figures(f, "A11_trim")
+        have = v["A11_trim.available_pct"] >= 50.0
         found += have
-        errors += [v["A11.median_m"]] if have else []
-        rows.append([float(y), float(p["z_m"]), v.get("A11.mean_m.y", math.nan), v.get("A11.mean_m.z", math.nan)])
+        errors += [v["A11_trim.median_m"]] if have else []
+        rows.append([float(y), float(p["z_m"]), v["A11_trim.mean_m.y"], v["A11_trim.mean_m.z"]])
     n = len(p["y_m"])
     values = {"points": float(n), "none_pct": 100.0 * (1.0 - found / n), "ce_m": float(sum(errors))}
     return RunResult(values, {"grid": np.array(rows)})
@@ -177,14 +189,17 @@ def run_tables(case: Case, seed: int) -> RunResult:
     parts: dict[str, np.ndarray] = {}
     for draw in range(int(p["draws"])):
         f = fly_air(c, seed + draw, motion)
-        d, parts = fdi.Detectors(f, tuple(p["detectors"])), fdi.phases(f)
+        kinds = dict.fromkeys(p["detectors"], fdi.Detectors(f, tuple(p["detectors"])))
+        kinds["printed_trim"] = fdi.Detectors(f, ("printed",), map_att=np.array([0.0, math.radians(TRIM_DEG), 0.0]))
+        parts = fdi.phases(f)
         wrong = f.readings.copy()
         end = float(f.t[-1]) + 1.0
         fdi.inject(f.t, wrong, tuple(Fault(v, i, s, 0.0, end) for v, i, s in FAULTS))
-        for name in d.names:
+        for name, d in kinds.items():
+            kind = name.removesuffix("_trim")
             for v, var in enumerate(m.VARIABLES):
-                alarms.setdefault(f"{name}.{var}", []).append(d.run(name, f.readings, v)[0])
-                faulty.setdefault(f"{name}.{var}", []).append(d.run(name, wrong, v)[0][parts["after"]])
+                alarms.setdefault(f"{name}.{var}", []).append(d.run(kind, f.readings, v)[0])
+                faulty.setdefault(f"{name}.{var}", []).append(d.run(kind, wrong, v)[0][parts["after"]])
     moving = float(parts["during"].sum()) / RATE_HZ
     weights = {"before": LONG_S[0], "during": moving, "after": LONG_S[1] - moving}
     for key, found in alarms.items():
