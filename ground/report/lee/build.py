@@ -9,7 +9,7 @@ from ground.report import page as p
 from ground.report import prints
 from ground.report.build import Pictures, load_all, provenance, warnings, write_page
 from ground.report.chapters import everything
-from ground.report.lee import closed_loop, open_loop
+from ground.report.lee import closed_loop, open_loop, scan
 from ground.report.lee import page as lee
 from ground.report.load import Campaign
 
@@ -38,6 +38,8 @@ def _text(campaigns: dict[str, Campaign], pictures: Pictures) -> str:
 
 
 def _study(c: Campaign, pictures: Pictures) -> str:
+    if c.study == scan.STUDY:
+        return scan.chapter(c)
     known = lee.STUDIES.get(c.study)
     body = p.paragraph(str(c.meta.get("purpose", "")))
     if known is not None:

@@ -67,4 +67,5 @@ STUDY = Study(
     ),
     run=run_scan,
     default_runs=20,
+    small_cases=("II", "III"),
 )

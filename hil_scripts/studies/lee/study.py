@@ -152,19 +152,34 @@ TABLE = Study(
 COLOUR = Study(
     name="lee_colour",
     title="Colour of the measurement noise",
-    purpose="wind error against the correlation time of the noise, small set, wind model",
-    cases=tuple(Case(f"tau_{t:g}", _coloured("ecwm", "small", t)) for t in (0.05, 0.2, 1.0, 5.0, 20.0, 50.0, 100.0)),
+    purpose="wind error against the correlation time of the noise, small and large set, wind model",
+    cases=tuple(
+        Case(f"tau_{t:g}{tail}", _coloured("ecwm", noise, t))
+        for noise, tail, times in (
+            ("small", "", (0.05, 0.2, 1.0, 5.0, 20.0, 50.0, 100.0)),
+            ("large", "_large", (0.05, 1.0, 10.0, 20.0, 100.0)),
+        )
+        for t in times
+    ),
     run=run_case,
+    small_cases=("tau_0.05*", "tau_20*", "tau_50", "tau_100*"),
 )
 
 TURBULENCE = Study(
     name="lee_turbulence",
     title="Turbulence on the tanker",
-    purpose="wind error against turbulence intensity, small noise, wind model",
-    cases=tuple(
-        Case(f"sigma_{s:g}", _white("ecwm", "small", sigma_mps=s)) for s in (0.0, 0.2, 0.39, 0.8, 1.2, 2.0, 3.0)
+    purpose="wind error against turbulence intensity, wind model: white small noise, and small and large noise of the source's "
+    "tau = 20 s",
+    cases=(
+        *(Case(f"sigma_{s:g}", _white("ecwm", "small", sigma_mps=s)) for s in (0.0, 0.2, 0.39, 0.8, 1.2, 2.0, 3.0)),
+        *(
+            Case(f"sigma_{s:g}_coloured{tail}", _coloured("ecwm", noise, 20.0) | {"sigma_mps": s})
+            for noise, tail in (("small", ""), ("large", "_large"))
+            for s in (0.39, 1.2, 2.0, 3.0)
+        ),
     ),
     run=run_case,
+    small_cases=("sigma_0.39*", "sigma_3*"),
 )
 
 STUDIES = (TABLE, COLOUR, TURBULENCE)
