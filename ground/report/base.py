@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Protocol
 
@@ -22,8 +23,13 @@ class Build(Protocol):
 
 @dataclass(frozen=True)
 class Report:
-    """campaigns: the studies it reads, for the help; about: what the page shows; `build` imports what is slow to import."""
+    """campaigns: the studies it reads, names or patterns ("lee, lee_*"); about: what the page shows; `build` imports what is slow
+    to import."""
 
     campaigns: str
     about: str
     build: Build
+
+    def reads(self, study: str) -> bool:
+        """Whether a study is one of those."""
+        return any(fnmatchcase(study, name) for name in self.campaigns.split(", "))

@@ -49,6 +49,8 @@ class Study:
     binary: last parts of value keys that are 0 or 1, for example "lost"; their mean gets a Wilson interval.
     pool: for runs that are batches: the values of all good runs of a case (in order) to its lines of the summary,
         "<value>.<statistic>", in place of statistics over runs.
+    small_runs, small_cases: what `--runs small` makes, cases by name or pattern (none: all), so that all studies of the project
+        are through within an hour on two cores.
     """
 
     name: str
@@ -59,6 +61,8 @@ class Study:
     default_runs: int = 20
     binary: tuple[str, ...] = ("lost",)
     pool: Callable[[Sequence[Mapping[str, float]]], dict[str, float | int | None]] | None = None
+    small_runs: int = 1
+    small_cases: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         names = [c.name for c in self.cases]

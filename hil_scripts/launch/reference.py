@@ -1,4 +1,5 @@
-"""Generate docs/reference: every onboard parameter, scenario key, command and telemetry message, from the classes that read them.
+"""Generate docs/reference: every onboard parameter, scenario key, command and telemetry message, from the classes that read them;
+and what the works print, line by line, from the files of their reports.
 
 python -m hil_scripts.launch.reference            write the pages
 python -m hil_scripts.launch.reference --check    exit 1 and name each page that is out of date
@@ -20,6 +21,7 @@ from flightsw.icd.dialect import HOUSE, XML
 from flightsw.icd.rates import table as rate_table
 from flightsw.missions.base import AnySpec, find_mission
 from flightsw.process.config import AppConfig, LinkConfig, OriginConfig, TelemetryConfig
+from ground.report import prints
 from hil_scripts.launch.fields import Row, rows
 from sim_plant.aircraft.kind import Kind, no_table
 from sim_plant.scenario import Scenario
@@ -187,8 +189,13 @@ def messages() -> str:
     return "\n".join([*out, ""])
 
 
+def _prints(work: str) -> Callable[[], str]:
+    return lambda: prints.markdown(work, f"{AGAIN.partition(';')[0]}; edit `ground/report/{work}/prints.toml`.")
+
+
 PAGES: dict[str, Callable[[], str]] = {
     "parameters.md": parameters, "scenario.md": scenario, "commands.md": commands, "messages.md": messages,
+    **{f"prints-{work}.md": _prints(work) for work in prints.works()},
 }  # fmt: skip
 
 

@@ -232,6 +232,9 @@ def _env(tmp: Path) -> dict[str, str]:
             0,
             "slow-1: 2 runs on record, 2 made now, 0 failed",
         ),
+        (["slow", "--runs", "few"], 2, "--runs few: allowed a number from 1, small"),
+        (["all", "--cases", "a"], 2, "--cases are those of one study"),
+        (["all", "--runs", "small", "--workers", "0"], 0, "slow-1: 2 runs on record, 2 made now, 0 failed"),
     ],
 )
 @pytest.mark.usefixtures("cli")
@@ -273,6 +276,11 @@ def test_a_package_whose_study_cannot_be_had_is_named(
         sys.modules.pop("own_module", None)
         monkeypatch.undo()
         plugins.look_again()
+
+
+def test_small_cases_are_cases() -> None:
+    for study in all_studies().values():
+        assert study.choose(list(study.small_cases) or None) and study.small_runs >= 1
 
 
 def test_the_list_of_studies_says_what_the_studies_say() -> None:

@@ -77,7 +77,7 @@ def test_inverse_gives_back_the_rates_it_was_asked_for() -> None:
     q_c = 2.5 * (out[kn.O_ALPHA] - x[k.AL]) + turn
     got = k.pitch_acceleration(x[k.VA], x[k.AL], x[k.Q], out[kn.O_DE], P)
     assert got == pytest.approx(6.0 * (q_c - x[k.Q]), rel=1e-9)
-    x[k.T] = out[kn.O_TD]  # with the thrust asked for the speed changes as asked
+    x[k.T], x[k.AL] = out[kn.O_TD], out[kn.O_ALPHA]  # with thrust and incidence asked for the speed changes as asked
     speed, _ = k.path_rates(x, 1.0, 1.0, 0.01, P)
     assert speed == pytest.approx(0.2 * (76.5 - x[k.VA]), abs=1e-9)
 

@@ -56,14 +56,14 @@ def lift_slope(alpha: float, p: np.ndarray) -> float:
 
 @jit
 def lift_drag(V: float, alpha: float, de: float, kl: float, kd: float, p: np.ndarray) -> tuple[float, float]:
-    """Lift and drag [N] at airspeed V [m/s], scaled by kl, kd; seed (9), (10)."""
+    """Lift and drag [N] at airspeed V [m/s], scaled by kl, kd; seed (9), (10). The elevator's lift has its induced drag."""
     qs = 0.5 * p[P_RHO] * V * V * p[P_S]
-    cl = lift_curve(alpha, p)
+    cl = lift_curve(alpha, p) + p[P_LE] * de
     cd = p[P_D0] + p[P_DK] * cl * cl
     if alpha > p[P_A1]:
         d = alpha - p[P_A1]
         cd += p[P_DS] * d * d
-    return kl * qs * (cl + p[P_LE] * de), kd * qs * cd
+    return kl * qs * cl, kd * qs * cd
 
 
 @jit

@@ -2,7 +2,7 @@
 
 13 states as in Jing et al. (2007) (24), (26), 15 with the scales of lift and drag (the default: a wrong aerodynamic model is
 learnt instead of being covered by fictitious noise), or 26 with the errors of instruments, thrust and moment (errors.py). Sampled
-form: the continuous one of seed (39)-(43) does not survive sensors this exact at 50 Hz.
+form; the continuous one of seed (39)-(43) is in continuous.py.
 """
 
 from __future__ import annotations
@@ -34,6 +34,7 @@ ALL = (1 << k.NY) - 1
 RADIO = 1 << k.Y_RA
 NO_ACCELEROMETERS = ALL & ~(1 << k.Y_XDD | 1 << k.Y_HDD)
 START = (k.Y_H, k.Y_VG, k.Y_VA, k.Y_AL, k.Y_TH, k.Y_Q, k.Y_HD)  # readings a cold start needs
+CONTINUOUS = ("ukf_printed", "ukf_43", "ukf_continuous")  # continuous.py
 NAMES = ("h", "Vg", "Va", "alpha", "theta", "q", "h'", "x''", "h''", "radio height")
 
 
@@ -41,7 +42,7 @@ NAMES = ("h", "Vg", "Va", "alpha", "theta", "q", "h'", "x''", "h''", "radio heig
 class WindshearParams:
     """Tuning of WindshearNav."""
 
-    filter: Annotated[str, OneOf(("ekf", "ukf", "srckf", "srukf"))] = "ekf"
+    filter: Annotated[str, OneOf(("ekf", "ukf", "srckf", "srukf", *CONTINUOUS))] = "ekf"
     states: Annotated[int, Range(13, k.NE)] = 15
     # scales of lift and drag: as believed at the start, and for good with 13 states
     lift_scale: Annotated[float, Range(0.5, 2.0)] = 1.0
@@ -68,6 +69,11 @@ class WindshearParams:
     def __post_init__(self) -> None:
         if self.states not in (13, k.NX, k.NE):
             raise ValueError(f"states = {self.states}; allowed: 13, 15, 26")
+        plain = self.states == 13 and not self.adaptive and self.turbulence == self.wind_gain_s2pm == 0.0
+        if self.filter in CONTINUOUS and not plain:
+            raise ValueError(
+                f"filter = {self.filter}; allowed only with states = 13, adaptive = false, turbulence = 0, wind_gain_s2pm = 0"
+            )
         lo, hi = self.turbulence_range
         if self.adaptive and not 0.0 < lo <= self.turbulence <= hi:
             raise ValueError(f"turbulence = {self.turbulence}, range {lo} to {hi}; allowed: inside, > 0")
@@ -106,7 +112,8 @@ class WindshearNav:
         self.errs = errs = p.errors if n == k.NE else None
         self._par = parameter_vector(ac, p.lift_scale, p.drag_scale)
         self._r9 = p.sensors.sigmas()
-        self.f = make_filter(p.filter, n, k.NZ, n + 2, alpha=p.spread if p.filter == "ukf" else 1.0)
+        kind = "ukf" if p.filter in CONTINUOUS else p.filter
+        self.f = make_filter(kind, n, k.NZ, n + 2, alpha=p.spread if kind == "ukf" else 1.0)
         lo, hi = p.turbulence_range
         self.adapter = NoiseAdapter(p.turbulence, k.WX, 2, AdaptParams(q_min=lo, q_max=hi)) if p.adaptive else None
         self.gate = ChannelGate(k.NZ, p.channel_gate, p.channels_most)
@@ -160,6 +167,10 @@ class WindshearNav:
             return self._cold(m, u)
         if not (dt > 0.0 and math.isfinite(dt)):
             return self._not_valid(f"dt = {dt}; allowed > 0")
+        return self._advance(m, u, dt)
+
+    def _advance(self, m: int, u: Array, dt: float) -> WindshearEstimate:
+        """To this sample and corrected by its m readings."""
         self._noise(dt)
         f = self.f
         f.draw()

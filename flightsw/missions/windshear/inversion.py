@@ -84,10 +84,11 @@ def invert(x: np.ndarray, d: np.ndarray, de: float, p: np.ndarray, g: np.ndarray
         out[O_PATH], out[O_TURN], out[O_TURN_C] = gamma - wanted, g[G_PATH] * (wanted - gamma), turn_d
         out[O_ALPHA_D] = incidence_for(turn_d, x, de, -FREE, FREE, p)
     if mode == APPROACH:
-        _, drag = k.lift_drag(V, x[k.AL], de, x[k.KL], x[k.KD], p)
+        # slow scale: the fast states are where they are told to be, so drag is that of the incidence commanded
+        _, drag = k.lift_drag(V, alpha_c, de, x[k.KL], x[k.KD], p)
         pull = g[G_SPEED] * (d[D_SPEED] - V) + p[k.P_G] * sg + x[k.WXD] * cg + x[k.WHD] * sg
-        out[O_TD] = 1e-3 * (p[k.P_M] * pull + drag) / math.cos(x[k.AL])
-        out[O_T_FB] = 1e-3 * p[k.P_M] * g[G_SPEED] * (d[D_SPEED] - V) / math.cos(x[k.AL])
+        out[O_TD] = 1e-3 * (p[k.P_M] * pull + drag) / math.cos(alpha_c)
+        out[O_T_FB] = 1e-3 * p[k.P_M] * g[G_SPEED] * (d[D_SPEED] - V) / math.cos(alpha_c)
         out[O_T_FF] = out[O_TD] - out[O_T_FB]
         out[O_T_LAG] = (p[k.P_TAU] * g[G_THRUST] - 1.0) * (out[O_TD] - x[k.T])
         given = clip(x[k.K_T], LEAST, 1.0) if x.shape[0] > k.K_T else 1.0  # of what is commanded

@@ -17,8 +17,9 @@ from flightsw.missions.base import Mission, MissionSpec, Order, Reports, choices
 from flightsw.missions.windshear import dynamics as k
 from flightsw.missions.windshear import monitor_kernel as kk
 from flightsw.missions.windshear.actuators import ELEVATOR, THRUST, WindshearActuators
+from flightsw.missions.windshear.continuous import make_nav
 from flightsw.missions.windshear.control import PathLaw, make_law, use_law
-from flightsw.missions.windshear.estimator import WindshearEstimate, WindshearNav
+from flightsw.missions.windshear.estimator import CONTINUOUS, WindshearEstimate
 from flightsw.missions.windshear.guidance import LAWS, PHASES
 from flightsw.missions.windshear.model import MODES, PathDemand, approach_trim, parameter_vector
 from flightsw.missions.windshear.monitor import WindshearMonitor
@@ -49,7 +50,7 @@ MAV_CMD_DO_GO_AROUND, MAV_CMD_USER_3 = 191, 31012
 FIRST_PHASE = 22  # WKF_PHASE of PHASES[0]
 ON_THE_WIRE = (0, *range(FIRST_PHASE, FIRST_PHASE + len(PHASES)))
 GIVEN_UP = ("escape", "clear")  # phases of an approach that has been: no way back
-ESTIMATORS = ("ekf", "ukf", "srckf", "srukf")  # index goes down in WINDSHEAR_STATE
+ESTIMATORS = ("ekf", "ukf", "srckf", "srukf", *CONTINUOUS)  # index goes down in WINDSHEAR_STATE
 BLIND = "no estimate: full thrust, pitch held"
 
 
@@ -63,7 +64,7 @@ class WindshearMission(Mission[WindshearActuators]):
     def __init__(self, ac: TwinJet, p: WindshearMissionParams, period_s: float) -> None:
         """Raises ValueError for parameters no filter can run."""
         self.p = p
-        self.nav, self.monitor = WindshearNav(p.nav, ac), WindshearMonitor(p.nav.monitor)
+        self.nav, self.monitor = make_nav(p.nav, ac), WindshearMonitor(p.nav.monitor)
         self.guidance, self.ctrl = make_path(p.guid), make_law(p.ctrl, ac)
         a, escape = p.guid.approach, p.guid.escape
         e = self.envelope = Envelope(ac)

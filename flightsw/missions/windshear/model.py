@@ -95,8 +95,8 @@ def approach_trim(
         lift = (weight * math.cos(gamma) - thrust * math.sin(alpha)) / (lift_scale * push)
         alpha = (lift - r.lift.CL0 - r.lift.CL_de * elevator) / r.lift.CL_alpha
         elevator = -(r.pitch.Cm0 + r.pitch.Cm_alpha * alpha) / r.pitch.Cm_de
-        clean = r.lift.CL0 + r.lift.CL_alpha * alpha
-        drag = drag_scale * push * (r.drag.CD0 + r.drag.K * clean * clean)
+        cl = r.lift.CL0 + r.lift.CL_alpha * alpha + r.lift.CL_de * elevator
+        drag = drag_scale * push * (r.drag.CD0 + r.drag.K * cl * cl)
         thrust = (drag + weight * math.sin(gamma)) / math.cos(alpha)
     return thrust * 1e-3, elevator
 

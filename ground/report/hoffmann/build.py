@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from ground.report import figures
+from ground.report import figures, prints
 from ground.report import page as p
 from ground.report.build import Pictures, load_all, provenance, warnings, write_page
 from ground.report.chapters import everything
@@ -15,7 +15,7 @@ from ground.report.goals import Found, figure, judged
 from ground.report.hoffmann import curves, found_goals
 from ground.report.hoffmann import figures as f
 from ground.report.hoffmann import page as hoffmann
-from ground.report.hoffmann.found import line_by_line, sensors
+from ground.report.hoffmann.found import sensors
 from ground.report.hoffmann.loops import adaptation, alleviation, estimators, labels, robustness
 from ground.report.hoffmann.page import label
 from ground.report.load import Campaign
@@ -45,7 +45,7 @@ def _text(found: Found, pictures: Pictures) -> str:
         ("robustness", "On another aircraft than believed", robustness(found.get("hoffmann_robustness"))),
         ("sensors", "An aircraft that is not as believed", sensors(found.get("hoffmann_sensors"))),
         ("adaptation", "Turbulence that comes and goes", adaptation(found.get("hoffmann_adaptation"), pictures)),
-        ("prints", "The print line by line", line_by_line(found)),
+        ("prints", "The print line by line", prints.chapter("hoffmann", found)),
     ]
     chapters = [c for c in chapters if c[2]]
     chapters.append(("figures", "All figures", "".join(p.details(s, everything(c)) for s, c in found.items())))

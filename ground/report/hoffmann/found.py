@@ -1,10 +1,8 @@
-"""Chapters of the gust report on an aircraft that is not as believed, and on the print line by line."""
+"""Chapter of the gust report on an aircraft that is not as believed."""
 
 from __future__ import annotations
 
 from ground.report import page as p
-from ground.report.goals import Found, figure
-from ground.report.hoffmann.prints import CORRECTED, NO, PRINTS
 from ground.report.load import Campaign
 
 REDUCED = ("reduction_total_pct", "reduction_low_pct")
@@ -43,16 +41,3 @@ def sensors(c: Campaign | None) -> str:
         keys = ("servo_wn_radps", "late_samples", "lift.inside_2sigma_pct", "alpha_w.rms_deg", "left_after_s")
         rows.append(row + "".join(p.cell(c.stat(case, f"servo_bank.{k}")) for k in keys))
     return p.paragraph(str(c.meta.get("purpose", ""))) + p.table(head, rows, NOTE)
-
-
-def line_by_line(found: Found) -> str:
-    """The print, row by row, with the figure this report has of it."""
-    rows = []
-    for r in PRINTS:
-        row = p.text(r.place, "name") + p.text(r.what) + p.text(r.command)
-        c = found.get(r.key[0]) if r.key else None
-        row += p.blank() if c is None or r.key is None else p.cell(figure(c, r.key[1], r.key[2]))
-        tone = "bad" if r.verdict == NO else "" if r.verdict == CORRECTED else "good"
-        rows.append(row + p.text(r.verdict, tone) + p.text(r.why))
-    head = [("print", ""), ("what", ""), ("command", ""), ("measured", "num"), ("verdict", ""), ("remark", "")]
-    return p.table(head, rows, "E1 to E10: errata of docs/sources/hoffmann.md, section 5.")

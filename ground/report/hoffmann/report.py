@@ -14,4 +14,4 @@ def _build(folders: Sequence[Path], out: Path) -> Path:
     return hoffmann_report(folders, out)
 
 
-REPORT = Report("hoffmann, hoffmann_gains, ...", "Wind felt by a small UAV: printed gain, ours, alleviation.", _build)
+REPORT = Report("hoffmann, hoffmann_*", "Wind felt by a small UAV: printed gain, ours, alleviation.", _build)

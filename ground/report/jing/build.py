@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from ground.report import figures
+from ground.report import figures, prints
 from ground.report import page as p
 from ground.report.build import Pictures, load_all, provenance, warnings, write_page
 from ground.report.chapters import everything
@@ -28,7 +28,11 @@ def _text(found: Found, pictures: Pictures) -> str:
     table, cards = judged(found, (*jing.GOALS, *sensors.GOALS))
     chapters = [
         ("acceptance", "Acceptance figures", table),
-        ("nominal", "Exact model: which filter?", _filters(found.get(jing.NOMINAL), pictures, "ekf15")),
+        (
+            "nominal",
+            "Exact model: which filter?",
+            _filters(found.get(jing.NOMINAL), pictures, "ekf15") + _over_range(found, pictures),
+        ),
         (
             "error",
             "Lift and drag 10 % wrong",
@@ -38,6 +42,7 @@ def _text(found: Found, pictures: Pictures) -> str:
         ("survival", "Survival over drawn microbursts", _survival(found.get(jing.SURVIVAL), pictures)),
         ("alerts", "Cautions and aborts in turbulence", _alerts(found.get(jing.ALERTS))),
         ("sensors", "Sensors as they are", sensors.chapter(found.get(jing.SENSORS))),
+        ("prints", "The print line by line", prints.chapter("jing", found)),
     ]
     chapters = [c for c in chapters if c[2]]
     chapters.append(("figures", "All figures", "".join(p.details(s, everything(c)) for s, c in found.items())))
@@ -75,6 +80,28 @@ def _filters(c: Campaign | None, pictures: Pictures, *drawn: str) -> str:
         if "truth" in tr and "x" in tr:
             caption = f"{jing.label(case)}: first run. White path: truth; bands: 2 sigma."
             out += pictures.add(f"{c.study}_{case}", f.encounter(tr), caption.replace("White path", "Black"))
+    return out
+
+
+def _over_range(found: Found, pictures: Pictures) -> str:
+    """The print's figures 2, 3, 6 and 8: flights laid over each other at the same range, first run of each."""
+    exact, wrong = found.get(jing.NOMINAL), found.get(jing.ERROR)
+    out, known = "", exact.traces("perfect") if exact is not None else {}
+    for name, c, cases, text in (
+        (
+            "fig2",
+            exact,
+            ("ekf13", "ukf13", "ekf15"),
+            "Figures 2 and 3 of the print, exact model; winds are those along each flight",
+        ),
+        ("fig6", wrong, ("ukf13",), "Figure 6, lift and drag 10 % wrong, no remedy"),
+        ("fig8", wrong, ("ukf13_printed_noise", "ukf13_noise_accel_1", "ekf15"), "Figure 8, the same with remedies"),
+    ):
+        flights = {jing.label(x): c.traces(x) for x in cases} if c is not None else {}
+        flights = {label: tr for label, tr in flights.items() if "truth" in tr}
+        if flights and "truth" in known:
+            png = f.over_range({"perfect state, exact model": known} | flights, winds=name == "fig2")
+            out += pictures.add(f"range_{name}", png, f"{text}.")
     return out
 
 

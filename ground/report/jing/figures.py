@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ground.report.figures import SPARE, TRUTH, Array, new_figure, png_bytes
-from ground.views.windshear.read import VA, WH, WX, H, X
+from ground.views.windshear.read import AL, VA, WH, WX, H, X
 
 OURS = "#1f5fa8"
 LIMIT = "#b3261e"
@@ -47,5 +47,21 @@ def escapes(tr: Mapping[str, Array], laws: Sequence[str], labels: Mapping[str, s
     axes[0, 0].axhline(0.0, color="#8a6d3b", lw=1.2)
     axes[0, 0].set(ylabel="height [m]", xlim=(-1500.0, 3500.0), ylim=(-10.0, 260.0))
     axes[1, 0].set(ylabel="airspeed [m/s]", xlabel="distance from the core [m]")
+    axes[0, 0].legend(fontsize=8.5, frameon=False, ncols=4)
+    return png_bytes(fig)
+
+
+def over_range(flights: Mapping[str, Mapping[str, Array]], winds: bool = False) -> bytes:
+    """Height, incidence and airspeed of flights (label to traces) over distance; winds: w_x and w_h as well."""
+    rows = 5 if winds else 3
+    fig, axes = new_figure(13.2, 2.1 * rows, rows, 1, sharex=True)
+    columns = ((H, 1.0, "height [m]"), (AL, 180.0 / np.pi, "incidence [deg]"), (VA, 1.0, "airspeed [m/s]"),
+               (WX, 1.0, "w_x [m/s]"), (WH, 1.0, "w_h [m/s]"))  # fmt: skip
+    for k, (label, tr) in enumerate(flights.items()):
+        colour = TRUTH if k == 0 else SPARE[(k - 1) % len(SPARE)]
+        for ax, (column, scale, text) in zip(axes[:, 0], columns, strict=False):
+            ax.plot(tr["truth"][:, X], scale * tr["truth"][:, column], color=colour, lw=1.2, label=label)
+            ax.set_ylabel(text, fontsize=9.5)
+    axes[-1, 0].set_xlabel("distance from the core [m]", fontsize=9.5)
     axes[0, 0].legend(fontsize=8.5, frameon=False, ncols=4)
     return png_bytes(fig)

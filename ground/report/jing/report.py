@@ -14,4 +14,4 @@ def _build(folders: Sequence[Path], out: Path) -> Path:
     return jing_report(folders, out)
 
 
-REPORT = Report("jing, jing_escape, ...", "A jet in a microburst: filters, wrong model, escape laws, survival.", _build)
+REPORT = Report("jing, jing_*", "A jet in a microburst: filters, wrong model, escape laws, survival.", _build)

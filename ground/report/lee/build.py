@@ -6,9 +6,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ground.report import page as p
+from ground.report import prints
 from ground.report.build import Pictures, load_all, provenance, warnings, write_page
 from ground.report.chapters import everything
-from ground.report.lee import closed_loop, open_loop
+from ground.report.lee import closed_loop, open_loop, scan
 from ground.report.lee import page as lee
 from ground.report.load import Campaign
 
@@ -29,6 +30,7 @@ def _text(campaigns: dict[str, Campaign], pictures: Pictures) -> str:
             "Tanker cases" if study == "lee" else lee.STUDIES[study].title if study in lee.STUDIES else c.meta["title"]
         )
         chapters.append((study, str(title), warnings(c) + body))
+    chapters.append(("prints", "The print line by line", prints.chapter("lee", campaigns)))
     chapters.append(("reading", "How to read this", _reading()))
     chapters.append(("provenance", "Provenance", provenance(list(campaigns.values()))))
     body = _headline(campaigns) + "\n".join(p.section(*c) for c in chapters)
@@ -36,6 +38,8 @@ def _text(campaigns: dict[str, Campaign], pictures: Pictures) -> str:
 
 
 def _study(c: Campaign, pictures: Pictures) -> str:
+    if c.study == scan.STUDY:
+        return scan.chapter(c)
     known = lee.STUDIES.get(c.study)
     body = p.paragraph(str(c.meta.get("purpose", "")))
     if known is not None:

@@ -11,6 +11,7 @@ from ground.report import figures as f
 from ground.report import page as p
 from ground.report.chapters import Keeper, everything
 from ground.report.lee import page as lee
+from ground.report.lee import states
 from ground.report.load import Campaign
 
 MAGNITUDE, DIRECTION = "wind.magnitude_rms_pct", "wind.direction_rms_deg"
@@ -68,6 +69,7 @@ def tanker(c: Campaign, pictures: Keeper) -> str:
         + "<h3>Consistency, convergence and the limit</h3>" + _consistency(c, claims)
         + everything(c, label, case_label)
         + _histories(c, claims, pictures)
+        + states.chapter(c, pictures)
     )  # fmt: skip
 
 

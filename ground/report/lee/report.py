@@ -14,6 +14,4 @@ def _build(folders: Sequence[Path], out: Path) -> Path:
     return lee_report(folders, out)
 
 
-REPORT = Report(
-    "lee, lee_colour, ...", "The dissertation's experiments: printed claim, printed method, our default.", _build
-)
+REPORT = Report("lee, lee_*", "The dissertation's experiments: printed claim, printed method, our default.", _build)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ground.report import page as p
+from ground.report import prints
 from ground.report import verdicts as v
 from ground.report.build import Pictures, load_all, provenance, warnings, write_page
 from ground.report.cases import Cases
@@ -47,6 +48,7 @@ def _text(campaigns: list[Campaign], pictures: Pictures) -> str:
         if c.study != MAIN:
             body = rivard_six.chapter(c, cases) if c.study == rivard_six.STUDY else rivard_six.other(c)
             chapters.append((c.study, str(c.meta.get("title", c.study)), body))
+    chapters.append(("prints", "The print line by line", prints.chapter("rivard", {c.study: c for c in campaigns})))
     chapters = [(a, t, body) for a, t, body in chapters if body]
     chapters.append(("reading", "How to read this", "".join(p.paragraph(t) for t in READING.strip().split("\n\n"))))
     chapters.append(("provenance", "Provenance", provenance(campaigns)))

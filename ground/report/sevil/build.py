@@ -7,6 +7,7 @@ from html import escape
 from pathlib import Path
 
 from ground.report import page as p
+from ground.report import prints
 from ground.report import verdicts as v
 from ground.report.build import Pictures, load_all, provenance, warnings, write_page
 from ground.report.cases import Cases
@@ -43,6 +44,7 @@ def _text(campaigns: list[Campaign], pictures: Pictures) -> str:
     for c in campaigns:
         if c.study.startswith(LOOP):
             chapters.append((c.study, str(c.meta.get("title", c.study)), _closed_loop(c)))
+    chapters.append(("prints", "The print line by line", prints.chapter("sevil", {c.study: c for c in campaigns})))
     chapters = [(a, t, body) for a, t, body in chapters if body]
     chapters.append(("figures", "All figures", "".join(_everything(c) for c in campaigns)))
     chapters.append(("reading", "How to read this", "".join(p.paragraph(t) for t in READING.strip().split("\n\n"))))

@@ -14,4 +14,4 @@ def _build(folders: Sequence[Path], out: Path) -> Path:
     return sevil_report(folders, out)
 
 
-REPORT = Report("sevil, sevil_static, ...", "Air-data position and fault detection: printed, reproduced, ours.", _build)
+REPORT = Report("sevil, sevil_*", "Air-data position and fault detection: printed, reproduced, ours.", _build)

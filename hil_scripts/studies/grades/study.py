@@ -35,5 +35,6 @@ STUDY = Study(
     ),
     run=run,
     default_runs=20,
+    small_cases=("paper_0.39", "tactical_0.39", "tactical_2.1", "mems_0.39", "guarded_0.39"),
     binary=OUTCOMES,
 )

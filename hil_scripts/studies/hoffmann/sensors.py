@@ -174,4 +174,14 @@ STUDY = Study(
     cases=(*SINGLE, *LATE, *FAULTS, *AIR, *TACTICAL),
     run=run_sensors,
     default_runs=20,
+    small_cases=(
+        "nominal",
+        "servo_20",
+        "servo_80",
+        "lift_75",
+        "V_plus_2",
+        "late_2",
+        "jam_elevator",
+        "tactical_nominal",
+    ),
 )

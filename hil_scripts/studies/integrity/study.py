@@ -15,5 +15,6 @@ STUDY = Study(
     cases=cases(DATA),
     run=run_case,
     default_runs=5,
+    small_cases=("straight_*_off_whole",),
     binary=(*(o.name.lower() for o in Outcome), "honest"),
 )

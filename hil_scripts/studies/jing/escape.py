@@ -147,6 +147,7 @@ SURVIVAL = Study(
     ),
     run=run_survival,
     default_runs=500,
+    small_runs=20,
     binary=("survived", "close", *(c for c, _, _ in CLASSES)),
 )
 ALERTS = Study(

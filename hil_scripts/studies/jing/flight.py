@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from flightsw.aircraft import twinjet
 from flightsw.missions.windshear import dynamics as k
 from flightsw.missions.windshear import monitor_kernel as kk
+from flightsw.missions.windshear.continuous import make_nav
 from flightsw.missions.windshear.control import NidParams, WindshearControl
 from flightsw.missions.windshear.estimator import ALL, WindshearNav, WindshearParams, start_sigma
 from flightsw.missions.windshear.guidance import PHASES, WindshearGuidance, WindshearGuidanceParams
@@ -66,6 +67,7 @@ class Flight:
     lost: bool = False
     monitor_apart: bool = False
     cautions: int = 0
+    restarts: int = 0  # of the estimator
 
     @property
     def t(self) -> NDArray[Any]:
@@ -150,7 +152,7 @@ class Loop:
         plan = self.plan
         if plan.nav is None or plan.feedback == "monitor":
             return None
-        nav = WindshearNav(plan.nav)
+        nav = make_nav(plan.nav)
         if plan.start == "cold":
             return nav
         mean, sigma = x0.copy(), start_sigma(plan.nav)
@@ -180,6 +182,7 @@ class Loop:
         r.cut(self.i)
         r.F = true_F(r.truth)
         r.cautions = self.guidance.hazard.cautions
+        r.restarts = self.nav.restarts if self.nav is not None else 0
         return r
 
     def _estimate(self, z: Arr, truth: Arr) -> tuple[Arr, float, bool]:
@@ -234,6 +237,8 @@ def fly(plan: FlightPlan, seed: int) -> Flight:
 def wind_errors(r: Flight, after_s: float = 0.0) -> dict[str, float]:
     """RMS errors of w_x, w_h [m/s], shares inside two sigma, F (RMS, largest), NIS per reading, of a flight with a filter."""
     m = (r.t >= after_s) & np.isfinite(r.sigma[:, 0])
+    if not m.any():
+        return {"restarts": float(r.restarts)}
     d = r.x[m] - r.truth[m]
     out: dict[str, float] = {}
     for name, at in (("w_x", k.WX), ("w_h", k.WH)):
@@ -244,6 +249,7 @@ def wind_errors(r: Flight, after_s: float = 0.0) -> dict[str, float]:
     out["F.rms"], out["F.max_error"] = float(np.sqrt(np.mean(e * e))), float(np.abs(e).max())
     out["F.peak"], out["F.peak_estimate"] = float(r.F.max()), float(np.nanmax(r.F_hat[m]))
     out["nis_over_m"] = float(np.nanmean(r.nis[m]))
+    out["restarts"] = float(r.restarts)
     out["lift_scale"], out["drag_scale"] = float(r.x[-1, k.KL]), float(r.x[-1, k.KD])
     return out
 

@@ -151,6 +151,7 @@ STUDY = Study(
     ),
     run=run_case,
     default_runs=20,
+    small_cases=("drawn_*", "clean_*", "fixed_severe", "engine_*", "fault_*_lost"),
     binary=(
         "lost", "survived", "aborted", "announced", "harmless", "silent", "in_time", "distrusted",
     ),

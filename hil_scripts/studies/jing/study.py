@@ -75,7 +75,7 @@ def estimator(name: str, error: float = 1.0) -> WindshearParams | None:
     if kind == "ekf15":
         fixed = remedy == "fixed"
         return replace(believed, adaptive=False, turbulence=0.0, wind_gain_s2pm=0.0) if fixed else believed
-    p = replace(plain, filter={"ekf13": "ekf", "ukf13": "ukf", "srckf13": "srckf"}[kind])
+    p = replace(plain, filter=kind.removesuffix("13"))
     loose, fictitious = WindshearSensors(accel_mps2=1.0), WindshearNoise().with_fictitious()
     changes: dict[str, dict[str, Any]] = {
         "": {},
@@ -148,7 +148,18 @@ NOMINAL = Study(
     cases=(
         *(
             Case(_named(e), BASE | {"estimator": e})
-            for e in ("perfect", "ekf13", "ukf13", "srckf13", "ekf15-fixed", "ekf15", "kinematic")
+            for e in (
+                "perfect",
+                "ekf13",
+                "ukf13",
+                "srckf13",
+                "ukf_printed",
+                "ukf_43",
+                "ukf_continuous",
+                "ekf15-fixed",
+                "ekf15",
+                "kinematic",
+            )
         ),
         Case("severe_ukf13", BASE | {"burst": "severe", "estimator": "ukf13"}),
         Case("severe_ekf15", BASE | {"burst": "severe", "estimator": "ekf15"}),

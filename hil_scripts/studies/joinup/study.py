@@ -72,4 +72,5 @@ STUDY = Study(
     ),
     run=run_one,
     binary=("ready", "gave_way", "inside_60"),
+    small_cases=("rules_20", "rules_170", "rules_320", "plain_170"),
 )

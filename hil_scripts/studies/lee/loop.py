@@ -23,6 +23,7 @@ TIGHT: Pairs = (
 )  # fmt: skip
 NO_BIAS: Pairs = (("noise.bias_scale", 0.0),)
 LIGHT = 0.39  # [m/s]
+FAST_S = 0.05  # [s] the other colour of its study of G
 TAU_S = 1.0  # [s] colour of the noise the source's limits of turbulence are for
 
 
@@ -98,11 +99,12 @@ RECEIVER = _study(
 NOISE = _study(
     "lee_noise",
     "Noise factor",
-    "station keeping against the factor G on all sensor noise, white and of the source's colour (tau = 1 s); the filter knows "
-    "the grade of its sensors",
+    "station keeping against the factor G on all sensor noise, white and of the source's colours (tau = 1 s and, fast, 0.05 s); "
+    "the filter knows the grade of its sensors",
     (
         *(Case(f"G_{g:g}", {"G": g, "controllers": BOTH[:2]}) for g in (0.3, 0.6, 1.0, 3.0, 5.0, 7.0)),
         *(Case(f"G_{g:g}_coloured", {"G": g, "tau_s": TAU_S, "controllers": BOTH[:2]}) for g in (1.0, 3.0, 7.0)),
+        *(Case(f"G_{g:g}_fast", {"G": g, "tau_s": FAST_S, "controllers": BOTH[:2]}) for g in (0.6, 1.0, 3.0)),
     ),
 )
 GUST = _study(

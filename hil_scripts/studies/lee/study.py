@@ -23,6 +23,7 @@ EXACT: dict[str, Any] = {
     "bias_V": 0.0, "bias_flow": 0.0, "bias_att": 0.0, "bias_vel": 0.0, "settle_s": 0.0,
 }  # fmt: skip
 LIGHT = 0.39  # [m/s]
+DRAWN = ("default", "printed")  # filters whose states are kept for the pictures
 SLOW = {"sounding": 0.245, "sine": 0.3, "ecwm": 0.149}  # [m/s/sqrt(s)] of the prevailing wind
 
 
@@ -96,6 +97,7 @@ def run_case(case: Case, seed: int) -> RunResult:
     m = flight.t >= after
     values: dict[str, float] = {"wind.mean_mps": float(np.linalg.norm(W[m], axis=1).mean())}
     traces: dict[str, np.ndarray] = {"t": flight.t[::4], "wind_true": W[::4]}
+    traces["state_true"], traces["state_read"] = (a[::4, :12].astype(np.float32) for a in (flight.x, y))
     chosen = no_aero_filters(sigma, wind) if p.get("no_aero") else filters(sigma, wind, tau, gust)
     bound = wind_bound(flight, sigma, max(gust, 0.05), SLOW[wind], tau) if p.get("bound") else None
     if bound is not None:
@@ -110,6 +112,9 @@ def run_case(case: Case, seed: int) -> RunResult:
                 figures[f"pcrb_ratio.{a}"] = figures[f"wind.rms_mps.{a}"] / values[f"bound.wind.rms_mps.{a}"]
         values |= {f"{name}.{k}": v for k, v in figures.items()}
         traces[f"{name}.wind"], traces[f"{name}.sigma"] = est.x[::4, 12:15], est.sigma[::4, 12:15]
+        if name in DRAWN:
+            traces[f"{name}.state"] = est.x[::4, :12].astype(np.float32)
+            traces[f"{name}.state_sigma"] = est.sigma[::4, :12].astype(np.float32)
     cmw = calculated_wind(flight, y)
     values |= {f"cmw.{k}": v for k, v in wind_figures(flight.t, W, cmw, None, after).items()}
     traces["cmw.wind"] = cmw[::4]
@@ -147,19 +152,34 @@ TABLE = Study(
 COLOUR = Study(
     name="lee_colour",
     title="Colour of the measurement noise",
-    purpose="wind error against the correlation time of the noise, small set, wind model",
-    cases=tuple(Case(f"tau_{t:g}", _coloured("ecwm", "small", t)) for t in (0.05, 0.2, 1.0, 5.0, 20.0, 50.0, 100.0)),
+    purpose="wind error against the correlation time of the noise, small and large set, wind model",
+    cases=tuple(
+        Case(f"tau_{t:g}{tail}", _coloured("ecwm", noise, t))
+        for noise, tail, times in (
+            ("small", "", (0.05, 0.2, 1.0, 5.0, 20.0, 50.0, 100.0)),
+            ("large", "_large", (0.05, 1.0, 10.0, 20.0, 100.0)),
+        )
+        for t in times
+    ),
     run=run_case,
+    small_cases=("tau_0.05*", "tau_20*", "tau_50", "tau_100*"),
 )
 
 TURBULENCE = Study(
     name="lee_turbulence",
     title="Turbulence on the tanker",
-    purpose="wind error against turbulence intensity, small noise, wind model",
-    cases=tuple(
-        Case(f"sigma_{s:g}", _white("ecwm", "small", sigma_mps=s)) for s in (0.0, 0.2, 0.39, 0.8, 1.2, 2.0, 3.0)
+    purpose="wind error against turbulence intensity, wind model: white small noise, and small and large noise of the source's "
+    "tau = 20 s",
+    cases=(
+        *(Case(f"sigma_{s:g}", _white("ecwm", "small", sigma_mps=s)) for s in (0.0, 0.2, 0.39, 0.8, 1.2, 2.0, 3.0)),
+        *(
+            Case(f"sigma_{s:g}_coloured{tail}", _coloured("ecwm", noise, 20.0) | {"sigma_mps": s})
+            for noise, tail in (("small", ""), ("large", "_large"))
+            for s in (0.39, 1.2, 2.0, 3.0)
+        ),
     ),
     run=run_case,
+    small_cases=("sigma_0.39*", "sigma_3*"),
 )
 
 STUDIES = (TABLE, COLOUR, TURBULENCE)

@@ -61,13 +61,13 @@ def phases(f: AirFlight) -> dict[str, np.ndarray]:
 class Detectors:
     """The expected readings of a flight, computed once, and every detector on given readings of it."""
 
-    def __init__(self, f: AirFlight, names: tuple[str, ...], model: bool = True) -> None:
-        """model False: no wake, hence no expected readings."""
+    def __init__(self, f: AirFlight, names: tuple[str, ...], model: bool = True, map_att: Arr = m.MAP_ATT) -> None:
+        """model False: no wake, hence no expected readings. map_att [3]: attitude the maps are made with."""
         self.names = names
         self.omega = f.omega_m
         self._corrected: tuple[Arr, Arr] | None = None
         self.own = m.expected(f.xi, f.att_m, f.xi_dot, f.omega_m) if model else None
-        self.table = m.expected(f.xi, m.MAP_ATT) if model else None
+        self.table = m.expected(f.xi, map_att) if model else None
 
     def corrected(self, Y: Arr) -> Arr:
         """Readings [N,9] without what the measured body rates put on them."""

@@ -201,14 +201,35 @@ def inject(t: Arr, readings: Arr, faults: tuple[Fault, ...]) -> NDArray[np.int64
     return mask
 
 
-def fly_air(c: Conditions, seed: int) -> AirFlight:
-    """Fly the legs of `c` with the randomness of `seed`; every error source draws from its own generator."""
-    seed = seed % 2**31
+@dataclass(frozen=True)
+class Motion:
+    """A motion flown elsewhere, at 20 Hz; fields as of AirFlight."""
+
+    t: Arr
+    leg: NDArray[np.int8]
+    xi: Arr
+    xi_dot: Arr
+    acc: Arr
+    att: Arr
+    omega: Arr
+
+
+def _kinematic(c: Conditions, seed: int) -> tuple[Arr, NDArray[np.int8], Arr, Arr, Arr, Arr, Arr]:
     t = np.arange(round(sum(c.legs_s) * RATE_HZ)) / RATE_HZ
     leg, xi, xi_dot, acc = _path(t, c.legs_s, c.observation_m, c.contact_m)
     for target, extra in zip((xi, xi_dot, acc), _wander(t, c.wander_m, seed), strict=True):
         target += extra
-    att, omega = _attitude(xi, acc, c)
+    return t, leg, xi, xi_dot, acc, *_attitude(xi, acc, c)
+
+
+def fly_air(c: Conditions, seed: int, motion: Motion | None = None) -> AirFlight:
+    """Fly the legs of `c` with the randomness of `seed`, or along a motion; every error source draws from its own generator."""
+    seed = seed % 2**31
+    if motion is None:
+        t, leg, xi, xi_dot, acc, att, omega = _kinematic(c, seed)
+    else:
+        t, leg, xi, xi_dot = motion.t, motion.leg, motion.xi, motion.xi_dot
+        acc, att, omega = motion.acc, motion.att, motion.omega
     air = turbulence(len(t), c, seed) + np.array(c.wind_mps)
     clean = plant_readings(
         xi, att, xi_dot=xi_dot, omega=omega, air=air, probes_m=c.probes_m, V_mps=c.V_mps, wake=c.wake

@@ -133,6 +133,7 @@ STATION = Study(
     ),
     run=run_case,
     default_runs=20,
+    small_cases=("nominal", "air_only", "V_bias", "beta_bias", "probe_off", "rel_lost", "link_lost", "weight_tail"),
     binary=("left_box", "breakaway", "false_exclusion", "isolated", "readmitted"),
 )
 APPROACH = Study(

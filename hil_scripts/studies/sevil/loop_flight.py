@@ -9,6 +9,8 @@ from __future__ import annotations
 import gc
 import math
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -20,7 +22,7 @@ from flightsw.app import FlightApp
 from flightsw.missions.receiver.mission import ReceiverMission
 from flightsw.types import Text
 from hil_scripts.launch.inproc import InProcess
-from hil_scripts.launch.runfolder import make_folder, resolve
+from hil_scripts.launch.runfolder import RunPlan, make_folder, resolve
 
 Arr = NDArray[np.float64]
 SCENARIO = "airdata"
@@ -90,12 +92,19 @@ def fly(s: Setting, seed: int, keep: Path | None = None) -> Track:
     else:
         events += plan.scenario["event"]
     plan = replace(plan, scenario={**plan.scenario, "event": events})
+    with in_process(plan, keep) as flight:
+        return _record(flight)
+
+
+@contextmanager
+def in_process(plan: RunPlan, keep: Path | None = None) -> Iterator[InProcess]:
+    """The flight of a plan, to be ticked; its logs go to `keep`, or are thrown away."""
     with tempfile.TemporaryDirectory(prefix="wakefield-loop-") as tmp:
         flight = InProcess(plan, make_folder(plan, keep or Path(tmp) / "run"))
         on = gc.isenabled()
         gc.disable()
         try:
-            return _record(flight)
+            yield flight
         finally:
             flight.finish() if flight.server.done else flight.close()
             if on:

@@ -42,11 +42,11 @@ def lift_coefficient(alpha: float, a: Arr) -> float:
 def forces(air: float, alpha: float, rate: float, elevator: float, a: Arr) -> tuple[float, float, float]:
     """Lift [N], drag [N], pitching moment [N m] at airspeed `air` [m/s]."""
     push = 0.5 * a[A_RHO] * air * air * a[A_AREA]
-    clean = lift_coefficient(alpha, a)
+    cl = lift_coefficient(alpha, a) + a[A_CLE] * elevator
     beyond = max(alpha - a[A_STALL], 0.0)
-    cd = a[A_CD0] + a[A_CDK] * clean * clean + a[A_CDS] * beyond * beyond
+    cd = a[A_CD0] + a[A_CDK] * cl * cl + a[A_CDS] * beyond * beyond
     cm = a[A_CM0] + a[A_CMA] * alpha + a[A_CMQ] * a[A_CHORD] * rate / (2.0 * air) + a[A_CME] * elevator
-    return push * (clean + a[A_CLE] * elevator), push * cd, push * a[A_CHORD] * cm
+    return push * cl, push * cd, push * a[A_CHORD] * cm
 
 
 @jit
