@@ -42,6 +42,7 @@ FIXES = 12  # own fixes kept for the other's of the same instant
 SAME_US = 60_000  # [us] two fixes are of one instant
 CALM_S = 30.0  # [s] without a failed test until a disagreement is over
 CALM = 0.7  # [-] of the thresholds
+LAG_S, LAG_MOST = 15.0, 0.3  # [s], [m] of what the estimate lasts off the bank
 SUSPECT_S, SUSPECT_LEAD = 12.0, 10.0  # [s] of a dispute, [-] log-likelihood in which the suspect may become the other
 WORD, WORD_S = 4.0, 2.0  # [-] log-likelihood by which the wake position bears somebody out, [s] it is given to do so
 OTHERS_S = 0.5  # [s] within which another source must have been taken for a step to be the source's own
@@ -74,6 +75,8 @@ class Integrity:
         self._calm_s = self._over_s = 0.0
         self.rel_confirmed = True  # what is handed on is the sensor's or two others', and no source disputes it
         self._off = ZERO3  # [m] the estimate, which is flown by, less the bank
+        self._lag = [0.0, 0.0, 0.0]  # [m] the estimate lasts off by, taken off its readings
+        self._dt = 0.0
         limits = ((OBSERVATION, p.al_observation_m), (CONTACT, p.al_latched_m), *((k, p.al_closing_m) for k in NEAR))
         self._limit = dict(limits)
 
@@ -87,6 +90,9 @@ class Integrity:
             x, y, z = self._off = less(nav.rel_pos_t, self.bank.xi)
             a, b, c = self.bank.sigma
             nav.rel_sigma = (math.hypot(x, a), math.hypot(y, b), math.hypot(z, c))
+            if not self.undecided and self.suspect < 0:
+                for i, off in enumerate(self._off):
+                    self._lag[i] = min(max(self._lag[i] + self._dt / LAG_S * off, -LAG_MOST), LAG_MOST)
         self.ready &= not rejoined
 
     def step(
@@ -99,7 +105,7 @@ class Integrity:
         """
         al = self._limit.get(phase, math.inf)
         new = updated & ~failed_bits(health)
-        dt = self.horizon.feel(f, new)
+        dt = self._dt = self.horizon.feel(f, new)
         if updated & UPD_GNSS:
             self._own.append((f.gnss_t_us, f.gnss_pos_n, f.gnss_vel_n))
         if not self.ready:
@@ -110,6 +116,7 @@ class Integrity:
             ):
                 return f, updated, health
             self.horizon.start(f, peer, self.excluded)
+            self._lag = [0.0, 0.0, 0.0]
             self._heard = 0
             self.ready = True
         self.horizon.advance(f.t_us, peer, self._live(f.t_us))
@@ -303,7 +310,8 @@ class Integrity:
                     return f, updated & ~UPD_REL, health
                 pos, vel = self.bank.relative_error(m)
                 g = copied(f)
-                g.rel_pos_t, g.rel_vel_t = less(f.rel_pos_t, pos), less(f.rel_vel_t, vel)
+                x, y, z = self._lag
+                g.rel_pos_t, g.rel_vel_t = less(less(f.rel_pos_t, pos), (x, y, z)), less(f.rel_vel_t, vel)
                 return g, updated, health
             return f, updated, health
         if (f.t_us - self._known_us) * 1e-6 > self.p.coast_s:
