@@ -125,15 +125,15 @@ def chapter(name: str, found: Found) -> str:
     w, rows = read(name), []
     for r in w.row:
         s = stat(found, r)
-        cells = p.text(r.place) + p.text(r.what) + p.text(r.claim) + p.text(r.command)
-        unit = f" {r.unit}" if r.unit else ""
+        what = f"{r.what} [{r.unit}]" if r.unit else r.what
+        cells = p.text(r.place) + p.text(what) + p.text(r.claim) + p.text(r.command)
         if s is None or s.value is None:
-            cells += p.plain(r.measured, "soft", unit, _runs(r.runs))
+            cells += p.plain(r.measured, "soft", "", _runs(r.runs))
         elif r.scale == 1.0:
-            cells += p.cell(s, "" if r.holds(s.value) else "bad", unit=unit)
+            cells += p.cell(s, "" if r.holds(s.value) else "bad")
         else:
             value = s.value / r.scale
-            cells += p.plain(value, "" if r.holds(value) else "bad", unit, _runs(s.n))
+            cells += p.plain(value, "" if r.holds(value) else "bad", "", _runs(s.n))
         rows.append(cells + p.text(r.verdict, TONE.get(r.verdict, "")) + p.text(r.why, "claim"))
     head = [
         ("print", ""),
