@@ -35,6 +35,7 @@ GAP_S = 0.3  # [s] without one of the two: begin anew
 KEPT = 512  # steps: more than the longest window and what is before it, at 100 Hz
 MODEL = 0.2  # [-] of a turn to and fro, by which the moments may miss it besides what is learnt
 CLEAR = 9.0  # [-] difference of squares in sigmas of the model: odds of 90
+LATE_S = 0.1  # [s] that a gyro must not be late, to be taken again: such a one agrees in calm flight
 LATELY = 3.0  # sigmas of the shortest window, of a gyro whose rates are none of the moments'
 LEAST = 0.1  # [-] of nav.r_euler: no reference scatters less
 
@@ -48,7 +49,8 @@ class Turning:
         self.texts: list[Text] = []
         self.moments_hold = True  # surfaces are where they are believed to be: without that nobody is accused
         self.out = 0  # HF_IMU or HF_ATT: who is left out
-        self._outs = {HF_IMU: 0, HF_ATT: 0}  # how many times each has been: what comes late agrees in calm flight
+        self._outs = {HF_IMU: 0, HF_ATT: 0}  # how many times each has been
+        self._jumped = False  # by its own rates' jumps
         self._by = 0  # and the other of them, if it is by that one's readings
         self._same, self._read = 0, (0.0,) * 4  # readings of the reference to the bit as the last one
         # [3] rad: the gyro is left out in this step; an estimate by it is off by that, come about in over_s [s]
@@ -69,6 +71,7 @@ class Turning:
         self._said = dict.fromkeys((0, HF_IMU, HF_ATT), 0)
         self._moments.begin()
         self._calm_s = 0.0
+        self._spread = ([math.inf] * 3, [-math.inf] * 3)  # [rad/s] least and largest rates since
 
     def step(
         self, f: SensorFrame, u: np.ndarray, nav: NavState, updated: int, health: Health, dt: float
@@ -150,14 +153,28 @@ class Turning:
             alarm = True
             if not self.out and self.moments_hold:
                 self._leave_out(HF_IMU, more, s.dt, "its rates jump")
-        self._calm_s = 0.0 if alarm else self._calm_s + s.dt
+                self._jumped = True
+        self._exercise(s, alarm)
         if not alarm and not self.out:
             self._learn(s, more)
             if self._calm_s > WINDOWS_S[-1]:
                 self._said = dict.fromkeys(self._said, 0)
-        if self.out and self._calm_s > CALM_S * AGAIN ** (self._outs[self.out] - 1):
+        spread = max(h - lo for lo, h in zip(*self._spread, strict=True))
+        # what jumps may come late, and has been seen to be in time only where it would have been seen not to be
+        proven = not self._jumped or spread * LATE_S > self.k * math.sqrt(2.0 * self._scatter)
+        if self.out and proven and self._calm_s > CALM_S * AGAIN ** (self._outs[self.out] - 1):
             self.texts.append(Text(5, f"{NAMES[self.out]} agrees again, used"))
             self.out = self._by = 0
+
+    def _exercise(self, s: Step, alarm: bool) -> None:
+        """For how long both have agreed, and what rates they have agreed about."""
+        if alarm or self._calm_s == 0.0:
+            self._spread = ([math.inf] * 3, [-math.inf] * 3)
+        self._calm_s = 0.0 if alarm else self._calm_s + s.dt
+        last = self._steps[-2].turn if len(self._steps) > 1 else ZERO3
+        for i, turn in enumerate(less(s.turn, last)):
+            self._spread[0][i] = min(self._spread[0][i], turn / s.dt)
+            self._spread[1][i] = max(self._spread[1][i], turn / s.dt)
 
     def _before(self, T: float) -> int:
         """Index of the latest step T [s] before the last one; -1: there is none yet."""
@@ -220,7 +237,7 @@ class Turning:
         self._by = HF_IMU + HF_ATT - self.out
 
     def _leave_out(self, who: int, more: Vec3, over_s: float, why: str) -> None:
-        self.out = who
+        self.out, self._jumped = who, False
         self._outs[who] += 1
         if who == HF_IMU:
             self.believed, self.over_s = more, over_s
