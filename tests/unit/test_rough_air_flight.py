@@ -7,9 +7,9 @@ from typing import Any
 import pytest
 
 from ground.link.packets import IDS
-from hil_scripts.studies.grades.flight import INTEGRITY, Timetable, settings
+from hil_scripts.studies.grades.flight import Timetable, settings
 from hil_scripts.studies.integrity.flight import RECEIVER
-from hil_scripts.studies.integrity.snapshot import STATUS, Flying, phase_in, said
+from hil_scripts.studies.integrity.snapshot import INTEGRITY, STATUS, Flying, phase_in, said
 from sim_plant.kernels import layout as n
 from sim_plant.lost import AircraftLostError
 
