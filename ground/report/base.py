@@ -23,7 +23,7 @@ class Build(Protocol):
 
 @dataclass(frozen=True)
 class Report:
-    """campaigns: the studies it reads, names or patterns ("lee, lee_*"); about: what the page shows; `build` imports what is slow
+    """campaigns: the studies it reads, names or patterns ("this, that_*"); about: what the page shows; `build` imports what is slow
     to import."""
 
     campaigns: str

@@ -17,10 +17,10 @@ from flightsw.kernels.jit import jit
 ) = range(26)  # fmt: skip
 # of a step: rates, those of the step before [rad/s], specific force [m/s^2]; load [-], V, alpha, beta, swing of the incidence
 # [rad/s], dynamic pressure [Pa], mass [kg], moments of inertia [kg m^2]
-W, W_BEFORE, FORCE = slice(0, 3), slice(3, 6), slice(6, 9)
-LOAD, SPEED, ALPHA, BETA, SWING, PRESSURE, MASS = range(9, 16)
-INERTIA = slice(16, 19)
-MOTION = 19
+ROLLING, PITCHING, YAWING, ROLLED, PITCHED, YAWED, AHEAD, ASIDE, DOWN = range(9)
+LOAD, SPEED, ALPHA, BETA, SWING, PRESSURE, MASS, IXX, IYY, IZZ, MOTION = range(9, 20)
+W, W_BEFORE, FORCE = slice(ROLLING, ROLLED), slice(ROLLED, AHEAD), slice(AHEAD, LOAD)
+INERTIA = slice(IXX, MOTION)
 THRUST = 3
 
 
@@ -38,17 +38,17 @@ def explained(x: np.ndarray, P: np.ndarray, dt: float, out: np.ndarray) -> None:
     """out [8]: aileron, elevator, rudder [rad] and thrust [N] that make the motion x [MOTION] of a step of dt [s], with incidence
     and sideslip by the vanes; the same by the forces."""
     V, qS = x[SPEED], x[PRESSURE] * P[AREA]
-    p, q, r = 0.5 * (x[0] + x[3]), 0.5 * (x[1] + x[4]), 0.5 * (x[2] + x[5])
-    ixx, iyy, izz = x[16], x[17], x[18]
+    p, q, r = 0.5 * (x[ROLLING] + x[ROLLED]), 0.5 * (x[PITCHING] + x[PITCHED]), 0.5 * (x[YAWING] + x[YAWED])
+    ixx, iyy, izz = x[IXX], x[IYY], x[IZZ]
     hb, hc = 0.5 * P[SPAN] / V, 0.5 * P[CHORD] / V
-    roll = (ixx * (x[0] - x[3]) / dt - (iyy - izz) * q * r) / (qS * P[SPAN]) - hb * (P[CLP] * p + P[CLR] * r)
-    yaw = (izz * (x[2] - x[5]) / dt - (ixx - iyy) * p * q) / (qS * P[SPAN]) - hb * (P[CNP] * p + P[CNR] * r)
-    pitch = (iyy * (x[1] - x[4]) / dt - (izz - ixx) * p * r) / (qS * P[CHORD])
+    roll = (ixx * (x[ROLLING] - x[ROLLED]) / dt - (iyy - izz) * q * r) / (qS * P[SPAN]) - hb * (P[CLP] * p + P[CLR] * r)
+    yaw = (izz * (x[YAWING] - x[YAWED]) / dt - (ixx - iyy) * p * q) / (qS * P[SPAN]) - hb * (P[CNP] * p + P[CNR] * r)
+    pitch = (iyy * (x[PITCHING] - x[PITCHED]) / dt - (izz - ixx) * p * r) / (qS * P[CHORD])
     pitch -= P[CM0] + hc * (P[CMQ] * q + P[CMAD] * x[SWING])
     lift = x[LOAD] * x[MASS] * G0 / qS
     elevator = (P[CLA] * pitch - P[CMA] * (lift - P[CL0])) / (P[CLA] * P[CMDE] - P[CMA] * P[CLDE])
     # sideslip by the side force: CY_beta b + CY_dr r = side; b put into the two moments
-    side = x[7] * x[MASS] / qS
+    side = x[ASIDE] * x[MASS] / qS
     for k in range(2):
         alpha = x[ALPHA] if k == 0 else (lift - P[CL0] - P[CLDE] * elevator) / P[CLA]
         if k == 0:
@@ -60,7 +60,7 @@ def explained(x: np.ndarray, P: np.ndarray, dt: float, out: np.ndarray) -> None:
         out[4 * k] = (lda * ndr - nda * ldr) / det
         out[4 * k + 1] = (pitch - P[CMA] * alpha) / P[CMDE]
         out[4 * k + 2] = (nda * P[CLDA] - lda * P[CNDA]) / det
-        out[4 * k + 3] = x[MASS] * x[6] - qS * (
+        out[4 * k + 3] = x[MASS] * x[AHEAD] - qS * (
             lift * math.sin(alpha) - (P[CD0] + P[CK] * lift * lift) * math.cos(alpha)
         )
 

@@ -70,8 +70,8 @@ class Readings:
     def swing(self) -> float:
         """[rad/s] of the incidence, by rates and forces."""
         ca, sa = math.cos(self.alpha), math.sin(self.alpha)
-        a, d = self.force, self.down
-        across = (a[2] + G0 * d[2]) * ca - (a[0] + G0 * d[0]) * sa
+        (ahead, _, below), (forward, _, down) = self.force, self.down
+        across = (below + G0 * down) * ca - (ahead + G0 * forward) * sa
         return self.w[1] + across / self.V - self.w[0] * math.tan(self.beta)
 
     @property
