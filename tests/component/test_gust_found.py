@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from flightsw.missions.gust.model import published
+from flightsw.missions.gust.servo_bank.believed import slow_by
 from flightsw.missions.gust.servo_bank.params import ServoBankParams
 from flightsw.missions.gust.steering import INCIDENCE, SERVOS
 from hil_scripts.studies.hoffmann import sensors as hs
@@ -37,6 +38,13 @@ def test_every_servo_of_the_bank_is_found(wn: float, extra: int) -> None:
 def test_what_is_too_slow_is_the_slowest_two() -> None:
     most = ServoBankParams().lag_most_s
     assert [(w, e) for w in WN for e in EXTRA if 1.0 / w + 0.02 * (1 + e) > most] == [(20.0, 2), (28.0, 2)]
+
+
+def test_slow_models_lead_by_their_best_over_the_best_of_the_others() -> None:
+    """The model in force may be a slow one, and another behind: it is the evidence that counts."""
+    ll, lag = np.array([-1.0, 0.0, -7.0]), np.array([0.11, 0.07, 0.12])
+    assert slow_by(ll, lag, 0.095) == -1.0 and slow_by(ll, lag, 0.115) == -7.0
+    assert slow_by(ll, lag, 0.05) == math.inf and slow_by(ll, lag, 0.2) == -math.inf
 
 
 def test_lift_and_airspeed_bias_are_inside_their_intervals() -> None:

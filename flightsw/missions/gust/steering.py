@@ -56,7 +56,9 @@ class Steering:
         if now is not None and now.settled and (was is None or (was.wn_radps, was.late) != (now.wn_radps, now.late)):
             self._texts.append(Text(6, f"servos {now.wn_radps:g} rad/s, {now.late} samples late"))
             self._found = now
-            lags = 1.0 / now.wn_radps + now.late * dt > self._nav.servo_bank.lag_most_s
+        # a model in force may be behind another by less than it takes to change: that alone says nothing of how slow they are
+        if now is not None and now.settled and abs(now.slow_by) > self._nav.servo_bank.lead:
+            lags = now.slow_by > 0.0
             if lags is not self._lags:
                 self._texts.append(Text(4, f"hold: {SLOW}") if lags else Text(6, "servos fast enough"))
             self._lags = lags

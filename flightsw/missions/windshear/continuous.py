@@ -17,6 +17,10 @@ import math
 import numpy as np
 
 from flightsw.aircraft import TwinJet
+from flightsw.filters.covariance import norm_by
+from flightsw.filters.srukf import CENTRE, draw
+from flightsw.kernels.linalg import cholesky, matvec, solve, vecmat
+from flightsw.kernels.sampled import multiply
 from flightsw.missions.windshear import dynamics as k
 from flightsw.missions.windshear.estimator import (
     CONTINUOUS,
@@ -36,10 +40,10 @@ def sigma_weights(n: int, spread: float) -> tuple[float, Array, Array]:
     c = spread * spread * n
     wm = np.full(2 * n + 1, 0.5 / c)
     wc = wm.copy()
-    wm[0] = (c - n) / c
-    wc[0] = wm[0] + 1.0 - spread * spread + 2.0
+    wm[CENTRE] = (c - n) / c
+    wc[CENTRE] = wm[CENTRE] + 1.0 - spread * spread + 2.0
     centred = np.eye(2 * n + 1) - wm[:, None]
-    return c, wm, centred @ np.diag(wc) @ centred.T
+    return c, wm, multiply(centred * wc, centred.T)
 
 
 class ContinuousNav(WindshearNav):
@@ -50,28 +54,32 @@ class ContinuousNav(WindshearNav):
         super().__init__(p, ac)
         self._c, self._wm, self._weigh = sigma_weights(self.n, p.spread)
         self._F = np.zeros((2 * self.n + 1, self.n))
+        self._drift = np.zeros(self.n)
 
     def _advance(self, m: int, u: Array, dt: float) -> WindshearEstimate:
         f, n = self.f, self.n
-        try:
-            L = np.linalg.cholesky(self._c * f.P)
-        except np.linalg.LinAlgError:
+        L = f.P.copy()
+        if not cholesky(L, n):
             return self._restart(LOST)
-        f.X[0] = f.x
-        f.X[1 : n + 1], f.X[n + 1 :] = f.x + L.T, f.x - L.T
+        draw(f.x, np.tril(L), math.sqrt(self._c), f.X)
         for row in range(2 * n + 1):
             k.rates(f.X[row], u, self._par, self._F[row])
-        WF = self._weigh @ self._F
-        drift, growth = self._wm @ self._F, f.X.T @ WF
+        drift, growth = self._drift, multiply(f.X.T, multiply(self._weigh, self._F))
+        vecmat(self._wm, self._F, drift)
         growth = growth + growth.T + process_covariance(self.p.noise, n, dt) / dt
         nis = math.nan
         if m > 0:
             k.measure(f.X, self._codes, m, u, self._par, f.Y)
-            nis, kept = self._judged(m)
+            judged = self._judged(m)
+            if judged is None:
+                return self._restart(LOST)
+            nis, kept = judged
             m = len(kept)
             if m > 0:
                 K, taken = self._gain(kept, dt)
-                drift, growth = drift + K @ f.nu[kept], growth - taken
+                correction = np.zeros(n)
+                matvec(K, f.nu[kept], correction)
+                drift, growth = drift + correction, growth - taken
         f.x += dt * drift
         P = f.P + dt * growth
         if not (np.isfinite(f.x).all() and np.isfinite(P).all() and f.x[k.VA] > 10.0):
@@ -79,15 +87,18 @@ class ContinuousNav(WindshearNav):
         f.set_cov(P)
         return self._estimate(nis, m)
 
-    def _judged(self, m: int) -> tuple[float, Array]:
-        """NIS of the sample and positions of the readings that may correct; the innovation is in f.nu."""
+    def _judged(self, m: int) -> tuple[float, Array] | None:
+        """NIS of the sample and positions of the readings that may correct; the innovation is in f.nu. None: its covariance is
+        none."""
         f = self.f
-        Y = f.Y[:, :m]
-        f.nu[:m] = self._y[:m] - self._wm @ Y
-        own = Y.T @ self._weigh @ Y + np.diag(np.square(self._r[:m]))
-        f.Sy[:m, :m] = np.linalg.cholesky(own)
-        z = np.linalg.solve(f.Sy[:m, :m], f.nu[:m])
-        nis = float(z @ z)
+        Y, y0 = f.Y[:, :m].copy(), np.zeros(m)
+        vecmat(self._wm, Y, y0)
+        f.nu[:m] = self._y[:m] - y0
+        own = multiply(Y.T, multiply(self._weigh, Y)) + np.diag(np.square(self._r[:m]))
+        if not cholesky(own, m):
+            return None
+        f.Sy[:m, :m] = np.tril(own)
+        nis = float(norm_by(f.Sy, m, f.nu[:m].copy()))
         keep = self.gate.kept(self._codes, f.nu, f.Sy, m)
         if keep is None or not nis <= self.p.gate * m:
             return nis, np.zeros(0, dtype=np.int64)
@@ -97,11 +108,17 @@ class ContinuousNav(WindshearNav):
         """K [n,m] and what the readings take off the covariance's derivative [n,n]."""
         f = self.f
         Y = f.Y[:, kept]
-        WY = self._weigh @ Y
-        cross, R = f.X.T @ WY, np.diag(np.square(self._r[kept]) * dt)
-        own = R if self.p.filter == MEANT else Y.T @ WY + R
-        K = cross @ own if self.p.filter == PRINTED else np.linalg.solve(own, cross.T).T
-        return K, K @ own @ K.T
+        WY = multiply(self._weigh, Y)
+        cross, R = multiply(f.X.T, WY), np.diag(np.square(self._r[kept]) * dt)
+        own = R if self.p.filter == MEANT else multiply(Y.T, WY) + R
+        if self.p.filter == PRINTED:
+            K = multiply(cross, own)
+        else:
+            Kt = cross.T.copy()
+            if not solve(own.copy(), Kt):
+                Kt[:] = math.nan  # the caller starts anew
+            K = Kt.T.copy()
+        return K, multiply(multiply(K, own), K.T)
 
 
 def make_nav(p: WindshearParams, ac: TwinJet | None = None) -> WindshearNav:

@@ -130,7 +130,8 @@ def _app(name: str, over: dict[str, Any], delay_ticks: int) -> FlightApp:
             )
     # the works refuse no reading, bound no position, and nothing takes the command from their laws
     works = {"nav.gate.false_alarm": 0.0, "recovery.on": False, "link.delay_ticks": delay_ticks}
-    works |= {"integrity.on": False} if name == "receiver" else {}
+    # how rough the air is goes by recovery's readings: asked of a tanker without it, the file's own noise_mps would be refused
+    works |= {"integrity.on": False} if name == "receiver" else {"rough_air.on": False}
     app = make_app(load_flight(PARAMS / f"{name}.toml", works | over))
     assert isinstance(app, FlightApp)
     return app

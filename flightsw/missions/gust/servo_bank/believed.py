@@ -2,11 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from typing import Protocol
 
 import numpy as np
 
 Array = np.ndarray
+
+
+def slow_by(ll: Array, lag_s: Array, most_s: float) -> float:
+    """Log-likelihood by which the models that lag by more than most_s [s] lead the others, of those of all models [c] and their
+    lags [c]; inf where all do, -inf where none does."""
+    slow = lag_s > most_s
+    if slow.all():
+        return math.inf
+    return float(ll[slow].max() - ll[~slow].max()) if slow.any() else -math.inf
 
 
 class Bank(Protocol):

@@ -19,7 +19,7 @@ from flightsw.missions.gust.estimate import GustEstimate, GustParams
 from flightsw.missions.gust.readings import ANGLE_MAX, GustReadings
 from flightsw.missions.gust.servo_bank import kernel as bk
 from flightsw.missions.gust.servo_bank import states as st
-from flightsw.missions.gust.servo_bank.believed import Believed
+from flightsw.missions.gust.servo_bank.believed import Believed, slow_by
 from flightsw.missions.gust.servo_bank.params import AGE_MAX, ServoBankParams, ServosFound
 from flightsw.missions.gust.servo_bank.vane import ANEW, LEAVE, VaneJump
 from flightsw.missions.gust.servos import surface_limits
@@ -101,8 +101,9 @@ class ServoBankNav(GustReadings):
         lead = float(self.ll[self.chosen] - other.max()) if len(other) else math.inf
         lift, bias = (math.sqrt(max(float(self.V[i, i]), 0.0)) for i in (st.LIFT, st.BIAS_V))
         settled = self.started and self._clock >= self.b.wait_s - 1e-9
+        slow = slow_by(self.ll, 1.0 / self._wn + (self._base + self._extra) * self._dt, self.b.lag_most_s)
         return ServosFound(
-            self.wn_radps, self.late, lead, settled, float(self.z[st.LIFT]), lift, float(self.z[st.BIAS_V]), bias
+            self.wn_radps, self.late, lead, settled, float(self.z[st.LIFT]), lift, float(self.z[st.BIAS_V]), bias, slow
         )
 
     def get_state(self) -> dict[str, Array]:

@@ -71,7 +71,8 @@ class ServoBankParams:
 @dataclass(frozen=True)
 class ServosFound:
     """Servo model believed: bandwidth [rad/s], samples from a command to its servo, log-likelihood by which it leads the next
-    best, whether that has been looked at for long enough; lift scale less one and airspeed bias [m/s] with their 1-sigma."""
+    best, whether that has been looked at for long enough; lift scale less one and airspeed bias [m/s] with their 1-sigma;
+    log-likelihood by which the models that lag by more than lag_most_s lead the others."""
 
     wn_radps: float
     late: int
@@ -81,3 +82,4 @@ class ServosFound:
     lift_sigma: float
     V_bias: float
     V_bias_sigma: float
+    slow_by: float
