@@ -25,6 +25,7 @@ VALUES: dict[str, tuple[Any, ...]] = {
     "JoinUpParams.heading_max_deg": (1.0,),
     "WindCalParams.sigma_max_mps": (0.5,),
     "IntegrityParams.on": (False,),
+    "IntegrityParams.wake": (False,),
     "IntegrityParams.accel_most": (0.11,),
     "IntegrityParams.k_once": (0.5,),
     "IntegrityParams.alarm_steps": (1, 40),

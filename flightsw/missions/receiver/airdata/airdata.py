@@ -15,6 +15,7 @@ from flightsw.aircraft import Aircraft
 from flightsw.kernels.atmosphere import G0, density
 from flightsw.kernels.linalg import gram
 from flightsw.kernels.rotations import vec3
+from flightsw.kernels.sampled import multiply
 from flightsw.missions.base import Reports
 from flightsw.missions.receiver.aids import VelocityAid
 from flightsw.missions.receiver.airdata import expected as kp
@@ -139,7 +140,7 @@ class AirData:
             use, V = use & ~ALL_V, self.icing.V
             st.excluded |= ALL_V
         if e is not None and self._wake_known and not peer.coasting and f.t_us - f.air_t_us < LATE_US:
-            R_nf = fr.R_tf.reshape(3, 3).T @ fr.C_nt.reshape(3, 3)
+            R_nf = multiply(fr.R_tf.reshape(3, 3).T, fr.C_nt.reshape(3, 3))
             own = self.wake.own_air
             self.rows = self.witness.step(f.air_t_us, y, use, self.wake.g, self.wake.wk, fr.x, own, R_nf)
         if use != ALL:

@@ -1,24 +1,23 @@
 """The place across the tanker's path by one set of readings, for who compares witnesses of it.
 
 Nothing that another sensor taught enters: circulations and height are the model's, offsets none, the wind common to the probes is
-free. What is wrong with those is a lasting error of the row, of a size that is stated with it (probe-offsets.md 6).
+free. What is wrong with those is a lasting error of the row, of a size that is stated with it (separation.md 8).
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flightsw.missions.receiver.airdata import expected as kp
+from flightsw.missions.receiver.airdata import witness_kernel as kernel
 from flightsw.missions.receiver.airdata.params import WakePositionParams
 
 Arr = NDArray[np.float64]
-PLACE, LEARNT, WIND = slice(kp.J_X, kp.J_KW), slice(kp.J_KW, kp.J_W), slice(kp.J_W, kp.J_W + 3)
-FREE_MPS = 100.0  # [m/s] of the common wind: as good as nothing known
 FAR_M = 3.0  # [m] from where the rows were chosen: slopes are others there, and with them the lasting error
-MOST_M = 1.5  # [m] of noise, the worse row: readings that say no more are no witness
 
 
 @dataclass(slots=True)
@@ -42,7 +41,7 @@ class WakeWitness:
         flow, V = [p.offset_flow**2] * 3, [p.offset_V**2] * 3
         self._offsets = np.array([*V, *flow, *flow])
         self._learnt = np.array([p.scale_wing_sigma, p.scale_tail_sigma, p.height_sigma_m]) ** 2
-        self._noise = np.diag(np.repeat([p.sigma_V, p.sigma_beta, p.sigma_alpha], 3) ** 2)
+        self._noise = np.repeat([p.sigma_V, p.sigma_beta, p.sigma_alpha], 3) ** 2
         self._h, self._J, self._at = np.zeros(9), np.zeros((9, 9)), np.zeros(kp.P_W + 3)
         self._at[kp.P_KW] = self._at[kp.P_KT] = 1.0
         self._rows, self._use, self._from = np.zeros((2, 9)), 0, np.zeros(3)
@@ -54,38 +53,17 @@ class WakeWitness:
         good = [c for c in range(9) if use >> c & 1 and np.isfinite(y[c])]
         self._at[kp.P_Y], self._at[kp.P_Z] = x[kp.AX_Y], x[kp.AX_Z]
         kp.expected(self._at, g, self.probes, wk, True, self._h, self._J)
-        J, R = self._J, self._noise + own_air
-        mask = sum(1 << c for c in good)
-        if mask != self._use or float(np.linalg.norm(x - self._from)) > FAR_M:
-            rows = _choose(J[good], self._noise[np.ix_(good, good)])
+        N, mask = self._rows, sum(1 << c for c in good)
+        if mask != self._use or math.dist(x, self._from) > FAR_M:
             self._use = 0
-            if rows is None:
+            if not kernel.choose(np.array(good, dtype=np.int64), self._J, self._noise, N):
                 return None
-            self._rows[:] = 0.0
-            self._rows[:, good] = rows
             self._use, self._from = mask, x.copy()
             self.number += 1
-        N = self._rows
-        r = np.einsum("ij,jk,ik->i", N, R, N)
-        if not r.max() < MOST_M**2:
+        got = WakeRows(t_us, np.zeros(2), np.zeros((2, 3)), np.zeros(2), np.zeros(2), self.number)
+        if not kernel.noise(N, self._noise, own_air, got.r) < kernel.MOST_M**2:
             return None
-        slope, scale = N @ J[:, PLACE], N @ J[:, LEARNT]
         off = np.zeros(9)
         off[good] = y[good] - self._h[good]
-        lasting = (N * N) @ self._offsets + (scale * scale) @ self._learnt
-        return WakeRows(t_us, N @ off + slope @ x, slope @ R_nf, r, lasting, self.number)
-
-
-def _choose(J: Arr, R: Arr) -> Arr | None:
-    """Rows [2,m] of readings with the Jacobian J [m,9] and noise R [m,m] that give y and z by least squares with a free common
-    wind, turned so that their noises are independent; None: these readings do not tell."""
-    A, W = J[:, kp.J_Y : kp.J_Z + 1], FREE_MPS * J[:, WIND]
-    if len(J) < 4:
-        return None
-    weighed = np.linalg.solve(R + W @ W.T, A)
-    information = A.T @ weighed
-    if not np.linalg.eigvalsh(information)[0] > 1.0 / MOST_M**2:
-        return None
-    C = np.linalg.inv(information)
-    _, turn = np.linalg.eigh(C)
-    return np.asarray(turn.T @ C @ weighed.T)
+        kernel.tell(N, self._J, off, x, R_nf, self._offsets, self._learnt, got.y, got.H, got.lasting)
+        return got

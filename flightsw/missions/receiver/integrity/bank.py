@@ -317,8 +317,9 @@ class Bank:
     def along(self, a: int, b: int) -> bool:
         """Whether what sources a and b dispute lies along the tanker's path rather than across: between the forks that distrust
         one and the other, of the slot that has them farthest apart."""
-        parts = [self.place @ (self.X[m[a]] - self.X[m[b]]) for m in map(self._members, range(len(self.slots)))]
-        x, y, z = max(parts, key=np.linalg.norm).tolist()
+        slots = map(self._members, range(len(self.slots)))
+        parts = [(self.place * (self.X[m[a]] - self.X[m[b]])).sum(axis=1).tolist() for m in slots]
+        x, y, z = max(parts, key=lambda d: math.hypot(*d))
         return abs(x) > math.hypot(y, z)
 
     def more_likely(self, a: int, b: int) -> float:
