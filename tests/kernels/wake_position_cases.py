@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from flightsw.missions.receiver.airdata.expected import expected
 from flightsw.missions.receiver.airdata.wake_model import WakeParams, wake_vector
 
 Rng = np.random.Generator
@@ -61,6 +62,14 @@ def gauss(r: Rng) -> Args:
 
 def model(r: Rng) -> Args:
     return [frame(r), PROBES, WAKE]
+
+
+def slopes(r: Rng) -> np.ndarray:
+    """Jacobian [9,9] of the readings near contact, where they tell the place."""
+    g, p, J = frame(r), point(r), z(9, 9)
+    g[0], p[:2] = -35.6, (r.normal() * 0.5, 8.9)
+    expected(p, g, PROBES, WAKE, True, z(9), J)
+    return J
 
 
 def idx(r: Rng) -> np.ndarray:
@@ -143,4 +152,18 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         z(2),
     ],
     "missions.receiver.airdata.state.be_taught": lambda r: [state(r), cov(r), r.normal(size=12) * 1e-3, 0.1 * cov(r, 12)],
+    "missions.receiver.airdata.witness_kernel.choose": lambda r: [idx(r), slopes(r), np.repeat(SIG**2, 3), z(2, 9)],
+    "missions.receiver.airdata.witness_kernel.noise": lambda r: [r.normal(size=(2, 9)), r.uniform(0, 1, 9), cov(r, 9), z(2)],
+    "missions.receiver.airdata.witness_kernel.tell": lambda r: [
+        r.normal(size=(2, 9)),
+        slopes(r),
+        r.normal(size=9),
+        r.normal(size=3) * 10,
+        r.normal(size=(3, 3)),
+        r.uniform(0, 1, 9),
+        r.uniform(0, 1, 3),
+        z(2),
+        z(2, 3),
+        z(2),
+    ],
 }  # fmt: skip
