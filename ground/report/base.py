@@ -23,8 +23,8 @@ class Build(Protocol):
 
 @dataclass(frozen=True)
 class Report:
-    """campaigns: the studies it reads, names or patterns ("this, that_*"); about: what the page shows; `build` imports what is slow
-    to import."""
+    """campaigns: the studies it reads, names or patterns ("this, that_*"); about: what the page shows; `build` imports what
+    is slow to import."""
 
     campaigns: str
     about: str

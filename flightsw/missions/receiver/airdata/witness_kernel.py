@@ -13,6 +13,7 @@ from flightsw.missions.receiver.airdata.expected import J_KW, J_W, J_X, J_Y, M_R
 FREE_MPS = 100.0  # [m/s] of the common wind: as good as nothing known
 MOST_M = 1.5  # [m] of noise, the worse row: readings that say no more are no witness
 LEAST = 4  # readings, more than a wind has components
+Y, Z = 0, 1  # rows, across and down
 
 
 @jit
@@ -33,15 +34,15 @@ def choose(good: np.ndarray, J: np.ndarray, var: np.ndarray, N: np.ndarray) -> b
                 s += J[good[i], k] * J[good[j], k]
             R[i, j] = FREE_MPS * FREE_MPS * s
         R[i, i] += var[good[i]]
-        B[i, 0], B[i, 1] = J[good[i], J_Y], J[good[i], J_Y + 1]
+        B[i, Y], B[i, Z] = J[good[i], J_Y], J[good[i], J_Y + 1]
     if not solve(R, B):
         return False
     a, b, d = 0.0, 0.0, 0.0  # the information on y and z
     for i in range(m):
         y, z = J[good[i], J_Y], J[good[i], J_Y + 1]
-        a += y * B[i, 0]
-        b += 0.5 * (y * B[i, 1] + z * B[i, 0])
-        d += z * B[i, 1]
+        a += y * B[i, Y]
+        b += 0.5 * (y * B[i, Z] + z * B[i, Y])
+        d += z * B[i, Z]
     t = 0.0
     if b != 0.0:
         q = (d - a) / (2.0 * b)
@@ -53,8 +54,8 @@ def choose(good: np.ndarray, J: np.ndarray, var: np.ndarray, N: np.ndarray) -> b
     s = t * c
     N[:] = 0.0
     for i in range(m):
-        N[0, good[i]] = (c * B[i, 0] - s * B[i, 1]) / first
-        N[1, good[i]] = (s * B[i, 0] + c * B[i, 1]) / second
+        N[Y, good[i]] = (c * B[i, Y] - s * B[i, Z]) / first
+        N[Z, good[i]] = (s * B[i, Y] + c * B[i, Z]) / second
     return True
 
 
@@ -68,7 +69,7 @@ def noise(N: np.ndarray, var: np.ndarray, own: np.ndarray, r: np.ndarray) -> flo
             for k in range(M_READ):
                 s += own[j, k] * N[i, k]
             r[i] += N[i, j] * s
-    return max(r[0], r[1])
+    return max(r[Y], r[Z])
 
 
 @jit
