@@ -14,9 +14,10 @@ def main() -> int:
     """Exit code 0: every key tried acts or is refused by name."""
     kernel_cache.use()
     from tests.keys import ledger
+    from tests.keys.contexts import CONTEXTS
     from tests.keys.flights import baseline, designs_kept
     from tests.keys.keys import all_keys
-    from tests.keys.situations import CONTEXTS, short
+    from tests.keys.situations import short
     from tests.keys.values import ELSEWHERE, PENDING
 
     parser = argparse.ArgumentParser(prog="tests.keys", description=__doc__)

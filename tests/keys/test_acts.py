@@ -12,9 +12,10 @@ import pytest
 
 from flightsw.strict import ConfigError
 from tests.keys import ledger
+from tests.keys.contexts import CONTEXTS
 from tests.keys.flights import acts, baseline, designs_kept
 from tests.keys.keys import Key, all_keys
-from tests.keys.situations import CONTEXTS, Context, short
+from tests.keys.situations import Context, short
 from tests.keys.values import ELSEWHERE, PENDING
 
 EVERY = 45  # one key in so many is tried again
