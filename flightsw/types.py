@@ -280,7 +280,7 @@ HF_FUEL = 64  # low, exhausted, or its gauge lost
 HF_NAV = 128  # not valid after it has been, or valid and not to be trusted
 HF_ACT = 256  # last guard replaced a non-finite command
 HF_SAT = 512  # a command has been at its limit for long
-HF_ENGINE = 2048  # gives less thrust than is commanded: out
+HF_ENGINE = 2048  # thrust is not what is commanded
 HF_ROUGH = 4096  # the air is rougher than refuelling bears
 HF_UPSET = 1024  # outside its envelope or without navigation: recovery has the command
 

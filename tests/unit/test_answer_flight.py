@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from flightsw.types import HF_ENGINE
 from ground.link.packets import IDS
 from hil_scripts.studies.grades.flight import Timetable, settings
 from hil_scripts.studies.integrity.flight import RECEIVER, TANKER
@@ -93,7 +94,8 @@ def test_what_the_others_trim_is_flown_away_and_level(surface: str, kind: str, v
 
 
 def test_half_the_thrust_lost_is_told_and_left() -> None:
-    _, texts, phases, _ = flown(4.0, event("thrust_loss", "", 0.5))
+    flight, texts, phases, _ = flown(4.0, event("thrust_loss", "", 0.5))
+    assert flight.nodes[RECEIVER].app.mission.faults == HF_ENGINE
     when = next(t for t, _, text in texts if text.startswith("thrust -"))
     assert when < 3.0 and phases[-1] == "breakaway"
 

@@ -169,6 +169,11 @@ class JoinMission(Mission[ActuatorModel]):
             self._texts.append(Text(4, f"sequence waits: {why}"))
 
     @property
+    def faults(self) -> int:
+        """HF_* of the aircraft itself."""
+        return self.refuel.faults
+
+    @property
     def saturated(self) -> bool:
         """Whether a command sits at its limit."""
         return self.ctrl.saturated

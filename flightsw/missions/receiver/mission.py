@@ -156,7 +156,7 @@ class ReceiverMission(Mission[ActuatorModel]):
         elsewhere = guard.active and self.guid.phase != BREAKAWAY  # the first valid estimate, an order on its way
         if (guard.began or guard.ended or elsewhere) and self.guid.phase != 0 and nav.valid:
             self.guid.recapture(nav, guard.why or "recovered")
-        if guard.answer.weak and not self._weak and not guard.active and nav.valid:
+        if guard.answer.weak and not self._weak and not guard.active and self.guid.phase != 0 and nav.valid:
             self._weak = True
             self.guid.recapture(nav, "thrust does not answer")
         if guard.ended:
@@ -185,6 +185,11 @@ class ReceiverMission(Mission[ActuatorModel]):
         if self.wind is not None:
             self.wind.feed(f, updated, health, self.nav.core)
         return nav
+
+    @property
+    def faults(self) -> int:
+        """HF_* of the aircraft itself."""
+        return 0 if self.guard is None else self.guard.faults
 
     @property
     def saturated(self) -> bool:

@@ -176,6 +176,11 @@ class RendezvousMission(Mission[ActuatorModel]):
         return g
 
     @property
+    def faults(self) -> int:
+        """HF_* of the aircraft itself."""
+        return 0 if self.guard is None else self.guard.faults
+
+    @property
     def saturated(self) -> bool:
         """Whether a command sits at its limit."""
         return self.ctrl.saturated

@@ -105,9 +105,8 @@ class TankerMission(Mission[ActuatorModel]):
         g = self.guid.step(f, nav, dt)
         felt = Felt(mean, self.turning)
         taken = protected(self.guard, self.ctrl.terms, f, nav, g, updated, health, felt, dt, self.nav)
-        if (
-            self.guard is not None and self.air is not None
-        ):  # told, not acted on: the receiver leaves, the tanker flies on
+        # told, not acted on: the receiver leaves, the tanker flies on
+        if self.guard is not None and self.air is not None:
             self.air.step(self.guard.readings, not self.guard.active, dt)
         if taken is not None:
             u, throttle = taken
@@ -132,8 +131,9 @@ class TankerMission(Mission[ActuatorModel]):
 
     @property
     def faults(self) -> int:
-        """HF_* of what this mission finds wrong: the air."""
-        return HF_ROUGH if self.air is not None and self.air.rough else 0
+        """HF_* of what this mission finds wrong: the air, the aircraft."""
+        own = 0 if self.guard is None else self.guard.faults
+        return own | (HF_ROUGH if self.air is not None and self.air.rough else 0)
 
     @property
     def reports(self) -> Reports:

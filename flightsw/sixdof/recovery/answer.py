@@ -42,12 +42,8 @@ LEAST_THRUST, SHARE_THRUST, LAZY = 0.08, 0.35, 0.7  # [-] of what is available; 
 TWICE = 2  # steps in a row
 DOUBTFUL = 0.5  # [-] of what is too far, beyond which nothing is learnt
 SEEN = 3.0  # sigmas of the reference
-MOVES_S, STILL, CLEAR, FAR = (
-    0.6,
-    -0.5,
-    1.5,
-    3.0,
-)  # [s], [-] slope of what stands still, in sigmas; however it moves
+MOVES_S, STILL, CLEAR = 0.6, -0.5, 1.5  # [s], [-] slope of what stands still, sigmas it has to be clear of half of that
+FAR = 3.0  # [-] of what is too far off, beyond which it does not matter how it moves
 FELT_S, FELT_LEAST = 1.0, 1.0  # [s] of the acceleration, by which airspeed and accelerometers may part; [m/s] at least
 
 
@@ -74,10 +70,8 @@ class Answer:
         self._mean, self._over = np.zeros((2, 8)), np.zeros(4)
         self._least, self._share = np.array([*LEAST, math.inf]), np.array([SHARE, SHARE, SHARE, SHARE_THRUST])
         self._count = [0, 0, 0, 0]
-        self._avail, self._slow = (
-            1.0,
-            -1.0,
-        )  # [N] there is; of an engine as slow as the file's spool, below 0: not known
+        self._avail = 1.0  # [N] thrust there is
+        self._slow = -1.0  # [N] that of an engine as slow as the file's spool; below 0: not known
 
     def step(self, s: Readings, u: np.ndarray, sound: bool, apart: tuple[Vec3, Vec3], dt: float) -> None:
         """u [4]: mean controls (surfaces rad, thrust N) believed to have acted over the dt [s] whose mean rates and forces s has;

@@ -20,7 +20,7 @@ from flightsw.sixdof.recovery.motion import angle
 from flightsw.sixdof.recovery.readings import Readings
 from flightsw.sixdof.recovery.rough import RoughAirLaw
 from flightsw.sixdof.recovery.turbulence import RoughAirParams, Turbulence
-from flightsw.types import HF_GNSS, HF_IMU, UPD_ATT, ZERO3, GuidanceCmd, Health, NavState, SensorFrame, Text
+from flightsw.types import HF_ENGINE, HF_GNSS, HF_IMU, UPD_ATT, ZERO3, GuidanceCmd, Health, NavState, SensorFrame, Text
 
 BANK_BEYOND, PITCH_BEYOND = math.radians(20.0), math.radians(25.0)  # [rad] above the file's largest bank; either way
 RATE_BEYOND = (
@@ -83,6 +83,11 @@ class Protection:
     def sound(self, updated: int) -> int:
         """Of the UPD_* bits of a step those an estimator may use: an attitude that does not turn with the aircraft is none."""
         return updated & ~UPD_ATT if self.readings.motion.doubted else updated
+
+    @property
+    def faults(self) -> int:
+        """HF_* of what it finds wrong of the aircraft itself, beside an upset."""
+        return HF_ENGINE if self.answer.weak else 0
 
     def acted(self, u: np.ndarray) -> np.ndarray:
         """Mean controls u [4] believed to have acted, with a surface that does not answer where it is."""

@@ -14,8 +14,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import block_diag
 
 from flightsw.aircraft import Boom
+from sim_plant.kernels.layout import G0
+from sim_plant.kernels.rot import quat_dcm
 from sim_plant.sensors.errors import NEAR_M
 from sim_plant.sensors.terms import Group, group_terms
 from sim_plant.truth import Truth
@@ -23,7 +26,6 @@ from sim_plant.truth import Truth
 Arr = NDArray[np.float64]
 GROUPS = ("imu", "att", "gnss", "rel", "boom")
 RATE_HZ = 20.0  # of every sensor here, and of the steps
-G0 = 9.80665  # [m/s^2]
 FAR_M, FAST_MPS = 100.0, 10.0  # of a position and velocity nothing is known of
 LASTING = 1e9  # [s] correlation time of a constant
 
@@ -106,7 +108,7 @@ class PositionBound:
         H, r = self._radio(C, xi, place)
         if latched:
             far, white = self._latched(tanker, receiver, C, place)
-            H, r = np.vstack((H, far)), _block(r, white)
+            H, r = np.vstack((H, far)), block_diag(r, white)
         PH = self.P @ H.T
         self.P -= PH @ np.linalg.solve(H @ PH + r, PH.T)
         self.P = 0.5 * (self.P + self.P.T)
@@ -157,13 +159,6 @@ class PositionBound:
         return rows, white @ white.T
 
 
-def _block(a: Arr, b: Arr) -> Arr:
-    """a [n,n] and b [m,m] along the diagonal."""
-    out = np.zeros((len(a) + len(b),) * 2)
-    out[: len(a), : len(a)], out[len(a) :, len(a) :] = a, b
-    return out
-
-
 def _cross(v: Arr) -> Arr:
     """[v]x, v [3]."""
     x, y, z = v.tolist()
@@ -172,5 +167,4 @@ def _cross(v: Arr) -> Arr:
 
 def _dcm(q: tuple[float, float, float, float]) -> Arr:
     """NED to body [3,3] of a quaternion q_nb."""
-    w, v = q[0], np.array(q[1:])
-    return (w * w - v @ v) * np.eye(3) + 2.0 * np.outer(v, v) - 2.0 * w * _cross(v)
+    return np.array(quat_dcm(*q)).reshape(3, 3).T

@@ -53,20 +53,24 @@ class Twin(WindCalibration):
         self._nav = NavState()
 
     def feed(self, f: SensorFrame, updated: int, health: Health, core: TrustedCore) -> None:
+        """See WindCalibration: both are fed."""
         self.flown.feed(f, updated, health, core)
         super().feed(f, updated, health, core)
 
     def publish(self, nav: NavState) -> None:
+        """The flown filter's wind into nav [m/s, NED]; the twin's sigma is kept for `sigma`."""
         self.flown.publish(nav)
         self._nav.t_us, self._nav.valid = nav.t_us, nav.valid
         super().publish(self._nav)
         self._said.append((nav.t_us, self._nav.wind_sigma if self._nav.wind_valid else (math.nan,) * 3))
 
     def tell(self) -> list[Text]:
+        """The flown filter's texts."""
         self.texts.clear()
         return self.flown.tell()
 
     def report(self) -> WindReport:
+        """The flown filter's."""
         return self.flown.report()
 
     def sigma(self, t_us: int) -> Vec3:

@@ -113,6 +113,7 @@ class _Reckoned:
         self.x[k.KL], self.x[k.KD] = nav.lift_scale, nav.drag_scale
 
     def step(self, m: Arr, z: Arr, u: Arr) -> Arr:
+        """The state [15] after a sample: m the kinematic filter's mean, readings z [>=6], controls u [2] in force."""
         x = self.x
         vx, vh = m[kk.K_VX] - m[kk.K_WX], m[kk.K_VH] - m[kk.K_WH]
         x[k.X] += DT * m[kk.K_VX]

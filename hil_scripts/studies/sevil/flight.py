@@ -86,11 +86,9 @@ class Conditions:
 
 
 @dataclass(frozen=True)
-class AirFlight:
-    """One flight at 20 Hz. True: t [N] s; leg [N] index of LEG_NAMES; xi, xi_dot, acc [N,3] in F (acc = receiver minus
-    tanker); att [N,3] psi, theta, phi [rad]; omega [N,3] body rates [rad/s]; air [N,k,3] wind besides the wake at each
-    probe, F; clean [N,3k] readings without error. Measured: readings [N,3k] (noise and faults), faulty [N] mask of channels
-    with a fault, att_m, omega_m, acc_m [N,3], x_m [N], guess [2] first guess of y, z [m]."""
+class Motion:
+    """A motion at 20 Hz: t [N] s; leg [N] index of LEG_NAMES; xi, xi_dot, acc [N,3] in F (acc = receiver minus tanker); att [N,3]
+    psi, theta, phi [rad]; omega [N,3] body rates [rad/s]."""
 
     t: Arr
     leg: NDArray[np.int8]
@@ -99,6 +97,14 @@ class AirFlight:
     acc: Arr
     att: Arr
     omega: Arr
+
+
+@dataclass(frozen=True)
+class AirFlight(Motion):
+    """Air data along a true motion: air [N,k,3] wind besides the wake at each probe, F; clean [N,3k] readings without error.
+    Measured: readings [N,3k] (noise and faults), faulty [N] mask of channels with a fault, att_m, omega_m, acc_m [N,3],
+    x_m [N], guess [2] first guess of y, z [m]."""
+
     air: Arr
     clean: Arr
     readings: Arr
@@ -199,19 +205,6 @@ def inject(t: Arr, readings: Arr, faults: tuple[Fault, ...]) -> NDArray[np.int64
         readings[m, f.channel] += f.size + f.rate * (t[m] - f.start_s)
         mask[m] |= 1 << f.channel
     return mask
-
-
-@dataclass(frozen=True)
-class Motion:
-    """A motion flown elsewhere, at 20 Hz; fields as of AirFlight."""
-
-    t: Arr
-    leg: NDArray[np.int8]
-    xi: Arr
-    xi_dot: Arr
-    acc: Arr
-    att: Arr
-    omega: Arr
 
 
 def _kinematic(c: Conditions, seed: int) -> tuple[Arr, NDArray[np.int8], Arr, Arr, Arr, Arr, Arr]:

@@ -27,15 +27,12 @@ from hil_scripts.studies.sevil.loop_flight import CONTACT, EVERY, SCENARIO, in_p
 from hil_scripts.studies.sevil.wake_map import load_map, make_map
 
 ALPHA_T = math.radians(3.3)  # incidence of the tanker at 195 m/s, for commands given in F
-TRIM_DEG = (
-    2.087  # [deg] pitch relative to F with which the receiver is trimmed at contact (case hold_contact); maps have 3
-)
+# [deg] pitch relative to F with which the receiver is trimmed at contact (case hold_contact); maps have 3
+TRIM_DEG = 2.087
 SETTLE_S = 20.0  # [s] of a hold before it counts
 PHASE_LEG = {"observation": 0, "moving": 2, "contact": len(LEG_NAMES) - 1}
-MANOEUVRE_S = (
-    60.0,
-    60.0,
-)  # [s] command to leave the observation position; at contact before it counts as after the manoeuvre
+# [s] command to leave the observation position; at contact before it counts as after the manoeuvre
+MANOEUVRE_S = (60.0, 60.0)
 LONG_S = (670.0, 2330.0)  # [s] at observation, and after it, of the print's 3000 s
 STILL = (
     "plant.noise.scale=0.0", "plant.noise.bias_scale=0.0", "plant.wind.prevailing='constant'",
