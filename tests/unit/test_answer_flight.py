@@ -100,6 +100,13 @@ def test_half_the_thrust_lost_is_told_and_left() -> None:
     assert when < 3.0 and phases[-1] == "breakaway"
 
 
+def test_thrust_that_is_there_again_is_told() -> None:
+    flight, texts, _, _ = flown(30.0, event("thrust_loss", "", 0.5, for_s=4.0))
+    said_of = [text for _, _, text in texts if text.startswith("thrust ") and text != "thrust does not answer"]
+    assert said_of[0].endswith("kN off") and said_of[-1] == "thrust is what is commanded again" and len(said_of) == 2
+    assert flight.nodes[RECEIVER].app.mission.faults == 0
+
+
 @pytest.mark.parametrize(
     "e",
     [

@@ -156,6 +156,7 @@ class ReceiverMission(Mission[ActuatorModel]):
         elsewhere = guard.active and self.guid.phase != BREAKAWAY  # the first valid estimate, an order on its way
         if (guard.began or guard.ended or elsewhere) and self.guid.phase != 0 and nav.valid:
             self.guid.recapture(nav, guard.why or "recovered")
+        self._weak = self._weak and guard.answer.weak
         if guard.answer.weak and not self._weak and not guard.active and self.guid.phase != 0 and nav.valid:
             self._weak = True
             self.guid.recapture(nav, "thrust does not answer")

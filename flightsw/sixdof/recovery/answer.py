@@ -44,6 +44,7 @@ DOUBTFUL = 0.5  # [-] of what is too far, beyond which nothing is learnt
 SEEN = 3.0  # sigmas of the reference
 MOVES_S, STILL, CLEAR = 0.6, -0.5, 1.5  # [s], [-] slope of what stands still, sigmas it has to be clear of half of that
 FAR = 3.0  # [-] of what is too far off, beyond which it does not matter how it moves
+AGAIN_S = 5.0  # [s] in which thrust is there that was missed
 FELT_S, FELT_LEAST = 1.0, 1.0  # [s] of the acceleration, by which airspeed and accelerometers may part; [m/s] at least
 
 
@@ -56,6 +57,8 @@ class Answer:
         self.at: Vec3 = (0.0, 0.0, 0.0)
         self.failed = -1
         self.weak = False  # thrust is not what is commanded
+        self._missed = (1.0, 1.0)  # [N] commanded and there when it was not
+        self._again_s = 0.0  # for which it has been there
         self.texts: list[Text] = []
         self._P, self._x = numbers(ac), np.zeros(MOTION)
         self._known = False  # the rates of the step before are
@@ -108,6 +111,8 @@ class Answer:
         over = self._over.tolist()
         thrust = over[THRUST] > 1.0 and self._gathers(s)
         self._judge([*self._accused(s, over, apart), thrust], over)
+        if self.weak:
+            self._recovers(float(acted[THRUST]), dt)
         if self._learnt_s < LEARN_S or max(over) < DOUBTFUL:
             self._learn(row, dt)
 
@@ -158,12 +163,30 @@ class Answer:
             deg = math.degrees(self.at[worst] - float(self._u[worst]))
             self.texts.append(Text(3, f"{NAMES[worst]} does not answer: {deg:+.0f} deg"))
         if self._count[THRUST] >= self._windows[1] and not self.weak and self.failed < 0:
-            self.weak = True
-            self.texts.append(Text(3, f"thrust {self._mean[1, THRUST] / 1e3:+.1f} kN off"))
+            at, off = max(float(self._told[:, THRUST].mean()), 1.0), float(self._mean[1, THRUST])
+            self.weak, self._missed, self._again_s = True, (at, at + off), 0.0
+            self.texts.append(Text(3, f"thrust {off / 1e3:+.1f} kN off"))
+
+    def _recovers(self, thrust: float, dt: float) -> None:
+        """Takes back what has been said of the thrust [N] once less than half is off of what a share that is lost, and thrust
+        that stays where it was, would still leave off; both of them enough to tell."""
+        at, was = self._missed
+        off = abs(float(self._mean[1, THRUST]))
+        left = min(abs(was / at - 1.0) * thrust, abs(was - thrust))
+        if off > 0.5 * max(left, LEAST_THRUST * self._avail):
+            self._again_s = 0.0
+        elif left > LEAST_THRUST * self._avail:
+            self._again_s += dt
+        if self._again_s > AGAIN_S:
+            self.weak = False
+            self.texts.append(Text(5, "thrust is what is commanded again"))
 
     def _learn(self, off: np.ndarray, dt: float) -> None:
         """What the file's numbers lack, and by how much the means of a window scatter."""
         self._learnt_s += dt
         gain = dt / min(self._learnt_s, LEARN_S)
-        self._lasting += gain * (off - self._lasting)
+        off = off - self._lasting
+        if self.weak:  # what is missed is not got used to
+            off[THRUST] = off[4 + THRUST] = 0.0
+        self._lasting += gain * off
         self._square += gain * (self._mean * self._mean - self._square)

@@ -105,7 +105,7 @@ class Protection:
         s = self.readings
         doubted = s.motion.doubted
         s.step(f, updated, health, dt)
-        self._answering(felt, health, dt)
+        self._answering(felt, nav, health, dt)
         if s.motion.doubted != doubted:
             again, not_now = Text(5, "attitude reference good again"), Text(4, "attitude reference does not turn along")
             self.texts.append(again if doubted else not_now)
@@ -133,11 +133,13 @@ class Protection:
             self._come_back(nav, apart, rejoin, dt)
         return self.active
 
-    def _answering(self, felt: Felt, health: Health, dt: float) -> None:
-        """Whether surfaces and thrust do; where not, the comparison of gyro and reference has no moments to judge by."""
-        a, turning = self.answer, felt.turning
-        sound = not self.readings.motion.doubted and not health.failed & HF_IMU
-        a.step(self.readings, felt.u, sound, (ZERO3, ZERO3) if turning is None else turning.lately(), dt)
+    def _answering(self, felt: Felt, nav: NavState, health: Health, dt: float) -> None:
+        """Whether surfaces and thrust do; where not, the comparison of gyro and reference has no moments to judge by. Nobody is
+        judged by an airspeed that the estimate does not share: all probes may lie."""
+        a, s, turning = self.answer, self.readings, felt.turning
+        shared = not nav.valid or abs(nav.V - s.V) < SPEED_APART
+        sound = shared and not s.motion.doubted and not health.failed & HF_IMU
+        a.step(s, felt.u, sound, (ZERO3, ZERO3) if turning is None else turning.lately(), dt)
         if turning is not None:
             turning.moments_hold = a.failed < 0
         self.texts += a.texts
