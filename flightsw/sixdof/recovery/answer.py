@@ -42,7 +42,11 @@ LEAST_THRUST, SHARE_THRUST, LAZY = 0.08, 0.35, 0.7  # [-] of what is available; 
 TWICE = 2  # steps in a row
 DOUBTFUL = 0.5  # [-] of what is too far, beyond which nothing is learnt
 SEEN = 3.0  # sigmas of the reference
-MOVES_S, STILL, CLEAR = 0.6, -0.5, 1.5  # [s], [-] slope of what stands still, sigmas it has to be clear of half of that
+MOVES_S, STILL, CLEAR = (
+    (0.6, 1.2),
+    -0.5,
+    1.5,
+)  # [s] windows of movement, [-] slope of what stands still, sigmas it has to be clear of half of that
 FAR = 3.0  # [-] of what is too far off, beyond which it does not matter how it moves
 AGAIN_S = 5.0  # [s] in which thrust is there that was missed
 FELT_S, FELT_LEAST = 1.0, 1.0  # [s] of the acceleration, by which airspeed and accelerometers may part; [m/s] at least
@@ -64,10 +68,12 @@ class Answer:
         self._known = False  # the rates of the step before are
         self._u, self._acted = np.zeros(4), np.zeros(4)
         self._windows = np.array([max(round(T / dt_s), 2) for T in (SHORT_S, LONG_S)])
-        self._recent, self._moves = round(MOTION_S / dt_s), max(round(MOVES_S / dt_s), 5)
-        self._slope, self._slope_sigma = np.zeros(3), np.zeros(3)
+        self._recent, self._moves = round(MOTION_S / dt_s), tuple(max(round(T / dt_s), 5) for T in MOVES_S)
+        self._slope, self._slope_sigma = np.zeros((2, 3)), np.zeros((2, 3))  # by window
         self._n = 0  # steps in the rings
-        self._off = np.zeros((int(self._windows[1]), 8))  # controls by the vanes, by the forces, less what is believed
+        self._off = np.zeros(
+            (max(int(self._windows[1]), *self._moves), 8)
+        )  # controls by the vanes, by the forces, less what is believed
         self._told = np.zeros((round(THRUST_S / dt_s), 4))  # that
         self._lasting, self._square, self._learnt_s = np.zeros(8), np.zeros((2, 8)), 0.0
         self._mean, self._over = np.zeros((2, 8)), np.zeros(4)
@@ -100,7 +106,7 @@ class Answer:
         self._spool(row, float(acted[THRUST]), dt)
         self._told[self._n % len(self._told)] = acted
         self._n += 1
-        if self._n < self._moves:
+        if self._n < self._moves[0]:
             return
         means(
             self._off, self._n, self._told, self._windows, self._recent, self._lasting, self._square, self._least, SIGMAS,
@@ -134,13 +140,15 @@ class Answer:
         than the gyro."""
         if max(over[:THRUST]) <= 1.0:
             return [False] * 3
-        follows(self._off, self._n, self._told, self._moves, self._slope, self._slope_sigma)
+        known = [k for k in range(2) if self._n >= self._moves[k]]
+        for k in known:
+            follows(self._off, self._n, self._told, self._moves[k], self._slope[k], self._slope_sigma[k])
         c, g = self.ac.aero, self.ac.geometry
         moments = (c.Cl_da * g.b_m, c.Cm_de * g.c_m, c.Cn_dr * g.b_m)
         out = []
         for j, (m, i) in enumerate(zip(moments, s.inertia, strict=True)):
-            slope, sigma = float(self._slope[j]), float(self._slope_sigma[j])
-            still = slope < STILL and slope + CLEAR * sigma < 0.5 * STILL
+            slopes = [(float(self._slope[k, j]), float(self._slope_sigma[k, j])) for k in known]
+            still = any(x < STILL and x + CLEAR * sigma < 0.5 * STILL for x, sigma in slopes)
             turned = 0.5 * SHORT_S**2 * abs(m * s.q * g.S_m2 / i * float(self._mean[0, j]))
             seen = turned > max(SEEN * apart[1][j], 2.0 * abs(apart[0][j]))
             out.append(over[j] > 1.0 and (still or over[j] > FAR) and seen)

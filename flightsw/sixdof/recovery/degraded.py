@@ -13,6 +13,9 @@ PATH_RATE, BANK_MOST = 0.6, math.radians(60.0)  # [1/s] of the path, [rad]
 LOAD_S = 0.3  # [s] over which the load factor is looked at
 SIDESLIP_MOST, SIDESLIP_RATE = math.radians(12.0), 2.0  # [rad], [1/s]
 ROLL_RATE, ROLL_GAIN, ROLL_MOST = 0.35, 1.0, math.radians(12.0)  # [1/s] of the bank, of the roll rate; [rad/s]
+BORNE_MOST = math.radians(
+    15.0
+)  # [rad/s] of roll: the sideslip that a lost rudder makes takes the ailerons before it settles
 CREEP, CREEP_RATE = math.radians(2.0), 0.2  # [rad] from where an elevator is, [1/s] of the path by it
 
 
@@ -21,18 +24,20 @@ class Without:
 
     def __init__(self, ac: Aircraft) -> None:
         self.ac = ac
-        self.load = 1.0  # [-]
+        self.load: float | None = None  # [-] as it lasts; not known before an elevator is lost
 
     def bank(self, s: Readings, path: float, wanted: float, side: float, dt: float) -> float:
         """Bank [rad] that makes of the load there is the path wanted [rad] of the path flown; side: +1 right, -1 left."""
-        self.load += dt / (LOAD_S + dt) * (s.load - self.load)
+        last = s.load if self.load is None else self.load
+        self.load = last + dt / (LOAD_S + dt) * (s.load - last)
         need = math.cos(path) + s.V / G0 * PATH_RATE * (wanted - path)
         share = min(max(need / max(self.load, 0.1), math.cos(BANK_MOST)), 1.0)
         return math.copysign(math.acos(share), side)
 
     def speed(self, s: Readings, bank: float) -> float:
         """Airspeed [m/s] at which the incidence there is bears the aircraft."""
-        return s.V / math.sqrt(min(max(self.load * math.cos(bank), 0.6), 1.6))
+        load = 1.0 if self.load is None else self.load
+        return s.V / math.sqrt(min(max(load * math.cos(bank), 0.6), 1.6))
 
     def creep(self, s: Readings, at: float, path: float, wanted: float) -> float:
         """Elevator [rad] a little from where it is, at [rad], towards that of the path wanted [rad]: one that only creeps, or has
@@ -61,7 +66,8 @@ class Without:
         return (yaw - c.Cn_beta * s.beta - hb * (c.Cn_p * w[0] + c.Cn_r * w[2]) - c.Cn_da * aileron) / c.Cn_dr
 
     def aileron(self, s: Readings, rudder: float, p: float, k_roll: float) -> float:
-        """Aileron [rad] for a roll rate p [rad/s] with the rudder where it is [rad]."""
+        """Aileron [rad] for a roll rate p [rad/s], BORNE_MOST at most, with the rudder where it is [rad]."""
+        p = min(max(p, -BORNE_MOST), BORNE_MOST)
         c, g, w = self.ac.aero, self.ac.geometry, s.w
         ixx, iyy, izz = s.inertia
         roll = (ixx * k_roll * (p - w[0]) - (iyy - izz) * w[1] * w[2]) / (s.q * g.S_m2 * g.b_m)
