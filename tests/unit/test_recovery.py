@@ -220,6 +220,25 @@ def test_lost_navigation_is_flown_level_once_there_has_been_one() -> None:
     assert p.active and p.why == "recovery: navigation lost"
 
 
+def test_thrust_beyond_command_is_flown_down_and_aside_from_what_is_close_ahead() -> None:
+    f = frame((0.0, 1.7, 0.0))
+    away = Rejoin(path=-0.05, side=-1.0, ready=True)
+    p = Protection(AC, H, DT)
+    p.answer.weak, p.answer._missed = True, (4e3, 2e3)
+    fly(p, f, nav_of(f), 1.0, away)
+    assert not p.active  # too little falls behind by itself
+    p.answer._missed = (2e3, 4e3)
+    fly(p, f, nav_of(f), 1.0)
+    assert not p.active  # nothing close ahead
+    fly(p, f, nav_of(f), 0.1, away)
+    assert p.active and p.why == "recovery: thrust does not answer"
+    u, _ = p.fly(away, DT)
+    level, _ = RecoveryLaw(AC).step(p.readings, Wanted(p.readings.V), p.answer, DT)
+    assert u[0] < level[0] - 0.05 and u[1] > level[1]  # to the left, and down
+    fly(p, f, nav_of(f), 20.0, away)
+    assert p.active
+
+
 def test_a_law_of_height_is_given_the_aircraft_near_its_height() -> None:
     nav = NavState(valid=True, V=V, pos_n=(0.0, 0.0, -6000.0))
     low = cruise(V, H, nav)

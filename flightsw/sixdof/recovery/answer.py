@@ -175,6 +175,11 @@ class Answer:
             self.weak, self._missed, self._again_s = True, (at, at + off), 0.0
             self.texts.append(Text(3, f"thrust {off / 1e3:+.1f} kN off"))
 
+    @property
+    def surplus(self) -> bool:
+        """Whether there is more thrust than is commanded."""
+        return self.weak and self._missed[1] > self._missed[0]
+
     def _recovers(self, thrust: float, dt: float) -> None:
         """Takes back what has been said of the thrust [N] once less than half is off of what a share that is lost, and thrust
         that stays where it was, would still leave off; both of them enough to tell."""

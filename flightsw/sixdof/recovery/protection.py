@@ -43,6 +43,11 @@ SPEED_BACK, SPEED_APART = 3.0, 10.0  # [m/s] inside the limits; estimate from th
 ANCHOR_S = 10.0  # [s] on the gyro alone
 LEVEL_S, READY_S = 5.0, 2.0  # [s] level; and all there is to fly by
 TURN_MOST, K_TURN = math.radians(20.0), 0.15  # [rad] of bank, [1/s]
+K_CLIMB, CLIMB_MOST = (
+    0.01,
+    math.radians(8.0),
+)  # [rad per m/s] of path for airspeed that thrust beyond command makes; [rad]
+CLIMB_RATE = math.radians(1.0)  # [rad/s] at which that path comes; it goes three times as fast
 TELL_S = 5.0  # [s] without it, before it is told again
 CLIMB_AGE_US = 500_000  # [us] of a rate of climb by GNSS
 OUT, RECOVERING, HOLDING, RIDING = range(4)  # riding: rough air
@@ -77,6 +82,7 @@ class Protection:
         self._since: dict[str, float] = {}
         self._was_valid = self._suspect = False
         self._good_s = self._ready_s = 0.0
+        self._V_taken, self._slope = 0.0, 0.0  # [m/s] when it took the command; [rad] path that is flown since
         limits = self.ac.limits
         self._V_keep = 0.5 * (limits.V_min_mps + limits.V_max_mps)
 
@@ -122,6 +128,8 @@ class Protection:
             if s.trusted and s.coasting_s > ANCHOR_S and nav.valid and not apart:
                 s.anchor(self._nav_R)  # the estimate knows the reference to be wrong, and the gyro drifts
             why = self._beyond(nav, apart, rejoin.strange, dt)
+            if not why and self.answer.surplus and rejoin.path < 0.0:
+                why = "thrust does not answer"  # what is close ahead is run up to, and no law of station keeping can help it
             if why and s.known:
                 self._take(why)
             elif self._too_rough:
@@ -168,6 +176,11 @@ class Protection:
         want = Wanted(self._V_keep)
         if self.answer.failed >= 0:
             want.path, want.side = rejoin.path, rejoin.side
+        elif self.answer.surplus:
+            want.V, want.bank = self._V_taken, rejoin.side * TURN_MOST
+            wanted = rejoin.path or min(max(K_CLIMB * (s.V - self._V_taken), 0.0), CLIMB_MOST)
+            most = CLIMB_RATE * dt
+            self._slope = want.path = min(max(wanted, self._slope - 3.0 * most), self._slope + most)
         elif self._phase == HOLDING:
             if rejoin.V is not None:
                 want.V = rejoin.V
@@ -234,6 +247,7 @@ class Protection:
         self._phase, self.active, self.began, self.why = RECOVERING, True, True, f"recovery: {why}"
         self._suspect = not why.startswith("navigation")
         self._good_s = self._ready_s = 0.0
+        self._V_taken, self._slope = self.readings.V, 0.0
         self._since.clear()
         self.law.reset()
         self.texts.append(Text(4, self.why[:50]))
@@ -284,7 +298,15 @@ class Protection:
         if not good and (abs(law.bank) > 2.0 * TURN_MOST or abs(law.path) > 3.0 * LEVEL):
             self._phase, self._suspect = RECOVERING, True
         straight = abs(law.bank) < 2.0 * LEVEL
-        ready = self.answer.failed < 0 and good and straight and nav.valid and not apart and rejoin.ready
+        ready = (
+            self.answer.failed < 0
+            and not self.answer.surplus
+            and good
+            and straight
+            and nav.valid
+            and not apart
+            and rejoin.ready
+        )
         self._ready_s = self._ready_s + dt if ready else 0.0
         if self._ready_s >= READY_S:
             self._phase, self.active, self.ended, self.why = OUT, False, True, ""
