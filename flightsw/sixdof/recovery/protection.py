@@ -13,7 +13,8 @@ import numpy as np
 from flightsw.aircraft import Aircraft
 from flightsw.kernels.rotations import dcm_from_quat
 from flightsw.sixdof.load_limit import LoadLimit
-from flightsw.sixdof.recovery.answer import NAMES, Answer
+from flightsw.sixdof.recovery.answer import Answer
+from flightsw.sixdof.recovery.beyond import Beyond
 from flightsw.sixdof.recovery.given import Felt, Rejoin
 from flightsw.sixdof.recovery.law import RecoveryLaw, Wanted
 from flightsw.sixdof.recovery.motion import angle
@@ -22,31 +23,14 @@ from flightsw.sixdof.recovery.rough import RoughAirLaw
 from flightsw.sixdof.recovery.turbulence import RoughAirParams, Turbulence
 from flightsw.types import HF_ENGINE, HF_GNSS, HF_IMU, UPD_ATT, ZERO3, GuidanceCmd, Health, NavState, SensorFrame, Text
 
-BANK_BEYOND, PITCH_BEYOND = math.radians(20.0), math.radians(25.0)  # [rad] above the file's largest bank; either way
-RATE_BEYOND = (
-    math.radians(60.0),
-    math.radians(20.0),
-    math.radians(20.0),
-)  # [rad/s] station keeping rolls with 45 deg/s
-SIDEWAYS = math.radians(60.0)  # [rad] of pitch beyond which it alone tells
 LEVEL = math.radians(5.0)  # [rad] of bank and path
-ATTITUDE_S, MOTION_S, FLOW_S, SPEED_S, LOST_S, APART_S = (
-    0.0,
-    0.1,
-    0.3,
-    1.0,
-    1.0,
-    1.0,
-)  # [s] before it counts: attitude has been judged
 APART, TOGETHER = math.radians(20.0), math.radians(5.0)  # [rad] estimated attitude from the reference
 SPEED_BACK, SPEED_APART = 3.0, 10.0  # [m/s] inside the limits; estimate from the probes
 ANCHOR_S = 10.0  # [s] on the gyro alone
 LEVEL_S, READY_S = 5.0, 2.0  # [s] level; and all there is to fly by
 TURN_MOST, K_TURN = math.radians(20.0), 0.15  # [rad] of bank, [1/s]
-K_CLIMB, CLIMB_MOST = (
-    0.01,
-    math.radians(8.0),
-)  # [rad per m/s] of path for airspeed that thrust beyond command makes; [rad]
+# thrust beyond command: [rad per m/s] of path for the airspeed it makes; [rad]
+K_CLIMB, CLIMB_MOST = 0.01, math.radians(8.0)
 CLIMB_RATE = math.radians(1.0)  # [rad/s] at which that path comes; it goes three times as fast
 TELL_S = 5.0  # [s] without it, before it is told again
 CLIMB_AGE_US = 500_000  # [us] of a rate of climb by GNSS
@@ -79,8 +63,8 @@ class Protection:
         self._climb: float | None = None  # [m/s]
         self._nav_R = np.zeros(9)
         self._phase = OUT
-        self._since: dict[str, float] = {}
-        self._was_valid = self._suspect = False
+        self._beyond = Beyond(self.ac, (self.law.load_low, self.law.load_high))
+        self._suspect = False
         self._good_s = self._ready_s = 0.0
         self._V_taken, self._slope = 0.0, 0.0  # [m/s] when it took the command; [rad] path that is flown since
         limits = self.ac.limits
@@ -122,12 +106,11 @@ class Protection:
             self._climb = -f.gnss_vel_n[2] if fresh else None
             self.air.step(s, self._phase != RECOVERING, dt)
             self.texts += self.air.tell()
-        self._was_valid = self._was_valid or nav.valid
         apart = self._apart(nav)
         if self._phase == OUT:
             if s.trusted and s.coasting_s > ANCHOR_S and nav.valid and not apart:
                 s.anchor(self._nav_R)  # the estimate knows the reference to be wrong, and the gyro drifts
-            why = self._beyond(nav, apart, rejoin.strange, dt)
+            why = self._beyond.step(s, nav, self.answer, apart, rejoin.strange, dt)
             if not why and self.answer.surplus and rejoin.path < 0.0:
                 why = "thrust does not answer"  # what is close ahead is run up to, and no law of station keeping can help it
             if why and s.known:
@@ -211,44 +194,12 @@ class Protection:
         limit = APART if self._phase == OUT else TOGETHER
         return off > limit or (self._phase != OUT and s.V_measured and abs(nav.V - s.V) > SPEED_APART)
 
-    def _beyond(self, nav: NavState, apart: bool, strange: str, dt: float, lost: bool = True) -> str:
-        """What the aircraft is beyond, for long enough; "" inside its envelope. lost: navigation that is lost counts."""
-        s, limits = self.readings, self.ac.limits
-        bank, pitch = math.atan2(s.down[1], s.down[2]), -math.asin(min(max(s.down[0], -1.0), 1.0))
-        top = math.radians(limits.alpha_max_deg)
-        alike = not nav.valid or abs(nav.alpha) > top
-        # of one alone a sensor may be the cause
-        speeds, turning = ((s.V, nav.V), (s.w, nav.w_b)) if nav.valid else ((s.V,), (s.w,))
-        over = min(max(abs(x) / most for x, most in zip(w, RATE_BEYOND, strict=True)) for w in turning)
-        off = s.V_measured and (max(speeds) < limits.V_min_mps or min(speeds) > limits.V_max_mps)
-        deg = math.degrees
-        failed = self.answer.failed
-        seen = (
-            (failed >= 0, ATTITUDE_S, f"{NAMES[failed]} does not answer"),
-            (abs(bank) > math.radians(limits.bank_max_deg) + BANK_BEYOND and abs(pitch) < SIDEWAYS, ATTITUDE_S,
-             f"bank {deg(bank):.0f} deg"),
-            (abs(pitch) > PITCH_BEYOND, ATTITUDE_S, f"pitch {deg(pitch):.0f} deg"),
-            (s.alpha_measured and abs(s.alpha) > top and alike, FLOW_S, f"incidence {deg(s.alpha):.0f} deg"),
-            (off, SPEED_S, f"airspeed {s.V:.0f} m/s"),
-            (over > 1.0, MOTION_S, "rates " + ", ".join(f"{deg(x):.0f}" for x in s.w) + " deg/s"),
-            (not (nav.valid or self.law.load_low < s.load < self.law.load_high), MOTION_S, f"load {s.load:.1f}"),
-            (bool(strange), LOST_S, strange),
-            (lost and self._was_valid and not nav.valid, LOST_S, "navigation lost"),
-            (apart, APART_S, "estimated attitude not that of the sensors"),
-        )  # fmt: skip
-        for beyond, after, text in seen:
-            what = text.partition(" ")[0]
-            self._since[what] = self._since.get(what, 0.0) + dt if beyond else 0.0
-            if self._since[what] > after:
-                return text
-        return ""
-
     def _take(self, why: str) -> None:
         self._phase, self.active, self.began, self.why = RECOVERING, True, True, f"recovery: {why}"
         self._suspect = not why.startswith("navigation")
         self._good_s = self._ready_s = 0.0
         self._V_taken, self._slope = self.readings.V, 0.0
-        self._since.clear()
+        self._beyond.clear()
         self.law.reset()
         self.texts.append(Text(4, self.why[:50]))
 
@@ -265,12 +216,12 @@ class Protection:
         """Ride the gusts from here on."""
         if self.air is not None and self._ride is not None:
             self._phase, self.why = RIDING, self.air.why
-            self._since.clear()
+            self._beyond.clear()
             self._ride.begin(self.readings, 0.0 if self._climb is None else self._climb / self.readings.V)
 
     def _riding(self, nav: NavState, dt: float) -> None:
         """Until the air is calm enough to go back to the law, or the envelope is left."""
-        why = self._beyond(nav, False, "", dt, lost=False)
+        why = self._beyond.step(self.readings, nav, self.answer, False, "", dt, lost=False)
         if why:
             self._take(why)
         elif not self._too_rough:
