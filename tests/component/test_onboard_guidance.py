@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from flightsw.aircraft import load_aircraft
 from flightsw.missions.receiver.boom import Surroundings
 from flightsw.missions.receiver.guidances import make_refuel_path
 from flightsw.missions.receiver.refuel import (
@@ -145,6 +146,75 @@ def test_the_latch_is_closed_only_while_closing_and_in_contact() -> None:
         f = Flight().at(phase)
         f.step()
         assert f.g.out.latch == (f.g.phase in (TO_CONTACT, CONTACT)), NAMES[phase]
+
+
+def closing(offset: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Flight:
+    """With a boom, at rest in the contact position of `airdata`, 0.62 m below the envelope's upper face, less `offset`."""
+    p = RefuelParams(
+        low_m=(-59.0, 56.3, 5.6),
+        behind_m=(-59.0, 0.0, 5.6),
+        precontact_m=(-47.0, 0.0, 6.2),
+        contact_m=(-35.6, 0.0, 6.9),
+    )
+    f = Flight(p, Surroundings(load_aircraft("kc135r"), load_aircraft("learjet24"))).at(PRECONTACT)
+    f.boom = True
+    f.offset[:] = offset
+    f.order("contact")
+    return f
+
+
+def test_the_boom_is_asked_for_after_two_seconds_well_inside_its_envelope() -> None:
+    f = closing()
+    inside = []
+    while not f.g.out.latch:
+        f.step()
+        assert f.g.phase == TO_CONTACT
+        x, _, z = np.array(f.nav.rel_pos_t) + (3.0 + 21.943, 0.0, -1.0 - 1.405)  # receptacle from the boom's pivot
+        # of both faces met on this way: how far it is below the upper one, and short of the longest extension
+        inside.append(
+            min(x * math.sin(math.radians(20.0)) + z * math.cos(math.radians(20.0)), 8.53 + 5.49 - math.hypot(x, z))
+        )
+    assert all(d > 0.29 for d in inside[-40:]) and min(inside[:-42]) < 0.0
+    assert len([d for d in inside if d > 0.31]) <= 43
+
+
+def test_an_unsteady_receiver_waits_says_so_and_is_not_in_contact_without_the_boom() -> None:
+    f = closing((0.0, 0.0, -0.5))  # 0.13 m inside
+    f.until(TO_CONTACT)
+    while not f.g.at_rest:
+        f.step()
+    f.step(20)
+    said = [t.text for t in f.g.texts if "not steady" in t.text]
+    assert said == ["closing: not steady inside the boom's envelope"] and f.g.reason == said[0].partition(": ")[2]
+    assert f.g.phase == TO_CONTACT and not f.g.out.latch
+    for _ in range(5):  # good for less than two seconds at a time is not good
+        f.offset[2] = 0.0
+        f.step(35)
+        f.offset[2] = -0.5
+        f.step(5)
+        assert not f.g.out.latch
+    f.offset[2] = 0.0
+    f.step(45)
+    assert f.g.out.latch and f.g.phase == TO_CONTACT
+    f.f.boom_contact = True
+    f.step()
+    assert f.g.phase == CONTACT
+    f.offset[2] = -0.5  # once it is in the boom decides
+    f.step(100)
+    assert f.g.out.latch and f.g.phase == CONTACT
+
+
+def test_a_receiver_never_steady_backs_off_after_a_while_whether_or_not_there_is_a_signal() -> None:
+    for signal in (True, False):
+        f = closing((0.0, 0.0, -0.5))
+        f.boom = signal
+        while not f.g.at_rest:
+            f.step()
+        f.step(round(29.0 / DT))
+        assert f.g.phase == TO_CONTACT
+        f.step(round(1.5 / DT))
+        assert f.g.phase == DISCONNECT and f.g.reason == "not steady inside the boom's envelope"
+        assert f.g.texts[-1].severity == 4
 
 
 def test_contact_counts_for_station_keeping_after_settling_with_the_boom_in() -> None:

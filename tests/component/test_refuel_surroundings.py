@@ -27,12 +27,14 @@ from tests.component.test_onboard_guidance import ACTION, Flight
 AROUND = Surroundings(load_aircraft("kc135r"), load_aircraft("learjet24"))
 
 
-def boom_of_the_plant(xi: tuple[float, float, float]) -> tuple[float, float, float]:
-    """Elevation, azimuth [deg], extension [m] as the plant's own kernel has them, both aircraft level."""
+def boom_of_the_plant(
+    xi: tuple[float, float, float], q: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
+) -> tuple[float, float, float]:
+    """Elevation, azimuth [deg], extension [m] as the plant's own kernel has them, the tanker level, the receiver's attitude q."""
     tanker, receiver = load_aircraft("kc135r"), load_aircraft("learjet24")
     assert tanker.boom is not None and receiver.receptacle is not None
     a, b, out = np.zeros(20), np.zeros(20), np.zeros(16)
-    a[0] = b[0] = 1.0
+    a[0], b[0:4] = 1.0, q
     b[10:13] = xi
     geo = np.array([*tanker.boom.pivot_m, *receiver.receptacle.position_m, tanker.boom.length_retracted_m])
     relative(a, b, geo, out)
@@ -50,6 +52,32 @@ def test_the_envelope_is_the_plants(x: float, y: float, z: float) -> None:
     if why:
         name, value = why.split()[1], float(why.split()[2])
         assert value == pytest.approx({"elevation": el, "azimuth": az, "extension": ext}[name], abs=0.051)
+
+
+@settings(deadline=None, derandomize=True, max_examples=200)
+@given(st.floats(-45.0, -25.0), st.floats(-8.0, 8.0), st.floats(0.0, 20.0), *[st.floats(-0.3, 0.3)] * 3)
+def test_the_depth_is_the_way_out_of_the_plants_envelope(
+    x: float, y: float, z: float, psi: float, theta: float, phi: float
+) -> None:
+    """The least of the ways to its six faces, by the plant's own angles and extension; negative outside."""
+    axes = ((0.0, 0.0, 1.0, psi), (0.0, 1.0, 0.0, theta), (1.0, 0.0, 0.0, phi))
+    q = (1.0, 0.0, 0.0, 0.0)
+    for i, j, k, angle in axes:
+        c, s = math.cos(0.5 * angle), math.sin(0.5 * angle)
+        w, a, b, d = q
+        i, j, k = i * s, j * s, k * s
+        q = (
+            w * c - a * i - b * j - d * k, w * i + a * c + b * k - d * j,
+            w * j - a * k + b * c + d * i, w * k + a * j - b * i + d * c,
+        )  # fmt: skip
+    el, az, ext = boom_of_the_plant((x, y, z), q)
+    length = ext + 8.53
+    faces = (
+        math.radians(el + 40.0) * length, math.radians(-20.0 - el) * length, ext - 1.83, 5.49 - ext,
+        math.radians(az + 15.0) * length * math.cos(math.radians(el)),
+        math.radians(15.0 - az) * length * math.cos(math.radians(el)),
+    )  # fmt: skip
+    assert AROUND.depth((x, y, z), (psi, theta, phi)) == pytest.approx(min(faces), abs=1e-9)
 
 
 @settings(deadline=None, derandomize=True, max_examples=200)
@@ -78,6 +106,7 @@ def test_the_procedure_is_clear_of_the_tanker_and_its_hull_holds_the_boom() -> N
         ("contact_m", (-33.0, 0.0, 3.0), r"guid.contact_m = \[-33.0, 0.0, 3.0\]: boom elevation -4.2 deg there"),
         ("contact_m", (-40.0, 0.0, 8.5), "boom extension"),
         ("contact_m", (-34.0, 6.0, 8.5), "boom azimuth"),
+        ("contact_m", (-35.6, 0.0, 6.4), "0.1[0-9] m inside the boom's envelope there, needed 0.3"),
         ("contact_m", (-20.0, 0.0, 0.0), "guid.contact_m = .*: in the tanker's way"),
         ("precontact_m", (0.0, 10.0, 0.0), "guid.precontact_m = .*: in the tanker's way"),
         ("breakaway_m", (0.0, 0.0, 0.0), "guid.breakaway_m"),

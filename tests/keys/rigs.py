@@ -12,10 +12,12 @@ from typing import Any
 
 import numpy as np
 
+from flightsw.aircraft import load_aircraft
 from flightsw.condition import Condition, ConditionParams
+from flightsw.missions.receiver.boom import Surroundings
 from flightsw.missions.receiver.integrity.params import IntegrityParams
 from flightsw.missions.receiver.joinup import JoinUpParams
-from flightsw.missions.receiver.refuel import CONTACT, OBSERVATION, RefuelParams
+from flightsw.missions.receiver.refuel import CONTACT, OBSERVATION, TO_CONTACT, RefuelParams
 from flightsw.missions.receiver.sequence import Sequence, SequenceParams
 from flightsw.missions.tanker.racetrack import RacetrackParams, make_path
 from flightsw.sixdof.windcal.filter import WindCalibrator
@@ -59,15 +61,17 @@ def refuelling(p: RefuelParams) -> Iterator[Any]:
             yield g.g.phase
         yield from g.path[-400::10]
     for connected in (True, False):  # a boom that lets go, one that is never in
-        g = Refuelling(p)
-        g.boom = True
-        g.at(CONTACT)
-        g.f.boom_contact = connected
+        g = Refuelling(p).at(CONTACT)
+        g.boom, g.f.boom_contact = True, connected
         g.step(20)
         g.f.boom_contact = False
         for _ in range(800):
             g.step()
             yield g.g.phase
+    g = Refuelling(p, Surroundings(load_aircraft("kc135r"), load_aircraft("learjet24"))).at(TO_CONTACT)
+    for _ in range(1200):
+        g.step()
+        yield g.g.out.latch
     waiting = Refuelling(p)
     waiting.until(OBSERVATION)
     waiting.order("precontact")

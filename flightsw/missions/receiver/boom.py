@@ -1,6 +1,6 @@
 """Where a receiver may be asked to fly: outside its tanker, and for contact where the boom reaches.
 
-Geometry of the two aircraft files, the receiver level to its tanker as the files have it. Positions are xi, the receiver's
+Geometry of the two aircraft files, a planned receiver level to its tanker as the files have it. Positions are xi, the receiver's
 centre of gravity in tanker body axes [m].
 """
 
@@ -10,11 +10,15 @@ import math
 from collections.abc import Sequence
 from itertools import pairwise
 
+import numpy as np
+
 from flightsw.aircraft import Aircraft
-from flightsw.types import Vec3
+from flightsw.kernels.rotations import added, dcm_from_euler, less, to_parent, vec3
+from flightsw.types import ZERO3, Vec3
 
 MARGIN_M = 2.0  # about what the points of the files leave out: fin, engines, and the wake of the moment
 Box = tuple[Vec3, Vec3]  # least and greatest corner
+Seen = tuple[str, float, tuple[float, float], str, float]  # name, value, least and greatest, unit, metres per unit
 
 
 def hull(ac: Aircraft) -> Box:
@@ -52,6 +56,7 @@ class Surroundings:
         high = tuple(a - b + MARGIN_M for a, b in zip(t1, r0, strict=True))
         self.box: Box = ((low[0], low[1], low[2]), (high[0], high[1], high[2]))
         self.boom, self.receptacle = tanker.boom, receiver.receptacle
+        self._R, self._lever = np.zeros(9), np.zeros(3)
 
     def blocked(self, path: Sequence[Vec3]) -> str:
         """Why a path of straight legs (or a single point) cannot be flown, "" if it is clear of the tanker."""
@@ -60,17 +65,38 @@ class Surroundings:
         (x0, y0, z0), (x1, y1, z1) = self.box
         return f"in the tanker's way (x {x0:.0f} to {x1:.0f}, y {y0:.0f} to {y1:.0f}, z {z0:.0f} to {z1:.0f} m)"
 
-    def out_of_reach(self, xi: Vec3) -> str:
-        """Why the boom cannot serve a receiver at xi, "" if its receptacle is inside the envelope."""
+    def out_of_reach(self, xi: Vec3, margin_m: float = 0.0) -> str:
+        """Why the boom cannot serve a receiver at xi, "" if its receptacle is inside the envelope by `margin_m`."""
         if self.boom is None or self.receptacle is None:
             return "the aircraft files have no [boom] and [receptacle]"
-        x, y, z = (p + r - b for p, r, b in zip(xi, self.receptacle.position_m, self.boom.pivot_m, strict=True))
-        found = (
-            ("elevation", math.degrees(math.atan2(-z, math.hypot(x, y))), self.boom.elevation_deg, "deg"),
-            ("azimuth", math.degrees(math.atan2(y, -x)), self.boom.azimuth_deg, "deg"),
-            ("extension", math.sqrt(x * x + y * y + z * z) - self.boom.length_retracted_m, self.boom.extension_m, "m"),
-        )
-        for name, value, (low, high), unit in found:
+        seen = self._seen(xi, ZERO3)
+        for name, value, (low, high), unit, _ in seen:
             if not low <= value <= high:
                 return f"boom {name} {value:.1f} {unit} there, allowed {low:g} to {high:g}"
-        return ""
+        depth = _depth(seen)
+        return f"{depth:.2f} m inside the boom's envelope there, needed {margin_m:g}" if depth < margin_m else ""
+
+    def depth(self, xi: Vec3, euler: Vec3) -> float:
+        """How far [m] the receptacle of a receiver at xi, attitude `euler` [rad] relative to the tanker, is inside the boom's
+        envelope, the least over its faces; negative outside. Infinite without a boom."""
+        if self.boom is None or self.receptacle is None:
+            return math.inf
+        return _depth(self._seen(xi, euler))
+
+    def _seen(self, xi: Vec3, euler: Vec3) -> tuple[Seen, ...]:
+        """Boom geometry of a receptacle there."""
+        assert self.boom is not None and self.receptacle is not None
+        dcm_from_euler(*euler, self._R)
+        to_parent(self._R, np.array(self.receptacle.position_m), self._lever)
+        x, y, z = less(added(xi, vec3(self._lever)), self.boom.pivot_m)
+        level, length = math.hypot(x, y), math.sqrt(x * x + y * y + z * z)
+        deg = math.radians(1.0)
+        return (
+            ("elevation", math.degrees(math.atan2(-z, level)), self.boom.elevation_deg, "deg", deg * length),
+            ("azimuth", math.degrees(math.atan2(y, -x)), self.boom.azimuth_deg, "deg", deg * level),
+            ("extension", length - self.boom.length_retracted_m, self.boom.extension_m, "m", 1.0),
+        )
+
+
+def _depth(seen: Sequence[Seen]) -> float:
+    return min(min(value - low, high - value) * metres for _, value, (low, high), _, metres in seen)

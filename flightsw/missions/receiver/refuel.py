@@ -1,9 +1,9 @@
 """Receiver phase machine for aerial refuelling: observation, pre-contact, contact, disconnect, return, breakaway, hold.
 
 Commanded from the ground; leaves contact by its own rule when the relative solution, the data link or the station error is
-not good enough, or the boom has let go. An order whose way cannot be flown is refused and nothing changes. All positions are
-xi, the receiver's centre of gravity in tanker body axes [m]. Approach is down, across well below the trailing vortices, then
-forward and up between them: never through a tip vortex.
+not good enough, or the boom has let go (latch.py). An order whose way cannot be flown is refused and nothing changes. All
+positions are xi, the receiver's centre of gravity in tanker body axes [m]. Approach is down, across well below the trailing
+vortices, then forward and up between them: never through a tip vortex.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from flightsw.missions.receiver.boom import Surroundings
+from flightsw.missions.receiver.latch import UNSTEADY, Latch
 from flightsw.missions.receiver.path import Quintic, duration
 from flightsw.plugins import EVERY_KEY, OursOr
 from flightsw.strict import IN_FLIGHT, ConfigError, Range
@@ -71,6 +72,9 @@ class RefuelParams:
     peer_age_max_s: Time = 1.0
     boom_open_s: Time = 0.5  # the boom says so long that it has let go: contact is lost
     boom_make_s: Time = 30.0  # in the contact position without contact
+    # by the own estimate the receptacle is so far inside the boom's envelope for so long before the latch is closed
+    boom_margin_m: Annotated[float, Range(0.0, 10.0), IN_FLIGHT] = 0.3
+    boom_steady_s: Time = 2.0
     path: Annotated[str, OursOr(("refuelling",))] = "refuelling"  # a RefuelPath, made from (this table, surroundings)
 
 
@@ -89,7 +93,7 @@ class RefuelGuidance:
             point: Vec3 = getattr(p, key)
             why = around.blocked([point]) if around is not None else ""
             if not why and key == "contact_m" and around is not None and around.boom is not None:
-                why = around.out_of_reach(point)
+                why = around.out_of_reach(point, p.boom_margin_m)
             if why:
                 raise ConfigError(f"guid.{key} = {list(point)}: {why}")
         self.phase = INIT
@@ -107,8 +111,7 @@ class RefuelGuidance:
         self.doubt = ""  # why the position does not serve the phase
         self.error_m = math.inf  # from the reference
         self._bad_s = 0.0
-        self._coupled = False  # the boom has been in since closing began
-        self._open_s = 0.0
+        self.latch = Latch(around)
         self._began_us = -1
 
     def handed_over(self) -> None:
@@ -135,7 +138,7 @@ class RefuelGuidance:
         elif name == "contact":
             if ph not in FROM[name]:
                 return False, f"contact is only allowed from pre-contact, not from {NAMES[ph]}"
-            if self.around is not None and (why := self.around.out_of_reach(p.contact_m)):
+            if self.around is not None and (why := self.around.out_of_reach(p.contact_m, p.boom_margin_m)):
                 return False, f"contact: {why}"
             return self._order(TO_CONTACT, [(p.contact_m, p.v_close_mps)], p.contact_error_max_m)
         elif name == "disconnect":
@@ -175,14 +178,14 @@ class RefuelGuidance:
             self._wait_for_navigation(nav)
         else:
             self._watch(err, dt)
-            self._feel(f, dt)
+            self._feel(f, nav, dt)
             self._advance(nav, err, dt)
         o = self.out
         o.phase = self.phase
         o.phase_t_s = (f.t_us - self.t_phase_us) * 1e-6
         o.reason = self.reason
         o.rel_pos_t, o.rel_vel_t = self.pos, self.vel
-        o.latch = self.phase in (TO_CONTACT, CONTACT)
+        o.latch = self.phase in (TO_CONTACT, CONTACT) and self.latch.asked
         o.measure = self.phase == CONTACT and f.boom_contact and o.phase_t_s >= self.p.settle_s
         return o
 
@@ -223,18 +226,17 @@ class RefuelGuidance:
         if self._bad_s > 0.5:
             self._breakaway(f"station error {err:.1f} m")
 
-    def _feel(self, f: SensorFrame, dt: float) -> None:
-        """Leave the boom by rule when its signal says that there is no contact: lost, or not made where it should be."""
+    def _feel(self, f: SensorFrame, nav: NavState, dt: float) -> None:
+        """Work the latch, and leave the boom by rule when there is no contact: lost, or not made where it should be."""
         if self.phase not in (TO_CONTACT, CONTACT):
-            self._coupled, self._open_s = False, 0.0
+            self.latch.open()
             return
-        if f.boom_contact:
-            self._coupled, self._open_s = True, 0.0
-            return
-        # before the boom has been in, time counts in the contact position only; without a signal not at all
-        self._open_s += dt if self._coupled or (self.phase == CONTACT and f.boom_t_us > 0) else 0.0
-        if self._open_s >= (self.p.boom_open_s if self._coupled else self.p.boom_make_s):
-            self._back_off("boom has let go" if self._coupled else "no contact made", severity=WARNING)
+        why = self.latch.step(f, nav, self.at_rest, self.p, dt)
+        if why:
+            self._back_off(why, severity=WARNING)
+        elif self.latch.waits and self.reason != UNSTEADY:
+            self.reason = UNSTEADY
+            self.texts.append(Text(INFO, f"{NAMES[self.phase]}: {UNSTEADY}"))
 
     def _advance(self, nav: NavState, err: float, dt: float) -> None:
         if self.seg is not None:
@@ -254,6 +256,8 @@ class RefuelGuidance:
         if err > self.p.ready_error_m:
             return
         done = {TO_PRECONTACT: PRECONTACT, TO_CONTACT: CONTACT, DISCONNECT: PRECONTACT, RETURN: OBSERVATION}
+        if self.phase == TO_CONTACT and not self.latch.made:
+            return
         if self.phase in done:
             self._enter(done[self.phase], "reached")
 
