@@ -88,7 +88,7 @@ class Integrity:
         if rejoined or not (self.ready and nav.valid) or self._place is None:
             self._flown.forget()
         else:
-            xi = self._flown.step(nav.t_us, nav.rel_pos_t, *self._place)
+            xi = self._flown.step(nav.t_us, nav.rel_pos_t, *self._place, self.out.used << SOURCES | self.suspect + 1)
             nav.pos_n = added(nav.pos_n, self.horizon.turned(less(xi, nav.rel_pos_t)))
             nav.rel_pos_t = xi
         if self.ready and nav.valid:
