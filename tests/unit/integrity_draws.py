@@ -141,7 +141,8 @@ def draw(
         drift += DT * (-tanker[i] - 1.5 * drift - away)
         away = away + DT * drift
         true[i] += away
-    peer, rows, texts = PeerTracker(), [], []
+    peer, rows = PeerTracker(), []
+    texts: list[tuple[float, str]] = []
     for i, (f, sample) in enumerate(frames(seed, true, phase, fault, tanker, air.told)):
         if i % 2 == 0:
             peer.take(sample)
