@@ -61,12 +61,13 @@ class Fault:
 
 @dataclass
 class Seen:
-    """Step by step: t [N] s, error of the bank and of the reading handed on [N,3] m, bound, sigma [N,3] m, ratio [N,4], over [N];
-    texts with their times."""
+    """Step by step: t [N] s, error of the bank, of the reading handed on and of what is flown by [N,3] m, bound, sigma [N,3] m,
+    ratio [N,4], over [N]; texts with their times."""
 
     t: Arr
     error: Arr
     fed: Arr
+    flown: Arr
     pl: Arr
     sigma: Arr
     ratio: Arr
@@ -118,10 +119,16 @@ CALM = Air()
 
 
 def draw(
-    seed: int, seconds: float, phase: int, fault: Fault | None = None, air: Air = CALM, off_m: float = 0.0
+    seed: int,
+    seconds: float,
+    phase: int,
+    fault: Fault | None = None,
+    air: Air = CALM,
+    off_m: float = 0.0,
+    off_s: float = 20.0,
 ) -> Seen:
-    """One draw on a station of `phase`; the receiver wanders 0.3 m about it. off_m: the estimate flown by is so far aside of the
-    bank from 20 s on."""
+    """One draw on a station of `phase`; the receiver wanders 0.3 m about it. off_m: the estimator is so far aside of the
+    bank from off_s on."""
     n = round(seconds / DT)
     bank, t = (
         Integrity(IntegrityParams(on=True), load_aircraft("kc135r"), load_aircraft("learjet24")),
@@ -134,18 +141,21 @@ def draw(
         drift += DT * (-tanker[i] - 1.5 * drift - away)
         away = away + DT * drift
         true[i] += away
-    peer, rows, texts = PeerTracker(), [], []
+    peer, rows = PeerTracker(), []
+    texts: list[tuple[float, str]] = []
     for i, (f, sample) in enumerate(frames(seed, true, phase, fault, tanker, air.told)):
         if i % 2 == 0:
             peer.take(sample)
         new = f.updated
         g, handed, _ = bank.step(f, new, Health(), peer, phase)
         o, (x, y, z) = bank.out, bank.out.pos
-        bank.publish(NavState(valid=True, rel_pos_t=(x, y + off_m * (t[i] > 20.0), z)), False)
+        nav = NavState(t_us=f.t_us, valid=True, rel_pos_t=(x, y + off_m * (t[i] > off_s), z))
+        bank.publish(nav, False)
         rows.append(
             (
                 *(np.array(o.pos) - true[i]),
                 *(np.array(g.rel_pos_t) - true[i]),
+                *(np.array(nav.rel_pos_t) - true[i]),
                 *o.pl,
                 *o.sigma,
                 *o.ratio,
@@ -155,7 +165,8 @@ def draw(
         )
         texts += [(float(t[i]), x.text) for x in bank.texts[len(texts) :]]
     a = np.array(rows)
-    return Seen(t, a[:, :3], a[:, 3:6], a[:, 6:9], a[:, 9:12], a[:, 12:16], a[:, 16] > 0, a[:, 17] > 0, texts, bank)
+    errors, bounds = (a[:, :3], a[:, 3:6], a[:, 6:9]), (a[:, 9:12], a[:, 12:15], a[:, 15:19])
+    return Seen(t, *errors, *bounds, a[:, 19] > 0, a[:, 20] > 0, texts, bank)
 
 
 def frames(

@@ -102,23 +102,33 @@ def test_the_twin_of_a_filter_that_believes_the_truth_knows_as_much() -> None:
 
 
 def test_the_published_sigma_is_the_banks_and_the_way_to_it() -> None:
-    """An estimate made of the bank's and anything else that is told by the readings: (error / sigma)^2 is one in the mean."""
+    """A position that begins anywhere the readings tell and comes to the bank's: (error / sigma)^2 is one in the mean, beside the
+    bank as upon it; the own position moves with it, by the tanker's attitude."""
     guard = Integrity(IntegrityParams(on=True), load_aircraft("kc135r"), load_aircraft("learjet24"))
-    guard.ready, rng = True, np.random.default_rng(1)
-    ratio = []
-    for _ in range(4000):
-        sigma = rng.uniform(0.03, 0.2, 3)
-        xi = np.array(XI) + rng.standard_normal(3)
-        guard.bank = SimpleNamespace(xi=tuple(xi), sigma=tuple(sigma))  # type: ignore[assignment]
-        nav = NavState(valid=True, rel_pos_t=tuple(xi + 0.1 * rng.standard_normal(3)), scatter=(9.0, 9.0, 9.0))
-        guard.publish(nav, False)
-        true = xi + sigma * rng.standard_normal(3)
-        ratio.append(((np.array(nav.rel_pos_t) - true) / np.array(nav.rel_sigma)) ** 2)
-    assert np.mean(ratio) == pytest.approx(1.0, abs=4.0 * np.std(ratio) / math.sqrt(12000))
+    guard.ready, rng, still = True, np.random.default_rng(1), (0.0, 0.0, 0.0)
+    guard.horizon._tk[:9] = (0.0, 1.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 1.0)  # heading east
+    for upon in (False, True):
+        ratio = []
+        for k in range(4000):
+            sigma = rng.uniform(0.03, 0.2, 3)
+            x, y, z = xi = np.array(XI) + rng.standard_normal(3)
+            guard.bank = SimpleNamespace(xi=(x, y, z), sigma=tuple(sigma))  # type: ignore[assignment]
+            guard._place = ((x, y, z), still)
+            if not upon or k == 0:
+                guard._flown.forget()
+            own = xi + 0.1 * rng.standard_normal(3)
+            nav = NavState(t_us=50_000 * (k + 1), valid=True, rel_pos_t=tuple(own), scatter=(9.0, 9.0, 9.0))
+            guard.publish(nav, False)
+            moved = np.array(nav.rel_pos_t) - own
+            assert not upon or k < 100 or nav.rel_pos_t == pytest.approx((x, y, z), abs=1e-12)
+            assert nav.pos_n == pytest.approx((-moved[1], moved[0], moved[2]), abs=1e-12)
+            true = xi + sigma * rng.standard_normal(3)
+            ratio.append(((np.array(nav.rel_pos_t) - true) / np.array(nav.rel_sigma)) ** 2)
+        assert np.mean(ratio) == pytest.approx(1.0, abs=4.0 * np.std(ratio) / math.sqrt(12000))
     guard.ready = False
-    nav = replace(nav, rel_sigma=(0.3, 0.3, 0.3))
+    nav = replace(nav, rel_sigma=(0.3, 0.3, 0.3), rel_pos_t=(1.0, 2.0, 3.0))
     guard.publish(nav, False)
-    assert nav.rel_sigma == (0.3, 0.3, 0.3)
+    assert nav.rel_sigma == (0.3, 0.3, 0.3) and nav.rel_pos_t == (1.0, 2.0, 3.0)
 
 
 def test_what_is_said_is_told_by_its_words(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,10 +10,11 @@ from filterpy.kalman import KalmanFilter
 from scipy.stats import chi2, multivariate_normal
 
 from flightsw.missions.receiver.integrity import kernel
+from flightsw.missions.receiver.integrity.flown import CATCH_MPS
 from flightsw.missions.receiver.integrity.layout import AB, BOOM, GNSS, NB, REL, D, U
 from flightsw.missions.receiver.integrity.params import IntegrityParams
 from flightsw.missions.receiver.refuel import CONTACT, PRECONTACT
-from tests.unit.integrity_draws import Air, Fault, Seen, draw
+from tests.unit.integrity_draws import DT, Air, Fault, Seen, draw
 
 DRAWS = 4
 
@@ -151,11 +152,22 @@ def test_the_estimate_is_not_flown_by_what_the_bank_leaves_out() -> None:
     assert s.gnss[~out].any() and not s.gnss[out].any()
 
 
-def test_an_estimate_aside_of_the_bank_is_no_better_bounded_than_that() -> None:
-    """The bound is the bank's, the flight the estimate's: 0.5 m apart passes in contact, 2.5 m ends it, in half a second."""
-    assert not draw(4, 30.0, CONTACT, off_m=0.5).over[400:].any()
+def test_an_estimator_aside_of_the_bank_is_not_flown_by() -> None:
+    """2.5 m apart from 20 s on: what is flown by stays the bank's, and nothing is over."""
     s = draw(4, 30.0, CONTACT, off_m=2.5)
-    assert not s.over[(s.t > 15.0) & (s.t < 20.4)].any() and s.over[s.t > 21.0].all()
+    assert not s.over[400:].any() and np.abs(s.flown - s.error)[400:].max() < 1e-9
+
+
+def test_what_is_flown_by_is_no_better_bounded_than_it_is_off_the_bank() -> None:
+    """Where the bank begins 2.5 m aside of the estimator the flight begins there too, beyond the limit in contact, and comes
+    to the bank by 0.3 m/s."""
+    s = draw(4, 30.0, CONTACT, off_m=2.5, off_s=-1.0)
+    first = int(np.argmax(np.isfinite(s.pl[:, 1])))
+    off = s.flown[:, 1] - s.error[:, 1]
+    for late in (2.0, 5.0):
+        assert off[first + round(late / DT)] == pytest.approx(2.5 - CATCH_MPS * late, abs=0.1)
+    assert s.over[first + round(1.5 / DT)] and not s.over[first + round(9.0 / DT) :].any()
+    assert np.abs(off[first + round(9.0 / DT) :]).max() < 1e-9
 
 
 @pytest.mark.parametrize(("until_s", "back"), [(35.0, True), (math.inf, False)], ids=["ends", "lasts"])

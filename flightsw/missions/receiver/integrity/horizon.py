@@ -102,3 +102,9 @@ class Horizon:
         xi, u = (a + x, b + y, c + z), np.zeros(3)
         to_child(self._tk[TK_DCM], np.add(self._ahead.at(t_us)[1], off), u)
         return xi, less(vec3(u), cross(self._tk[TK_RATE].tolist(), xi))
+
+    def turned(self, v: Vec3) -> Vec3:
+        """v [3] from the tanker's axes of now into NED."""
+        out = np.zeros(3)
+        to_parent(self._tk[TK_DCM], np.array(v), out)
+        return vec3(out)

@@ -13,9 +13,10 @@ from collections import deque
 from dataclasses import replace
 
 from flightsw.aircraft import Aircraft
-from flightsw.kernels.rotations import less
+from flightsw.kernels.rotations import added, less
 from flightsw.missions.receiver.airdata.witness import WakeRows
 from flightsw.missions.receiver.integrity.bank import Bank
+from flightsw.missions.receiver.integrity.flown import Flown
 from flightsw.missions.receiver.integrity.horizon import Horizon
 from flightsw.missions.receiver.integrity.layout import BOOM, GNSS, NAMES, REL, SOURCES, WAKE
 from flightsw.missions.receiver.integrity.params import IntegrityParams
@@ -42,7 +43,6 @@ FIXES = 12  # own fixes kept for the other's of the same instant
 SAME_US = 60_000  # [us] two fixes are of one instant
 CALM_S = 30.0  # [s] without a failed test until a disagreement is over
 CALM = 0.7  # [-] of the thresholds
-LAG_S, LAG_MOST = 15.0, 0.3  # [s], [m] of what the estimate lasts off the bank
 SUSPECT_S, SUSPECT_LEAD = 12.0, 10.0  # [s] of a dispute, [-] log-likelihood in which the suspect may become the other
 WORD, WORD_S = 4.0, 2.0  # [-] log-likelihood by which the wake position bears somebody out, [s] it is given to do so
 OTHERS_S = 0.5  # [s] within which another source must have been taken for a step to be the source's own
@@ -74,25 +74,27 @@ class Integrity:
         self._wait_us = self._known_us = -1
         self._calm_s = self._over_s = 0.0
         self.rel_confirmed = True  # what is handed on is the sensor's or two others', and no source disputes it
-        self._off = ZERO3  # [m] the estimate, which is flown by, less the bank
-        self._lag = [0.0, 0.0, 0.0]  # [m] the estimate lasts off by, taken off its readings
-        self._dt = 0.0
+        self._off = ZERO3  # [m] what is flown by less the bank
+        self._flown = Flown()
+        self._place: tuple[Vec3, Vec3] | None = None  # [m], [m/s] now by the sources not suspected; None: not known
         limits = ((OBSERVATION, p.al_observation_m), (CONTACT, p.al_latched_m), *((k, p.al_closing_m) for k in NEAR))
         self._limit = dict(limits)
 
     def publish(self, nav: NavState, rejoined: bool) -> None:
-        """Put into the estimate whether its relative position serves the phase, and the sigma it has by what the bank knows: the
-        truth scatters about the bank by the bank's, and the estimate lies a known way off it (separation.md 7). rejoined: the
-        tanker's frame has jumped, begin anew in it. What was left out stays so."""
+        """Put into the estimate whether its relative position serves the phase, and the position of the bank with the sigma that
+        has (separation.md 7). rejoined: the tanker's frame has jumped, begin anew in it. What was left out stays so."""
         nav.rel_doubt = self.over
         self._off = ZERO3
+        if rejoined or not (self.ready and nav.valid) or self._place is None:
+            self._flown.forget()
+        else:
+            xi = self._flown.step(nav.t_us, nav.rel_pos_t, *self._place, self.out.used << SOURCES | self.suspect + 1)
+            nav.pos_n = added(nav.pos_n, self.horizon.turned(less(xi, nav.rel_pos_t)))
+            nav.rel_pos_t = xi
         if self.ready and nav.valid:
             x, y, z = self._off = less(nav.rel_pos_t, self.bank.xi)
             a, b, c = self.bank.sigma
             nav.rel_sigma = (math.hypot(x, a), math.hypot(y, b), math.hypot(z, c))
-            if not self.undecided and self.suspect < 0:
-                for i, off in enumerate(self._off):
-                    self._lag[i] = min(max(self._lag[i] + self._dt / LAG_S * off, -LAG_MOST), LAG_MOST)
         self.ready &= not rejoined
 
     def step(
@@ -105,7 +107,7 @@ class Integrity:
         """
         al = self._limit.get(phase, math.inf)
         new = updated & ~failed_bits(health)
-        dt = self._dt = self.horizon.feel(f, new)
+        dt = self.horizon.feel(f, new)
         if updated & UPD_GNSS:
             self._own.append((f.gnss_t_us, f.gnss_pos_n, f.gnss_vel_n))
         if not self.ready:
@@ -116,7 +118,6 @@ class Integrity:
             ):
                 return f, updated, health
             self.horizon.start(f, peer, self.excluded)
-            self._lag = [0.0, 0.0, 0.0]
             self._heard = 0
             self.ready = True
         self.horizon.advance(f.t_us, peer, self._live(f.t_us))
@@ -280,7 +281,7 @@ class Integrity:
 
     def _rule(self, dt: float, al: float) -> None:
         """Whether the phase may go on: its limit not passed for long, and no dispute that nobody can ever settle."""
-        flown = [pl + abs(off) for pl, off in zip(self.out.pl, self._off, strict=True)]  # by the estimate, not the bank
+        flown = [pl + abs(off) for pl, off in zip(self.out.pl, self._off, strict=True)]
         worst = max(flown)
         self._over_s = self._over_s + dt if worst > al else 0.0
         if self._two and math.isfinite(al):
@@ -304,19 +305,19 @@ class Integrity:
             updated &= ~UPD_GNSS  # whose of the two it is nobody knows: the estimator does not fly by its own either
         if all_axes:
             self._known_us = f.t_us
+        self._place = None if (f.t_us - self._known_us) * 1e-6 > self.p.coast_s else self.horizon.place(f.t_us, m)
         if live >> REL & 1 and self.suspect != REL and own:
             if updated & UPD_REL and f.rel_valid:
                 if self._wild[REL] and not self.undecided:  # a spike; in a dispute it may be filter 0 that is off
                     return f, updated & ~UPD_REL, health
                 pos, vel = self.bank.relative_error(m)
                 g = copied(f)
-                x, y, z = self._lag
-                g.rel_pos_t, g.rel_vel_t = less(less(f.rel_pos_t, pos), (x, y, z)), less(f.rel_vel_t, vel)
+                g.rel_pos_t, g.rel_vel_t = less(f.rel_pos_t, pos), less(f.rel_vel_t, vel)
                 return g, updated, health
             return f, updated, health
-        if (f.t_us - self._known_us) * 1e-6 > self.p.coast_s:
+        if self._place is None:
             return f, updated & ~UPD_REL if self.excluded >> REL & 1 else updated, health
-        xi, rate = self.horizon.place(f.t_us, m)
+        xi, rate = self._place
         g = copied(f)
         g.rel_t_us, g.rel_valid, g.rel_pos_t, g.rel_vel_t, g.updated = f.t_us, True, xi, rate, f.updated | UPD_REL
         return g, updated | UPD_REL, replace(health, failed=health.failed & ~HF_REL)

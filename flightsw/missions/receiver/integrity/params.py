@@ -43,7 +43,7 @@ class IntegrityParams:
     boom_angle_rad: Pos = 0.002
     boom_ext_m: Pos = 0.02
     boom_angle_const_rad: Pos = 0.003
-    boom_ext_const_m: Pos = 0.042
+    boom_ext_const_m: Pos = 0.038
     boom_walk: Pos = 1e-3  # [m/sqrt(s)]
     # the wake position: passing error of its rows and how long it lasts, walk of the lasting one
     wake: bool | None = None  # it is a source; left out: where there are air data to tell it
