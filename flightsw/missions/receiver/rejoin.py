@@ -11,6 +11,7 @@ FRESH_US = 500_000  # [us] age of both aircraft's velocities that can be compare
 STATION_M = 300.0  # [m] beyond it the tanker's transmitted attitude swings the place it sees by metres
 NEAR_M, BELOW_M, DOWN = 400.0, 60.0, math.radians(3.0)  # [m], [m] under the tanker, [rad] of path
 ASIDE_M = 1.0  # [m] from the tanker's plane of symmetry, beyond which a receiver banks away from it
+TURNING, BESIDE_M = math.radians(10.0), 5.0  # [rad] of the tanker's bank, [m] from its plane of symmetry
 ALIKE_MPS, STRANGE_MPS = 4.0, 30.0  # [m/s] off the tanker's velocity: station keeping can go on; cannot
 
 
@@ -27,5 +28,15 @@ def behind(f: SensorFrame, nav: NavState) -> Rejoin:
     ready = near and math.hypot(n, e) < ALIKE_MPS and abs(d) < ALIKE_MPS and not close
     off = min(math.hypot(n, e, d), math.dist(f.peer.vel_n, f.gnss_vel_n))
     strange = f"velocity {off:.0f} m/s off the tanker's" if off > STRANGE_MPS else ""
-    side = math.copysign(1.0, f.rel_pos_t[1]) if seen and abs(f.rel_pos_t[1]) > ASIDE_M else 1.0
+    side = _side(f, f.rel_pos_t[1] if seen else 0.0)
     return Rejoin(away=(n, e), path=-DOWN if close else 0.0, side=side, ready=ready, strange=strange)
+
+
+def _side(f: SensorFrame, y: float) -> float:
+    """Side to bank to, +1 right, -1 left, y [m] to the right of the tanker's plane: away from that; close to it out of its turn,
+    as lift that is too much leads up to a tanker banked alike, whichever way it is tilted further into the turn."""
+    w, i, j, k = f.peer.q_nb
+    bank = math.atan2(2.0 * (j * k + w * i), 1.0 - 2.0 * (i * i + j * j))
+    if abs(bank) > TURNING and abs(y) < BESIDE_M:
+        return -math.copysign(1.0, bank)
+    return math.copysign(1.0, y) if abs(y) > ASIDE_M else 1.0
