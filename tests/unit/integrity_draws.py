@@ -150,7 +150,7 @@ def draw(
         g, handed, _ = bank.step(f, new, Health(), peer, phase)
         o, (x, y, z) = bank.out, bank.out.pos
         nav = NavState(t_us=f.t_us, valid=True, rel_pos_t=(x, y + off_m * (t[i] > off_s), z))
-        bank.publish(nav, False)
+        bank.publish(nav, False, False)
         rows.append(
             (
                 *(np.array(o.pos) - true[i]),

@@ -118,7 +118,7 @@ def test_the_published_sigma_is_the_banks_and_the_way_to_it() -> None:
                 guard._flown.forget()
             own = xi + 0.1 * rng.standard_normal(3)
             nav = NavState(t_us=50_000 * (k + 1), valid=True, rel_pos_t=tuple(own), scatter=(9.0, 9.0, 9.0))
-            guard.publish(nav, False)
+            guard.publish(nav, False, False)
             moved = np.array(nav.rel_pos_t) - own
             assert not upon or k < 100 or nav.rel_pos_t == pytest.approx((x, y, z), abs=1e-12)
             assert nav.pos_n == pytest.approx((-moved[1], moved[0], moved[2]), abs=1e-12)
@@ -127,7 +127,7 @@ def test_the_published_sigma_is_the_banks_and_the_way_to_it() -> None:
         assert np.mean(ratio) == pytest.approx(1.0, abs=4.0 * np.std(ratio) / math.sqrt(12000))
     guard.ready = False
     nav = replace(nav, rel_sigma=(0.3, 0.3, 0.3), rel_pos_t=(1.0, 2.0, 3.0))
-    guard.publish(nav, False)
+    guard.publish(nav, False, False)
     assert nav.rel_sigma == (0.3, 0.3, 0.3) and nav.rel_pos_t == (1.0, 2.0, 3.0)
 
 

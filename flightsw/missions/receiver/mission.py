@@ -181,7 +181,8 @@ class ReceiverMission(Mission[ActuatorModel]):
             f = self.air.step(f, self.nav, health, updated, guard is None or guard.rel_confirmed)
         nav = self.nav.step(f, mean, health, updated)
         if guard is not None:
-            guard.publish(nav, self.nav.rejoined)
+            peer = self.nav.peer
+            guard.publish(nav, self.nav.rejoined, peer.coasting and not peer.level)
             publish_own_sigma(self.nav.core, nav, self.nav.peer.pos_sigma)
         if self.wind is not None:
             self.wind.feed(f, updated, health, self.nav.core)

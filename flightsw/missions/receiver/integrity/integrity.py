@@ -80,12 +80,13 @@ class Integrity:
         limits = ((OBSERVATION, p.al_observation_m), (CONTACT, p.al_latched_m), *((k, p.al_closing_m) for k in NEAR))
         self._limit = dict(limits)
 
-    def publish(self, nav: NavState, rejoined: bool) -> None:
+    def publish(self, nav: NavState, rejoined: bool, unseen: bool) -> None:
         """Put into the estimate whether its relative position serves the phase, and the position of the bank with the sigma that
-        has (separation.md 7). rejoined: the tanker's frame has jumped, begin anew in it. What was left out stays so."""
+        has (separation.md 7). rejoined: the tanker's frame has jumped, begin anew in it; unseen: the estimate stands in a frame
+        that the sensors do not see, and what the bank has of them is no place in it. What was left out stays so."""
         nav.rel_doubt = self.over
         self._off = ZERO3
-        if rejoined or not (self.ready and nav.valid) or self._place is None:
+        if rejoined or unseen or not (self.ready and nav.valid) or self._place is None:
             self._flown.forget()
         else:
             xi = self._flown.step(nav.t_us, nav.rel_pos_t, *self._place, self.out.used << SOURCES | self.suspect + 1)

@@ -36,12 +36,12 @@ class Way:
 
     def over(self, from_us: int, to_us: int, peer: PeerTracker) -> Vec3:
         """The receiver's mean acceleration [3] m/s^2 NED from from_us to to_us less the tanker's: measured by both (`known`
-        then), else with the tanker's as transmitted; none where the own is not known or the tanker silent."""
+        then), else with the tanker's as transmitted or, where it is silent, carried on; none where the own is not known."""
         own, tanker = self._mean_own(from_us, to_us), self._mean_other(from_us, to_us)
         self.known = own is not None and tanker is not None and not peer.coasting
-        if own is None or peer.coasting:
+        if own is None:
             return ZERO3
-        if tanker is None:
+        if tanker is None or peer.coasting:
             x, y, z = peer.acceleration.tolist()
             tanker = (x, y, z)
         return own[0] - tanker[0], own[1] - tanker[1], own[2] - tanker[2]
