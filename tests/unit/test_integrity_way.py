@@ -1,0 +1,46 @@
+"""What carries the bank on when the tanker's accelerometers are not heard: the own ones, and the tanker as it is taken to fly."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from flightsw.missions.receiver.integrity.way import Way
+from flightsw.missions.receiver.tanker_link import PeerTracker
+from flightsw.types import Gain, PeerState
+
+
+def told(bank_deg: float) -> PeerTracker:
+    """A tanker heard once at 1 s, at 200 m/s to the north, banked to the right."""
+    peer, half = PeerTracker(), math.radians(bank_deg) / 2.0
+    peer.take(PeerState(t_us=1_000_000, vel_n=(200.0, 0.0, 0.0), q_nb=(math.cos(half), math.sin(half), 0.0, 0.0)))
+    return peer
+
+
+def test_measured_by_both_it_is_the_difference() -> None:
+    way, peer = Way(), told(0.0)
+    way.own(1_000_000, 1_050_000, (1.0, 2.0, 3.0))
+    way.other(Gain(1_050_000, 0.05, (0.05, 0.0, -0.05)))
+    assert way.over(1_000_000, 1_050_000, peer) == pytest.approx((0.0, 2.0, 4.0))
+    assert way.known
+
+
+@pytest.mark.parametrize("bank_deg", [0.0, 25.0])
+def test_a_silent_tanker_flies_on_and_the_own_motion_counts(bank_deg: float) -> None:
+    way, peer = Way(), told(bank_deg)
+    peer.coast(1_500_000)
+    peer.coast(1_550_000)
+    way.own(1_500_000, 1_550_000, (1.0, 2.0, 3.0))
+    turn = 9.80665 * math.tan(math.radians(bank_deg))  # of a steady turn, to the right of north; it rolls out from there
+    north, east, down = way.over(1_500_000, 1_550_000, peer)
+    assert not way.known
+    assert (north, down) == pytest.approx((1.0, 3.0), abs=0.05)
+    assert east == pytest.approx(2.0 - turn, abs=0.1)
+
+
+def test_without_own_accelerometers_nothing_is_known() -> None:
+    way, peer = Way(), told(0.0)
+    way.own(1_000_000, 1_050_000, None)
+    assert way.over(1_000_000, 1_050_000, peer) == (0.0, 0.0, 0.0)
+    assert not way.known
