@@ -32,7 +32,9 @@ def test_a_silent_tanker_flies_on_and_the_own_motion_counts(bank_deg: float) -> 
     peer.coast(1_500_000)
     peer.coast(1_550_000)
     way.own(1_500_000, 1_550_000, (1.0, 2.0, 3.0))
-    turn = 9.80665 * math.tan(math.radians(bank_deg))  # of a steady turn, to the right of north; it rolls out from there
+    turn = 9.80665 * math.tan(
+        math.radians(bank_deg)
+    )  # of a steady turn, to the right of north; it rolls out from there
     north, east, down = way.over(1_500_000, 1_550_000, peer)
     assert not way.known
     assert (north, down) == pytest.approx((1.0, 3.0), abs=0.05)

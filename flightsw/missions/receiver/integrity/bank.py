@@ -52,8 +52,8 @@ START_V = 1.0  # [m/s] of the first estimate
 class Bank:
     """The filters: 0 all, 1.. one standing a source, then forks [length of time, slot, source]."""
 
-    def __init__(self, p: IntegrityParams, boom_m: float, wake: bool = False) -> None:
-        """boom_m [m]: length of the boom, over which its angles err; wake: the wake position is a source."""
+    def __init__(self, p: IntegrityParams, boom: tuple[float, float], wake: bool = False) -> None:
+        """boom: its length [m] and elevation [rad] in contact; wake: the wake position is a source."""
         self.p = p
         self.sources, self.n = (SOURCES, NB_WAKE) if wake else (WAKE, NB)
         lengths, slots = len(p.fork_s), 2
@@ -68,7 +68,7 @@ class Bank:
         self.t_us = -1
         self._run = np.zeros(self.size, dtype=np.int64)  # steps a separation has been beyond k_alarm
         self._out = np.zeros(3)
-        self.believed = Believed(p, boom_m, self.n)
+        self.believed = Believed(p, boom, self.n)
         self._decay, self._q = np.zeros(self.n), np.zeros((self.size, self.n))
         self._dt = -1.0
         self.z = np.zeros(ROWS)  # [-] innovations of the reading last looked at, in their sigmas

@@ -28,10 +28,11 @@ from flightsw.types import Vec3
 class Believed:
     """Variance `var` [n] and correlation time `tau` [n] s of every error state; what does not decay has an infinite one."""
 
-    def __init__(self, p: IntegrityParams, boom_m: float, n: int) -> None:
-        """boom_m [m]: length of the boom, over which its angles err; n: NB, or NB_WAKE with the wake position."""
+    def __init__(self, p: IntegrityParams, boom: tuple[float, float], n: int) -> None:
+        """boom: its length [m], over which its angles err, and elevation [rad] in contact; n: NB, or NB_WAKE with the wake
+        position."""
         self.p = p
-        self.boom = (p.boom_angle_const_rad * boom_m) ** 2 + p.boom_ext_const_m**2  # [m^2] variance of its fixed error
+        self.boom = fixed_of_boom(p, *boom)
         var, tau = np.zeros(n), np.full(n, math.inf)
         own = 1.0 + p.gnss_blocked * p.gnss_blocked  # the tanker's, and the receiver's below it
         var[RS], tau[RS] = p.rel_slow_m**2, p.rel_tau_s
@@ -60,7 +61,7 @@ class Believed:
         """Variance of error state i at xi [m], before anything is learnt of it."""
         if RC.start <= i < RC.stop:
             return float(self.fixed(xi)[i - RC.start])
-        return self.boom if OB.start <= i < OB.stop else float(self.var[i])
+        return float(self.boom[i - OB.start] if OB.start <= i < OB.stop else self.var[i])
 
     def alone(self, source: int, xi: Vec3) -> float:
         """Variance [m^2] of the position by one source at xi [m], nothing learnt of its errors: the worst axis."""
@@ -68,4 +69,11 @@ class Believed:
             return float((self.var[RS] + self.fixed(xi)).max())
         if source == GNSS:
             return float(self.var[G].max())
-        return self.boom if source == BOOM else math.inf  # the wake position says nothing of one axis
+        return float(self.boom.max()) if source == BOOM else math.inf  # the wake position says nothing of one axis
+
+
+def fixed_of_boom(p: IntegrityParams, length_m: float, elevation_rad: float) -> np.ndarray:
+    """Variance [3] m^2 of the boom's fixed error in tanker axes: extension along it, elevation and azimuth across it."""
+    c, s = math.cos(elevation_rad), math.sin(elevation_rad)
+    along, across = p.boom_ext_const_m**2, (p.boom_angle_const_rad * length_m) ** 2
+    return np.array([c * c * along + s * s * across, c * c * across, s * s * along + c * c * across])

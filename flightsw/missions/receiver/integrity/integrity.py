@@ -54,7 +54,7 @@ class Integrity:
     def __init__(self, p: IntegrityParams, tanker: Aircraft, receiver: Aircraft, wake: bool = False) -> None:
         """wake: there are air data to tell the place in the wake."""
         self.p = p
-        self.bank = Bank(p, reach_m(tanker), wake and p.wake is not False)
+        self.bank = Bank(p, reach(tanker), wake and p.wake is not False)
         self.rows, self.horizon = Readings(p, tanker, receiver, self.bank.n), Horizon(p, self.bank)
         self._wake_number = -1  # of the rows it goes by
         self.out = IntegrityReport()
@@ -324,7 +324,9 @@ class Integrity:
         return g, updated | UPD_REL, replace(health, failed=health.failed & ~HF_REL)
 
 
-def reach_m(tanker: Aircraft) -> float:
-    """Length [m] of the boom in mid-envelope, 0 without one."""
+def reach(tanker: Aircraft) -> tuple[float, float]:
+    """Length [m] and elevation [rad] of the boom in mid-envelope, 0 without one."""
     boom = tanker.boom
-    return 0.0 if boom is None else boom.length_retracted_m + 0.5 * sum(boom.extension_m)
+    if boom is None:
+        return 0.0, 0.0
+    return boom.length_retracted_m + 0.5 * sum(boom.extension_m), math.radians(0.5 * sum(boom.elevation_deg))

@@ -39,11 +39,11 @@ class IntegrityParams:
     att_rad: Pos = 0.003
     att_tau_s: Pos = 30.0
     rate_radps: Pos = 0.0015  # and its rates, each axis
-    # boom: noise and constant of its angles and extension; both constants together are believed of every axis
+    # boom: noise and constant of its angles and extension
     boom_angle_rad: Pos = 0.002
     boom_ext_m: Pos = 0.02
-    boom_angle_const_rad: Pos = 0.003
-    boom_ext_const_m: Pos = 0.038
+    boom_angle_const_rad: Pos = 0.0039
+    boom_ext_const_m: Pos = 0.055
     boom_walk: Pos = 1e-3  # [m/sqrt(s)]
     # the wake position: passing error of its rows and how long it lasts, walk of the lasting one
     wake: bool | None = None  # it is a source; left out: where there are air data to tell it
