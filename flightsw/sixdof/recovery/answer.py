@@ -37,16 +37,15 @@ SHORT_S, LONG_S, MOTION_S, THRUST_S = 0.3, 1.0, 1.5, 5.0  # [s] windows of means
 SIGMAS = 6.0  # of the mean of a window, as learnt
 LEARN_S = 20.0  # [s]
 LEAST = (math.radians(0.7), math.radians(0.5), math.radians(2.0))  # [rad] off that counts
-SHARE = 0.35  # [-] of what was commanded to and fro: so wrong may the file's derivatives be
+# [-] of what was commanded to and fro: so wrong may the file's derivatives be, and so late a gyro that is not yet known to be
+SHARE = (0.35, 0.25, 0.35)
 LEAST_THRUST, SHARE_THRUST, LAZY = 0.08, 0.35, 0.7  # [-] of what is available; of its changes; of the file's spool
 TWICE = 2  # steps in a row
 DOUBTFUL = 0.5  # [-] of what is too far, beyond which nothing is learnt
-SEEN = 3.0  # sigmas of the reference
-MOVES_S, STILL, CLEAR = (
-    (0.6, 1.2),
-    -0.5,
-    1.5,
-)  # [s] windows of movement, [-] slope of what stands still, sigmas it has to be clear of half of that
+SEEN, APART_S = 3.0, 2.0  # sigmas of the reference; [s] over which it is forgotten that gyro and reference were apart
+MOVES_S = (0.6, 1.2)  # [s] windows of movement
+STILL, MOVES = -0.4, -0.25  # [-] slope of what stands still, and that it has to be CLEAR sigmas clear of
+CLEAR = 1.5
 FAR = 3.0  # [-] of what is too far off, beyond which it does not matter how it moves
 AGAIN_S = 5.0  # [s] in which thrust is there that was missed
 FELT_S, FELT_LEAST = 1.0, 1.0  # [s] of the acceleration, by which airspeed and accelerometers may part; [m/s] at least
@@ -77,8 +76,9 @@ class Answer:
         self._told = np.zeros((round(THRUST_S / dt_s), 4))  # that
         self._lasting, self._square, self._learnt_s = np.zeros(8), np.zeros((2, 8)), 0.0
         self._mean, self._over = np.zeros((2, 8)), np.zeros(4)
-        self._least, self._share = np.array([*LEAST, math.inf]), np.array([SHARE, SHARE, SHARE, SHARE_THRUST])
+        self._least, self._share = np.array([*LEAST, math.inf]), np.array([*SHARE, SHARE_THRUST])
         self._count = [0, 0, 0, 0]
+        self._apart = [0.0, 0.0, 0.0]  # [rad] by which gyro and reference have been apart at most
         self._avail = 1.0  # [N] thrust there is
         self._slow = -1.0  # [N] that of an engine as slow as the file's spool; below 0: not known
 
@@ -92,6 +92,8 @@ class Answer:
         x[LOAD : MASS + 1] = s.load, s.V, s.alpha, s.beta, s.swing, s.q, s.mass
         acted[:] = 0.5 * (self._u + u)
         self._u[:] = u
+        faded = max(1.0 - dt / APART_S, 0.0)
+        self._apart = [max(abs(x), faded * last) for x, last in zip(apart[0], self._apart, strict=True)]
         if not sound or not s.V_measured or not self._known:
             self._slow = -1.0
             self._known, self._n, self._count = sound and s.V_measured, 0, [0, 0, 0, 0]
@@ -136,8 +138,8 @@ class Answer:
 
     def _accused(self, s: Readings, over: list[float], apart: tuple[Vec3, Vec3]) -> list[bool]:
         """Of each surface whether it is too far off, does not follow its command (what balances a wake does), and would have
-        made a turn over SHORT_S that the reference has seen too: more than that can miss, and more than it has turned otherwise
-        than the gyro."""
+        made a turn over SHORT_S that the reference has seen too: more than that can miss, and more than it has lately turned
+        otherwise than the gyro, as one that comes late is apart now and then only."""
         if max(over[:THRUST]) <= 1.0:
             return [False] * 3
         known = [k for k in range(2) if self._n >= self._moves[k]]
@@ -148,9 +150,9 @@ class Answer:
         out = []
         for j, (m, i) in enumerate(zip(moments, s.inertia, strict=True)):
             slopes = [(float(self._slope[k, j]), float(self._slope_sigma[k, j])) for k in known]
-            still = any(x < STILL and x + CLEAR * sigma < 0.5 * STILL for x, sigma in slopes)
+            still = any(x < STILL and x + CLEAR * sigma < MOVES for x, sigma in slopes)
             turned = 0.5 * SHORT_S**2 * abs(m * s.q * g.S_m2 / i * float(self._mean[0, j]))
-            seen = turned > max(SEEN * apart[1][j], 2.0 * abs(apart[0][j]))
+            seen = turned > max(SEEN * apart[1][j], 2.0 * self._apart[j])
             out.append(over[j] > 1.0 and (still or over[j] > FAR) and seen)
         return out
 
