@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.linalg import block_diag, solve_continuous_are, solve_continuous_lyapunov
+from scipy.linalg import block_diag, expm, solve_continuous_are, solve_continuous_lyapunov
 
 from flightsw.aircraft import load_aircraft
 from flightsw.sixdof.layout import POS
+from flightsw.sixdof.lqr import augment
 from flightsw.sixdof.trim import linearise_relative, tanker_stage, trim_free, trim_relative
 from hil_scripts.campaign.study import Case
 from hil_scripts.studies.lee import printed
@@ -199,10 +200,30 @@ def test_moving_mean_is_causal_and_of_the_window() -> None:
         assert got == pytest.approx(np.mean(given[max(0, k - 2) : k + 1], axis=0), rel=1e-3)
 
 
-def test_printed_receiver_holds_contact_with_true_and_is_judged_with_estimated_states() -> None:
+def test_fast_gains_lose_the_receiver_to_servos_and_sampling(linear: tuple[np.ndarray, np.ndarray]) -> None:
+    """The law on its own model is stable at any softness; with servos, engine and twenty samples a second not below about two."""
+    ac = load_aircraft("learjet24")
+    C = np.zeros((3, N))
+    C[:, POS] = np.eye(3)
+    A, B = augment(*linear, C, np.zeros((3, 4)), ac)
+    n = A.shape[0]
+    held = expm(DT * np.block([[A, B], [np.zeros((4, n + 4))]]))  # zero-order hold
+    radius = {}
+    for soft in (1.0, printed.SOFT):
+        K = gains(*linear, Weights().softer(soft))
+        Aa, Ba = augmented(*linear)
+        assert np.linalg.eigvals(Aa - Ba @ K).real.max() < 0.0
+        whole = np.zeros((4, n))
+        whole[:, :N], whole[:, -3:] = K[:, :N], K[:, N:]
+        radius[soft] = np.abs(np.linalg.eigvals(held[:n, :n] - held[:n, n:] @ whole)).max()
+    assert radius[1.0] > 1.05 and radius[printed.SOFT] < 1.0
+
+
+def test_printed_receiver_holds_contact() -> None:
     p = {"controllers": ["true", "estimated"], "duration_s": 40.0}
     v = printed.run_case(Case("short", p), 3).values
     for kind in ("true", "estimated"):
         assert v[f"{kind}.lost"] == 0.0
-        assert v[f"{kind}.contact.max_m.z"] < 3.0
-    assert v["estimated.estimate.rms_m.x"] < 0.3
+        assert max(v[f"{kind}.contact.max_m.{a}"] for a in "xyz") < 4.0
+    assert max(v[f"estimated.estimate.rms_m.{a}"] for a in "xyz") < 0.5  # of readings with 0.5 m each
+    assert v["estimated.contact.max_m.x"] + v["estimated.contact.max_m.y"] > 1.0  # and it is the soft law that flies

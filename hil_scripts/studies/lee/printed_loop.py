@@ -239,15 +239,13 @@ def fly(
 
 def _advance(world: World, cmds: list[ActuatorCmd], pilot: Tanker, mean: list[np.ndarray]) -> None:
     """One sample on; mean [2][4] <- controls that acted."""
-    total = [np.zeros(4), np.zeros(4)]
+    acted = [np.array([world.truth(i).controls for i in (0, 1)])]
     for _ in range(TICKS):
-        before = [np.array(world.truth(i).controls) for i in (0, 1)]
         world.step(cmds)
         pilot.act.step(pilot.u, 0.01)
         world.sense()
-        for i in (0, 1):
-            total[i] += 0.5 * (before[i] + np.array(world.truth(i).controls))
-    mean[:] = [s / TICKS for s in total]
+        acted.append(np.array([world.truth(i).controls for i in (0, 1)]))
+    mean[:] = list(np.trapezoid(acted, axis=0) / TICKS)
 
 
 def figures(a: np.ndarray, lost: bool) -> tuple[dict[str, float], dict[str, np.ndarray]]:
