@@ -108,6 +108,11 @@ STUDIES: dict[str, Sweep] = {
     "lee_receiver": Sweep("Receiver at contact", "case", (),
                           white="contact error < 3, 4, 3 m, wind < 8 % / < 5 %, 60/60/20 s",
                           coloured="tau = 1 s: contact error < about 2 m, wind < 5 % / < 5 %, 10/10/18 s"),
+    "lee_printed": Sweep("Receiver as printed", "case", (),
+                         white="contact error < 3, 4, 3 m, wind < 8 % / < 5 %, 60/60/20 s; measured feedback fails above "
+                         "G = 0.6, estimated works to 7",
+                         coloured="tau = 1 s: contact error < about 2 m; estimated works to G = 7 (3 at tau = 0.05 s) and to "
+                         "2 m/s, measured to 1.2 m/s"),
     "lee_noise": Sweep("Noise factor G, closed loop", "noise factor G [-]", ("G",),
                        white="measured feedback fails above G = 0.6, estimated works to 7",
                        coloured="estimated works to 3 (tau = 0.05 s) and 7 (tau = 1 s)"),

@@ -74,11 +74,11 @@ class _OtherFeedback:
         tk = np.zeros(18)
         if self.kind == "true":
             t, r = self.truth
-            e, w = _relative(r.q_nb, _dcm(t.q_nb), r.w_b, t.w_b)
+            e, w = relative_motion(r.q_nb, dcm_of(t.q_nb), r.w_b, t.w_b)
             o.rel_pos_t, o.rel_vel_t = r.xi, r.xi_dot
         elif self.peer.t_us > 0:
             self.peer.stage(f.t_us, tk)
-            e, w = _relative(f.att_q_nb, tk[:9].reshape(3, 3), f.gyro_mean_b, tuple(tk[9:12]))
+            e, w = relative_motion(f.att_q_nb, tk[:9].reshape(3, 3), f.gyro_mean_b, tuple(tk[9:12]))
             o.rel_pos_t, o.rel_vel_t = f.rel_pos_t, f.rel_vel_t
         else:
             return o
@@ -86,7 +86,7 @@ class _OtherFeedback:
         return o
 
 
-def _dcm(q: tuple[float, float, float, float]) -> np.ndarray:
+def dcm_of(q: tuple[float, float, float, float]) -> np.ndarray:
     """NED to body [3,3] of q_nb."""
     w, x, y, z = q
     return np.array(
@@ -98,9 +98,9 @@ def _dcm(q: tuple[float, float, float, float]) -> np.ndarray:
     )
 
 
-def _relative(q_r: Any, C_t: np.ndarray, w_r: Any, w_t: Any) -> tuple[Any, Any]:
+def relative_motion(q_r: Any, C_t: np.ndarray, w_r: Any, w_t: Any) -> tuple[Any, Any]:
     """Relative Euler angles (tanker body to receiver body) and rates in receiver axes."""
-    R = _dcm(q_r) @ C_t.T
+    R = dcm_of(q_r) @ C_t.T
     e = (math.atan2(R[0, 1], R[0, 0]), -math.asin(max(-1.0, min(1.0, R[0, 2]))), math.atan2(R[1, 2], R[2, 2]))
     return e, tuple((np.array(w_r) - R @ np.array(w_t)).tolist())
 
