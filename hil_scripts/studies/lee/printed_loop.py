@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -205,7 +206,8 @@ def fly(
     law = PrintedLaw(ac, load_aircraft("kc135r"), MASSES, CONTACT, c.weights)
     v = noises(c, round(c.duration_s / DT) + 1, seed)
     est: Estimators | None = None
-    psi, rows, lost, xi_c = 0.0, [], False, np.array(CONTACT)
+    rows: list[list[Any]] = []
+    psi, lost, xi_c = 0.0, False, np.array(CONTACT)
     mean = [np.zeros(4), np.zeros(4)]
     world.sense()
     while not world.done:
