@@ -1,7 +1,7 @@
 """The estimators of Lee (2011) as printed, tanker's and receiver's: a square-root unscented filter of twelve states and wind.
 
 White noise: (4.4), (4.8) and (6.13), (6.15), every state read and the calculated wind, (4.6) or (6.14), averaged (4.7). Coloured
-noise: (4.13) and (6.19), the readings differenced, no calculated wind. The printed rate of the wind cancels (lee.md, trap 1):
+noise: (4.13) and (6.19), the readings differenced, no calculated wind. The printed rate of the wind cancels:
 what is left of (4.1) and (6.6) is a random walk driven by Q. Corrected: E7, E16-E19. Q and the window are not printed: `Tune`.
 """
 

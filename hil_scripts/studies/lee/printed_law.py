@@ -27,7 +27,7 @@ ALTITUDE = 7010.0  # [m]
 @dataclass(frozen=True)
 class Weights:
     """Bryson weights: the size of each deviation that counts as one unit. states [12] in the units of (2.32), integrals [3] m s,
-    inputs [4] rad and N. Defaults: the seed-like set of lee.md 8.5, but airspeed, which pulls the receiver off its place in every
+    inputs [4] rad and N. Defaults: a common set, but airspeed, which pulls the receiver off its place in every
     gust, a tenth and the integrals, which take the wake's trim, three times as dear."""
 
     states: tuple[float, ...] = (20.0, 0.05, 0.05, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 2.0, 2.0, 2.0)
