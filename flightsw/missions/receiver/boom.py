@@ -56,6 +56,7 @@ class Surroundings:
         high = tuple(a - b + MARGIN_M for a, b in zip(t1, r0, strict=True))
         self.box: Box = ((low[0], low[1], low[2]), (high[0], high[1], high[2]))
         self.boom, self.receptacle = tanker.boom, receiver.receptacle
+        self._place = None if receiver.receptacle is None else np.array(receiver.receptacle.position_m)
         self._R, self._lever = np.zeros(9), np.zeros(3)
 
     def blocked(self, path: Sequence[Vec3]) -> str:
@@ -85,9 +86,9 @@ class Surroundings:
 
     def _seen(self, xi: Vec3, euler: Vec3) -> tuple[Seen, ...]:
         """Boom geometry of a receptacle there."""
-        assert self.boom is not None and self.receptacle is not None
+        assert self.boom is not None and self._place is not None
         dcm_from_euler(*euler, self._R)
-        to_parent(self._R, np.array(self.receptacle.position_m), self._lever)
+        to_parent(self._R, self._place, self._lever)
         x, y, z = less(added(xi, vec3(self._lever)), self.boom.pivot_m)
         level, length = math.hypot(x, y), math.sqrt(x * x + y * y + z * z)
         deg = math.radians(1.0)

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
+from flightsw.kernels.rotations import dcm_from_quat
 from flightsw.sixdof.recovery.given import Rejoin
 from flightsw.types import NavState, SensorFrame
 
@@ -35,8 +38,9 @@ def behind(f: SensorFrame, nav: NavState) -> Rejoin:
 def _side(f: SensorFrame, y: float) -> float:
     """Side to bank to, +1 right, -1 left, y [m] to the right of the tanker's plane: away from that; close to it out of its turn,
     as lift that is too much leads up to a tanker banked alike, whichever way it is tilted further into the turn."""
-    w, i, j, k = f.peer.q_nb
-    bank = math.atan2(2.0 * (j * k + w * i), 1.0 - 2.0 * (i * i + j * j))
+    R = np.zeros(9)
+    dcm_from_quat(np.array(f.peer.q_nb), R)
+    bank = math.atan2(R[5], R[8])  # sin and cos of it, both times the cosine of the pitch
     if abs(bank) > TURNING and abs(y) < BESIDE_M:
         return -math.copysign(1.0, bank)
     return math.copysign(1.0, y) if abs(y) > ASIDE_M else 1.0

@@ -70,9 +70,8 @@ class Answer:
         self._recent, self._moves = round(MOTION_S / dt_s), tuple(max(round(T / dt_s), 5) for T in MOVES_S)
         self._slope, self._slope_sigma = np.zeros((2, 3)), np.zeros((2, 3))  # by window
         self._n = 0  # steps in the rings
-        self._off = np.zeros(
-            (max(int(self._windows[1]), *self._moves), 8)
-        )  # controls by the vanes, by the forces, less what is believed
+        # controls by the vanes, by the forces, less what is believed
+        self._off = np.zeros((max(int(self._windows[1]), *self._moves), 8))
         self._told = np.zeros((round(THRUST_S / dt_s), 4))  # that
         self._lasting, self._square, self._learnt_s = np.zeros(8), np.zeros((2, 8)), 0.0
         self._mean, self._over = np.zeros((2, 8)), np.zeros(4)
@@ -173,7 +172,8 @@ class Answer:
             deg = math.degrees(self.at[worst] - float(self._u[worst]))
             self.texts.append(Text(3, f"{NAMES[worst]} does not answer: {deg:+.0f} deg"))
         if self._count[THRUST] >= self._windows[1] and not self.weak and self.failed < 0:
-            at, off = max(float(self._told[:, THRUST].mean()), 1.0), float(self._mean[1, THRUST])
+            lately = np.arange(self._n - self._windows[1], self._n) % len(self._told)
+            at, off = max(float(self._told[lately, THRUST].mean()), 1.0), float(self._mean[1, THRUST])
             self.weak, self._missed, self._again_s = True, (at, at + off), 0.0
             self.texts.append(Text(3, f"thrust {off / 1e3:+.1f} kN off"))
 

@@ -27,7 +27,7 @@ class Beyond:
         """load: least and largest load factor [-] that is inside."""
         self.ac, self._load = ac, load
         self._since: dict[str, float] = {}
-        self._was_valid = False
+        self.was_valid = False  # navigation has been
 
     def clear(self) -> None:
         """Begin to count again."""
@@ -38,7 +38,6 @@ class Beyond:
     ) -> str:
         """What the aircraft is beyond, dt [s] after the last; "" inside. apart: the estimate's attitude is not the sensors';
         strange: why the law cannot fly from here; lost: navigation that is lost counts."""
-        self._was_valid = self._was_valid or nav.valid
         limits = self.ac.limits
         bank, pitch = math.atan2(s.down[1], s.down[2]), -math.asin(min(max(s.down[0], -1.0), 1.0))
         top = math.radians(limits.alpha_max_deg)
@@ -58,7 +57,7 @@ class Beyond:
             (over > 1.0, MOTION_S, "rates " + ", ".join(f"{deg(x):.0f}" for x in s.w) + " deg/s"),
             (not (nav.valid or self._load[0] < s.load < self._load[1]), MOTION_S, f"load {s.load:.1f}"),
             (bool(strange), LOST_S, strange),
-            (lost and self._was_valid and not nav.valid, LOST_S, "navigation lost"),
+            (lost and self.was_valid and not nav.valid, LOST_S, "navigation lost"),
             (apart, APART_S, "estimated attitude not that of the sensors"),
         )  # fmt: skip
         for beyond, after, text in seen:

@@ -106,6 +106,7 @@ class Protection:
             self._climb = -f.gnss_vel_n[2] if fresh else None
             self.air.step(s, self._phase != RECOVERING, dt)
             self.texts += self.air.tell()
+        self._beyond.was_valid |= nav.valid
         apart = self._apart(nav)
         if self._phase == OUT:
             if s.trusted and s.coasting_s > ANCHOR_S and nav.valid and not apart:
@@ -160,7 +161,7 @@ class Protection:
         if self.answer.failed >= 0:
             want.path, want.side = rejoin.path, rejoin.side
         elif self.answer.surplus:
-            want.V, want.bank = self._V_taken, rejoin.side * TURN_MOST
+            want.V, want.bank = self._V_taken, rejoin.side * TURN_MOST if rejoin.path < 0.0 else 0.0
             wanted = rejoin.path or min(max(K_CLIMB * (s.V - self._V_taken), 0.0), CLIMB_MOST)
             most = CLIMB_RATE * dt
             self._slope = want.path = min(max(wanted, self._slope - 3.0 * most), self._slope + most)
@@ -249,15 +250,8 @@ class Protection:
         if not good and (abs(law.bank) > 2.0 * TURN_MOST or abs(law.path) > 3.0 * LEVEL):
             self._phase, self._suspect = RECOVERING, True
         straight = abs(law.bank) < 2.0 * LEVEL
-        ready = (
-            self.answer.failed < 0
-            and not self.answer.surplus
-            and good
-            and straight
-            and nav.valid
-            and not apart
-            and rejoin.ready
-        )
+        answers = self.answer.failed < 0 and not self.answer.surplus
+        ready = answers and good and straight and nav.valid and not apart and rejoin.ready
         self._ready_s = self._ready_s + dt if ready else 0.0
         if self._ready_s >= READY_S:
             self._phase, self.active, self.ended, self.why = OUT, False, True, ""
