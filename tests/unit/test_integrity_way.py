@@ -6,9 +6,12 @@ import math
 
 import pytest
 
+from flightsw.missions.receiver.integrity.bank import Bank
+from flightsw.missions.receiver.integrity.horizon import Horizon
+from flightsw.missions.receiver.integrity.params import IntegrityParams
 from flightsw.missions.receiver.integrity.way import Way
 from flightsw.missions.receiver.tanker_link import PeerTracker
-from flightsw.types import Gain, PeerState
+from flightsw.types import UPD_IMU, Gain, PeerState, SensorFrame
 
 
 def told(bank_deg: float) -> PeerTracker:
@@ -46,3 +49,12 @@ def test_without_own_accelerometers_nothing_is_known() -> None:
     way.own(1_000_000, 1_050_000, None)
     assert way.over(1_000_000, 1_050_000, peer) == (0.0, 0.0, 0.0)
     assert not way.known
+
+
+@pytest.mark.parametrize("new", [0, UPD_IMU])
+def test_the_horizon_knows_whether_the_own_acceleration_is_known(new: int) -> None:
+    p = IntegrityParams(on=True)
+    horizon = Horizon(p, Bank(p, (12.19, -0.52)))
+    f = SensorFrame(t_us=50_000, gyro_count=5, att_t_us=50_000, att_q_nb=(1.0, 0.0, 0.0, 0.0))
+    horizon.feel(f, new)
+    assert horizon.felt == bool(new)

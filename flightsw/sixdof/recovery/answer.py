@@ -150,10 +150,17 @@ class Answer:
         for j, (m, i) in enumerate(zip(moments, s.inertia, strict=True)):
             slopes = [(float(self._slope[k, j]), float(self._slope_sigma[k, j])) for k in known]
             still = any(x < STILL and x + CLEAR * sigma < MOVES for x, sigma in slopes)
-            turned = 0.5 * SHORT_S**2 * abs(m * s.q * g.S_m2 / i * float(self._mean[0, j]))
+            turned = 0.5 * SHORT_S**2 * abs(m * s.q * g.S_m2 / i * self._lasts(j))
             seen = turned > max(SEEN * apart[1][j], 2.0 * self._apart[j])
             out.append(over[j] > 1.0 and (still or over[j] > FAR) and seen)
         return out
+
+    def _lasts(self, j: int) -> float:
+        """Mean deflection [rad] that surface j has been off over SHORT_S, but for the step that was off most: a gyro that jumps
+        is off in one, before the reference can tell."""
+        w = int(self._windows[0])
+        off = self._off[np.arange(self._n - w, self._n) % len(self._off), j] - self._lasting[j]
+        return float(off.sum() - off[np.abs(off).argmax()]) / (w - 1)
 
     def _gathers(self, s: Readings) -> bool:
         """Whether the airspeed gathers as thrust that is off would have it: accelerometers that lie part from it."""

@@ -27,10 +27,12 @@ class Horizon:
         self._felt, self._tk, self._last = Felt(), np.zeros(TK), ZERO3
         self._waiting: list[Reading] = []
         self._felt_us = -1  # end of the last step
+        self.felt = False  # the own acceleration of it is known
 
     def feel(self, f: SensorFrame, new: int) -> float:
         """Take in the accelerations of the step that ends now, new: UPD_* of sound readings; its length [s], 0 for the first."""
         acc = self._felt.acceleration(f, f.acc_mean_b) if new & UPD_IMU and f.gyro_count else None
+        self.felt = acc is not None
         before, self._felt_us = self._felt_us, f.t_us
         self._way.own(before, f.t_us, acc)
         if new & UPD_FIX:

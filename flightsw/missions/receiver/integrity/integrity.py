@@ -306,7 +306,9 @@ class Integrity:
             updated &= ~UPD_GNSS  # whose of the two it is nobody knows: the estimator does not fly by its own either
         if all_axes:
             self._known_us = f.t_us
-        self._place = None if (f.t_us - self._known_us) * 1e-6 > self.p.coast_s else self.horizon.place(f.t_us, m)
+        # without a source it goes by the own accelerations; without those too the estimator's model knows more
+        longest = self.p.coast_s if self.horizon.felt else self.p.live_s
+        self._place = None if (f.t_us - self._known_us) * 1e-6 > longest else self.horizon.place(f.t_us, m)
         if live >> REL & 1 and self.suspect != REL and own:
             if updated & UPD_REL and f.rel_valid:
                 if self._wild[REL] and not self.undecided:  # a spike; in a dispute it may be filter 0 that is off
