@@ -67,7 +67,8 @@ class Horizon:
         self._predict(to_us, peer)
         self._ahead.build(self.bank.t_us, now_us, self.bank.d, self.bank.u, self._way, peer, STEP_US)
         peer.stage(now_us, self._tk)
-        self.bank.stand(now_us, self._ahead.at(now_us)[0], self._tk[TK_DCM], self._blind)
+        ahead = max(self.unrest.density, self.p.accel_ahead) if self._way.known else self._blind
+        self.bank.stand(now_us, self._ahead.at(now_us)[0], self._tk[TK_DCM], ahead)
 
     def _predict(self, t_us: int, peer: PeerTracker) -> None:
         while self.bank.t_us < t_us:

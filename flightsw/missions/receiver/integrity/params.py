@@ -54,12 +54,13 @@ class IntegrityParams:
         0.15  # the bank is so long behind, where the tanker's accelerometers are known
     )
     # [m/s^2 per sqrt(Hz)] what is not known of the relative acceleration where both aircraft have measured theirs (learnt, from
-    # `accel` to `accel_most`), and where not
+    # `accel` to `accel_most`), from there to now by the own and the tanker's last, and where not
     accel: Pos = 0.1
     accel_start: Pos = 0.3
     accel_most: Pos = 3.0
     accel_slow: Pos = 0.1  # [m/s^2] its lasting error, attitudes' and accelerometers'
     accel_tau_s: Pos = 60.0
+    accel_ahead: Pos = 0.3
     accel_blind: Pos = 0.7
     # bounds (Gaussian quantiles): nothing wrong; one source wrong
     k_fault_free: Risk = 5.33
