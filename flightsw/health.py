@@ -48,7 +48,8 @@ NAMES = {
 
 @dataclass(frozen=True)
 class HealthParams:
-    """Limits of age [s], range (SI) and the number of identical samples that mean a stuck sensor."""
+    """Limits of age [s], of a sample by its stamp and of a group since its last good one; of range (SI); the number of identical
+    samples that mean a stuck sensor."""
 
     imu_age_s: Age = 0.1
     air_age_s: Age = 0.3
@@ -82,6 +83,19 @@ def refuse_unwatched(p: HealthParams, watch: int) -> None:
         for key in keys:
             if not watch & flag and getattr(p, key) != getattr(HealthParams, key):
                 raise ConfigError(f"health.{key} = {getattr(p, key):g}: this mission does not depend on {NAMES[flag]}")
+
+
+def _stamp_us(f: SensorFrame, flag: int) -> int:
+    """Time a group's new sample was taken at, by its own stamp; what an IMU tells is of the step that ends now."""
+    if flag == HF_AIR:
+        return f.air_t_us
+    if flag == HF_ATT:
+        return f.att_t_us
+    if flag == HF_GNSS:
+        return f.gnss_t_us
+    if flag == HF_REL:
+        return f.rel_t_us
+    return f.peer.t_us if flag == HF_PEER else f.t_us
 
 
 def _inside(v: tuple[float, ...], lim: float) -> bool:
@@ -137,7 +151,7 @@ class HealthMonitor:
         failed, updated = 0, f.updated
         for flag, upd, age_us in self._groups:
             if f.updated & upd:
-                if self._judge(f, flag):
+                if self._judge(f, flag) and f.t_us - _stamp_us(f, flag) <= age_us:
                     self._last_us[flag] = f.t_us
                 else:
                     updated &= ~upd

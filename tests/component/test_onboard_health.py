@@ -52,6 +52,7 @@ def frame(t_us: int, updated: int = EVERY) -> SensorFrame:
     f.att_q_nb = (math.cos(e), math.sin(e), 0.0, 0.0)
     f.gnss_pos_n, f.gnss_vel_n = (100.0 + e, 0.0, -7010.0), (195.0, e, 0.0)
     f.rel_valid, f.rel_pos_t, f.rel_vel_t = True, (-59.0 + e, 56.0, 0.0), (0.0, e, 0.0)
+    f.air_t_us = f.att_t_us = f.gnss_t_us = f.rel_t_us = t_us
     f.peer.t_us, f.peer.vel_n, f.peer.q_nb = t_us, (195.0 + e, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)
     return f
 
@@ -78,6 +79,31 @@ def test_a_silent_group_is_lost_at_its_age_and_back_with_the_next_good_sample(na
     _, h = m.step(frame(last_good + 30_000))
     assert h.failed == 0 and h.reason == ""
     assert m.texts[-1].text == f"{name} back"
+
+
+STAMPS = {HF_AIR: "air_t_us", HF_ATT: "att_t_us", HF_GNSS: "gnss_t_us", HF_REL: "rel_t_us"}
+
+
+@pytest.mark.parametrize("name", [k for k in GROUPS if k != "IMU"])
+def test_a_sample_older_than_its_age_by_its_stamp_is_refused_however_often_it_comes(name: str) -> None:
+    flag, upd, age = GROUPS[name]
+    m = monitor()
+    for t in range(10_000, 2_000_001, 10_000):
+        f = frame(t)
+        owner, field = (f.peer, "t_us") if flag == HF_PEER else (f, STAMPS[flag])
+        setattr(owner, field, t - round(age * 1e6))
+        taken, h = m.step(f)
+        assert taken.updated & upd and h.failed == 0  # as old as allowed
+        setattr(owner, field, t - round(age * 1e6) - 1)
+        taken, h = m.step(f)
+        assert not taken.updated & upd
+    assert h.rejected == 200
+    for t in range(2_010_000, 3_000_001, 10_000):
+        f = frame(t)
+        setattr(f.peer if flag == HF_PEER else f, field, t - 1_000_000)
+        taken, h = m.step(f)
+        assert not taken.updated & upd
+    assert h.failed == flag and h.rejected == 300
 
 
 def test_groups_the_mission_does_not_need_are_not_reported() -> None:

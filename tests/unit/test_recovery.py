@@ -12,6 +12,7 @@ from flightsw.aircraft import load_aircraft
 from flightsw.kernels.rotations import dcm_from_euler, quat_from_euler, rotate_dcm
 from flightsw.sixdof.recovery.answer import Answer
 from flightsw.sixdof.recovery.cruising import cruise
+from flightsw.sixdof.recovery.degraded import Without
 from flightsw.sixdof.recovery.given import Felt, Rejoin
 from flightsw.sixdof.recovery.law import RecoveryLaw, Wanted
 from flightsw.sixdof.recovery.motion import angle
@@ -258,3 +259,19 @@ def test_an_airspeed_that_runs_away_is_not_followed_and_one_that_is_felt_is(rate
         felt.step(slowing, NEW, GOOD, DT)
     assert abs(s.V - V) < 20.0
     assert pytest.approx(V - 25.0, abs=1.0) == felt.V and felt.V_measured
+
+
+def test_lift_that_is_too_much_below_the_tanker_is_turned_away_at_once_and_by_no_single_reading_of_the_place() -> None:
+    s, without = Readings(AC, H), Without(AC)
+    f = frame(load=1.6)
+    s.step(f, NEW, GOOD, DT)
+    banks = [without.bank(s, 0.03, -0.05, -1.0 if k == 8 else 1.0, DT) for k in range(60)]
+    assert min(banks) > 0.0  # one reading on the other side
+    assert max(banks) == pytest.approx(math.radians(85.0)) and banks[0] == max(banks)
+    assert banks[-1] == pytest.approx(math.radians(60.0))  # not for longer than it takes
+    other = [without.bank(s, 0.03, -0.05, -1.0, DT) for _ in range(20)]
+    assert other[0] > 0.0 > other[-1]  # it is there that stays there
+    clear, weight = Without(AC), Readings(AC, H)
+    assert clear.bank(s, 0.03, 0.0, 1.0, DT) <= math.radians(60.0)  # nothing above it
+    weight.step(frame(), NEW, GOOD, DT)
+    assert Without(AC).bank(weight, 0.0, -0.05, 1.0, DT) <= math.radians(60.0)  # no more than its weight

@@ -10,6 +10,9 @@ from flightsw.kernels.atmosphere import G0
 from flightsw.sixdof.recovery.readings import Readings
 
 PATH_RATE, BANK_MOST = 0.6, math.radians(60.0)  # [1/s] of the path, [rad]
+# [rad], [s] from the loss, [-] load beyond which: the tanker's height is reached before its wing tip is passed, but for that
+BANK_CLOSE, CLOSE_S, LIFTED = math.radians(85.0), 1.4, 1.3
+SIDE_S = 0.5  # [s] the other side must have been the better one: a single reading of the place turns nobody over
 LOAD_S = 0.3  # [s] over which the load factor is looked at
 SIDESLIP_MOST, SIDESLIP_RATE = math.radians(12.0), 2.0  # [rad], [1/s]
 ROLL_RATE, ROLL_GAIN, ROLL_MOST = 0.35, 1.0, math.radians(12.0)  # [1/s] of the bank, of the roll rate; [rad/s]
@@ -25,14 +28,22 @@ class Without:
     def __init__(self, ac: Aircraft) -> None:
         self.ac = ac
         self.load: float | None = None  # [-] as it lasts; not known before an elevator is lost
+        self._lost_s = 0.0
+        self._side, self._other_s = 0.0, 0.0  # banked to; [s] the other has been wanted
 
     def bank(self, s: Readings, path: float, wanted: float, side: float, dt: float) -> float:
         """Bank [rad] that makes of the load there is the path wanted [rad] of the path flown; side: +1 right, -1 left."""
         last = s.load if self.load is None else self.load
         self.load = last + dt / (LOAD_S + dt) * (s.load - last)
         need = math.cos(path) + s.V / G0 * PATH_RATE * (wanted - path)
-        share = min(max(need / max(self.load, 0.1), math.cos(BANK_MOST)), 1.0)
-        return math.copysign(math.acos(share), side)
+        self._lost_s += dt
+        up = wanted < 0.0 and self._lost_s < CLOSE_S and self.load > LIFTED
+        most = BANK_CLOSE if up else BANK_MOST
+        share = min(max(need / max(self.load, 0.1), math.cos(most)), 1.0)
+        self._other_s = self._other_s + dt if side != self._side else 0.0
+        if self._side == 0.0 or self._other_s > SIDE_S:
+            self._side = side
+        return math.copysign(math.acos(share), self._side)
 
     def speed(self, s: Readings, bank: float) -> float:
         """Airspeed [m/s] at which the incidence there is bears the aircraft."""
