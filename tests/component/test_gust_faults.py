@@ -62,6 +62,7 @@ def fly(
             baro_alt_m=height, gnss_vel_n=(ground, 0.0, 0.0), air_mask=1, air_V=(V,), air_alpha=(alpha,), air_beta=(0.0,),
             att_q_nb=(math.cos(pitch / 2), 0.0, math.sin(pitch / 2), 0.0),
         )  # fmt: skip
+        f.air_t_us = f.att_t_us = f.gnss_t_us = f.t_us
         wrong = i * DT >= AT_S and (not once or i * DT < AT_S + 0.5 * DT)
         if wrong and spoil is not None:
             spoil(f)

@@ -84,6 +84,7 @@ def sink(app: FlightApp, size_mps: float, until_s: float, seed: int = 3) -> Snap
             acc_b=(0.0, 0.0, -a_z - 9.81), baro_alt_m=height, gnss_vel_n=(ground, 0.0, 0.0), air_mask=1, air_V=(V,),
             air_alpha=(alpha,), air_beta=(1e-5 * (i % 7),), att_q_nb=(math.cos(pitch / 2), 0.0, math.sin(pitch / 2), 0.0),
         )  # fmt: skip
+        f.air_t_us = f.att_t_us = f.gnss_t_us = f.t_us
         c, snap = app.tick(f, DT)
         late[:] = cmd
         cmd[:] = c.elevator, (c.throttle - 0.5) * 460.0, c.flap
