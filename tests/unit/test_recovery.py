@@ -268,6 +268,7 @@ def test_lift_that_is_too_much_below_the_tanker_is_turned_away_at_once_and_by_no
     banks = [without.bank(s, 0.03, -0.05, -1.0 if k == 8 else 1.0, DT) for k in range(60)]
     assert min(banks) > 0.0  # one reading on the other side
     assert max(banks) == pytest.approx(math.radians(85.0)) and banks[0] == max(banks)
+    assert without.lifted
     assert banks[-1] == pytest.approx(math.radians(60.0))  # not for longer than it takes
     other = [without.bank(s, 0.03, -0.05, -1.0, DT) for _ in range(20)]
     assert other[0] > 0.0 > other[-1]  # it is there that stays there

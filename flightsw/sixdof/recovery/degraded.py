@@ -29,6 +29,7 @@ class Without:
         self.ac = ac
         self.load: float | None = None  # [-] as it lasts; not known before an elevator is lost
         self._lost_s = 0.0
+        self.lifted = False  # towards a tanker
         self._side, self._other_s = 0.0, 0.0  # banked to; [s] the other has been wanted
 
     def bank(self, s: Readings, path: float, wanted: float, side: float, dt: float) -> float:
@@ -37,8 +38,8 @@ class Without:
         self.load = last + dt / (LOAD_S + dt) * (s.load - last)
         need = math.cos(path) + s.V / G0 * PATH_RATE * (wanted - path)
         self._lost_s += dt
-        up = wanted < 0.0 and self._lost_s < CLOSE_S and self.load > LIFTED
-        most = BANK_CLOSE if up else BANK_MOST
+        self.lifted = wanted < 0.0 and self.load > LIFTED
+        most = BANK_CLOSE if self.lifted and self._lost_s < CLOSE_S else BANK_MOST
         share = min(max(need / max(self.load, 0.1), math.cos(most)), 1.0)
         self._other_s = self._other_s + dt if side != self._side else 0.0
         if self._side == 0.0 or self._other_s > SIDE_S:

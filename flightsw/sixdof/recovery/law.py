@@ -105,7 +105,8 @@ class RecoveryLaw:
         """Surfaces u [rad] where one does not answer: roll [rad] to go, roll and yaw rate wanted [rad/s]."""
         lost, at = self.without, answer.at
         if answer.failed == ELEVATOR:
-            return u[0], lost.creep(s, at[ELEVATOR], self.path, want.path), u[2]
+            # adverse yaw left alone: its sideslip takes incidence off as the aircraft rolls, alpha' = q - g/V n - p tan(beta)
+            return u[0], lost.creep(s, at[ELEVATOR], self.path, want.path), 0.0 if lost.lifted else u[2]
         if answer.failed == AILERON:
             return 0.0, u[1], lost.rudder(s, at[AILERON], lost.roll(s, roll), r, self._k[2])
         return lost.aileron(s, at[RUDDER], p, self._k[0]), u[1], 0.0
