@@ -19,6 +19,7 @@ from flightsw.kernels.atmosphere import density
 from flightsw.kernels.rotations import added, dcm_from_quat, less, mul33_t, rotate_dcm
 from flightsw.sixdof.estimator_core import NavParams
 from flightsw.sixdof.gating import TrustedCore
+from flightsw.sixdof.lateness import Lateness, faster
 from flightsw.sixdof.layout import X_BETA, X_PHI
 from flightsw.sixdof.moments import Moments, Step
 from flightsw.types import HF_ATT, HF_IMU, UPD_ATT, UPD_IMU, ZERO3, Health, NavState, SensorFrame, Text, Vec3
@@ -35,7 +36,6 @@ GAP_S = 0.3  # [s] without one of the two: begin anew
 KEPT = 512  # steps: more than the longest window and what is before it, at 100 Hz
 MODEL = 0.2  # [-] of a turn to and fro, by which the moments may miss it besides what is learnt
 CLEAR = 9.0  # [-] difference of squares in sigmas of the model: odds of 90
-LATE_S = 0.1  # [s] that a gyro must not be late, to be taken again: such a one agrees in calm flight
 LATELY = 3.0  # sigmas of the shortest window, of a gyro whose rates are none of the moments'
 LEAST = 0.1  # [-] of nav.r_euler: no reference scatters less
 
@@ -56,7 +56,7 @@ class Turning:
         # [3] rad: the gyro is left out in this step; an estimate by it is off by that, come about in over_s [s]
         self.believed: Vec3 | None = None
         self.over_s = 1.0
-        self._moments = Moments(ac, r_rate)
+        self._moments, self._lateness = Moments(ac, r_rate), Lateness()
         self._R, self._turned, self._seen, self._E = np.zeros(9), np.zeros(9), np.zeros(9), np.zeros(9)
         self._tried_s = 0.0
         self._scatter = r_euler**2
@@ -71,7 +71,7 @@ class Turning:
         self._said = dict.fromkeys((0, HF_IMU, HF_ATT), 0)
         self._moments.begin()
         self._calm_s = 0.0
-        self._spread = ([math.inf] * 3, [-math.inf] * 3)  # [rad/s] least and largest rates since
+        self._lateness.begin()
 
     def step(
         self, f: SensorFrame, u: np.ndarray, nav: NavState, updated: int, health: Health, dt: float
@@ -159,22 +159,21 @@ class Turning:
             self._learn(s, more)
             if self._calm_s > WINDOWS_S[-1]:
                 self._said = dict.fromkeys(self._said, 0)
-        spread = max(h - lo for lo, h in zip(*self._spread, strict=True))
-        # what jumps may come late, and has been seen to be in time only where it would have been seen not to be
-        proven = not self._jumped or spread * LATE_S > self.k * math.sqrt(2.0 * self._scatter)
+        proven = not self._jumped or self._lateness.in_time(self._scatter)  # what jumps may come late, and agrees in calm flight
         if self.out and proven and self._calm_s > CALM_S * AGAIN ** (self._outs[self.out] - 1):
             self.texts.append(Text(5, f"{NAMES[self.out]} agrees again, used"))
             self.out = self._by = 0
 
     def _exercise(self, s: Step, alarm: bool) -> None:
-        """For how long both have agreed, and what rates they have agreed about."""
+        """For how long both have agreed, and how late the gyro has come."""
         if alarm or self._calm_s == 0.0:
-            self._spread = ([math.inf] * 3, [-math.inf] * 3)
+            self._lateness.begin()
         self._calm_s = 0.0 if alarm else self._calm_s + s.dt
-        last = self._steps[-2].turn if len(self._steps) > 1 else ZERO3
-        for i, turn in enumerate(less(s.turn, last)):
-            self._spread[0][i] = min(self._spread[0][i], turn / s.dt)
-            self._spread[1][i] = max(self._spread[1][i], turn / s.dt)
+        i = self._before(WINDOWS_S[0])
+        if i > 0:
+            then, last, ago = self._steps[i], self._steps[-2].turn, self._steps[i - 1].turn
+            rates = faster(s.turn, last, s.dt, then.turn, ago, then.dt)
+            self._lateness.take(less(s.more, then.more), rates, self.r_rate**2 / max(self._count, 1))
 
     def _before(self, T: float) -> int:
         """Index of the latest step T [s] before the last one; -1: there is none yet."""

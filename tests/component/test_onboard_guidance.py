@@ -25,7 +25,7 @@ from flightsw.missions.receiver.refuel import (
     RefuelGuidance,
     RefuelParams,
 )
-from flightsw.types import NavState, SensorFrame
+from flightsw.types import ZERO3, NavState, SensorFrame
 
 DT = 0.05
 ACTION = {"hold": 1, "precontact": 2, "contact": 3, "disconnect": 4, "breakaway": 5, "observation": 6}
@@ -351,3 +351,21 @@ def test_recapture_leaves_the_boom_from_the_present_position() -> None:
     f.nav.rel_pos_t = (-37.0, 1.0, 9.0)
     f.g.recapture(f.nav)
     assert f.g.phase == BREAKAWAY and f.g.pos == (-37.0, 1.0, 9.0)
+
+
+def test_recapture_stops_at_once_what_leads_up_or_ahead() -> None:
+    """A reference that slowed down along the way would lead through the tanker's height."""
+    f = Flight().at(CONTACT)
+    f.nav.rel_pos_t, f.nav.rel_vel_t = (-35.8, -0.3, 5.2), (1.0, -1.5, -2.7)
+    f.g.recapture(f.nav)
+    f.nav.rel_vel_t = ZERO3
+    places = []
+    for _ in range(round(20.0 / DT)):
+        f.nav.rel_pos_t = f.g.pos  # flown as asked for
+        f.step(1)
+        places.append(f.g.pos)
+    assert max(x for x, _, _ in places) <= -35.8 and min(z for _, _, z in places) >= 5.2
+    g = Flight().at(CONTACT)
+    g.nav.rel_pos_t, g.nav.rel_vel_t = (-35.8, -0.3, 5.2), (-1.0, 0.0, 2.0)
+    g.g.recapture(g.nav)
+    assert g.g.vel[0] == -1.0 and g.g.vel[2] == 2.0  # what leads away goes on

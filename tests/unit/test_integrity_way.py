@@ -48,7 +48,10 @@ def test_without_own_accelerometers_nothing_is_known() -> None:
     way, peer = Way(), told(0.0)
     way.own(1_000_000, 1_050_000, None)
     assert way.over(1_000_000, 1_050_000, peer) == (0.0, 0.0, 0.0)
-    assert not way.known
+    assert not way.known and not way.felt
+    way.own(1_050_000, 1_100_000, (1.0, 2.0, 3.0))
+    way.over(1_050_000, 1_100_000, peer)
+    assert way.felt
 
 
 @pytest.mark.parametrize("new", [0, UPD_IMU])
@@ -58,3 +61,14 @@ def test_the_horizon_knows_whether_the_own_acceleration_is_known(new: int) -> No
     f = SensorFrame(t_us=50_000, gyro_count=5, att_t_us=50_000, att_q_nb=(1.0, 0.0, 0.0, 0.0))
     horizon.feel(f, new)
     assert horizon.felt == bool(new)
+
+
+def test_a_way_that_was_not_felt_is_known_least() -> None:
+    p = IntegrityParams(on=True)
+    horizon, peer = Horizon(p, Bank(p, (12.19, -0.52))), told(0.0)
+    horizon._way.own(0, 50_000, None)
+    horizon._way.over(0, 50_000, peer)
+    assert horizon._blind == p.accel_most
+    horizon._way.own(50_000, 100_000, (0.0, 0.0, 0.0))
+    horizon._way.over(50_000, 100_000, peer)
+    assert horizon._blind == max(p.accel_blind, horizon.unrest.density)

@@ -144,14 +144,29 @@ def test_a_gyro_that_walks_off_never_puts_the_reference_out(ac: Aircraft, axis: 
 def test_a_gyro_that_jumps_to_and_fro_is_left_out_within_a_quarter_of_a_second(
     ac: Aircraft, axis: int, size: float
 ) -> None:
-    """And taken again where the motion is large enough to tell that it does not come late."""
+    """And taken again when the motion has told that it does not come late."""
     rng = np.random.default_rng(axis)
     off = 0.3 / np.sqrt(5.0) * np.eye(3)[axis]
     [_, (t, who), *more] = watched(
         ac, 40.0, 8, lambda t, rate, att: (rate + off * rng.standard_normal() * (20.0 <= t < 25.0), att), size=size
     )
     assert who == HF_IMU and 20.0 < t < 20.5
-    assert [who for _, who in more] == ([] if size == 1.0 else [0])
+    assert [who for _, who in more] == [0]
+
+
+@pytest.mark.parametrize("size", [0.3, 1.0])
+@pytest.mark.parametrize("seed", range(3))
+def test_a_gyro_that_jumped_and_comes_late_is_not_taken_again(ac: Aircraft, seed: int, size: float) -> None:
+    """Late by 0.1 s from the jumps on: in motions this small both agree about the turn."""
+    rng, before = np.random.default_rng(seed), [np.zeros(3), np.zeros(3)]
+
+    def wrong(t: float, rate: Arr, att: Arr) -> tuple[Arr, Arr]:
+        before.append(rate)
+        jumps = 0.3 / np.sqrt(5.0) * np.eye(3)[1] * rng.standard_normal() * (20.0 <= t < 22.0)
+        return (before[-3] if t >= 20.0 else rate) + jumps, att
+
+    found = watched(ac, 60.0, 20 + seed, wrong, size=size)
+    assert [who for _, who in found] == [0, HF_IMU]
 
 
 @pytest.mark.parametrize("seed", range(4))

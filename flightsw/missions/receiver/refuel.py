@@ -276,8 +276,10 @@ class RefuelGuidance:
         self.p = p
 
     def recapture(self, nav: NavState, why: str = "navigation restarted") -> None:
-        """After a loss of navigation or in an upset: take the present position as reference and leave the boom from there."""
-        self.pos, self.vel = nav.rel_pos_t, nav.rel_vel_t
+        """After a loss of navigation or in an upset: take the present position as reference and leave the boom from there; what
+        of the present velocity leads up or ahead, to the tanker, is stopped and not slowed down along the way."""
+        vx, vy, vz = nav.rel_vel_t
+        self.pos, self.vel = nav.rel_pos_t, (min(vx, 0.0), vy, max(vz, 0.0))
         self.phase = HOLD
         self._breakaway(why)
 

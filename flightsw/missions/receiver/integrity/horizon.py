@@ -78,8 +78,8 @@ class Horizon:
 
     @property
     def _blind(self) -> float:
-        """Density [m/s^2 per sqrt(Hz)] of a way that was not measured."""
-        return max(self.unrest.density, self.p.accel_blind)
+        """Density [m/s^2 per sqrt(Hz)] of a way that was not measured; nothing is known of one that was not felt."""
+        return max(self.unrest.density, self.p.accel_blind if self._way.felt else self.p.accel_most)
 
     def surprise(self, reading: Reading) -> float:
         """How far a reading lies off what filter 0 expects at its time, the worst row in its sigmas."""

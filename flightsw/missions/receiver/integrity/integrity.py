@@ -207,8 +207,9 @@ class Integrity:
         # the wake position tells nothing along the tanker's path: it bears nobody out by itself
         others = [k for k in (REL, GNSS, BOOM) if k != source and not self.excluded >> k & 1]
         sound = [k for k in others if self._taken_us[k] >= 0 and self._wild[k] == 0]
-        if self.undecided or not any((now_us - self._taken_us[k]) * 1e-6 < OTHERS_S for k in sound):
-            return False  # in a dispute the prediction may be what is wrong
+        heard = any((now_us - self._taken_us[k]) * 1e-6 < OTHERS_S for k in sound)
+        if self.undecided or not (heard and self.horizon.felt):
+            return False  # in a dispute, and without the own accelerations, the prediction may be what is wrong
         self._leave_out(source, self.bank.oldest(0), "stepped away from the others")
         return True
 

@@ -23,6 +23,7 @@ class Way:
         self._own: deque[tuple[int, int, Vec3 | None]] = deque(maxlen=KEPT)  # [us] from, to, [m/s^2] NED
         self._other: deque[Gain] = deque(maxlen=KEPT)
         self.known = False
+        self.felt = True  # the own part of it
 
     def own(self, from_us: int, to_us: int, acc_n: Vec3 | None) -> None:
         """A step of the own aircraft with mean acceleration acc_n [3] m/s^2 NED; None: not known."""
@@ -36,9 +37,10 @@ class Way:
 
     def over(self, from_us: int, to_us: int, peer: PeerTracker) -> Vec3:
         """The receiver's mean acceleration [3] m/s^2 NED from from_us to to_us less the tanker's: measured by both (`known`
-        then), else with the tanker's as transmitted or, where it is silent, carried on; none where the own is not known."""
+        then), else with the tanker's as transmitted or, where it is silent, carried on; none where the own is not known (`felt`)."""
         own, tanker = self._mean_own(from_us, to_us), self._mean_other(from_us, to_us)
-        self.known = own is not None and tanker is not None and not peer.coasting
+        self.felt = own is not None
+        self.known = self.felt and tanker is not None and not peer.coasting
         if own is None:
             return ZERO3
         if tanker is None or peer.coasting:
