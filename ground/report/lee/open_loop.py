@@ -11,7 +11,7 @@ from ground.report import figures as f
 from ground.report import page as p
 from ground.report.chapters import Keeper, everything
 from ground.report.lee import page as lee
-from ground.report.lee import states
+from ground.report.lee import states, track
 from ground.report.load import Campaign
 
 MAGNITUDE, DIRECTION = "wind.magnitude_rms_pct", "wind.direction_rms_deg"
@@ -60,7 +60,7 @@ def wins(c: Campaign) -> tuple[int, int]:
 
 
 def tanker(c: Campaign, pictures: Keeper) -> str:
-    """The tanker cases: overview, accuracy, consistency, limit, all filters, time histories."""
+    """The tanker cases: overview, accuracy, consistency, limit, all filters, trajectory, time histories."""
     claims = _claims(c)
     return (
         p.paragraph(str(c.meta.get("purpose", "")))
@@ -68,6 +68,7 @@ def tanker(c: Campaign, pictures: Keeper) -> str:
         + "<h3>Accuracy</h3>" + _accuracy(c, claims)
         + "<h3>Consistency, convergence and the limit</h3>" + _consistency(c, claims)
         + everything(c, label, case_label)
+        + track.chapter(c, pictures)
         + _histories(c, claims, pictures)
         + states.chapter(c, pictures)
     )  # fmt: skip

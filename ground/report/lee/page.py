@@ -39,6 +39,8 @@ TANKER: dict[str, Claim] = {
     "tanker_I_sine": Claim("I, sine", "flight wind replaced by slow sines, small noise", "as case I", 5.0, (20, 20, 10)),
     "tanker_II": Claim("II", "correlated wind model, small noise", "magnitude < 4 %, direction < 2 %",
                        4.0, (20, 20, 10), 1.5, 1.1),
+    "tanker_II_racetrack": Claim("II, racetrack", "the thousand seconds of Fig. 7.1, four half turns", "as case II", 4.0,
+                                 (20, 20, 10)),
     "tanker_III": Claim("III", "correlated wind model, large noise",
                         "magnitude < 5 % (12 % in turns), direction < 5 % (10 % in turns)",
                         5.0, (None, 40, None), 3.2, 2.0),

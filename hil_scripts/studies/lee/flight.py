@@ -21,6 +21,7 @@ from sim_plant.world import World
 DT = 0.05  # [s] sampling of sensors, filters and control (20 Hz, as in the source)
 TICKS = 5  # plant ticks per sample
 TURN_AT_S = 100.0
+ONE_TURN_S = 1e4  # a second leg that no flight outlasts
 
 # Lee's Table 2.2 (small) and 2.3 (large); entries the scan lost and the velocity are this project's (see docs/lee.md)
 SMALL = np.array([0.2, 0.0035, 0.0044, *[0.0131] * 3, *[0.0035] * 3, *[0.5] * 3, *[0.1] * 3])
@@ -62,9 +63,11 @@ def study_aircraft() -> Aircraft:
 
 
 def fly(
-    wind: str, duration_s: float, seed: int, *, sigma: float | None = None, steps: tuple[float, ...] = ()
-) -> Flight:
-    """A level leg, a 90 s turn at 1.7 deg/s from 100 s on, a level leg, in wind `wind` (key of WINDS) and Dryden turbulence.
+    wind: str, duration_s: float, seed: int, *, sigma: float | None = None, steps: tuple[float, ...] = (),
+    leg_s: float = ONE_TURN_S,
+) -> Flight:  # fmt: skip
+    """A level leg, half a turn at 1.7 deg/s from 100 s on, a level leg of leg_s, the next half turn and so on, in wind `wind`
+    (key of WINDS) and Dryden turbulence.
 
     sigma [m/s]: turbulence (default light, 0.39). steps: turbulence levels flown one after the other in equal parts.
     """
@@ -77,7 +80,7 @@ def fly(
         wind=w,
     )
     world = World(sc, seed % 2**31)
-    pilot = _TruthPilot(world)
+    pilot = _TruthPilot(world, leg_s)
     rows = [pilot.sample() for _ in range(round(duration_s / DT))]
     return Flight(*(np.array([r[i] for r in rows]) for i in range(6)))
 
@@ -85,14 +88,14 @@ def fly(
 class _TruthPilot:
     """The onboard control law fed with the true state."""
 
-    def __init__(self, world: World) -> None:
+    def __init__(self, world: World, leg_s: float) -> None:
         self.w = world
         ac = load_aircraft("kc135r")
         self.ctrl = TankerControl(
             ac, TankerCtrlParams(ScheduleParams(mass_kg=119000.0), w_input=(0.1, 0.1, 0.1, 2.0e4)), DT
         )
         self.guid = RacetrackGuidance(
-            RacetrackParams(V_mps=190.0, first_leg_s=TURN_AT_S, leg_s=1e4, turn_rate_degps=1.7)
+            RacetrackParams(V_mps=190.0, first_leg_s=TURN_AT_S, leg_s=leg_s, turn_rate_degps=1.7)
         )
         self.act = ActuatorModel(ac, 1)
         self.frame = SensorFrame()

@@ -89,13 +89,14 @@ def run_case(case: Case, seed: int) -> RunResult:
     tau, gust = float(p.get("tau_s", 0.0)), float(p.get("sigma_mps", LIGHT))
     wind = str(p["wind"])
     sigma = fl.LARGE if p["noise"] == "large" else fl.SMALL
-    flight = fl.fly(wind, float(p["duration_s"]), seed, sigma=gust)
+    flight = fl.fly(wind, float(p["duration_s"]), seed, sigma=gust, leg_s=float(p.get("leg_s", fl.ONE_TURN_S)))
     y = np.hstack([flight.x[:, :12], flight.v]) + fl.noise(len(flight.t), sigma, seed, tau)
     acc = fl.accelerometer(flight, seed)
     after = float(p["after_s"])
     W = flight.x[:, 12:15]
     m = flight.t >= after
     values: dict[str, float] = {"wind.mean_mps": float(np.linalg.norm(W[m], axis=1).mean())}
+    values["flight.half_turns"] = float(abs(flight.x[-1, 6] - flight.x[0, 6]) / np.pi)
     traces: dict[str, np.ndarray] = {"t": flight.t[::4], "wind_true": W[::4]}
     traces["state_true"], traces["state_read"] = (a[::4, :12].astype(np.float32) for a in (flight.x, y))
     chosen = no_aero_filters(sigma, wind) if p.get("no_aero") else filters(sigma, wind, tau, gust)
@@ -129,6 +130,9 @@ def _coloured(wind: str, noise: str, tau_s: float) -> dict[str, Any]:
     return {"wind": wind, "noise": noise, "duration_s": 500.0, "after_s": 150.0, "tau_s": tau_s}
 
 
+# the thousand seconds of the source's Figure 7.1: legs as long as the first between half turns of two minutes
+RACETRACK: dict[str, Any] = _white("ecwm", "small") | {"duration_s": 1000.0, "leg_s": fl.TURN_AT_S}
+
 TABLE = Study(
     name="lee",
     title="Tanker state and wind estimation",
@@ -137,6 +141,7 @@ TABLE = Study(
         Case("tanker_I", _white("sounding", "small", bound=True)),
         Case("tanker_I_sine", _white("sine", "small", bound=True)),
         Case("tanker_II", _white("ecwm", "small", bound=True)),
+        Case("tanker_II_racetrack", RACETRACK),
         Case("tanker_III", _white("ecwm", "large", bound=True)),
         Case("tanker_IV", _white("sounding", "large")),
         Case("tanker_IV_sine", _white("sine", "large")),

@@ -1,0 +1,172 @@
+"""Lee 2011, the source's own coefficient forms: (2.5)-(2.10) of the tanker, (2.19), (2.20), (2.25), (2.26) of the receiver,
+loaded with the derivatives of an aircraft file and set against the plant. His coefficients are not printed.
+
+Corrected: (2.6b) reads C_S_delta_r (lee.md E1), Delta_x of (2.25) counts aft (E21). Stabilizer as the aircraft files: fixed.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from flightsw.aircraft import Aircraft, load_aircraft
+from sim_plant.aircraft.sixdof.aero import loads
+from sim_plant.kernels import layout as n
+from tests.validation.test_equations_of_motion import plant_parameters, plant_state, random_case
+from tests.validation.wind_axis import r_bw
+
+NAMES, MASS = ("kc135r", "learjet24"), {"kc135r": 120e3, "learjet24": 5000.0}
+Array = np.ndarray
+
+
+def within(ac: Aircraft) -> Aircraft:
+    """The aircraft without what the form has no place for: incidence rate, side force of the rates."""
+    none = {"CL_alphadot": 0.0, "Cm_alphadot": 0.0, "CY_p": 0.0, "CY_r": 0.0}
+    return dataclasses.replace(ac, aero=dataclasses.replace(ac.aero, **none))
+
+
+def coefficients(ac: Aircraft, alpha: float, de: float) -> dict[str, Any]:
+    """(2.20), (2.26) of an aircraft file, about incidence `alpha` and elevator `de` [rad]. C_D: its polar K CL^2 multiplied out,
+    the product alpha de by its tangent there; C_L, C_N [beta, p, r, da, dr]: turned from stability to body axes there."""
+    a, c, s = ac.aero, math.cos(alpha), math.sin(alpha)
+    cross = 2.0 * a.K * a.CL_alpha * a.CL_de
+    turn = np.array([[c, s], [-s, c]])  # (p, r) in body axes to stability axes
+    static = turn.T @ [[a.Cl_beta, a.Cl_da, a.Cl_dr], [a.Cn_beta, a.Cn_da, a.Cn_dr]]
+    damping = turn.T @ np.array([[a.Cl_p, a.Cl_r], [a.Cn_p, a.Cn_r]]) @ turn
+    return {
+        "D": (
+            a.CD0 + a.K * a.CL0**2 - cross * alpha * de, 2.0 * a.K * a.CL0 * a.CL_alpha + cross * de, a.K * a.CL_alpha**2,
+            2.0 * a.K * a.CL0 * a.CL_de + cross * alpha, a.K * a.CL_de**2,
+        ),
+        "S": (0.0, -a.CY_beta, 0.0, -a.CY_dr),
+        "L": (a.CL0, a.CL_alpha, 0.0, 0.0, a.CL_q, a.CL_de),
+        "M": (a.Cm0, a.Cm_alpha, a.Cm_de, a.Cm_q),
+        "roll": (static[0, 0], *damping[0], *static[0, 1:]),
+        "yaw": (static[1, 0], *damping[1], *static[1, 1:]),
+    }  # fmt: skip
+
+
+def printed(
+    ac: Aircraft, k: dict[str, Any], air: Array, w: Array, u: Array, rho: float, arm: Array, angle: float
+) -> Array:
+    """Force [N] and moment [N m], body axes, [6] as printed. air = V, beta, alpha; w [3] rates relative to the air; u = aileron,
+    elevator, rudder [rad], thrust [N], inclined up by `angle`; arm [3] m = (Delta_x, Delta_y, Delta_z)."""
+    (V, be, al), (p, q, r), (da, de, dr, T), g = air, w, u, ac.geometry
+    hb, hc, qs = 0.5 * g.b_m / V, 0.5 * g.c_m / V, 0.5 * rho * V * V * g.S_m2
+    d, s, li, m = k["D"], k["S"], k["L"], k["M"]
+    drag = qs * (d[0] + d[1] * al + d[2] * al**2 + d[3] * de + d[4] * de**2)
+    side = qs * (s[0] + s[1] * be + s[2] * da + s[3] * dr)
+    lift = qs * (li[0] + li[1] * al + li[2] * (al - li[3]) ** 2 + li[4] * hc * q + li[5] * de)
+    roll, yaw = (
+        qs * g.b_m * (x[0] * be + hb * (x[1] * p + x[2] * r) + x[3] * da + x[4] * dr) for x in (k["roll"], k["yaw"])
+    )
+    pitch = qs * g.c_m * (m[0] + m[1] * al + m[2] * de + m[3] * hc * q)
+    tx, ty, tz = T * math.cos(angle), 0.0, -T * math.sin(angle)
+    x, y, z = arm
+    moment = [roll - z * ty + y * tz, pitch + z * tx + x * tz, yaw - y * tx - x * ty]
+    return np.concatenate((r_bw(be, al) @ [-drag, -side, -lift] + [tx, ty, tz], moment))
+
+
+def flown(ac: Aircraft, number: int, seed: int) -> list[tuple[Array, Array, Array, float, Array]]:
+    """Random instants: air (V, beta, alpha), rates relative to the air, controls, density; force and moment [6] of the plant."""
+    rng, par, out = np.random.default_rng(seed), plant_parameters(ac), []
+    name, top = ac.meta.name, math.radians(ac.stall.straight_deg) if ac.stall is not None else 0.15
+    par[n.P_MACH], par[n.P_BELOW] = 0.0, ac.engine.below_m
+    while len(out) < number:
+        x, u = random_case(rng, name)
+        x[2] = rng.uniform(-0.05, top)
+        wind, gust = rng.uniform(-15.0, 15.0, 3), rng.uniform(-0.1, 0.1, 3)
+        s = plant_state(x, u, wind, 1000.0)
+        s[n.S_T] = u[3]
+        got = loads(s[: n.N_RIGID], u[0], u[1], u[2], np.concatenate((wind, gust)), MASS[name], par)
+        out.append((np.array(got[6:9]), x[3:6] - gust, u, got[12], np.array(got[:6])))
+    return out
+
+
+def scale(ac: Aircraft, air: Array, rho: float) -> Array:
+    """Dynamic pressure times area, and times span or chord: what coefficients multiply, [6]."""
+    qs, g = 0.5 * rho * air[0] ** 2 * ac.geometry.S_m2, ac.geometry
+    return qs * np.array([1.0, 1.0, 1.0, g.b_m, g.c_m, g.b_m])
+
+
+def thrust_arm(ac: Aircraft) -> Array:
+    """(Delta_x, Delta_y, Delta_z) [m] of an aircraft file: nacelles below the centre of gravity, their thrust along body x."""
+    return np.array([0.0, 0.0, ac.engine.below_m])
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_derivatives_map_one_to_one_at_an_incidence(name: str) -> None:
+    """Mapped at the momentary incidence and elevator: force and moment of the plant to rounding, at random states."""
+    ac, worst = within(load_aircraft(name)), 0.0
+    for air, w, u, rho, want in flown(ac, 200, 1):
+        got = printed(ac, coefficients(ac, air[2], u[1]), air, w, u, rho, thrust_arm(ac), 0.0)
+        worst = max(worst, float(np.abs((got - want) / scale(ac, air, rho)).max()))
+    print(f"{name}: coefficients apart by {worst:.1e}")
+    assert worst < 1e-12
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_about_one_incidence_what_is_left_over_is_known(name: str) -> None:
+    """One set of coefficients for all incidences: lift, side force and pitch exact; drag lacks the product of the deviations of
+    alpha and elevator, roll and yaw the turn of the stability axes by the deviation of alpha."""
+    ac, a0, de0 = within(load_aircraft(name)), 0.06, -0.03
+    a, k, most = ac.aero, coefficients(ac, 0.06, -0.03), np.zeros(6)
+    for air, w, u, rho, want in flown(ac, 200, 2):
+        al = air[2]
+        left = (printed(ac, k, air, w, u, rho, thrust_arm(ac), 0.0) - want) / scale(ac, air, rho)
+        wind = r_bw(air[1], al).T @ left[:3]
+        assert wind[0] == pytest.approx(2.0 * a.K * a.CL_alpha * a.CL_de * (al - a0) * (u[1] - de0), abs=1e-12)
+        assert np.abs(wind[1:]).max() < 1e-12 and abs(left[4]) < 1e-12
+        # the plant's roll and yaw are those of the same set turned by al - a0, of rates turned back by it
+        d = al - a0
+        turn = np.array([[math.cos(d), 0.0, -math.sin(d)], [0.0, 1.0, 0.0], [math.sin(d), 0.0, math.cos(d)]])
+        same = printed(ac, k, air, turn.T @ w, u, rho, np.zeros(3), 0.0)[3:] / scale(ac, air, rho)[3:]
+        there = turn @ [same[0], 0.0, same[2]]
+        plant = want[3:] / scale(ac, air, rho)[3:]
+        assert np.abs(there[[0, 2]] - plant[[0, 2]]).max() < 1e-12
+        most = np.maximum(most, np.abs([wind[0], 0.0, 0.0, left[3], 0.0, left[5]]))
+    print(f"{name}: drag coefficient up to {most[0]:.4f} off, roll {most[3]:.4f}, yaw {most[5]:.4f}")
+    assert most[0] > 1e-4 and most[3] > 1e-3
+
+
+def test_what_the_forms_have_no_place_for() -> None:
+    """Yaw rate in C_S, incidence rate anywhere; in the tanker's (2.6a), (2.10) also a slope of drag and a C_M at no incidence."""
+    whole = load_aircraft("kc135r")
+    a, g, V = whole.aero, whole.geometry, 190.0
+    rate = math.radians(1.7)
+    slip = a.CY_r * rate * 0.5 * g.b_m / V / abs(a.CY_beta)
+    trim = math.degrees(a.Cm0 / abs(a.Cm_de))
+    flat = math.degrees(-a.CL0 / a.CL_alpha)  # least drag of the polar; of (2.6a) at alpha = 0
+    print(
+        f"1.7 deg/s: side force of {math.degrees(slip):.3f} deg of sideslip; C_M0 {trim:.1f} deg of elevator; {flat:.1f} deg"
+    )
+    worst = 0.0
+    for air, w, u, rho, want in flown(whole, 100, 3):
+        got = printed(whole, coefficients(whole, air[2], u[1]), air, w, u, rho, thrust_arm(whole), 0.0)
+        worst = max(worst, float(np.abs((got - want) / scale(whole, air, rho)).max()))
+    assert worst > 1e-3
+    assert 0.0 < math.degrees(slip) < 0.1 and trim > 2.0 and flat < -2.0
+
+
+def test_thrust_angle_and_arm_are_those_of_a_force_at_a_place() -> None:
+    """(2.3), (2.25): T (cos, 0, -sin) at Delta_x aft, Delta_y right, Delta_z below. (2.9) of the tanker is Delta_z T: short of it
+    by the cosine and by the arm aft."""
+    ac, rng = within(load_aircraft("learjet24")), np.random.default_rng(4)
+    k, none = coefficients(ac, 0.05, 0.0), np.zeros(3)
+    for _ in range(50):
+        air, u, angle, arm = (
+            np.array([180.0, 0.02, 0.05]),
+            np.array([0.0, 0.0, 0.0, 9e3]),
+            rng.uniform(-0.1, 0.1),
+            rng.uniform(-2, 2, 3),
+        )
+        with_it, without = (printed(ac, k, air, none, v, 0.6, arm, angle) for v in (u, np.zeros(4)))
+        force = u[3] * np.array([math.cos(angle), 0.0, -math.sin(angle)])
+        assert np.allclose(with_it[:3] - without[:3], force, atol=1e-9)
+        assert np.allclose(with_it[3:] - without[3:], np.cross(arm * [-1.0, 1.0, 1.0], force), atol=1e-8)
+        short = arm[2] * u[3] - (with_it - without)[4]
+        assert short == pytest.approx(u[3] * (arm[2] * (1.0 - math.cos(angle)) + arm[0] * math.sin(angle)), abs=1e-8)
