@@ -167,7 +167,7 @@ def test_noise_of_the_backward_rule_is_less_than_the_tables() -> None:
 
 
 def test_on_the_tanker_the_two_ways_are_one() -> None:
-    """Twelve readings of 20 s: the same wind to seven digits; chapter 4's form is half as much off again and does not know it."""
+    """Twelve readings of 20 s: the same wind; chapter 4's form is half as much off again and does not know it."""
     v = linear.run_removal(Case("tau_20", {"noise": "small", "tau_s": 20.0, "duration_s": 100.0}), 0).values
     for a in "ned":
         assert v[f"correlated.wind.rms_mps.{a}"] == pytest.approx(v[f"augmented.wind.rms_mps.{a}"], rel=1e-6)
