@@ -23,7 +23,7 @@ class Lateness:
 
     def take(self, more: Vec3, faster: Vec3, noise: float) -> None:
         """more [3] rad: what the reference has turned beyond the gyro over T; faster [3] rad/s: the gyro's rates less those T
-        before, noise [rad^2/s^2]: variance of one of its rates. A gyro late by tau has turned tau (w(t) - w(t - T)) too little."""
+        before, noise [rad^2/s^2]: variance of one of its rates. A gyro late by tau has turned tau times that too little."""
         self._noise += 6.0 * noise  # of two rates about three axes
         for y, x in zip(more, faster, strict=True):
             self._xx += x * x

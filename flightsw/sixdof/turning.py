@@ -159,7 +159,9 @@ class Turning:
             self._learn(s, more)
             if self._calm_s > WINDOWS_S[-1]:
                 self._said = dict.fromkeys(self._said, 0)
-        proven = not self._jumped or self._lateness.in_time(self._scatter)  # what jumps may come late, and agrees in calm flight
+        proven = not self._jumped or self._lateness.in_time(
+            self._scatter
+        )  # what jumps may come late, and agrees in calm flight
         if self.out and proven and self._calm_s > CALM_S * AGAIN ** (self._outs[self.out] - 1):
             self.texts.append(Text(5, f"{NAMES[self.out]} agrees again, used"))
             self.out = self._by = 0

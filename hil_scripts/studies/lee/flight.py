@@ -27,6 +27,7 @@ ONE_TURN_S = 1e4  # a second leg that no flight outlasts
 SMALL = np.array([0.2, 0.0035, 0.0044, *[0.0131] * 3, *[0.0035] * 3, *[0.5] * 3, *[0.1] * 3])
 LARGE = SMALL * np.array([30.0, *[10.0] * 8, *[2.0] * 3, *[1.0] * 3])
 ACC_SIGMA = 0.05  # [m/s^2]
+LAW = TankerCtrlParams(ScheduleParams(mass_kg=119000.0), w_input=(0.1, 0.1, 0.1, 2.0e4))  # of the tanker
 
 WINDS = {
     # measured ascent with a slow variation of measured look: the source's flight-test wind is not published
@@ -91,9 +92,7 @@ class _TruthPilot:
     def __init__(self, world: World, leg_s: float) -> None:
         self.w = world
         ac = load_aircraft("kc135r")
-        self.ctrl = TankerControl(
-            ac, TankerCtrlParams(ScheduleParams(mass_kg=119000.0), w_input=(0.1, 0.1, 0.1, 2.0e4)), DT
-        )
+        self.ctrl = TankerControl(ac, LAW, DT)
         self.guid = RacetrackGuidance(
             RacetrackParams(V_mps=190.0, first_leg_s=TURN_AT_S, leg_s=leg_s, turn_rate_degps=1.7)
         )

@@ -37,7 +37,7 @@ class Way:
 
     def over(self, from_us: int, to_us: int, peer: PeerTracker) -> Vec3:
         """The receiver's mean acceleration [3] m/s^2 NED from from_us to to_us less the tanker's: measured by both (`known`
-        then), else with the tanker's as transmitted or, where it is silent, carried on; none where the own is not known (`felt`)."""
+        then), else with the tanker's as transmitted or, where it is silent, carried on; none where the own is not (`felt`)."""
         own, tanker = self._mean_own(from_us, to_us), self._mean_other(from_us, to_us)
         self.felt = own is not None
         self.known = self.felt and tanker is not None and not peer.coasting
