@@ -50,6 +50,7 @@ class Turning:
         self.moments_hold = True  # surfaces are where they are believed to be: without that nobody is accused
         self.out = 0  # HF_IMU or HF_ATT: who is left out
         self._outs = {HF_IMU: 0, HF_ATT: 0}  # how many times each has been
+        self._accused = 0  # by the look before: each begins by rates of its own, which have noise
         self._jumped = False  # by its own rates' jumps
         self._by = 0  # and the other of them, if it is by that one's readings
         self._same, self._read = 0, (0.0,) * 4  # readings of the reference to the bit as the last one
@@ -215,8 +216,8 @@ class Turning:
         if that is not clear.
 
         The moments go on from rates, and a fault that grows slowly is in those already: they begin once by the gyro's and
-        once by what the reference has turned in the two seconds before, and both have to say the same, the one not
-        named by half as many as the other since they disagree. A reference that repeats itself to the bit says nothing.
+        once by what the reference has turned in the two seconds before, and both have to say the same, in two looks in a row,
+        the one not named by half as many as the other since they disagree. A reference that repeats itself to the bit says nothing.
         """
         earlier = self._before(self._steps[-1].t_s - self._steps[began].t_s + SLOW_S) if began > 0 else -1
         if earlier < 0:
@@ -231,7 +232,9 @@ class Turning:
         for who in said:
             self._said[who] += 1
         mine, other = self._said[HF_IMU], self._said[HF_ATT]
-        if len(said) > 1 or 0 in said or self._same or min(mine, other) >= 0.5 * max(mine, other):
+        clear = len(said) == 1 and 0 not in said
+        again, self._accused = clear and self._accused in said, next(iter(said)) if clear else 0
+        if not again or self._same or min(mine, other) >= 0.5 * max(mine, other):
             return
         deg = math.degrees(math.hypot(*more))
         self._leave_out(said.pop(), more, last.t_s - first.t_s, f"{deg:.1f} deg off, not by moments")
