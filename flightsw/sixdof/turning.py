@@ -217,7 +217,8 @@ class Turning:
 
         The moments go on from rates, and a fault that grows slowly is in those already: they begin once by the gyro's and
         once by what the reference has turned in the two seconds before, and both have to say the same, in two looks in a row,
-        the one not named by half as many as the other since they disagree. A reference that repeats itself to the bit says nothing.
+        the one not named by half as many as the other since they disagree. A reference that repeats itself
+        to the bit says nothing.
         """
         earlier = self._before(self._steps[-1].t_s - self._steps[began].t_s + SLOW_S) if began > 0 else -1
         if earlier < 0:
