@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from operator import attrgetter
 from typing import Annotated
 
 from flightsw.strict import IN_FLIGHT, ConfigError, Range
@@ -85,19 +86,6 @@ def refuse_unwatched(p: HealthParams, watch: int) -> None:
                 raise ConfigError(f"health.{key} = {getattr(p, key):g}: this mission does not depend on {NAMES[flag]}")
 
 
-def _stamp_us(f: SensorFrame, flag: int) -> int:
-    """Time a group's new sample was taken at, by its own stamp; what an IMU tells is of the step that ends now."""
-    if flag == HF_AIR:
-        return f.air_t_us
-    if flag == HF_ATT:
-        return f.att_t_us
-    if flag == HF_GNSS:
-        return f.gnss_t_us
-    if flag == HF_REL:
-        return f.rel_t_us
-    return f.peer.t_us if flag == HF_PEER else f.t_us
-
-
 def _inside(v: tuple[float, ...], lim: float) -> bool:
     """Whether every component lies within +-lim (never true of NaN)."""
     for x in v:  # noqa: SIM110 a generator costs three times as much, a thousand times a second
@@ -133,13 +121,14 @@ class HealthMonitor:
     def use(self, p: HealthParams) -> None:
         """Judge by other limits from now on."""
         self.p = p
+        # flag, UPD_*, age [us], stamp of a sample [us]: what an IMU tells is of the step that ends now
         self._groups = (
-            (HF_IMU, UPD_IMU, p.imu_age_s * 1e6),
-            (HF_AIR, UPD_AIR, p.air_age_s * 1e6),
-            (HF_ATT, UPD_ATT, p.att_age_s * 1e6),
-            (HF_GNSS, UPD_GNSS, p.gnss_age_s * 1e6),
-            (HF_REL, UPD_REL, p.rel_age_s * 1e6),
-            (HF_PEER, UPD_PEER, p.peer_age_s * 1e6),
+            (HF_IMU, UPD_IMU, p.imu_age_s * 1e6, attrgetter("t_us")),
+            (HF_AIR, UPD_AIR, p.air_age_s * 1e6, attrgetter("air_t_us")),
+            (HF_ATT, UPD_ATT, p.att_age_s * 1e6, attrgetter("att_t_us")),
+            (HF_GNSS, UPD_GNSS, p.gnss_age_s * 1e6, attrgetter("gnss_t_us")),
+            (HF_REL, UPD_REL, p.rel_age_s * 1e6, attrgetter("rel_t_us")),
+            (HF_PEER, UPD_PEER, p.peer_age_s * 1e6, attrgetter("peer.t_us")),
         )
 
     def step(self, f: SensorFrame) -> tuple[SensorFrame, Health]:
@@ -149,9 +138,9 @@ class HealthMonitor:
         if self._t0_us < 0:
             self._t0_us = f.t_us
         failed, updated = 0, f.updated
-        for flag, upd, age_us in self._groups:
+        for flag, upd, age_us, stamp in self._groups:
             if f.updated & upd:
-                if self._judge(f, flag) and f.t_us - _stamp_us(f, flag) <= age_us:
+                if self._judge(f, flag) and f.t_us - stamp(f) <= age_us:
                     self._last_us[flag] = f.t_us
                 else:
                     updated &= ~upd

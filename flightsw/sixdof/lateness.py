@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 
-from flightsw.kernels.rotations import less
+import numpy as np
+
 from flightsw.types import Vec3
 
 LATE_S = 0.1  # [s] that takes the damping out of a law
@@ -21,11 +22,11 @@ class Lateness:
         """Nothing is known."""
         self._xx = self._xy = self._noise = 0.0
 
-    def take(self, more: Vec3, faster: Vec3, noise: float) -> None:
+    def take(self, more: Vec3, faster: np.ndarray, noise: float) -> None:
         """more [3] rad: what the reference has turned beyond the gyro over T; faster [3] rad/s: the gyro's rates less those T
         before, noise [rad^2/s^2]: variance of one of its rates. A gyro late by tau has turned tau times that too little."""
         self._noise += 6.0 * noise  # of two rates about three axes
-        for y, x in zip(more, faster, strict=True):
+        for y, x in zip(more, faster.tolist(), strict=True):
             self._xx += x * x
             self._xy += x * y
 
@@ -39,9 +40,3 @@ class Lateness:
         if motion <= 0.0:
             return False
         return (self._xy + CLEAR * 2.0 * math.sqrt(scatter * self._xx)) / motion < 0.5 * LATE_S
-
-
-def faster(now: Vec3, before: Vec3, dt: float, then: Vec3, before_then: Vec3, dt_then: float) -> Vec3:
-    """Rates [3] rad/s of the step from `before` to `now`, turns [rad] dt [s] apart, less those of the step to `then`."""
-    a, b = less(now, before), less(then, before_then)
-    return a[0] / dt - b[0] / dt_then, a[1] / dt - b[1] / dt_then, a[2] / dt - b[2] / dt_then

@@ -19,7 +19,7 @@ from flightsw.kernels.atmosphere import density
 from flightsw.kernels.rotations import added, dcm_from_quat, less, mul33_t, rotate_dcm
 from flightsw.sixdof.estimator_core import NavParams
 from flightsw.sixdof.gating import TrustedCore
-from flightsw.sixdof.lateness import Lateness, faster
+from flightsw.sixdof.lateness import Lateness
 from flightsw.sixdof.layout import X_BETA, X_PHI
 from flightsw.sixdof.moments import Moments, Step
 from flightsw.types import HF_ATT, HF_IMU, UPD_ATT, UPD_IMU, ZERO3, Health, NavState, SensorFrame, Text, Vec3
@@ -50,7 +50,6 @@ class Turning:
         self.moments_hold = True  # surfaces are where they are believed to be: without that nobody is accused
         self.out = 0  # HF_IMU or HF_ATT: who is left out
         self._outs = {HF_IMU: 0, HF_ATT: 0}  # how many times each has been
-        self._accused = 0  # by the look before: each begins by rates of its own, which have noise
         self._jumped = False  # by its own rates' jumps
         self._by = 0  # and the other of them, if it is by that one's readings
         self._same, self._read = 0, (0.0,) * 4  # readings of the reference to the bit as the last one
@@ -69,6 +68,9 @@ class Turning:
         self._known = False
         self._turn, self._dt, self._count = [0.0, 0.0, 0.0], 0.0, 0
         self._over = dict.fromkeys(WINDOWS_S, 0)
+        self._accused = dict.fromkeys(
+            WINDOWS_S, 0
+        )  # clearly, by the look before: each begins by rates of its own, with noise
         self._said = dict.fromkeys((0, HF_IMU, HF_ATT), 0)
         self._moments.begin()
         self._calm_s = 0.0
@@ -148,7 +150,9 @@ class Turning:
             self._over[T] = self._over[T] + 1 if axes else 0
             alarm = alarm or bool(axes)
             if self._over[T] >= TWICE and not self.out and self.moments_hold:
-                self._who(self._before(T + BEFORE_S), axes)
+                self._who(T, axes)
+            else:
+                self._accused[T] = 0
         sides = self._moments.wild(self._steps[-3], self._steps[-2], s) if len(self._steps) > 2 else 0
         if sides == 2 or (sides == 1 and self._contradicted()):
             alarm = True
@@ -160,23 +164,26 @@ class Turning:
             self._learn(s, more)
             if self._calm_s > WINDOWS_S[-1]:
                 self._said = dict.fromkeys(self._said, 0)
-        proven = not self._jumped or self._lateness.in_time(
-            self._scatter
-        )  # what jumps may come late, and agrees in calm flight
+        # what jumps may come late, and agrees in calm flight
+        proven = not self._jumped or self._lateness.in_time(self._scatter)
         if self.out and proven and self._calm_s > CALM_S * AGAIN ** (self._outs[self.out] - 1):
             self.texts.append(Text(5, f"{NAMES[self.out]} agrees again, used"))
             self.out = self._by = 0
 
     def _exercise(self, s: Step, alarm: bool) -> None:
-        """For how long both have agreed, and how late the gyro has come."""
+        """For how long both have agreed, and how late the gyro has come where it may."""
         if alarm or self._calm_s == 0.0:
             self._lateness.begin()
         self._calm_s = 0.0 if alarm else self._calm_s + s.dt
         i = self._before(WINDOWS_S[0])
-        if i > 0:
-            then, last, ago = self._steps[i], self._steps[-2].turn, self._steps[i - 1].turn
-            rates = faster(s.turn, last, s.dt, then.turn, ago, then.dt)
-            self._lateness.take(less(s.more, then.more), rates, self.r_rate**2 / max(self._count, 1))
+        if self.out and self._jumped and i > 0:
+            faster = self._rates(len(self._steps) - 1) - self._rates(i)
+            self._lateness.take(less(s.more, self._steps[i].more), faster, self.r_rate**2 / max(self._count, 1))
+
+    def _rates(self, i: int) -> np.ndarray:
+        """Mean rates [3] rad/s by the gyro in step i > 0."""
+        step = self._steps[i]
+        return np.array(less(step.turn, self._steps[i - 1].turn)) / step.dt
 
     def _before(self, T: float) -> int:
         """Index of the latest step T [s] before the last one; -1: there is none yet."""
@@ -211,21 +218,22 @@ class Turning:
         now, then = self._steps[-1], self._steps[began]
         return less(now.more, then.more), self._sigmas(now, then)
 
-    def _who(self, began: int, axes: list[int]) -> None:
-        """Leave out who turns otherwise about `axes` than the moments have it, from the step `began` on, before the fault; nobody
-        if that is not clear.
+    def _who(self, T: float, axes: list[int]) -> None:
+        """Leave out who turns otherwise about `axes` than the moments have it, from before the fault on, which has shown over
+        the window T [s]; nobody if that is not clear.
 
         The moments go on from rates, and a fault that grows slowly is in those already: they begin once by the gyro's and
         once by what the reference has turned in the two seconds before, and both have to say the same, in two looks in a row,
         the one not named by half as many as the other since they disagree. A reference that repeats itself
         to the bit says nothing.
         """
+        began = self._before(T + BEFORE_S)
         earlier = self._before(self._steps[-1].t_s - self._steps[began].t_s + SLOW_S) if began > 0 else -1
         if earlier < 0:
             return
         steps = list(self._steps)
         first, last, ago = steps[began], steps[-1], steps[earlier]
-        w = np.array(less(first.turn, steps[began - 1].turn)) / first.dt
+        w = self._rates(began)
         slow = np.array(less(first.more, ago.more)) / (first.t_s - ago.t_s)
         gyro, more = less(last.turn, first.turn), less(last.more, first.more)
         size = less(last.size, first.size)
@@ -233,9 +241,8 @@ class Turning:
         for who in said:
             self._said[who] += 1
         mine, other = self._said[HF_IMU], self._said[HF_ATT]
-        clear = len(said) == 1 and 0 not in said
-        again, self._accused = clear and self._accused in said, next(iter(said)) if clear else 0
-        if not again or self._same or min(mine, other) >= 0.5 * max(mine, other):
+        before, self._accused[T] = self._accused[T], next(iter(said)) if len(said) == 1 else 0
+        if not before or before != self._accused[T] or self._same or min(mine, other) >= 0.5 * max(mine, other):
             return
         deg = math.degrees(math.hypot(*more))
         self._leave_out(said.pop(), more, last.t_s - first.t_s, f"{deg:.1f} deg off, not by moments")
@@ -273,11 +280,8 @@ class Turning:
         self._tried_s += s.dt
         if self._tried_s > TRY_S and (began := self._before(WINDOWS_S[-1] + BEFORE_S)) > 0:
             steps = list(self._steps)
-            first = steps[began]
-            w = np.array(less(first.turn, steps[began - 1].turn)) / first.dt
-            self._moments.missed(
-                less(less(s.turn, first.turn), self._moments.turned(steps[began + 1 :], w)), self._tried_s
-            )
+            turned = self._moments.turned(steps[began + 1 :], self._rates(began))
+            self._moments.missed(less(less(s.turn, steps[began].turn), turned), self._tried_s)
             self._tried_s = 0.0
 
 

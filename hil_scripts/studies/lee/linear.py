@@ -81,7 +81,7 @@ def run_removal(case: Case, seed: int) -> RunResult:
     return RunResult(values)
 
 
-REMOVAL = Study(
+STUDY = Study(
     name="lee_removal",
     title="Linear removal of colour",
     purpose="Lee (2011), section 3.5, on the linear tanker, by covariances: the removal with M, A_N and Q_N, without the "

@@ -10,11 +10,9 @@ from typing import Any
 import numpy as np
 
 from hil_scripts.campaign.study import Case, RunResult, Study
-from hil_scripts.studies.lee.linear import REMOVAL
 from hil_scripts.studies.lee.printed_filter import Tune
 from hil_scripts.studies.lee.printed_law import Weights
 from hil_scripts.studies.lee.printed_loop import Setting, fly
-from hil_scripts.studies.lee.recovery import RECOVERY
 
 BOTH = ("estimated", "measured")
 # chosen in the scan: below a softness of about two the servos and twenty samples a second make the loop unstable, above four z
@@ -78,4 +76,4 @@ SCAN = Study(
     run=run_case,
     small_cases=("soft_1_q_0.03", "soft_2_q_0.03"),
 )
-STUDIES = (RECEIVER, SCAN, REMOVAL, RECOVERY)
+STUDIES = (RECEIVER, SCAN)

@@ -197,7 +197,7 @@ def _case(label: str, **params: Any) -> Case:
     return Case(label, params)
 
 
-RECOVERY = Study(
+STUDY = Study(
     name="lee_recovery",
     title="Loop transfer recovery",
     purpose="Q = Q_1 + q^2 B B^T, Lee (2011) (4.5), on the linear tanker in its loop: margins at the plant's input against those "

@@ -27,17 +27,20 @@ class Horizon:
         self._felt, self._tk, self._last = Felt(), np.zeros(TK), ZERO3
         self._waiting: list[Reading] = []
         self._felt_us = -1  # end of the last step
-        self.felt = False  # the own acceleration of it is known
 
     def feel(self, f: SensorFrame, new: int) -> float:
         """Take in the accelerations of the step that ends now, new: UPD_* of sound readings; its length [s], 0 for the first."""
         acc = self._felt.acceleration(f, f.acc_mean_b) if new & UPD_IMU and f.gyro_count else None
-        self.felt = acc is not None
         before, self._felt_us = self._felt_us, f.t_us
         self._way.own(before, f.t_us, acc)
         if new & UPD_FIX:
             self._way.other(f.fix.gain)
         return (f.t_us - before) * 1e-6 if before >= 0 else 0.0
+
+    @property
+    def felt(self) -> bool:
+        """Whether the own acceleration of the last step is known."""
+        return self._way.felt_now
 
     def start(self, f: SensorFrame, peer: PeerTracker, excluded: int) -> None:
         """Begin where the relative sensor has the receiver, without the sources `excluded` (mask): d = C' xi, u = C' (xi' + w x

@@ -30,6 +30,11 @@ class Way:
         if to_us > from_us:
             self._own.append((from_us, to_us, acc_n))
 
+    @property
+    def felt_now(self) -> bool:
+        """Whether the own acceleration of the last step is known."""
+        return bool(self._own) and self._own[-1][2] is not None
+
     def other(self, g: Gain) -> None:
         """What the tanker's accelerometers gained."""
         if g.span_s > 0.0 and (not self._other or g.t_us > self._other[-1].t_us):
