@@ -17,6 +17,7 @@ from flightsw.types import Vec3
 
 LEARN_S = 20.0  # [s]
 WILD, LEAST_WILD, MOST = 6.0, 1.0, 3  # [-], [rad/s^2] of the gyro's jumps; in so many of one step more
+FAR = 16.0  # [-] of the scatter's variance: what is further off counts as that
 SQRT_2, JUMP_S = math.sqrt(2.0), 0.05  # [s] between two readings of the reference, until learnt
 MISS, LEAST_MISS = 0.01, 0.001  # [rad] by which the moments miss the turn of the longest window, until learnt; at least
 
@@ -96,7 +97,8 @@ class Moments:
         for i, x in enumerate(self._lack):
             off = x - self._lasting[i]
             self._lasting[i] += gain * off
-            self._jump[i] += gain * (off * off - self._jump[i])
+            # a gyro that begins to jump does not get used to that before it has been found out
+            self._jump[i] += gain * (min(off * off, FAR * self._jump[i]) - self._jump[i])
 
     def missed(self, by: Vec3, dt: float) -> None:
         """`turned` was off by so much [rad], which stands for dt [s]."""

@@ -276,3 +276,14 @@ def test_lift_that_is_too_much_below_the_tanker_is_turned_away_at_once_and_by_no
     assert clear.bank(s, 0.03, 0.0, 1.0, DT) <= math.radians(60.0)  # nothing above it
     weight.step(frame(), NEW, GOOD, DT)
     assert Without(AC).bank(weight, 0.0, -0.05, 1.0, DT) <= math.radians(60.0)  # no more than its weight
+
+
+def test_ailerons_that_stand_elsewhere_than_believed_are_held_against_by_more_sideslip() -> None:
+    s, without = Readings(AC, H), Without(AC)
+    s.step(frame(w=(-0.04, 0.0, 0.0)), NEW, GOOD, DT)  # it rolls on although it is asked back
+    rudders = [without.rudder(s, -0.045, 0.2, 0.0, 2.5, DT) for _ in range(1000)]
+    assert np.all(np.diff(rudders[:100]) < 0.0)  # the nose away from the falling wing
+    assert rudders[-1] == rudders[-2] < rudders[0] - 0.1  # and no more once that is the most
+    s.step(frame(w=(0.2, 0.0, 0.0)), NEW, GOOD, DT)
+    held = [without.rudder(s, -0.045, 0.2, 0.0, 2.5, DT) for _ in range(10)]
+    assert held[-1] == pytest.approx(held[0])

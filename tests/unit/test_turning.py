@@ -154,6 +154,19 @@ def test_a_gyro_that_jumps_to_and_fro_is_left_out_within_a_quarter_of_a_second(
     assert [who for _, who in more] == [0]
 
 
+def test_jumps_of_twice_what_counts_do_not_become_the_rule() -> None:
+    """Of a large aircraft, that turns slowly: three of four steps beyond the limit come by chance, and it has to stay where it is."""
+    tanker = load_aircraft("kc135r")
+    for seed in range(12):
+        rng = np.random.default_rng(seed)
+
+        def wrong(t: float, rate: Arr, att: Arr, rng: np.random.Generator = rng) -> tuple[Arr, Arr]:
+            return rate + rng.uniform(-0.3, 0.3, 5).mean() * np.eye(3)[0] * (t >= 20.0), att
+
+        found = watched(tanker, 26.0, 40 + seed, wrong, size=0.3)
+        assert [who for _, who in found] == [0, HF_IMU] and found[1][0] < 25.0, (seed, found)
+
+
 @pytest.mark.parametrize("size", [0.3, 1.0])
 @pytest.mark.parametrize("seed", range(3))
 def test_a_gyro_that_jumped_and_comes_late_is_not_taken_again(ac: Aircraft, seed: int, size: float) -> None:

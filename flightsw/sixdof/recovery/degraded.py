@@ -14,8 +14,12 @@ PATH_RATE, BANK_MOST = 0.6, math.radians(60.0)  # [1/s] of the path, [rad]
 BANK_CLOSE, CLOSE_S, LIFTED = math.radians(85.0), 1.4, 1.3
 SIDE_S = 0.5  # [s] the other side must have been the better one: a single reading of the place turns nobody over
 LOAD_S = 0.3  # [s] over which the load factor is looked at
-SIDESLIP_MOST, SIDESLIP_RATE = math.radians(12.0), 2.0  # [rad], [1/s]
+SIDESLIP_MOST, SIDESLIP_RATE = math.radians(16.0), 2.0  # [rad], [1/s]
 ROLL_RATE, ROLL_GAIN, ROLL_MOST = 0.35, 1.0, math.radians(12.0)  # [1/s] of the bank, of the roll rate; [rad/s]
+ROLL_TRIM, ROLL_TRIM_MOST = (
+    0.3,
+    1.0,
+)  # [1/s^2], [rad/s^2] integral of the roll rate's error: where ailerons stand is known to a degree or two
 BORNE_MOST = math.radians(
     15.0
 )  # [rad/s] of roll: the sideslip that a lost rudder makes takes the ailerons before it settles
@@ -30,6 +34,7 @@ class Without:
         self.load: float | None = None  # [-] as it lasts; not known before an elevator is lost
         self._lost_s = 0.0
         self.lifted = False  # towards a tanker
+        self._roll = 0.0  # [rad/s^2] roll acceleration the file's moments do not give
         self._side, self._other_s = 0.0, 0.0  # banked to; [s] the other has been wanted
 
     def bank(self, s: Readings, path: float, wanted: float, side: float, dt: float) -> float:
@@ -65,13 +70,18 @@ class Without:
         """Roll rate [rad/s] towards a bank that is roll [rad] away, by sideslip."""
         return min(max(ROLL_RATE * roll, -ROLL_MOST), ROLL_MOST)
 
-    def rudder(self, s: Readings, aileron: float, p: float, r: float, k_yaw: float) -> float:
+    def rudder(self, s: Readings, aileron: float, p: float, r: float, k_yaw: float, dt: float) -> float:
         """Rudder [rad] whose sideslip rolls with p [rad/s], yawing with r [rad/s] beside; aileron [rad]: where that is."""
         c, g, w = self.ac.aero, self.ac.geometry, s.w
         ixx, iyy, izz = s.inertia
         qSb, hb = s.q * g.S_m2 * g.b_m, 0.5 * g.b_m / s.V
-        roll = (ixx * ROLL_GAIN * (p - w[0]) - (iyy - izz) * w[1] * w[2]) / qSb - hb * (c.Cl_p * p + c.Cl_r * w[2])
+        missing = p - w[0]
+        roll = (ixx * (ROLL_GAIN * missing + self._roll) - (iyy - izz) * w[1] * w[2]) / qSb - hb * (
+            c.Cl_p * p + c.Cl_r * w[2]
+        )
         beta = (roll - c.Cl_da * aileron) / c.Cl_beta
+        if abs(beta) < SIDESLIP_MOST:
+            self._roll = min(max(self._roll + ROLL_TRIM * missing * dt, -ROLL_TRIM_MOST), ROLL_TRIM_MOST)
         beta = min(max(beta, -SIDESLIP_MOST), SIDESLIP_MOST)
         r -= SIDESLIP_RATE * (beta - s.beta)
         yaw = (izz * k_yaw * (r - w[2]) - (ixx - iyy) * w[0] * w[1]) / qSb

@@ -90,7 +90,7 @@ class RecoveryLaw:
         p, q, r = self._rates(s, roll, load, ahead, aside)
         u = self._surfaces(s, p, q, r)
         if answer.failed >= 0:
-            u = self._degraded(s, want, answer, u, roll, p, -G0 / s.V * aside)
+            u = self._degraded(s, want, answer, u, roll, p, -G0 / s.V * aside, dt)
         thrust, avail = self._thrust(s, want, climb)
         sent = [min(max(x, self.lim[i, 0]), self.lim[i, 1]) for i, x in enumerate(u)]
         if sent[1] == u[1]:
@@ -101,14 +101,16 @@ class RecoveryLaw:
         self.terms.closed = True
         return np.array([*sent, thrust]), thrust / avail
 
-    def _degraded(self, s: Readings, want: Wanted, answer: Answer, u: Vec3, roll: float, p: float, r: float) -> Vec3:
+    def _degraded(
+        self, s: Readings, want: Wanted, answer: Answer, u: Vec3, roll: float, p: float, r: float, dt: float
+    ) -> Vec3:
         """Surfaces u [rad] where one does not answer: roll [rad] to go, roll and yaw rate wanted [rad/s]."""
         lost, at = self.without, answer.at
         if answer.failed == ELEVATOR:
             # adverse yaw left alone: its sideslip takes incidence off as the aircraft rolls, alpha' = q - g/V n - p tan(beta)
             return u[0], lost.creep(s, at[ELEVATOR], self.path, want.path), 0.0 if lost.lifted else u[2]
         if answer.failed == AILERON:
-            return 0.0, u[1], lost.rudder(s, at[AILERON], lost.roll(s, roll), r, self._k[2])
+            return 0.0, u[1], lost.rudder(s, at[AILERON], lost.roll(s, roll), r, self._k[2], dt)
         return lost.aileron(s, at[RUDDER], p, self._k[0]), u[1], 0.0
 
     def _gains(self, s: Readings) -> Vec3:
