@@ -155,7 +155,7 @@ def test_a_gyro_that_jumps_to_and_fro_is_left_out_within_a_quarter_of_a_second(
 
 
 def test_jumps_of_twice_what_counts_do_not_become_the_rule() -> None:
-    """Of a large aircraft, that turns slowly: three of four steps beyond the limit come by chance, and it has to stay where it is."""
+    """Three of four steps beyond the limit come by chance, and the limit has to stay where it is until then."""
     tanker = load_aircraft("kc135r")
     for seed in range(12):
         rng = np.random.default_rng(seed)
