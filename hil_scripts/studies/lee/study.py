@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from flightsw.sixdof.estimator_core import NavParams
+from flightsw.sixdof.layout import RATE
 from hil_scripts.campaign.study import Case, RunResult, Study
 from hil_scripts.studies.lee import flight as fl
 from hil_scripts.studies.lee.filters import calculated_wind, consistency, run, wind_figures
@@ -83,6 +84,11 @@ def no_aero_filters(s: np.ndarray, wind: str) -> dict[str, NavParams]:
     }
 
 
+def rate_noise(error: np.ndarray, m: np.ndarray) -> dict[str, float]:
+    """Standard deviation [rad/s] of each rate's error where m [N] is set, of errors [N,15] of the states."""
+    return {f"rate.sd_radps.{a}": float(np.std(error[m, RATE.start + i])) for i, a in enumerate("pqr")}
+
+
 def run_case(case: Case, seed: int) -> RunResult:
     """One flight, its readings, and every estimator of the case on them."""
     p = case.params
@@ -96,6 +102,7 @@ def run_case(case: Case, seed: int) -> RunResult:
     W = flight.x[:, 12:15]
     m = flight.t >= after
     values: dict[str, float] = {"wind.mean_mps": float(np.linalg.norm(W[m], axis=1).mean())}
+    values |= {f"read.{k}": v for k, v in rate_noise(y - flight.x, m).items()}
     values["flight.half_turns"] = float(abs(flight.x[-1, 6] - flight.x[0, 6]) / np.pi)
     traces: dict[str, np.ndarray] = {"t": flight.t[::4], "wind_true": W[::4]}
     traces["state_true"], traces["state_read"] = (a[::4, :12].astype(np.float32) for a in (flight.x, y))
@@ -116,6 +123,7 @@ def run_case(case: Case, seed: int) -> RunResult:
         if name in DRAWN:
             traces[f"{name}.state"] = est.x[::4, :12].astype(np.float32)
             traces[f"{name}.state_sigma"] = est.sigma[::4, :12].astype(np.float32)
+            values |= {f"{name}.{k}": v for k, v in rate_noise(est.x - flight.x, m).items()}
     cmw = calculated_wind(flight, y)
     values |= {f"cmw.{k}": v for k, v in wind_figures(flight.t, W, cmw, None, after).items()}
     traces["cmw.wind"] = cmw[::4]
