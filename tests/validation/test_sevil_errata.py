@@ -1,4 +1,4 @@
-"""Errata of Sevil (2013) that concern mathematics used by both sides: rotation rate, turbulence, gain schedule (sevil.md section 7)."""
+"""Errata of Sevil (2013) in mathematics used by both sides: rotation rate, turbulence, gain schedule (sevil.md section 7)."""
 
 from __future__ import annotations
 
