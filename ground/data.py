@@ -22,12 +22,13 @@ from numpy.typing import NDArray
 from flightsw.strict import near
 from ground.align import GAP_US, Aligned, align
 from ground.columns import Columns
-from ground.happenings import Event, by_name, happened
+from ground.happenings import Event, happened
 from ground.run import Run as Folder
 from ground.run import load
 from ground.signals import GROUPS, WAYS, Signal, fields
+from ground.tree import by_name, flatten
 from ground.views import registry
-from ground.whole import flatten, scenario, toml
+from ground.whole import scenario, toml
 
 MESSAGE, LINK = "message", "link"  # groups of fields as they were on the wire
 

@@ -18,7 +18,8 @@ import numpy as np
 
 from ground.columns import LogError, load
 from ground.report.page import STYLE, number
-from ground.whole import flatten, scenario
+from ground.tree import flatten
+from ground.whole import scenario
 
 COMMON = ("run.sim_s", "run.sim_s_per_wall_s", "loop.slips")
 FEW = 8  # figures of a run that has no bounds

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -91,13 +91,3 @@ def _planned(run: Run) -> Iterator[Event]:
     for e in scenario(run.folder).get("event", []):
         more = " ".join(f"{k}={v}" for k, v in e.items() if k not in ("t_s", "target") and v and v != -1)
         yield Event(float(e.get("t_s", 0.0)), str(e.get("target", "")), "planned", more)
-
-
-def by_name(tree: dict[str, Any]) -> dict[str, Any]:
-    """Nested tables in which arrays of tables are tables by the name, or else the place, of their entries."""
-    out = {}
-    for key, value in tree.items():
-        if isinstance(value, list) and value and all(isinstance(v, dict) for v in value):
-            value = {str(v.get("name", i)): v for i, v in enumerate(value)}
-        out[key] = by_name(value) if isinstance(value, dict) else value
-    return out

@@ -7,7 +7,7 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from ground.whole import flatten
+from ground.tree import flatten
 
 Difference = tuple[str, Any, Any]  # key, of the one and of the other; None: it is not there
 BOUNDS = "plant.expect."  # what a run is judged by flies nothing

@@ -19,23 +19,13 @@ from flightsw.icd.dialect import VALUES
 from flightsw.icd.scan import scan
 from ground.columns import Columns
 from ground.link.packets import IDS, decode
+from ground.tree import flatten
 
 TLM_SLACK_S = 0.5  # [s] telemetry is sent ten times a second
 TAIL_BYTES = 1 << 16  # of a link log are looked at
 BASE_HZ, TRUTH_HZ = 100.0, 20.0  # [1/s] of a scenario that does not say
 TRUNCATED = "truncated"
 Flat = dict[str, Any]
-
-
-def flatten(nested: dict[str, Any], prefix: str = "") -> Flat:
-    """Nested mapping as flat dotted keys."""
-    out: Flat = {}
-    for key, value in nested.items():
-        if isinstance(value, dict):
-            out |= flatten(value, f"{prefix}{key}.")
-        else:
-            out[f"{prefix}{key}"] = value
-    return out
 
 
 def _json(path: Path) -> Flat:

@@ -23,11 +23,10 @@ ALL, SMALL = "all", "small"
 
 def _list(console: Console, name: str | None) -> None:
     """The studies, or the cases of one. Raises CampaignError for an unknown one."""
-    from hil_scripts.campaign.registry import find, listed
+    from hil_scripts.campaign.registry import cases, listed
 
     if name is not None:
-        for case in find(name).cases:
-            console.print(case.name, soft_wrap=True, highlight=False, markup=False)
+        console.out("\n".join(cases(name)), highlight=False)
         return
 
     table = Table("study", "cases", "runs", "about", box=None, pad_edge=False)

@@ -1,8 +1,8 @@
 """Studies by name, from the entry points `wakefield.studies` of this and of any other installed package: each a Study, or a tuple
 of them where several share code.
 
-What there is stands in studies.txt beside this file, so that naming the studies imports none of them; those of other packages are
-imported. `python -m hil_scripts.campaign.registry` writes it anew.
+What there is stands in studies.txt and cases.txt beside this file, so that naming studies and cases imports none; those of
+other packages are imported. `python -m hil_scripts.campaign.registry` writes both anew.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from hil_scripts.campaign.error import CampaignError
 if TYPE_CHECKING:
     from hil_scripts.campaign.study import Study
 
-LIST = Path(__file__).with_name("studies.txt")
+LIST, CASES = (Path(__file__).with_name(n) for n in ("studies.txt", "cases.txt"))
 
 
 class Listed(NamedTuple):
@@ -97,13 +97,25 @@ def find(name: str) -> Study:
     return next(s for s in _studies(known[name].entry, known[name].value) if s.name == name)
 
 
-def written() -> str:
-    """studies.txt as it ought to be: a line for each study of this project."""
-    ours = {entry: value for entry, value in _points().items() if value.startswith("hil_scripts.")}
-    rows = [row for entry, value in sorted(ours.items()) for row in _rows(entry, value)]
-    return "".join("\t".join(map(str, row)) + "\n" for row in rows)
+def cases(name: str) -> list[str]:
+    """Names of the cases of the study called `name`, in order. Raises CampaignError as find."""
+    if name in listed():
+        lines = (line.split("\t") for line in CASES.read_text(encoding="utf-8").splitlines())
+        known = [case for study, case in lines if study == name]
+        if known:
+            return known
+    return [case.name for case in find(name).cases]
+
+
+def written() -> dict[Path, str]:
+    """studies.txt and cases.txt as they ought to be: a line for each study of this project, and for each of its cases."""
+    ours = {entry: value for entry, value in sorted(_points().items()) if value.startswith("hil_scripts.")}
+    rows = [row for entry, value in ours.items() for row in _rows(entry, value)]
+    every = [f"{s.name}\t{c.name}\n" for entry, value in ours.items() for s in _studies(entry, value) for c in s.cases]
+    return {LIST: "".join("\t".join(map(str, row)) + "\n" for row in rows), CASES: "".join(every)}
 
 
 if __name__ == "__main__":
-    LIST.write_text(written(), encoding="utf-8")
-    print(LIST)
+    for path, text in written().items():
+        path.write_text(text, encoding="utf-8")
+        print(path)

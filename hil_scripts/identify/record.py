@@ -16,7 +16,7 @@ from hil_scripts.identify.engines import HEIGHTS_M, MACHS
 from hil_scripts.identify.limits import ALPHA_SHARE, Flown
 from hil_scripts.identify.regress import Equation
 from hil_scripts.launch import tomlout
-from hil_scripts.launch.runfolder import PARAMS
+from hil_scripts.launch.places import PARAMS
 from sim_plant.scenario import HERE as SCENARIOS
 
 ORDER = ("CL", "CD", "Cm", "CY", "Cl", "Cn")

@@ -11,13 +11,10 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from flightsw.aircraft.base import HERE as AIRCRAFT
-from flightsw.process.config import flight_of
 from flightsw.strict import ConfigError, near, to_dict
-from ground.happenings import by_name
-from ground.whole import flatten
+from ground.tree import by_name, flatten
 from hil_scripts.campaign.registry import listed
-from hil_scripts.launch.runfolder import PARAMS, PLANT_KEY, SCENARIOS, resolve
+from hil_scripts.launch.places import AIRCRAFT, PARAMS, PLANT_KEY, SCENARIOS
 
 Rows = list[tuple[str, str]]
 GIVEN = ("app.name", "app.sysid", "origin.")  # of a flight file: the scenario's to give
@@ -80,7 +77,10 @@ def as_dict(kinds: Iterable[str]) -> dict[str, dict[str, str]]:
 def keys(scenario: str, pattern: str = "*") -> dict[str, Any]:
     """Key as `--set` has it -> value, defaults included, of the scenario and of every aircraft's onboard software. Raises
     ConfigError for a scenario that does not exist or cannot be flown, and where no key fits."""
-    from flightsw.app import check  # slow to import (numba)
+    # slow to import, and of no use to the lists
+    from flightsw.app import check
+    from flightsw.process.config import flight_of
+    from hil_scripts.launch.runfolder import resolve
 
     plan = resolve(scenario, None, [], None)
     out = flatten(by_name(plan.scenario), f"{PLANT_KEY}.")

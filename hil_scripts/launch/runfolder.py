@@ -23,14 +23,11 @@ from flightsw.files import write_whole
 from flightsw.process.config import flight_tree, load_flight
 from flightsw.strict import ConfigError, changed, near
 from hil_scripts.launch import tomlout
+from hil_scripts.launch.places import PARAMS, PLANT_KEY, ROOT, SCENARIOS
 from sim_plant.dump import tree_of
 from sim_plant.obeyed import refuse
 from sim_plant.scenario import Link, load_scenario
 
-ROOT = Path(__file__).resolve().parents[2]
-SCENARIOS = ROOT / "sim_plant" / "scenarios"
-PARAMS = ROOT / "flightsw" / "params"
-PLANT_KEY = "plant"
 LIBRARIES = (
     "wakefield", "numpy", "scipy", "numba", "llvmlite", "msgspec", "pymavlink", "rerun-sdk", "fastcrc", "jsbsim",
 )  # fmt: skip

@@ -13,7 +13,7 @@ from flightsw.process.application import make_app
 from flightsw.process.config import load_flight
 from flightsw.process.parameters import Parameter, parameters
 from flightsw.types import SensorFrame, Setting
-from hil_scripts.launch.runfolder import PARAMS
+from hil_scripts.launch.places import PARAMS
 
 FILES = ("tanker", "receiver", "receiver_rendezvous", "rendezvous", "gust", "windshear")
 

@@ -16,7 +16,7 @@ from flightsw.missions.rendezvous.track import ReceiverTrack, RendezvousFramePar
 from flightsw.process.application import make_app
 from flightsw.process.config import load_flight
 from flightsw.types import UPD_RADAR, UPD_TACAN, Command, NavState, SensorFrame
-from hil_scripts.launch.runfolder import PARAMS
+from hil_scripts.launch.places import PARAMS
 
 DT = 0.05
 V = 203.7

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from hil_scripts.launch import ports
-from hil_scripts.launch.runfolder import SCENARIOS
+from hil_scripts.launch.places import SCENARIOS
 from tests.sil.launch import Ended, sil
 
 SHORT = ("--duration", 5, "--no-rrd")

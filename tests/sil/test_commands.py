@@ -17,7 +17,8 @@ import sim_plant.__main__
 from hil_scripts import shell, sil
 from hil_scripts.campaign.registry import all_studies
 from hil_scripts.launch import listing, screen
-from hil_scripts.launch.runfolder import PARAMS, SCENARIOS, resolve
+from hil_scripts.launch.places import PARAMS, SCENARIOS
+from hil_scripts.launch.runfolder import resolve
 from sim_plant.scenario import load_scenario
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from flightsw.icd.tlog import read
-from hil_scripts.launch.runfolder import SCENARIOS, resolve
+from hil_scripts.launch.places import SCENARIOS
+from hil_scripts.launch.runfolder import resolve
 from tests.sil.launch import sil, summary
 
 SHORT_S = 12.0  # [s] simulated

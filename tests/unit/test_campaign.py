@@ -285,12 +285,15 @@ def test_small_cases_are_cases() -> None:
 
 def test_the_list_of_studies_says_what_the_studies_say() -> None:
     """`python -m hil_scripts.campaign.registry` writes it anew; naming them imports none."""
-    assert registry.LIST.read_text() == registry.written()
+    assert registry.written() == {path: path.read_text() for path in (registry.LIST, registry.CASES)}
     assert {n: (len(s.cases), s.default_runs, s.title, s.purpose) for n, s in all_studies().items()} == {
         n: x[3:] for n, x in registry.listed().items()
     }
-    code = "import sys; from hil_scripts.campaign.registry import listed; listed(); print('numpy' in sys.modules)"
-    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "False\n"
+    code = (
+        "import sys; from hil_scripts.campaign.registry import cases; print(len(cases('lee')), 'numpy' in sys.modules)"
+    )
+    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert said == f"{len(all_studies()['lee'].cases)} False\n"
 
 
 def test_ctrl_c_keeps_what_was_made_and_leaves_no_process(cli: list[str], tmp_path: Path) -> None:

@@ -18,7 +18,8 @@ import pytest
 from ground.metrics import compute
 from hil_scripts.launch import verdict
 from hil_scripts.launch.inproc import InProcess
-from hil_scripts.launch.runfolder import SCENARIOS, make_folder, resolve
+from hil_scripts.launch.places import SCENARIOS
+from hil_scripts.launch.runfolder import make_folder, resolve
 
 FLOWN = tomllib.loads(Path(__file__).with_name("flown.toml").read_text())
 Fault = tuple[str, Callable[[float], float]]
