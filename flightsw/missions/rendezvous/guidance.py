@@ -39,7 +39,7 @@ class MeetingParams:
     )
     announce_ahead_s: Annotated[float, Range(0.0, 120.0)] = 10.0  # before the turn its end is judged
     hold_s: Annotated[float, Range(0.0, 60.0)] = 15.0  # before the turn the heading is held
-    speed_margin_mps: Annotated[float, Range(0.0, 100.0)] = 15.0 * KN  # beyond the trim: announced
+    speed_margin_mps: Annotated[float, Range(0.0, 100.0)] = 5.0 * KN  # beyond the trim: announced
     leg_s: Annotated[float, Range(0.0, 900.0)] = 300.0  # longest leg back to the track; 0: none
     leg_angle_deg: Annotated[float, Range(1.0, 45.0)] = 26.0
     leg_gain_radpm: Annotated[float, Range(0.0)] = 0.25 / NM

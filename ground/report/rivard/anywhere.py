@@ -37,6 +37,7 @@ SHARES = (
     ("told.before", "told before the turn, %"),
     ("told.outside", "of those outside at roll-out, %"),
     ("false.turn", "false before the turn, %"),
+    ("false.speed", "speed false, %"),
     ("false.end", "false at the end, %"),
     ("silent.any", "outside and nothing said, %"),
 )
@@ -45,7 +46,8 @@ x is positive when the tanker is too far ahead; RMS in NM. Outside is beyond 1 N
 that does not end in place and lasts at most 300 s; figures after it are of all meetings, with or without one.
 
 Told before the turn: the innovations had warned, or the prediction of the turn had been announced, by its first second. A
-prediction counts as false where the true miss is inside 0.7 of the box. Nothing said: neither before the turn nor at the end,
+prediction counts as false where the true miss is inside 0.7 of the box, a receiver said to be faster or slower than the tanker
+can trim where it is not. Nothing said: neither before the turn nor at the end,
 no warning of the innovations and no lost set.
 """
 

@@ -91,8 +91,9 @@ def outside(v: Array, share: float = 1.0) -> Array:
     return ~((np.abs(v[0]) <= share * BOX_M[0]) & (np.abs(v[1]) <= share * BOX_M[1]))
 
 
-def batch(rows: Array) -> dict[str, float]:
-    """Values of one batch of rows [n, 19] (geometry_kernel.R_*): moments of the misses [m] and counts of meetings."""
+def batch(rows: Array, trim: float = math.inf) -> dict[str, float]:
+    """Values of one batch of rows [n, 20] (geometry_kernel.R_*): moments of the misses [m] and counts of meetings. trim [m/s]:
+    of the tanker; who says that the receiver's speed is beyond it is wrong where it is not."""
     done = rows[:, gk.R_DONE] > 0.0
     rolled, end = rows[:, [gk.R_XR, gk.R_YR]].T, rows[:, [gk.R_X, gk.R_Y]].T
     before, said = (rows[:, j].astype(int) for j in (gk.R_SAID_BEFORE, gk.R_SAID))
@@ -111,6 +112,7 @@ def batch(rows: Array) -> dict[str, float]:
         "told.speed": (before & gk.km.SAY_SPEED) > 0,
         "told.quiet": quiet,
         "false.turn": ((before & gk.km.SAY_LEG) > 0) & ~outside(rolled, PLAIN),
+        "false.speed": ((before & gk.km.SAY_SPEED) > 0) & (np.abs(rows[:, gk.R_FASTER]) <= trim),
         "false.end": ((said & gk.km.SAY_MISSED) > 0) & ~outside(end, PLAIN),
         "silent.end": out_end & done & ((said & gk.km.SAY_MISSED) == 0),
         "silent.any": out_end & (said == 0) & ~np.isfinite(warned) & ~quiet,
@@ -131,7 +133,7 @@ def batch(rows: Array) -> dict[str, float]:
 MEANS = ("turn.start_s", "rollout.at_s", "end.at_s", "refused", "opened")
 SHARES = (
     "unfinished", "rollout.outside", "end.outside", "leg", "warned", "told.before", "told.speed", "told.quiet", "false.turn",
-    "false.end", "silent.end", "silent.any", "restarted",
+    "false.speed", "false.end", "silent.end", "silent.any", "restarted",
 )  # fmt: skip
 
 
@@ -161,8 +163,9 @@ def run_batch(case: Case, seed: int) -> RunResult:
     name = str(case.params["setting"])
     if name not in SETTINGS:
         raise ValueError(f"setting {name!r}: allowed: {', '.join(SETTINGS)}")
-    rows = run_geometry(SETTINGS[name][1], int(case.params["batch"]), seed)
-    return RunResult(batch(rows), {"miss_m": rows[:, [gk.R_XR, gk.R_YR, gk.R_X, gk.R_Y]]})
+    setting = SETTINGS[name][1]
+    rows = run_geometry(setting, int(case.params["batch"]), seed)
+    return RunResult(batch(rows, setting.guid.trim_mps), {"miss_m": rows[:, [gk.R_XR, gk.R_YR, gk.R_X, gk.R_Y]]})
 
 
 STUDY = Study(

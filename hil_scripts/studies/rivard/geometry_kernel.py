@@ -52,11 +52,11 @@ jit = numba.njit(cache=True, nogil=True, fastmath=False, error_model="numpy")
     SP_N,
 ) = range(27)
 # result row; R_DONE 1 finished, 0 out of time. Misses in axes of the receiver's course: at the roll-out, at the end, as
-# estimated at the end, as predicted at the turn
+# estimated at the end, as predicted at the turn; R_FASTER: true airspeed of the receiver less the tanker's at the turn
 (
     R_DONE, R_TURN, R_ROLLED, R_XR, R_YR, R_END, R_X, R_Y, R_XE, R_YE, R_XP, R_YP, R_WARNED, R_SAID_BEFORE, R_SAID, R_REFUSED,
-    R_RESTARTED, R_OPENED, R_SILENT, R_N,
-) = range(20)  # fmt: skip
+    R_RESTARTED, R_OPENED, R_SILENT, R_FASTER, R_N,
+) = range(21)  # fmt: skip
 
 
 @jit
@@ -79,7 +79,7 @@ def fly(
     """Fly out.shape[0] meetings. W [n, 8 + 4 steps], Z [n, 3 + 3 steps], V [n, 2] unit normals of receiver, sensors, wind.
 
     p [20], q [7] truth of receiver and tanker; sp [26] setting; e0 [13], gp, mp, rp, window0 onboard parameters; M components.
-    out [n, 19]: R_*, SI.
+    out [n, 20]: R_*, SI.
     """
     m, P, lw = np.zeros((M, 8)), np.zeros((M, 8, 8)), np.zeros(M)
     wk, k, nu, D = np.zeros((M, k8.H_SIZE)), np.zeros(8), np.zeros(2), np.zeros(k8.D_SIZE)
@@ -178,6 +178,9 @@ def fly(
             if before == kg.APPROACH and (gs[kg.G_PHASE] != kg.APPROACH):
                 row[R_TURN], row[R_SAID_BEFORE] = t, said
                 row[R_XP], row[R_YP] = ms[km.M_XP], ms[km.M_YP]
+                tr.manoeuvre_velocity(t_true, p, v2)
+                pace = math.hypot(p[tr.P_U] + s[1] + s[2] + v2[0] - sp[SP_WX], s[4] + v2[1] - sp[SP_WY])
+                row[R_FASTER] = pace - gp[kg.GP_V]
             te = math.inf
             phase = gs[kg.G_PHASE]
             if before != phase and (phase == kg.DONE or phase == km.LEG):

@@ -96,7 +96,7 @@ def setting_vector(c: GeometryCase) -> Array:
 
 
 def run_geometry(case: GeometryCase, n: int, seed: int = SEED, workers: int = 1) -> Array:
-    """Rows [n, 19] (geometry_kernel.R_*) of meetings 0 to n - 1 of `seed`, SI.
+    """Rows [n, 20] (geometry_kernel.R_*) of meetings 0 to n - 1 of `seed`, SI.
 
     Raises ValueError for n < 1 or workers < 1.
     """
