@@ -208,6 +208,11 @@ class Refusals:
     def _say(self, severity: int, text: str) -> None:
         self.texts.append(Text(severity, text[:50]))
 
+    def keep_out(self, k: int) -> None:
+        """Keep sensor k out on the word of the witnesses."""
+        self.gate.keep_out(k)
+        self.calm = self.plain = False
+
     # --- what others ask --------------------------------------------------------------------------------------------
     def held(self, k: int) -> bool:
         """Whether sensor k is kept out."""

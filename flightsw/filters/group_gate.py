@@ -240,6 +240,10 @@ class GroupGate:
         """Whether a group kept out still contradicts what was known when it went."""
         return bool(self._state[group, SCORE] > BENCH - 2.0 * HELD_BAD)
 
+    def keep_out(self, group: int) -> None:
+        """Keep a group out on the word of others."""
+        self._state[group, SCORE], self._state[group, HELD] = BENCH, 1.0
+
     def admit(self, group: int) -> None:
         """Take a group back."""
         self._state[group, SCORE] = self._state[group, HELD] = 0.0

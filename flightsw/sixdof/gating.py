@@ -13,7 +13,7 @@ import numpy as np
 from flightsw import refusal as rd
 from flightsw.aircraft import Aircraft
 from flightsw.kernels.linalg import product, semidefinite_factor, solve
-from flightsw.kernels.rotations import vec3
+from flightsw.kernels.rotations import less, vec3
 from flightsw.refusal import AidStatus, Refusals
 from flightsw.sixdof.estimator_core import EstimatorCore, NavParams, sane
 from flightsw.sixdof.layout import AIR, WIND, X_BETA, X_P, X_R, X_V
@@ -31,6 +31,9 @@ def _times(A: np.ndarray, B: np.ndarray) -> np.ndarray:
 Forced = Callable[[np.ndarray], np.ndarray]
 HEAR_S = 0.95  # [s] between two looks of the witnesses while nothing is in dispute
 LATE_S = 0.5  # [s] without a reading from which dead reckoning counts
+DRAGGED = 5.0  # sigma by which the lift contradicts an estimate whose airspeed goes where a strained reading leads it
+LIKE = 0.5  # [-] share by which the wind's change may differ from what the airspeed lacks by the lift
+BORNE = 0.3  # [-] share of what the lift gives back to the airspeed that stays unknown
 
 
 class TrustedCore(EstimatorCore):
@@ -43,6 +46,7 @@ class TrustedCore(EstimatorCore):
         self.forces = Forces(p.gate.lift_sigma, p.gate.lift_error, p.gate.side_sigma)
         # kept wind needs entries 12..14 to be wind while the filter works, and a single filter
         self._unheard_s = 0.0
+        self._dragged = False  # the airspeed was kept out because it led the estimate away from the lift
         self._was: list[np.ndarray] = []
         self._keeps = p.state_form == "wind" and p.adapt_wind != "bank"
 
@@ -144,8 +148,9 @@ class TrustedCore(EstimatorCore):
         assert gate is not None
         w, here = self.forces, vec3(fm[:3])
         if self.p.model == "aero" and f.gyro_count:
-            w.step(f.acc_mean_b, here, self._unheard_s, gate.calm)
+            w.step(f.acc_mean_b, here, vec3(self.ukf.x[WIND]), self._unheard_s, gate.calm)
         self._unheard_s = 0.0
+        self._give_back(gate)
         if gate.calm:
             return
         for j, kind in enumerate(rd.AIR):
@@ -168,13 +173,43 @@ class TrustedCore(EstimatorCore):
         for j, kind in enumerate(rd.AIR):
             if kind in gate.opened:
                 gate.opened.remove(kind)
-                # the reading may be right, and the wind wrong by as much the other way; ground speed is not in question
-                column = np.zeros((self.ukf.n, 1))
-                column[j] = gate.dispute(kind)
-                wind = column[AIR].copy()
-                solve(self.wind_jacobian.copy(), wind)
-                column[WIND] = wind
+                column = self._by_wind(j, gate.dispute(kind))
                 self.ukf.set_factor(np.hstack([self.ukf.S, column]))
+
+    def _by_wind(self, j: int, more: float) -> np.ndarray:
+        """States [n,1] by which air state j is `more` and the wind other by as much: ground speed is not in question."""
+        column = np.zeros((self.ukf.n, 1))
+        column[j] = more
+        wind = column[AIR].copy()
+        solve(self.wind_jacobian.copy(), wind)
+        column[WIND] = wind
+        return column
+
+    def _give_back(self, gate: Refusals) -> None:
+        """Keep out an airspeed that the estimate follows away from the lift, and fly by the one that bears it.
+
+        What drifts is taken, as it may be the prediction that is wrong; a tube that ices over drifts. The gate alone cannot tell.
+        The specific force can, as V^2 at the incidence, where the gate strains at the airspeed and not at the incidence, or the
+        wind has changed along the flight path by what the airspeed lacks: an incidence that drifts makes an updraught.
+        """
+        if not self._keeps:
+            return
+        x, w = self.ukf.x, self.forces
+        column = self._by_wind(0, float(x[X_V]) * w.faster)
+        if not gate.held(rd.V):
+            self._dragged = (
+                abs(w.lift(1.0, 0.0)[1]) > DRAGGED and not gate.strained[rd.ALPHA] and not gate.held(rd.ALPHA)
+            )
+            if self._dragged and not gate.strained[rd.V]:
+                lost = vec3(column[WIND, 0])
+                self._dragged = math.dist(less(w.wind, vec3(x[WIND])), lost) < LIKE * math.hypot(*lost)
+            if not self._dragged:
+                return
+            gate.keep_out(rd.V)
+        if self._dragged:
+            w.borne()
+            x += column[:, 0]
+            self.ukf.set_factor(np.hstack([self.ukf.S, BORNE * column]))
 
     def widen(self, states: slice, by: np.ndarray) -> None:
         """Open the estimate: an error of the size `by` [k] of the `states`, common to them, may be in it."""

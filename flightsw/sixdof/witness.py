@@ -52,10 +52,11 @@ class Forces:
             0.0,
         )  # lift: measured over modelled; side force: their difference
         self.now, self.side = math.nan, 0.0
+        self.wind: Vec3 = (0.0, 0.0, 0.0)  # [m/s] NED, mean over the same time
 
-    def step(self, measured: Vec3, modelled: Vec3, dt: float, learn: bool) -> None:
-        """Specific force [m/s^2] in body axes as measured, and as the model has it at the estimate, dt [s] after the last; learn:
-        the estimate's air data are measured."""
+    def step(self, measured: Vec3, modelled: Vec3, wind: Vec3, dt: float, learn: bool) -> None:
+        """Specific force [m/s^2] in body axes as measured, and as the model has it at the estimate; wind [m/s] NED of that; dt
+        [s] after the last; learn: the estimate's air data are measured."""
         if not (measured[2] * modelled[2] > 1.0 and dt > 0.0):  # pushed over, or no number: no lift to compare
             return
         r, d = min(measured[2] / modelled[2], 4.0), measured[1] - modelled[1]
@@ -67,6 +68,8 @@ class Forces:
             gain = dt / min(self.known_s, LEARN_TAU_S)
             self.learnt += gain * (r - self.learnt)
             self.side_learnt += gain * (d - self.side_learnt)
+            x, y, z = (a + gain * (b - a) for a, b in zip(self.wind, wind, strict=True))
+            self.wind = x, y, z
 
     def lift(self, share: float, unsure: float) -> tuple[float, float]:
         """Distances in sigmas of the measured lift from `share` times what the model has at the estimate, and from just that,
@@ -76,6 +79,15 @@ class Forces:
         old = self.known_s >= LEARNT_S
         r, s = self.now / (self.learnt if old else 1.0), self.sigma if old else self.error
         return (r / share - 1.0) / s, (r - 1.0) / math.hypot(s, unsure)
+
+    @property
+    def faster(self) -> float:
+        """Share by which the airspeed that bears the measured lift is more than the estimate's."""
+        return math.sqrt(self.now / self.learnt) - 1.0 if self.now > 0.0 else 0.0
+
+    def borne(self) -> None:
+        """The estimate has been given the airspeed that bears the lift."""
+        self.now = self.learnt
 
     def sideways(self, more: float, unsure: float) -> tuple[float, float]:
         """Distances in sigmas of the measured side force from the model's at the estimate plus `more`, and from just that,

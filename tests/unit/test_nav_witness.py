@@ -11,11 +11,14 @@ from flightsw.sixdof.witness import AGAINST, FOR, UNDECIDED, Forces, verdict
 G = 9.81
 
 
+STILL = (0.0, 0.0, 0.0)  # [m/s] wind
+
+
 def learnt(scale: float = 1.08, side: float = 0.1) -> Forces:
     """After 60 s of an aircraft with `scale` times the model's lift and `side` m/s^2 more side force."""
     w = Forces(0.04, 0.25, 0.2)
     for _ in range(60):
-        w.step((0.0, 0.5 + side, -scale * G), (0.0, 0.5, -G), 1.0, True)
+        w.step((0.0, 0.5 + side, -scale * G), (0.0, 0.5, -G), STILL, 1.0, True)
     return w
 
 
@@ -43,7 +46,7 @@ def test_a_true_change_of_airspeed_shows_in_the_lift() -> None:
     """The air really slows the aircraft by 30 m/s: lift drops although the estimate has not followed."""
     w, share = learnt(), (165.0 / 195.0) ** 2
     for _ in range(100):
-        w.step((0.0, 0.6, -1.08 * G * share), (0.0, 0.5, -G), 0.05, False)
+        w.step((0.0, 0.6, -1.08 * G * share), (0.0, 0.5, -G), STILL, 0.05, False)
     sensor, estimate = w.lift(share, 0.0)
     assert sensor == pytest.approx(0.0, abs=0.1)
     assert verdict([(sensor, estimate)]) == FOR
@@ -51,14 +54,26 @@ def test_a_true_change_of_airspeed_shows_in_the_lift() -> None:
     assert verdict([w.lift(share, 1.0 - share)]) == UNDECIDED
 
 
+def test_the_airspeed_that_bears_the_lift() -> None:
+    """The estimate has been led 30 m/s below 195: the model there has (165/195)^2 of the lift that is felt."""
+    w, share = learnt(), (165.0 / 195.0) ** 2
+    assert w.faster == pytest.approx(0.0, abs=1e-9)
+    for _ in range(200):
+        w.step((0.0, 0.6, -1.08 * G), (0.0, 0.5, -G * share), (20.0, 0.0, 0.0), 0.05, False)
+    assert 165.0 * (1.0 + w.faster) == pytest.approx(195.0, abs=0.1)
+    assert w.wind == STILL  # nothing is learnt of a wind that goes with doubtful air data
+    w.borne()
+    assert w.faster == pytest.approx(0.0, abs=1e-9) and w.lift(1.0, 0.0)[1] == pytest.approx(0.0, abs=1e-9)
+
+
 def test_lift_before_it_has_learnt_is_believed_to_a_quarter() -> None:
     w = Forces(0.04, 0.25, 0.2)
     assert w.plausible  # nothing measured yet
     assert w.lift(0.5, 0.0) == (0.0, 0.0)
-    w.step((0.0, 0.0, -1.2 * G), (0.0, 0.0, -G), 0.05, True)
+    w.step((0.0, 0.0, -1.2 * G), (0.0, 0.0, -G), STILL, 0.05, True)
     assert w.plausible and w.lift(1.0, 0.0)[1] == pytest.approx(0.2 / 0.25)
     w.reset()
-    w.step((0.0, 0.0, -1.4 * G), (0.0, 0.0, -G), 0.05, True)
+    w.step((0.0, 0.0, -1.4 * G), (0.0, 0.0, -G), STILL, 0.05, True)
     assert not w.plausible
 
 
@@ -68,7 +83,7 @@ def test_lift_before_it_has_learnt_is_believed_to_a_quarter() -> None:
 def test_no_lift_no_witness(pair: tuple[tuple[float, float, float], tuple[float, float, float]]) -> None:
     w = learnt()
     before = vars(w).copy()
-    w.step(*pair, 1.0, True)
+    w.step(*pair, STILL, 1.0, True)
     assert vars(w) == before
 
 
