@@ -16,9 +16,9 @@ from flightsw.kernels.linalg import product, semidefinite_factor, solve
 from flightsw.kernels.rotations import less, vec3
 from flightsw.refusal import AidStatus, Refusals
 from flightsw.sixdof.estimator_core import EstimatorCore, NavParams, sane
-from flightsw.sixdof.layout import AIR, WIND, X_BETA, X_P, X_R, X_V
+from flightsw.sixdof.layout import AIR, WIND, X_ALPHA, X_BETA, X_P, X_R, X_V
 from flightsw.sixdof.witness import Forces, verdict
-from flightsw.types import NavState, SensorFrame, Text
+from flightsw.types import NavState, SensorFrame, Text, Vec3
 
 
 def _times(A: np.ndarray, B: np.ndarray) -> np.ndarray:
@@ -31,9 +31,11 @@ def _times(A: np.ndarray, B: np.ndarray) -> np.ndarray:
 Forced = Callable[[np.ndarray], np.ndarray]
 HEAR_S = 0.95  # [s] between two looks of the witnesses while nothing is in dispute
 LATE_S = 0.5  # [s] without a reading from which dead reckoning counts
-DRAGGED = 5.0  # sigma by which the lift contradicts an estimate whose airspeed goes where a strained reading leads it
-LIKE = 0.5  # [-] share by which the wind's change may differ from what the airspeed lacks by the lift
-BORNE = 0.3  # [-] share of what the lift gives back to the airspeed that stays unknown
+DRAGGED = 5.0  # sigma by which the lift contradicts an estimate that goes where a reading leads it
+LIFT_LEAST = 1.0  # [m/s^2] across the flight path, below which nothing is made of its share
+TILT = 0.01  # [rad] of incidence, for the slope of the lift
+LIKE = 0.5  # [-] share by which the wind's change may differ from what the reading lacks by the lift
+BORNE = 0.3  # [-] share of what the lift gives back that stays unknown
 
 
 class TrustedCore(EstimatorCore):
@@ -46,7 +48,7 @@ class TrustedCore(EstimatorCore):
         self.forces = Forces(p.gate.lift_sigma, p.gate.lift_error, p.gate.side_sigma)
         # kept wind needs entries 12..14 to be wind while the filter works, and a single filter
         self._unheard_s = 0.0
-        self._dragged = False  # the airspeed was kept out because it led the estimate away from the lift
+        self._dragged = -1  # the sensor kept out because it led the estimate away from the lift
         self._was: list[np.ndarray] = []
         self._keeps = p.state_form == "wind" and p.adapt_wind != "bank"
 
@@ -150,7 +152,7 @@ class TrustedCore(EstimatorCore):
         if self.p.model == "aero" and f.gyro_count:
             w.step(f.acc_mean_b, here, vec3(self.ukf.x[WIND]), self._unheard_s, gate.calm)
         self._unheard_s = 0.0
-        self._give_back(gate)
+        self._give_back(gate, here, at)
         if gate.calm:
             return
         for j, kind in enumerate(rd.AIR):
@@ -185,31 +187,44 @@ class TrustedCore(EstimatorCore):
         column[WIND] = wind
         return column
 
-    def _give_back(self, gate: Refusals) -> None:
-        """Keep out an airspeed that the estimate follows away from the lift, and fly by the one that bears it.
+    def _give_back(self, gate: Refusals, here: Vec3, at: Forced) -> None:
+        """Keep out an airspeed or an incidence that the estimate follows away from the lift, and fly by the one that bears it.
 
         What drifts is taken, as it may be the prediction that is wrong; a tube that ices over drifts. The gate alone cannot tell.
-        The specific force can, as V^2 at the incidence, where the gate strains at the airspeed and not at the incidence, or the
-        wind has changed along the flight path by what the airspeed lacks: an incidence that drifts makes an updraught.
+        The specific force can, as V^2 at the incidence, where the gate strains at one of the two alone, or the wind has changed
+        by what that one lacks: an airspeed that drifts makes a headwind, an incidence an updraught.
         """
-        if not self._keeps:
+        w, k = self.forces, self._dragged
+        if k >= 0 and not gate.held(k):
+            k = self._dragged = -1
+        if not self._keeps or abs(here[2]) < LIFT_LEAST or (k < 0 and abs(w.lift(1.0, 0.0)[1]) < DRAGGED):
             return
-        x, w = self.ukf.x, self.forces
-        column = self._by_wind(0, float(x[X_V]) * w.faster)
-        if not gate.held(rd.V):
-            self._dragged = (
-                abs(w.lift(1.0, 0.0)[1]) > DRAGGED and not gate.strained[rd.ALPHA] and not gate.held(rd.ALPHA)
-            )
-            if self._dragged and not gate.strained[rd.V]:
-                lost = vec3(column[WIND, 0])
-                self._dragged = math.dist(less(w.wind, vec3(x[WIND])), lost) < LIKE * math.hypot(*lost)
-            if not self._dragged:
+        x = self.ukf.x
+        tilted = x.copy()
+        tilted[X_ALPHA] += TILT
+        slope = float(at(tilted)[2] / here[2] - 1.0) / TILT
+        columns = {
+            rd.V: self._by_wind(rd.V, float(x[X_V]) * w.faster),
+            rd.ALPHA: self._by_wind(rd.ALPHA, w.more / slope),
+        }
+        if k < 0:
+            moved = less(w.wind, vec3(x[WIND]))
+            who = [i for i, c in columns.items() if self._leads(gate, i, moved, vec3(c[WIND, 0]))]
+            if len(who) != 1:
                 return
-            gate.keep_out(rd.V)
-        if self._dragged:
-            w.borne()
-            x += column[:, 0]
-            self.ukf.set_factor(np.hstack([self.ukf.S, BORNE * column]))
+            k = self._dragged = who[0]
+            gate.keep_out(k)
+        w.borne()
+        x += columns[k][:, 0]
+        self.ukf.set_factor(np.hstack([self.ukf.S, BORNE * columns[k]]))
+
+    @staticmethod
+    def _leads(gate: Refusals, k: int, moved: Vec3, lost: Vec3) -> bool:
+        """Whether sensor k leads the estimate: the gate strains at it alone, or the wind has `moved` [m/s] by what it has `lost`."""
+        other = rd.ALPHA if k == rd.V else rd.V
+        if gate.held(k) or gate.held(other) or gate.strained[other]:
+            return False
+        return gate.strained[k] > 0.0 or math.dist(moved, lost) < LIKE * math.hypot(*lost)
 
     def widen(self, states: slice, by: np.ndarray) -> None:
         """Open the estimate: an error of the size `by` [k] of the `states`, common to them, may be in it."""

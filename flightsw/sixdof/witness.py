@@ -81,9 +81,14 @@ class Forces:
         return (r / share - 1.0) / s, (r - 1.0) / math.hypot(s, unsure)
 
     @property
+    def more(self) -> float:
+        """Share by which the lift is more than the model's at the estimate."""
+        return self.now / self.learnt - 1.0 if self.now > 0.0 else 0.0
+
+    @property
     def faster(self) -> float:
         """Share by which the airspeed that bears the measured lift is more than the estimate's."""
-        return math.sqrt(self.now / self.learnt) - 1.0 if self.now > 0.0 else 0.0
+        return math.sqrt(1.0 + self.more) - 1.0
 
     def borne(self) -> None:
         """The estimate has been given the airspeed that bears the lift."""

@@ -61,6 +61,7 @@ def test_the_airspeed_that_bears_the_lift() -> None:
     for _ in range(200):
         w.step((0.0, 0.6, -1.08 * G), (0.0, 0.5, -G * share), (20.0, 0.0, 0.0), 0.05, False)
     assert 165.0 * (1.0 + w.faster) == pytest.approx(195.0, abs=0.1)
+    assert 1.0 + w.more == pytest.approx(1.0 / share, abs=1e-3)
     assert w.wind == STILL  # nothing is learnt of a wind that goes with doubtful air data
     w.borne()
     assert w.faster == pytest.approx(0.0, abs=1e-9) and w.lift(1.0, 0.0)[1] == pytest.approx(0.0, abs=1e-9)
