@@ -220,7 +220,7 @@ class TrustedCore(EstimatorCore):
 
     @staticmethod
     def _leads(gate: Refusals, k: int, moved: Vec3, lost: Vec3) -> bool:
-        """Whether sensor k leads the estimate: the gate strains at it alone, or the wind has `moved` [m/s] by what it has `lost`."""
+        """Whether k leads the estimate: the gate strains at it alone, or the wind has `moved` [m/s] by what it has `lost`."""
         other = rd.ALPHA if k == rd.V else rd.V
         if gate.held(k) or gate.held(other) or gate.strained[other]:
             return False

@@ -1,4 +1,4 @@
-"""A tube that ices over and a vane that drifts lead the estimate, until lift and wind speak; then it is given back what it lost."""
+"""A tube that ices over or a vane that drifts leads the estimate, until lift and wind speak; then it gets back what it lost."""
 
 from __future__ import annotations
 
