@@ -192,7 +192,7 @@ class TrustedCore(EstimatorCore):
 
         What drifts is taken, as it may be the prediction that is wrong; a tube that ices over drifts. The gate alone cannot tell.
         The specific force can, as V^2 at the incidence, where the gate strains at one of the two alone, or the wind has changed
-        by what that one lacks: an airspeed that drifts makes a headwind, an incidence an updraught.
+        by what that one lacks: an airspeed that drifts makes a headwind, an incidence an updraught (led-astray.md 1 to 3).
         """
         w, k = self.forces, self._dragged
         if k >= 0 and not gate.held(k):
