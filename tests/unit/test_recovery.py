@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from flightsw import refusal as rd
 from flightsw.aircraft import load_aircraft
 from flightsw.kernels.rotations import dcm_from_euler, quat_from_euler, rotate_dcm
 from flightsw.sixdof.recovery.answer import Answer
@@ -287,3 +288,18 @@ def test_ailerons_that_stand_elsewhere_than_believed_are_held_against_by_more_si
     s.step(frame(w=(0.2, 0.0, 0.0)), NEW, GOOD, DT)
     held = [without.rudder(s, -0.045, 0.2, 0.0, 2.5, DT) for _ in range(10)]
     assert held[-1] == pytest.approx(held[0])
+
+
+def test_what_the_estimate_keeps_out_is_not_gone_by() -> None:
+    """A tube that closes over half a minute is slow enough to be followed; the estimate has found it by then."""
+    s, told = Readings(AC, H), Health(kept_out=1 << rd.V | 1 << rd.ALPHA)
+    s.step(frame(), NEW, GOOD, DT)
+    for k in range(round(30.0 / DT)):
+        f = frame(V=max(V - 8.0 * k * DT, 1.0))
+        s.step(replace(f, air_alpha=(0.3,) * len(f.air_alpha)), NEW, told, DT, V - 3.0)
+        assert s.V == V - 3.0 and not s.V_measured and not s.alpha_measured and s.alpha < 0.1
+    for _ in range(20):  # the estimate begins anew, and with it everything is taken for good again
+        s.step(frame(V=1.0), NEW, GOOD, DT)
+    assert pytest.approx(V - 3.0, abs=1.0) == s.V
+    s.step(frame(V=V), NEW, GOOD, DT)
+    assert s.V == V and s.V_measured

@@ -94,7 +94,7 @@ class Protection:
         """Look at frame f and estimate nav, dt [s] after the last; whether `fly` has the command now."""
         s = self.readings
         doubted = s.motion.doubted
-        s.step(f, updated, health, dt)
+        s.step(f, updated, health, dt, nav.V if nav.valid else None)
         self._answering(felt, nav, health, dt)
         if s.motion.doubted != doubted:
             again, not_now = Text(5, "attitude reference good again"), Text(4, "attitude reference does not turn along")

@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 
+from flightsw import refusal as rd
 from flightsw.aircraft import Aircraft
 from flightsw.kernels.atmosphere import G0, density
 from flightsw.kernels.rotations import dcm_from_quat, rotate_dcm
@@ -64,6 +65,7 @@ class Readings:
         self.motion = Motion()  # whether the reference turns with the aircraft
         self._V_age = self._baro_us = 0.0
         self._V_felt = self.V  # [m/s] by the accelerometers, slowly brought to the probes
+        self._given = False  # the airspeed has last been the estimate's: the probes' has to come near it first
         self.q = 0.0
 
     @property
@@ -89,8 +91,9 @@ class Readings:
         """Ixx, Iyy, Izz [kg m^2]."""
         return float(self._P[IX]), float(self._P[IY]), float(self._P[IZ])
 
-    def step(self, f: SensorFrame, updated: int, health: Health, dt: float) -> None:
-        """Take in the frame f of which `updated` (UPD_*) is new, dt [s] after the last."""
+    def step(self, f: SensorFrame, updated: int, health: Health, dt: float, V: float | None = None) -> None:
+        """Take in the frame f of which `updated` (UPD_*) is new, dt [s] after the last. What the estimate keeps out of air data
+        (health.kept_out) is not gone by; V [m/s]: its airspeed, for the one it keeps out, None: it knows none."""
         good = updated & ~_lost(health)
         if f.fuel_t_us > 0:
             set_mass(self._P, self.ac, self.ac.mass.empty_kg + f.fuel_kg)
@@ -101,9 +104,10 @@ class Readings:
         if updated & UPD_BARO and -1e3 < f.baro_alt_m < 20e3:
             self.h_m = f.baro_alt_m
         rho = density(self.h_m)
-        self._airspeed(f, bool(good & UPD_AIR), dt)
+        out = health.kept_out
+        self._airspeed(f, bool(good & UPD_AIR) and not out >> rd.V & 1, dt, V if out >> rd.V & 1 else None)
         self.q = 0.5 * rho * self.V * self.V
-        self._flow(f, bool(good & UPD_AIR))
+        self._flow(f, bool(good & UPD_AIR), out)
 
     def _attitude(self, f: SensorFrame, fresh: bool, v: Vec3 | None, dt: float) -> None:
         """Turn on with the gyro; take the reference where it agrees with that and turns with it, or where there is nothing
@@ -131,9 +135,14 @@ class Readings:
         self.R = R.copy()
         self.coasting_s = 0.0
 
-    def _airspeed(self, f: SensorFrame, fresh: bool, dt: float) -> None:
-        """The middle one of the probes' airspeeds; between them and after, what gravity and the accelerometers make of it."""
+    def _airspeed(self, f: SensorFrame, fresh: bool, dt: float, given: float | None) -> None:
+        """The middle one of the probes' airspeeds; between them and after, what gravity and the accelerometers make of it, or
+        what is `given` [m/s]."""
         self._V_age += dt
+        if given is not None:
+            self.V = self._V_felt = given
+            self._V_age, self.V_measured, self._given = 0.0, False, True
+            return
         a, down = f.acc_mean_b, self.down
         ca, sa = math.cos(self.alpha), math.sin(self.alpha)
         gained = dt * (ca * (a[0] + G0 * down[0]) + sa * (a[2] + G0 * down[2]))
@@ -144,11 +153,11 @@ class Readings:
         )
         if seen:
             V = _middle(seen)
-            if not self.V_measured:
+            if not self.V_measured and not self._given:
                 self._V_felt = V
             off = V - self._V_felt
             if abs(off) < V_GATE:
-                self.V, self._V_age, self.V_measured = V, 0.0, True
+                self.V, self._V_age, self.V_measured, self._given = V, 0.0, True, False
                 self._V_felt += min(dt / SETTLE_V_S, 1.0) * off
             elif self._V_age <= dt:
                 self.V = self._V_felt  # it has run away, not leapt: what has been taken of it is wrong too
@@ -157,16 +166,17 @@ class Readings:
             self.V += min(dt / TAU_V_S, 1.0) * (self._V_between - self.V)
         self.V = min(max(self.V, 0.3 * self._V_between), 2.0 * self._V_between)
 
-    def _flow(self, f: SensorFrame, fresh: bool) -> None:
-        """Incidence and sideslip: the middle vane less what the rates make at it, else what the specific force says."""
+    def _flow(self, f: SensorFrame, fresh: bool, out: int) -> None:
+        """Incidence and sideslip: the middle vane less what the rates make at it, else, as where it is kept `out` (bit =
+        WKF_READING), what the specific force says."""
         c, S = self.ac.aero, self.ac.geometry.S_m2
         alpha, beta = [], []
         if fresh:
             for i, probe in enumerate(self.ac.probe):
                 x, y, _ = probe.position_m
-                if f.air_mask >> i & 1 and not f.air_bad >> (6 + i) & 1:
+                if f.air_mask >> i & 1 and not f.air_bad >> (6 + i) & 1 and not out >> rd.ALPHA & 1:
                     alpha.append(f.air_alpha[i] - (self.w[0] * y - self.w[1] * x) / self.V)
-                if f.air_mask >> i & 1 and not f.air_bad >> (3 + i) & 1:
+                if f.air_mask >> i & 1 and not f.air_bad >> (3 + i) & 1 and not out >> rd.BETA & 1:
                     beta.append(f.air_beta[i] - self.w[2] * x / self.V)
         by_lift = (self.load * self.mass * G0 / (self.q * S) - c.CL0) / c.CL_alpha
         by_side = f.acc_mean_b[1] * self.mass / (self.q * S * c.CY_beta)
