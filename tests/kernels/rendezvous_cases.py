@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from flightsw.missions.rendezvous import bank as kb
-from flightsw.missions.rendezvous import meeting as km
+from flightsw.missions.rendezvous import meeting_vectors as kv
 from flightsw.missions.rendezvous import range_filter as k3
 from flightsw.missions.rendezvous import range_rules as kr
 from flightsw.missions.rendezvous.guidance import (
@@ -108,10 +108,10 @@ def judged_args(r: Rng) -> Args:
 
 
 def meeting_state(r: Rng) -> np.ndarray:
-    ms = z(km.M_N)
-    ms[km.M_SIDE] = r.choice([-1.0, 0.0, 1.0])
-    ms[km.M_AWAY] = float(r.integers(2)) if ms[km.M_SIDE] else 0.0
-    ms[km.M_OUT] = float(r.integers(2))
+    ms = z(kv.M_N)
+    ms[kv.M_SIDE] = r.choice([-1.0, 0.0, 1.0])
+    ms[kv.M_AWAY] = float(r.integers(2)) if ms[kv.M_SIDE] else 0.0
+    ms[kv.M_OUT] = float(r.integers(2))
     return ms
 
 
@@ -305,7 +305,7 @@ CASES: dict[str, Callable[[Rng], Args]] = {
     "missions.rendezvous.range_rules.young_alarm": lambda r: [window(r), 3.7],
     "missions.rendezvous.range_rules.open_up": lambda r: [*bank(r)[1:], RULES],
     "missions.rendezvous.range_rules.judged_range": judged_args,
-    "missions.rendezvous.meeting.meeting_reset": lambda r: [r.normal(size=km.M_N)],
+    "missions.rendezvous.meeting.meeting_reset": lambda r: [r.normal(size=kv.M_N)],
     "missions.rendezvous.meeting.own_course": lambda r: [
         own(r),
         target(r),

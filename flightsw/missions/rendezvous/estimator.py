@@ -24,6 +24,7 @@ from flightsw.missions.rendezvous.frame import E_SIZE, E_VX, E_X, E_Y
 from flightsw.missions.rendezvous.params import (
     RendezvousNavParams,
     eight_vector,
+    kept_bank,
     new_window,
     nominal_velocity,
     rules_vector,
@@ -66,6 +67,8 @@ class RangeEstimator:
         self.x3, self.P3 = np.zeros(k3.S3_N), np.zeros((k3.S3_N, k3.S3_N))
         self.window = new_window(p)
         self.rules, self.kept = rules_vector(p), np.zeros(kr.RS_N)
+        self.memory, self.memoryP = kept_bank(p, M)
+        self.t = 0.0  # [s] since the start, of the filter's state
         self._prior = np.zeros(2)  # lateral position and sigma [m] of the start
         self.e3, self.e8 = three_vector(p, 0.0), eight_vector(p, 0.0)
         self._wk, self._k, self._nu, self._D = np.zeros((M, k8.H_SIZE)), np.zeros(n), np.zeros(2), np.zeros(k8.D_SIZE)
@@ -96,7 +99,7 @@ class RangeEstimator:
         self.window[:] = new_window(self.p)
         kr.rules_reset(self.kept, range_m)
         self._prior[:] = y_hat, sigma_y
-        self.lag = 0.0
+        self.lag = self.t = 0.0
         self.out = RendezvousEstimate(valid=True, reason="", updates=1)
         self._matched()
 
@@ -130,6 +133,7 @@ class RangeEstimator:
             else:
                 kb.bank_predict(self.m, self.P, self.lw, step, self.e8, self._D)
             self.lag -= step
+            self.t += step
         used = False
         if range_m is not None and math.isfinite(range_m):
             used = self._range(range_m, own_x, own_y)
@@ -159,8 +163,8 @@ class RangeEstimator:
             y_hat, sigma_y = self._prior.tolist()
             o.verdict = int(
                 kr.judged_range(
-                    self.kept, self.rules, self.m, self.P, self.lw, self.window, z, x, y, y_hat, sigma_y, p.grid_sigma,
-                    1.0 if p.mean_shift else 0.0, p.estimator in ("ukf8", "bank"), self.e8, self._wk, self._k, self._nu,
+                    self.kept, self.rules, self.m, self.P, self.lw, self.window, self.memory, self.memoryP, self.t,
+                    z, x, y, y_hat, sigma_y, p.grid_sigma, 1.0 if p.mean_shift else 0.0, p.estimator in ("ukf8", "bank"), self.e8, self._wk, self._k, self._nu,
                 )
             )  # fmt: skip
             used = o.verdict not in (kr.REFUSED, kr.STUCK)
@@ -207,11 +211,13 @@ class RangeEstimator:
         return self.out.mean
 
     @property
-    def spread(self) -> tuple[float, float]:
-        """Sigma [m] of x and y at the last update; (0, 0) of the three-state filter, which does not know its own."""
+    def spread(self) -> tuple[float, float, float]:
+        """Sigma [m] of x and y at the last update and their covariance [m^2]; zeros of the three-state filter, which does not
+        know its own."""
         if self.three:
-            return 0.0, 0.0
-        return math.sqrt(self._C8[k8.X, k8.X]), math.sqrt(self._C8[k8.Y, k8.Y])
+            return 0.0, 0.0, 0.0
+        C = self._C8
+        return math.sqrt(C[k8.X, k8.X]), math.sqrt(C[k8.Y, k8.Y]), float(C[k8.X, k8.Y])
 
     @property
     def covariance(self) -> np.ndarray:

@@ -36,6 +36,10 @@ class RangeRules:
     open_vy_mps: Annotated[float, Range(0.0, 200.0)] = 50.0 * KN
     open_x_m: Annotated[float, Range(0.0, 5000.0)] = 100.0
     open_y_m: Annotated[float, Range(0.0, 5000.0)] = 300.0
+    open_turn_deg: Annotated[float, Range(0.0, 90.0)] = 0.0  # the bank is spread over turns up to this; 0: it is not
+    open_speed_mps: Annotated[float, Range(0.0, 100.0)] = 0.0  # a quarter of it over changes of speed up to this
+    q: int = 3
+    open_back: Annotated[int, Range(0, 10)] = 0  # ranges it is taken back by, before it is opened; 0: it is not
 
 
 @dataclass(frozen=True)
@@ -114,7 +118,14 @@ def rules_vector(p: RendezvousNavParams) -> np.ndarray:
         r.open_x_m,
         r.open_y_m,
     )
+    q[kr.RP_Q]=r.q;q[kr.RP_PACE], q[kr.RP_TURN], q[kr.RP_BACK] = r.open_speed_mps, math.radians(r.open_turn_deg), r.open_back
     return q
+
+
+def kept_bank(p: RendezvousNavParams, M: int) -> tuple[np.ndarray, np.ndarray]:
+    """Room for the estimates of M components that are kept (missions/rendezvous/range_rules.py, keep)."""
+    K = max(p.rules.open_back, 1)
+    return np.zeros((K, M, k8.N8 + 2)), np.zeros((K, M, k8.N8, k8.N8))
 
 
 def new_window(p: RendezvousNavParams) -> np.ndarray:

@@ -59,7 +59,7 @@ class RendezvousPilot:
         mean: tuple[float, float, float, float] | None,
         range_m: float,
         dt: float,
-        spread: tuple[float, float] = (0.0, 0.0),
+        spread: tuple[float, float, float] = (0.0, 0.0, 0.0),
         follow: bool = False,
     ) -> RendezvousCommand:
         """Advance by dt [s]; `mean`: estimate of the receiver, None before the first range (wings level); `spread`, `follow` as
