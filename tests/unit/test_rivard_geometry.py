@@ -38,7 +38,9 @@ from sim_plant.rng import generator
 V, G = 396.0 * KN, 9.80665
 
 
-@pytest.mark.parametrize("name", ["as_planned", "start_left_5_24", "set_first", "turn_towards_10_bearing", "cross_60"])
+@pytest.mark.parametrize(
+    "name", ["as_planned", "start_left_5_24", "set_first", "turn_towards_10_bearing", "turn_away_20", "cross_60"]
+)
 def test_onboard_classes_fly_the_meeting_of_the_study(name: str) -> None:
     c, i = SETTINGS[name][1], 5
     want = run_geometry(c, i + 1)[i]
@@ -78,7 +80,7 @@ def test_onboard_classes_fly_the_meeting_of_the_study(name: str) -> None:
             k += t >= 0.5 * k
             own = OwnState(*(float(v) for v in tanker), c.truth.wind_x_mps, c.truth.wind_y_mps)
             before = gd.out.phase
-            gd.step(own, est.mean, 0.0, t - t_g, est.spread, est.out.left_plan)
+            gd.step(own, est.mean, 0.0, t - t_g, est.last_covariance, est.out.left_plan, est.out.sided)
             said += gd.out.announced
             t_g, due_at = t, t + max(gd.out.wait_s, 1e-4)
             if gd.out.phase == "leg" != before:  # the study looks at the truth here

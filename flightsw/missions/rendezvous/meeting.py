@@ -15,6 +15,7 @@ import numpy as np
 
 from flightsw.kernels.jit import jit
 from flightsw.missions.rendezvous.frame import E_VX, E_VY, E_X, E_Y
+from flightsw.missions.rendezvous.judging import beyond, judge_turn, missed
 from flightsw.missions.rendezvous.leg import fly_leg
 from flightsw.missions.rendezvous.meeting_vectors import (
     LEG,
@@ -25,26 +26,16 @@ from flightsw.missions.rendezvous.meeting_vectors import (
     M_SIDE,
     M_SINCE,
     M_TURNS,
-    M_XP,
-    M_YP,
     MP_AHEAD,
     MP_BOX_X,
-    MP_BOX_Y,
     MP_DOUBT,
-    MP_EDGE,
     MP_HOLD,
     MP_LEG,
     MP_LEG_FROM,
     MP_LEG_TO,
     MP_SIDES,
-    MP_SPEED,
     MP_STRAIGHT,
-    MP_SURE,
-    MP_WELL,
-    SAY_FAR,
-    SAY_LEG,
     SAY_MISSED,
-    SAY_SPEED,
 )
 from flightsw.missions.rendezvous.straight import late_turn
 from flightsw.missions.rendezvous.turn_geometry import (
@@ -61,7 +52,6 @@ from flightsw.missions.rendezvous.turn_geometry import (
     T_TIME,
     T_XM,
     T_YM,
-    turn_point,
 )
 from flightsw.missions.rendezvous.turn_law import (
     APPROACH,
@@ -75,11 +65,9 @@ from flightsw.missions.rendezvous.turn_law import (
     G_XM,
     G_YM,
     GP_BANK_MAX,
-    GP_BANK_MIN,
     GP_G,
     GP_JOIN,
     GP_JOIN_FROM,
-    GP_ROLL,
     GP_SEP,
     GP_STEER_BANK,
     GP_STEER_MAX,
@@ -92,7 +80,6 @@ from flightsw.missions.rendezvous.turn_law import (
 )
 
 _ROUND = 0.2  # [rad] beyond the steering's largest heading the tanker first turns towards the receiver
-_CAUTION = 0.4  # share of the sigma that counts against announcing a turn that is late already
 _LATE = 2.0  # sizes of the box a turn at the bank limit is late by, from which on it is flown slower to be sooner over
 
 
@@ -139,83 +126,6 @@ def choose_side(ms: np.ndarray, o: np.ndarray, r: np.ndarray, gp: np.ndarray, mp
 
 
 @jit
-def outside(x: float, y: float, sx: float, sy: float, mp: np.ndarray) -> bool:
-    """Whether a predicted miss (x, y) [m] lies beyond the announced share of the box by MP_SURE sigma sx, sy [m]."""
-    k = mp[MP_SURE]
-    return abs(x) - k * sx > mp[MP_EDGE] * mp[MP_BOX_X] or abs(y) - k * sy > mp[MP_EDGE] * mp[MP_BOX_Y]
-
-
-@jit
-def beyond(x: float, y: float, share: float, mp: np.ndarray) -> bool:
-    """Whether a miss (x, y) [m] lies outside this share of the box."""
-    return abs(x) > share * mp[MP_BOX_X] or abs(y) > share * mp[MP_BOX_Y]
-
-
-@jit
-def within(e: float, sigma: float, limit: float) -> float:
-    """Probability that a normal value of mean e and standard deviation sigma lies within +-limit."""
-    if sigma <= 0.0:
-        return 1.0 if abs(e) <= limit else 0.0
-    k = 1.0 / (math.sqrt(2.0) * sigma)
-    return 0.5 * (math.erf((limit - e) * k) + math.erf((limit + e) * k))
-
-
-@jit
-def missed(x: float, y: float, sx: float, sy: float, mp: np.ndarray) -> bool:
-    """Whether a meeting that ends (x, y) [m] off by an estimate of sigma sx, sy [m] is called missed.
-
-    Beyond the announced share of the box, and well inside it with no more than the probability MP_DOUBT: an estimate that knows
-    little of where the receiver is does not say that it is elsewhere.
-    """
-    if not beyond(x, y, mp[MP_EDGE], mp):
-        return False
-    well = mp[MP_WELL]
-    return within(x, sx, well * mp[MP_BOX_X]) * within(y, sy, well * mp[MP_BOX_Y]) <= mp[MP_DOUBT]
-
-
-@jit
-def less(x: float, reach: float) -> float:
-    """What is left of x [m] when up to `reach` [m] of it can be flown off."""
-    return math.copysign(max(abs(x) - reach, 0.0), x)
-
-
-@jit
-def judge_turn(
-    ms: np.ndarray, left: float, o: np.ndarray, r: np.ndarray, sx: float, sy: float, gp: np.ndarray, mp: np.ndarray,
-    t: np.ndarray, o2: np.ndarray, r2: np.ndarray,
-) -> int:  # fmt: skip
-    """Announcements about a turn to begin in `left` [s] on the present heading; ms keeps the misses it is predicted to end with.
-
-    o [8], r [4] in the axes of the turn, sx, sy [m] sigma of the receiver's place; t [9], o2 [8], r2 [4] scratch. The speed trim
-    is counted on over the turn and the leg.
-    """
-    for i in range(8):
-        o2[i] = o[i]
-    o2[O_X] += (o[O_V] * math.cos(o[O_PSI]) + o[O_WX]) * left
-    o2[O_Y] += (o[O_V] * math.sin(o[O_PSI]) + o[O_WY]) * left
-    r2[E_X], r2[E_Y], r2[E_VX], r2[E_VY] = r[E_X] + r[E_VX] * left, r[E_Y] + r[E_VY] * left, r[E_VX], r[E_VY]
-    turn_point(o2, r2, gp[GP_BANK_MAX], gp[GP_BANK_MIN], gp[GP_SEP], gp[GP_ROLL], True, gp[GP_G], t)
-    y = t[T_YM] if t[T_LIMITED] > 0.0 else 0.0
-    back = abs(y) * gp[GP_JOIN] if abs(y) > mp[MP_LEG_FROM] * mp[MP_BOX_Y] else 0.0  # what the leg gives up along track
-    x = t[T_XM] - back
-    ms[M_XP], ms[M_YP] = less(t[T_XM], gp[GP_TRIM] * t[T_TIME]), y
-    if t[T_LIMITED] == 0.0 and ms[M_XP] < 0.0:
-        # late: two arcs, the first at the bank limit, come out about where the whole turn at it would along track
-        turn_point(o2, r2, gp[GP_BANK_MAX], gp[GP_BANK_MAX], gp[GP_SEP], gp[GP_ROLL], True, gp[GP_G], t)
-        ms[M_XP] = x = min(t[T_XM], 0.0)
-        sx *= _CAUTION  # nothing is left to wait for
-    said = 0
-    if outside(ms[M_XP], y, sx, sy, mp):
-        said = SAY_LEG
-        if mp[MP_LEG] == 0.0 or outside(less(x, gp[GP_TRIM] * (t[T_TIME] + mp[MP_LEG])), 0.0, sx, sy, mp):
-            said = SAY_LEG + SAY_FAR
-    apart = math.hypot(r[E_VX] - o[O_WX], r[E_VY] - o[O_WY]) - gp[GP_V]
-    if abs(apart) > gp[GP_TRIM] + mp[MP_SPEED]:
-        said += SAY_SPEED
-    return said
-
-
-@jit
 def tight_speed(o: np.ndarray, r: np.ndarray, t: np.ndarray, gp: np.ndarray) -> float:
     """Airspeed [m/s] in a turn t [9] at the bank limit that is to end ahead by what the leg after it costs.
 
@@ -232,14 +142,14 @@ def tight_speed(o: np.ndarray, r: np.ndarray, t: np.ndarray, gp: np.ndarray) -> 
 
 @jit
 def meeting_step(
-    ms: np.ndarray, gs: np.ndarray, o: np.ndarray, r: np.ndarray, sx: float, sy: float, sxy: float, follow: bool,
+    ms: np.ndarray, gs: np.ndarray, o: np.ndarray, r: np.ndarray, P4: np.ndarray, follow: bool, sided: bool,
     range_m: float, dt: float, gp: np.ndarray, mp: np.ndarray, t: np.ndarray, radii: np.ndarray, o2: np.ndarray, r2: np.ndarray,
     o3: np.ndarray, r3: np.ndarray,
 ) -> int:  # fmt: skip
     """Advance the meeting ms [10] and the turn gs [13] by dt [s]; returns what is announced now (SAY_*, 0: nothing).
 
-    o [8] own state, r [4] receiver in R, sx, sy [m] sigma, sxy [m^2] covariance of its place; follow: the
-    receiver has left its plan, its course sets the axes. gs[G_BANK] is in R.
+    o [8] own state, r [4] receiver in R, P4 [4,4] its covariance; follow: the receiver has left its plan, its course sets the
+    axes; sided: bearings or its own position tell on which side of the tanker it is. gs[G_BANK] is in R.
     t [9], radii [2], o2, o3 [8], r2, r3 [4]: scratch.
     """
     if ms[M_SIDE] == 0.0:
@@ -248,9 +158,7 @@ def meeting_step(
     side = ms[M_SIDE]
     own_course(o, r, side, ms[M_CHI] - ms[M_TURNS], gp[GP_V], o2, r2)
     gs[G_BANK] *= side
-    c, s, said = math.cos(ms[M_CHI]), math.sin(ms[M_CHI]), 0
-    sx2 = math.sqrt(max(c * c * sx * sx + s * s * sy * sy + 2.0 * c * s * sxy, 0.0))
-    sy2 = math.sqrt(max(s * s * sx * sx + c * c * sy * sy - 2.0 * c * s * sxy, 0.0))
+    said = 0
     if gs[G_PHASE] == LEG:
         gs[G_TIME] += dt
         fly_leg(ms, gs, o2, r2, gp, mp)
@@ -271,10 +179,11 @@ def meeting_step(
         guidance_step(gs, o2, r2, range_m, dt, gp, t, radii)
         if before == APPROACH and (gs[G_PHASE] != APPROACH or gs[G_WAIT] < mp[MP_AHEAD]):
             left = max(gs[G_WAIT], 0.0) if gs[G_PHASE] == APPROACH else 0.0
-            said = judge_turn(ms, left, o2, r2, sx2, sy2, gp, mp, t, o3, r3)
+            said = judge_turn(ms, left, o2, r2, P4, gp, mp, t, o3, r3)
         if gs[G_PHASE] == APPROACH and gs[G_WAIT] < mp[MP_HOLD]:
             gs[G_BANK] = 0.0
-        late = (mp[MP_STRAIGHT] > 1.0 or (mp[MP_STRAIGHT] > 0.0 and follow)) and gs[G_PHASE] == TURN and late_turn(ms, gs, o2, r2, t, gp, radii)
+        late = mp[MP_STRAIGHT] > 0.0 and follow and gs[G_PHASE] == TURN
+        late = late and late_turn(ms, gs, o2, r2, t, gp, radii)
         if gs[G_PHASE] == TURN and gp[GP_JOIN] > 0.0 and not late:
             past = t[T_LIMITED] > 0.0 and abs(t[T_YM]) > gp[GP_JOIN_FROM]
             if past or (t[T_XM] < -_LATE * mp[MP_BOX_X] and gs[G_BANK] > 0.99 * gp[GP_BANK_MAX]):
@@ -286,7 +195,8 @@ def meeting_step(
                 gs[G_PHASE] = LEG
                 ms[M_SINCE] = gs[G_TIME]
                 fly_leg(ms, gs, o2, r2, gp, mp)
-    if gs[G_PHASE] == DONE and missed(gs[G_XM], gs[G_YM], sx2, sy2, mp):
+    mirror = mp[MP_DOUBT] > 0.0 and follow and not sided
+    if gs[G_PHASE] == DONE and missed(gs[G_XM], gs[G_YM], gp[GP_SEP], mirror, mp):
         said += SAY_MISSED
     gs[G_BANK] *= side
     new = said & ~int(ms[M_SAID])

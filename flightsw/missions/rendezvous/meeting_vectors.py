@@ -1,4 +1,4 @@
-"""Where what stands in the vectors of the meeting: parameters mp, state ms, and what is announced (missions/rendezvous/meeting.py)."""
+"""What stands where in the vectors of the meeting (missions/rendezvous/meeting.py), and what is announced."""
 
 from __future__ import annotations
 
@@ -21,10 +21,9 @@ LEG = 4  # phase after roll-out, besides those of the turn law
     MP_SURE,  # sigma of the estimate by which a predicted miss lies outside to be announced
     MP_HOLD,  # [s] before the turn from which on the heading is held, so that it begins with wings level
     MP_STRAIGHT,  # 1: a late turn, and a leg that is behind, go straight to the place ahead of the receiver
-    MP_WELL,  # share of the box inside which a rendezvous is certainly none to call missed
-    MP_DOUBT,  # probability of that, by the estimate, up to which it is called missed at the end all the same
+    MP_DOUBT,  # 1: what is announced of a receiver off its plan allows for its course and for the mirror image of ranges
     MP_N,
-) = range(18)
+) = range(17)
 # state ms: side (0 not chosen, 1 as printed, -1 mirrored), whole turns added to the heading [rad], rotation of the axes [rad],
 # start of the leg [s], announcements, predicted misses at the roll-out [m], 1 while turning towards the receiver first, 1
 # while a leg leads away from the track, way of a late turn (WIDE, STRAIGHT, LAST)

@@ -2,7 +2,8 @@
 
 One wild range is refused by the gate. Ranges refused in a row that agree with one another are believed against the estimate:
 while it is young it starts again from the newest of them (the first range was bad), later it is opened. A warning of the
-window opens it too: the receiver has done what nobody planned, and the prior no longer holds. A set that repeats its last
+window opens it too: the receiver has done what nobody planned, and the prior no longer holds: its course and speed are
+estimated anew from before that. A set that repeats its last
 range to the decimetre is stuck; nothing it says is used. Section 2 of docs/sources/rivard.md has no such rules: the source
 takes every range.
 """
@@ -41,12 +42,11 @@ from flightsw.missions.rendezvous.range_filter import (
     RP_OPEN_X,
     RP_OPEN_Y,
     RP_YOUNG,  # normal quantile at which a window not yet full warns; 0: only a full one does
-    RP_TURN,  # [rad] largest turn of a receiver off its plan, over which the components are spread then; 0: they are not
-    RP_PACE,  # [m/s] largest change of speed, over which a quarter of them is spread instead; 0: none is
-    RP_Q,
-    RP_BACK,  # ranges the estimate is taken back by then; 0: it is not
+    RP_BACK,  # ranges the estimate is taken back by then, and spread; 0: it is not
+    RP_TURN,  # [rad] over turns up to this
+    RP_PACE,  # [m/s] and over changes of speed up to this
     RP_N,
-) = range(16)
+) = range(15)
 # state rs: ranges after the first, refused in a row, innovation of the last refused [m], last range [m], times opened,
 # estimates kept since
 RS_COUNT, RS_ROW, RS_NU, RS_LAST, RS_OPENED, RS_KEPT, RS_N = range(7)
@@ -87,7 +87,7 @@ def young_alarm(w: np.ndarray, quantile: float) -> bool:
 
 @jit
 def open_up(P: np.ndarray, lw: np.ndarray, rp: np.ndarray, vy: float) -> None:
-    """Add the variances of a receiver off its plan to every living component P [M,8,8]."""
+    """Add the variances of a receiver off its plan to every living component P [M,8,8]; vy [m/s]: sigma added across track."""
     for i in range(P.shape[0]):
         if lw[i] > DEAD:
             P[i, VC, VC] += rp[RP_OPEN_VX] * rp[RP_OPEN_VX]
@@ -98,42 +98,58 @@ def open_up(P: np.ndarray, lw: np.ndarray, rp: np.ndarray, vy: float) -> None:
 
 @jit
 def fan_out(
-    m: np.ndarray, P: np.ndarray, lw: np.ndarray, most: float, pace: float, T: int, half: float, late: float, e: np.ndarray
-) -> None:
-    """m [M,8], P [M,8,8], lw [M] <- a receiver that has turned by anything up to +-most [rad] at some time of the last `since` [s].
+    m: np.ndarray, P: np.ndarray, lw: np.ndarray, turn: float, pace: float, turned: int, since: float, var: float,
+    e: np.ndarray,
+) -> None:  # fmt: skip
+    """m [M,8], P [M,8,8], lw [M] <- a receiver that has changed course by up to +-turn [rad], or speed by up to +-pace [m/s].
 
-    Each component has an angle a of its own, from the moments of the mixture: the velocity v over ground turned, R(a) v, for a
-    time of mean since/2 and variance since^2/12, and the part of the angle it stands for, 0.9 of the spacing, along
-    d R(a) v/da. A range then says which, where one Gaussian over both components of the velocity holds speeds that no turn
-    gives and is soon sure of a wrong one.
+    The first `turned` components share out the angles, the others the speeds, all from the moments of the mixture, as flown for a
+    time of mean since [s] and variance var [s^2]. Each stands for 0.9 of the spacing to either side, in angle where any has
+    turned, in speed where it is one of the others. A range then says which: one Gaussian over both components of
+    the velocity holds many that neither a turn nor a speed gives and is soon sure of a wrong one.
     """
     M = m.shape[0]
     mean, C = np.zeros(N8), np.zeros((N8, N8))
     bank_match(m, P, lw, mean, C)
     vx, vy = e[E8_U] + mean[VC] + mean[VF], mean[VY]
-    v, F = math.hypot(vx, vy), M - T
-    turn, gain, shift = np.zeros(N8), np.zeros(N8), np.zeros(N8)
-    part = OVERLAP * 2.0 * most / (T - 1) if T > 1 else 0.0
-    gain[VC], gain[VY] = vx / v, vy / v
+    v = math.hypot(vx, vy)
+    moved, angle, speed = np.zeros(N8), np.zeros(N8), np.zeros(N8)
+    da = 2.0 * turn / (turned - 1) if turned > 1 else 0.0
     for i in range(M):
-        a = -most + 2.0 * most / (T - 1) * i if i < T else 0.0
-        b = -pace + 2.0 * pace / (F - 1) * (i - T) if i >= T else 0.0
-        faster = OVERLAP * 2.0 * pace / (F - 1) if i >= T else 0.0
-        s, c1 = math.sin(a), math.cos(a) - 1.0
-        shift[X] = c1 * vx - s * vy + b * gain[VC]
-        shift[Y] = s * vx + c1 * vy + b * gain[VY]
-        turn[VC], turn[VY] = -(vy + shift[Y]), vx + shift[X]
-        for j in range(2):
-            turn[X if j == 0 else Y] = half * turn[VC if j == 0 else VY]
-            gain[X if j == 0 else Y] = half * gain[VC if j == 0 else VY]
+        a, b, db = -turn + da * i, 0.0, 0.0
+        if i >= turned:
+            db = 2.0 * pace / (M - turned - 1)
+            a, b = 0.0, -pace + db * (i - turned)
+        c, s = math.cos(a), math.sin(a)
+        moved[VC], moved[VY] = (c - 1.0) * vx - s * vy + b * vx / v, s * vx + (c - 1.0) * vy + b * vy / v
+        angle[VC], angle[VY] = -OVERLAP * da * (vy + moved[VY]), OVERLAP * da * (vx + moved[VC])
+        speed[VC], speed[VY] = OVERLAP * db * vx / v, OVERLAP * db * vy / v
+        for d in (moved, angle, speed):
+            d[X], d[Y] = since * d[VC], since * d[VY]
         for j in range(N8):
-            m[i, j] = mean[j] + half * shift[j]
+            m[i, j] = mean[j] + moved[j]
             for k in range(N8):
-                P[i, j, k] = C[j, k] + part * part * turn[j] * turn[k] + faster * faster * gain[j] * gain[k]
-                P[i, j, k] += late * shift[j] * shift[k]
-        m[i, VC] += shift[X]
-        m[i, VY] += shift[Y]
+                P[i, j, k] = C[j, k] + angle[j] * angle[k] + speed[j] * speed[k]
+        P[i, X, X] += var * moved[VC] * moved[VC]
+        P[i, X, Y] += var * moved[VC] * moved[VY]
+        P[i, Y, X] += var * moved[VC] * moved[VY]
+        P[i, Y, Y] += var * moved[VY] * moved[VY]
         lw[i] = 0.0
+
+
+@jit
+def keep(
+    m: np.ndarray, P: np.ndarray, lw: np.ndarray, t: float, rs: np.ndarray, kept: np.ndarray, keptP: np.ndarray
+) -> None:
+    """Keep m [M,8], P [M,8,8], lw [M] of time t [s] in place of the oldest of kept [K,M,10] (m, lw, t), keptP [K,M,8,8]."""
+    i = int(rs[RS_KEPT]) % kept.shape[0]
+    rs[RS_KEPT] += 1.0
+    for j in range(m.shape[0]):
+        kept[i, j, N8], kept[i, j, N8 + 1] = lw[j], t
+        for c in range(N8):
+            kept[i, j, c] = m[j, c]
+            for d in range(N8):
+                keptP[i, j, c, d] = P[j, c, d]
 
 
 @jit
@@ -143,45 +159,30 @@ def leave_plan(
 ) -> None:  # fmt: skip
     """Open the estimate m [M,8], P [M,8,8], lw [M] of time t [s] for a receiver off its plan.
 
-    With RP_BACK it is first taken back to the oldest one kept: the ranges since then have been explained by a receiver on its
-    plan and have dragged the estimate along the ring. With RP_TURN it is spread over turns since then.
+    Without RP_BACK as it stands. With it the estimate is first taken back to the oldest kept: the ranges since have been
+    explained by a receiver on its plan and have dragged it along the ring. From there it is spread over turns (three
+    quarters of it) and speeds (the rest), begun at any time since; while nothing older than the first ranges is kept, over
+    speeds alone, as flown all the time: a receiver too fast or too slow shows at once, one that turns at any time.
     """
-    K, n = kept.shape[0], int(rs[RS_KEPT])
-    rs[RS_KEPT] = 0.0
-    if n >= 1 and rp[RP_TURN] > 0.0:
-        i = (n - min(n, K)) % K
-        for j in range(m.shape[0]):
-            lw[j] = kept[i, j, N8]
-            for c in range(N8):
-                m[j, c] = kept[i, j, c]
-                for d in range(N8):
-                    P[j, c, d] = keptP[i, j, c, d]
-        since = t - kept[i, 0, N8 + 1]
-        bank_predict(m, P, lw, since, e, np.zeros(D_SIZE))
-        M = m.shape[0]
-        if n > K:
-            fan_out(m, P, lw, rp[RP_TURN], rp[RP_PACE], M - int(rp[RP_Q]), 0.5 * since, since * since / 12.0, e)
-            open_up(P, lw, rp, 0.0)
-        else:
-            fan_out(m, P, lw, rp[RP_TURN], rp[RP_PACE], 0, since, 0.0, e)
-            open_up(P, lw, rp, rp[RP_OPEN_VY])
+    K, M, n = kept.shape[0], m.shape[0], int(rs[RS_KEPT])
+    if rp[RP_BACK] == 0.0:
+        open_up(P, lw, rp, rp[RP_OPEN_VY])
         return
-    open_up(P, lw, rp, rp[RP_OPEN_VY])
-
-
-@jit
-def keep(
-    m: np.ndarray, P: np.ndarray, lw: np.ndarray, t: float, rs: np.ndarray, kept: np.ndarray, keptP: np.ndarray
-) -> None:
-    """Keep the estimate m [M,8], P [M,8,8], lw [M] of time t [s] in kept [K,M,10], keptP [K,M,8,8], in the place of the oldest."""
-    i = int(rs[RS_KEPT]) % kept.shape[0]
-    for j in range(m.shape[0]):
-        kept[i, j, N8], kept[i, j, N8 + 1] = lw[j], t
+    i = (n - min(n, K)) % K
+    for j in range(M):
+        lw[j] = kept[i, j, N8]
         for c in range(N8):
-            kept[i, j, c] = m[j, c]
+            m[j, c] = kept[i, j, c]
             for d in range(N8):
-                keptP[i, j, c, d] = P[j, c, d]
-    rs[RS_KEPT] += 1.0
+                P[j, c, d] = keptP[i, j, c, d]
+    since = t - kept[i, 0, N8 + 1]
+    bank_predict(m, P, lw, since, e, np.zeros(D_SIZE))
+    if n > K:
+        fan_out(m, P, lw, rp[RP_TURN], rp[RP_PACE], M - M // 4, 0.5 * since, since * since / 12.0, e)
+        open_up(P, lw, rp, 0.0)
+    else:
+        fan_out(m, P, lw, rp[RP_TURN], rp[RP_PACE], 0, since, 0.0, e)
+        open_up(P, lw, rp, rp[RP_OPEN_VY])
 
 
 @jit
@@ -190,10 +191,10 @@ def judged_range(
     keptP: np.ndarray, t: float, z: float, x_t: float, y_t: float, y_hat: float, sigma_y: float, span: float, shift: float,
     hermite: bool, e: np.ndarray, wk: np.ndarray, k: np.ndarray, nu: np.ndarray,
 ) -> int:  # fmt: skip
-    """Take in slant range z [m] of time t [s] at own position [m] by the rules rp [14], state rs [6]; returns what became of it.
+    """Take in slant range z [m] of time t [s] at own position [m] by the rules rp [15], state rs [6]; what became of it.
 
-    m, P, lw, wk, k, nu: as of bank_range; w [7+n] the window; kept, keptP as of `keep`; y_hat +- sigma_y [m], span, shift: the prior of bank_start for a
-    new start. nu [2] <- innovation [m] and variance [m^2], of the estimate before it was opened where it was refused.
+    m, P, lw, wk, k, nu: as of bank_range; w [7+n] the window; kept, keptP as of `keep`; y_hat +- sigma_y [m], span, shift: the
+    prior of bank_start for a new start. nu [2] <- innovation [m] and variance [m^2], of the estimate before it was opened.
     """
     rs[RS_COUNT] += 1.0
     if rp[RP_BACK] > 0.0:

@@ -75,7 +75,7 @@ def behind(o: np.ndarray, r: np.ndarray, phi_max: float, separation: float, roll
 
 @jit
 def arc(psi: float, to: float, radius: float, v: float, ux: float, uy: float, xy: np.ndarray) -> None:
-    """xy [2] <- displacement [m] of an arc from heading psi to `to` [rad] to the left against air that moves with (ux, uy) [m/s]."""
+    """xy [2] <- displacement [m] of a left arc from heading psi to `to` [rad] relative to who flies (ux, uy) [m/s]."""
     t = radius * (to - psi) / v
     xy[0] = radius * (math.sin(to) - math.sin(psi)) - ux * t
     xy[1] = radius * (math.cos(psi) - math.cos(to)) - uy * t
@@ -135,8 +135,16 @@ def late_turn(
     if ms[M_WAY] != LAST:
         fast = gp[GP_V] + gp[GP_TRIM]
         straight_course(
-            o, r, fast, gp[GP_BANK_MAX], gp[GP_STEER_BANK], gp[GP_NEAR], gp[GP_SEP], gp[GP_ROLL],
-            gp[GP_G], out,
+            o,
+            r,
+            fast,
+            gp[GP_BANK_MAX],
+            gp[GP_STEER_BANK],
+            gp[GP_NEAR],
+            gp[GP_SEP],
+            gp[GP_ROLL],
+            gp[GP_G],
+            out,
         )
         if out[0] < o[O_PSI] - _AGAIN:
             ms[M_WAY] = WIDE

@@ -67,6 +67,11 @@ def _settings() -> dict[str, tuple[str, GeometryCase]]:
                     "turn",
                     changed(plan, truth_turn_at_s=60.0, truth_turn_deg=sign * degrees, **more),
                 )
+    for known in (60.0, 80.0):  # what the law makes of a turn known from then on: no sensor tells it sooner
+        out[f"turn_away_30_known_{known:g}"] = (
+            "turn",
+            changed(plan, truth_turn_at_s=60.0, truth_turn_deg=-30.0, known_s=known, **SENSORS["_link"]),
+        )
     faults = {
         "first": Fault(0.0, 1.0, 5000.0),
         "second": Fault(10.0, 1.0, 5000.0),

@@ -56,8 +56,8 @@ jit = numba.njit(cache=True, nogil=True, fastmath=False, error_model="numpy")
 # estimated at the end, as predicted at the turn; R_FASTER: true airspeed of the receiver less the tanker's at the turn
 (
     R_DONE, R_TURN, R_ROLLED, R_XR, R_YR, R_END, R_X, R_Y, R_XE, R_YE, R_XP, R_YP, R_WARNED, R_SAID_BEFORE, R_SAID, R_REFUSED,
-    R_RESTARTED, R_OPENED, R_SILENT, R_FASTER, R_SX, R_SY, R_N,
-) = range(23)  # fmt: skip
+    R_RESTARTED, R_OPENED, R_SILENT, R_FASTER, R_N,
+) = range(21)  # fmt: skip
 
 
 @jit
@@ -84,7 +84,8 @@ def fly(
     """
     m, P, lw = np.zeros((M, 8)), np.zeros((M, 8, 8)), np.zeros(M)
     wk, k, nu, D = np.zeros((M, k8.H_SIZE)), np.zeros(8), np.zeros(2), np.zeros(k8.D_SIZE)
-    mean8, C8, r4, s, c, t13 = np.zeros(8), np.zeros((8, 8)), np.zeros(4), np.zeros(8), np.zeros(5), np.zeros(13)
+    mean8, C8, r4, P4 = np.zeros(8), np.zeros((8, 8)), np.zeros(4), np.zeros((4, 4))
+    s, c, t13 = np.zeros(8), np.zeros(5), np.zeros(13)
     o, gs, ms, rs = np.zeros(8), np.zeros(kg.G_N), np.zeros(kv.M_N), np.zeros(kr.RS_N)
     turn, radii, o2, r2, o3, r3, v2, xy = (
         np.zeros(9), np.zeros(2), np.zeros(8), np.zeros(4), np.zeros(8), np.zeros(4), np.zeros(2), np.zeros(2)
@@ -155,6 +156,7 @@ def fly(
                     z_y = s[3] + sp[SP_LINK_BIAS] * Z[run, 2] + sp[SP_LINK] * Z[run, 5 + 3 * i_meas]
                     kb.bank_position(m, P, lw, z_x, z_y, sp[SP_LINK_R], wk, k, nu)
                 kb.bank_match(m, P, lw, mean8, C8)
+                kb.reduce_four(mean8, C8, e[k8.E8_U], r4, P4)
                 i_meas += 1
             if not (t >= tg or t >= te):
                 continue
@@ -173,8 +175,10 @@ def fly(
             o[0], o[1], o[2], o[3], o[4] = c[0], c[1], c[2], c[3], c[4]
             before = gs[kg.G_PHASE]
             follow = t >= sp[SP_KNOWN] or rs[kr.RS_OPENED] > 0.0
-            sx, sy, sxy = math.sqrt(C8[k8.X, k8.X]), math.sqrt(C8[k8.Y, k8.Y]), C8[k8.X, k8.Y]
-            new = km.meeting_step(ms, gs, o, r4, sx, sy, sxy, follow, z, t - t_g, gp, mp, turn, radii, o2, r2, o3, r3)
+            sided = sp[SP_BEARING] > 0.0 or sp[SP_LINK] > 0.0
+            new = km.meeting_step(
+                ms, gs, o, r4, P4, follow, sided, z, t - t_g, gp, mp, turn, radii, o2, r2, o3, r3
+            )  # fmt: skip
             t_g, said = t, said + new
             if before == kg.APPROACH and (gs[kg.G_PHASE] != kg.APPROACH):
                 row[R_TURN], row[R_SAID_BEFORE] = t, said
@@ -194,8 +198,5 @@ def fly(
                 if phase == kg.DONE:
                     row[R_DONE], row[R_END], row[R_X], row[R_Y], row[R_SAID] = 1.0, t, xy[0], xy[1], said
                     row[R_XE], row[R_YE] = gs[kg.G_XM], gs[kg.G_YM]
-                    cq, sq = math.cos(ms[kv.M_CHI]), math.sin(ms[kv.M_CHI])
-                    row[R_SX] = math.sqrt(cq*cq*sx*sx+sq*sq*sy*sy+2*cq*sq*sxy)
-                    row[R_SY] = math.sqrt(sq*sq*sx*sx+cq*cq*sy*sy-2*cq*sq*sxy)
                     break
             te = t + max(gs[kg.G_WAIT], 1e-4)

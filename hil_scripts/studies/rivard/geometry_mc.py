@@ -32,12 +32,14 @@ from sim_plant.couplings import traffic_kernel as tr
 from sim_plant.rng import generator
 
 Array = np.ndarray
-RULES = RangeRules(believed=2, repeat_m=0.1, young_z=3.719, open=True)
+RULES = RangeRules(
+    believed=2, repeat_m=0.1, young_z=3.719, open=True, open_back=4, open_turn_deg=40.0, open_speed_mps=30.0
+)
 NAV = RendezvousNavParams(
     estimator="bank", components=15, gate_nis=25.0, window_nis=4.64, window_drift=15.1, rules=RULES
 )
 GUIDANCE = RendezvousGuidanceParams(
-    law="two_arc", lead_s=-1.0, offset_bank_deg=24.56, meeting=MeetingParams(on=True)
+    law="two_arc", lead_s=-1.0, offset_bank_deg=24.56, meeting=MeetingParams(on=True, straight=True, doubt=True)
 )  # the product's (flightsw/params/rendezvous.toml), without its aircraft's lag
 LOST_S = 35.0  # TrackParams.lost_s
 TRUTH = Truth(roll_rate_degps=5.0)
@@ -141,7 +143,7 @@ def changed(c: GeometryCase, **changes: object) -> GeometryCase:
         else:
             own[key] = value
     if parts["rules"]:
-        parts["nav"]["rules"] = replace(c.nav.rules, **parts["rules"])
+        parts["nav"]["rules"] = replace(c.nav.rules, **parts["rules"])  # type: ignore[arg-type]
     guid = replace(c.guid, **parts["guid"])  # type: ignore[arg-type]
     guid = replace(guid, meeting=replace(guid.meeting, **parts["meet"]))  # type: ignore[arg-type]
     own |= {"nav": replace(c.nav, **parts["nav"]), "guid": guid, "truth": replace(c.truth, **parts["truth"])}  # type: ignore[arg-type]
