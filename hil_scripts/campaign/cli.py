@@ -7,12 +7,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
-from rich.table import Table
 
 from hil_scripts.launch import screen
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from hil_scripts.campaign.study import Study
     from hil_scripts.launch.procs import StopFlag
 
@@ -23,6 +23,8 @@ ALL, SMALL = "all", "small"
 
 def _list(console: Console, name: str | None) -> None:
     """The studies, or the cases of one. Raises CampaignError for an unknown one."""
+    from rich.table import Table
+
     from hil_scripts.campaign.registry import cases, listed
 
     if name is not None:
