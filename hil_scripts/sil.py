@@ -233,7 +233,7 @@ def warmup(force: Annotated[bool, typer.Option("--force", help="Also when nothin
 def replay(run: RunDir, json_: Json = False) -> None:
     """Re-run the onboard software from its recorded inputs; exit 1 if any output differs."""
     kernels()
-    from flightsw.icd.tlog import say_damage
+    from flightsw.icd.damage import say_damage
     from hil_scripts.launch import replay_cmd
 
     say_damage("sil")
