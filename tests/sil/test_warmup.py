@@ -11,6 +11,7 @@ import pytest
 from rich.console import Console
 
 from hil_scripts.launch import kernel_cache, kernel_list, warmup
+from hil_scripts.launch.places import ROOT
 from hil_scripts.launch.procs import StopFlag
 
 COMPILES = """
@@ -106,6 +107,19 @@ print(early, "scipy.linalg" in sys.modules)
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["False", "True"]
+
+
+def test_the_warm_up_of_the_rendezvous_goes_beyond_the_first_range() -> None:
+    """What fuses a second range, a bearing or a position is not compiled, nor loaded, in flight."""
+    code = """
+from flightsw.missions.rendezvous import bank, range_rules
+from flightsw.process.application import make_app
+from flightsw.process.config import load_flight
+make_app(load_flight("flightsw/params/rendezvous.toml")).warmup()
+print(*(len(k.signatures) for k in (bank.bank_predict, bank.bank_bearing, bank.bank_position, range_rules.judged_range)))
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    assert done.stdout.split() == ["1"] * 4
 
 
 def test_types_a_list_cannot_hold_are_left_out() -> None:
