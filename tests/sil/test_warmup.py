@@ -109,17 +109,33 @@ print(early, "scipy.linalg" in sys.modules)
     assert done.stdout.split() == ["False", "True"]
 
 
-def test_the_warm_up_of_the_rendezvous_goes_beyond_the_first_range() -> None:
-    """What fuses a second range, a bearing or a position is not compiled, nor loaded, in flight."""
-    code = """
-from flightsw.missions.rendezvous import bank, range_rules
+LATER = {  # mission -> module and kernels that a flight comes to some time after its start
+    "rendezvous": (
+        "flightsw.missions.rendezvous.estimator",
+        ("kb.bank_predict", "kb.bank_bearing", "kb.bank_position", "kr.judged_range"),
+    ),
+    "receiver": (
+        "flightsw.missions.receiver.integrity.bank",
+        ("kernel.predict", "kernel.innovations", "kernel.correct", "kernel.separation", "kernel.variance"),
+    ),
+}
+
+
+@pytest.mark.parametrize("mission", LATER)
+def test_the_warm_up_comes_to_what_a_flight_needs_later(mission: str) -> None:
+    """A second range, the first relative measurement to be judged: nothing is compiled, nor loaded, in flight."""
+    module, kernels = LATER[mission]
+    code = f"""
+import importlib
 from flightsw.process.application import make_app
 from flightsw.process.config import load_flight
-make_app(load_flight("flightsw/params/rendezvous.toml")).warmup()
-print(*(len(k.signatures) for k in (bank.bank_predict, bank.bank_bearing, bank.bank_position, range_rules.judged_range)))
+make_app(load_flight("flightsw/params/{mission}.toml")).warmup()
+for name in {kernels}:
+    at, _, function = name.partition(".")
+    print(len(getattr(getattr(importlib.import_module("{module}"), at), function).signatures))
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
-    assert done.stdout.split() == ["1"] * 4
+    assert done.stdout.split() == ["1"] * len(kernels)
 
 
 def test_types_a_list_cannot_hold_are_left_out() -> None:

@@ -96,6 +96,16 @@ class Bank:
             self.left_out[1 + k] |= 1 << k
         self._fork_all()
 
+    def exercise(self) -> None:
+        """All that a step calls, once, on a reading that says nothing; the bank is to be started then."""
+        t_us, rows = 50_000, Reading(WAKE, 50_000, np.zeros((ROWS, self.n)), np.zeros(ROWS), np.ones(ROWS), 3)
+        self.start(0, np.zeros(3), np.zeros(3), ZERO3)
+        self.predict(t_us, ZERO3, 0.1)
+        self.wildest(rows)
+        self.correct(rows)
+        self.stand(t_us, ZERO3, np.eye(3).ravel(), 0.1)
+        self.judge(3, 3)
+
     def unlatched(self) -> None:
         """The boom has let go: what was learnt of its error holds no more."""
         self._forget(OB)
