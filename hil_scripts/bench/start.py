@@ -13,6 +13,7 @@ import subprocess
 import sys
 from pathlib import Path
 from typing import Any, NoReturn
+from unittest.mock import patch
 
 from hil_scripts.bench.row import Row
 
@@ -74,12 +75,12 @@ def to_first_tick(scenario: str, folder: str) -> NoReturn:
     def watched(*args: Any) -> int:
         from sim_plant.server import PlantServer
 
-        PlantServer.begin_tick = lambda _: os._exit(0)  # type: ignore[method-assign]
-        return fly(*args)
+        with patch.object(PlantServer, "begin_tick", lambda _: os._exit(0)):
+            return fly(*args)
 
-    sil._fly = watched
     sys.argv = ["sil", "run", scenario, "--in-process", "--seed", "1", "--out", folder]
-    sil.main()
+    with patch.object(sil, "_fly", watched):
+        sil.main()
     raise SystemExit("ended without a tick")
 
 
