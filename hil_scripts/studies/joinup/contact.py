@@ -16,7 +16,7 @@ from hil_scripts.studies.grades.flight import STATION_M
 from hil_scripts.studies.grades.words import Words
 from hil_scripts.studies.integrity.flight import LOOK_HZ, RECEIVER, Watch
 from hil_scripts.studies.integrity.judge import KEEP_OUT_M
-from hil_scripts.studies.integrity.snapshot import STATUS, Flying, phase_in, said
+from hil_scripts.studies.integrity.snapshot import STATUS, Flying, phase_in, said, warm
 from hil_scripts.studies.integrity.table import Moment
 from sim_plant.lost import AircraftLostError
 from sim_plant.truth import truth_of
@@ -104,6 +104,7 @@ STUDY = Study(
     purpose="rendezvous, join-up and contact in one flight, sensors of one grade: contact made and kept, or left and said",
     cases=(Case("tactical", {"grade": "tactical"}),),
     run=run_one,
+    warm=warm,
     default_runs=20,
     binary=OUTCOMES,
 )
