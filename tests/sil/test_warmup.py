@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -88,6 +90,22 @@ def test_every_kernel_of_the_list_is_compiled_once_and_callees_first(
     levels: dict[object, int] = {}
     order = [kernel_list.level(kernels[e.name], levels) for e in done]
     assert order == sorted(order) and order[-1] >= 4
+
+
+def test_the_compiler_starts_without_what_no_kernel_uses_and_still_has_it() -> None:
+    """scipy.linalg is imported by a kernel that needs BLAS, not by the first that is called."""
+    code = """
+import sys, numpy as np
+from flightsw.compiler import numba
+from flightsw.kernels.linalg import inner
+A, b = np.arange(9.0).reshape(3, 3), np.array([1.0, -2.0, 0.5])
+assert inner(b, b) == 5.25
+early = "scipy.linalg" in sys.modules
+assert np.array_equal(numba.njit(lambda A, b: A @ b)(A, b), A @ b)
+print(early, "scipy.linalg" in sys.modules)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["False", "True"]
 
 
 def test_types_a_list_cannot_hold_are_left_out() -> None:
