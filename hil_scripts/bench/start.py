@@ -74,10 +74,10 @@ def to_first_tick(scenario: str, folder: str) -> NoReturn:
     def watched(*args: Any) -> int:
         from sim_plant.server import PlantServer
 
-        PlantServer.begin_tick = lambda _: os._exit(0)  # type: ignore[method-assign]
+        PlantServer.begin_tick = lambda _: os._exit(0)  # type: ignore[assignment, method-assign]
         return fly(*args)
 
-    sil._fly = watched
+    sil._fly = watched  # type: ignore[assignment]
     sys.argv = ["sil", "run", scenario, "--in-process", "--seed", "1", "--out", folder]
     sil.main()
     raise SystemExit("ended without a tick")
