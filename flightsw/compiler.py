@@ -13,8 +13,10 @@ from numba.np import linalg
 
 
 def _unasked() -> None:
-    """Import what asks, and answer yes: numba without scipy is not installed here."""
-    ask = linalg.ensure_blas
+    """Import what asks, and answer yes: numba without scipy is not installed here. A numba that asks otherwise is left alone."""
+    ask = getattr(linalg, "ensure_blas", None)
+    if ask is None:
+        return
     linalg.ensure_blas = lambda: None
     try:
         import_module("numba.np.arraymath")

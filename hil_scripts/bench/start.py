@@ -1,25 +1,21 @@
 """Processor time of starts: a run to its first tick beside the least a program with compiled kernels needs, helps and lists, and
 the picture file of a run. All in processes of their own, whose time others on the machine change little.
-
-`python -m hil_scripts.bench.start SCENARIO FOLDER` is `sil run SCENARIO --in-process --out FOLDER`, ended before the first tick.
 """
 
 from __future__ import annotations
 
-import os
 import resource
 import statistics
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any, NoReturn
-from unittest.mock import patch
 
 from hil_scripts.bench.row import Row
 
 ROUNDS = 5  # alternated, so that a machine that slows down slows all
 SCENARIO = "gust"
 FLOOR = ("hil_scripts.bench.floor",)
+FIRST_TICK = "hil_scripts.bench.first_tick"
 SHORT = {  # what is said at once; beside it the module that says it
     "sil --help": "hil_scripts.sil", "sil run --help": "hil_scripts.sil", "sil campaign --list": "hil_scripts.sil",
     "ground --help": "ground", "ground convert --help": "ground", "ground report --help": "ground",
@@ -42,7 +38,7 @@ def rows(folder: Path, rounds: int = ROUNDS) -> list[Row]:
     took: dict[str, list[float]] = {"floor": [], "run": [], **{name: [] for name in SHORT}}
     for i in range(rounds + 1):
         took["floor"].append(cpu_s(*FLOOR))
-        took["run"].append(cpu_s("hil_scripts.bench.start", SCENARIO, str(folder / str(i))))
+        took["run"].append(cpu_s(FIRST_TICK, SCENARIO, str(folder / str(i))))
         for name, module in SHORT.items():
             took[name].append(cpu_s(module, *name.split()[1:]))
     counted = {name: times[1:] for name, times in took.items()}
@@ -64,25 +60,3 @@ def picture_rows(run: Path, sim_s: float) -> list[Row]:
         Row("rrd.cpu_s", f"picture file of {sim_s:.0f} s", took, "s CPU", "< 2.5 of 1000 s"),
         Row("rrd.mb_per_1000_s", "its size per 1000 s", size / 1e3 / sim_s, "MB", "< 25"),
     ]
-
-
-def to_first_tick(scenario: str, folder: str) -> NoReturn:
-    """Start a run as the command does, and end the process where its first tick would begin."""
-    from hil_scripts import sil
-
-    fly = sil._fly
-
-    def watched(*args: Any) -> int:
-        from sim_plant.server import PlantServer
-
-        with patch.object(PlantServer, "begin_tick", lambda _: os._exit(0)):
-            return fly(*args)
-
-    sys.argv = ["sil", "run", scenario, "--in-process", "--seed", "1", "--out", folder]
-    with patch.object(sil, "_fly", watched):
-        sil.main()
-    raise SystemExit("ended without a tick")
-
-
-if __name__ == "__main__":
-    to_first_tick(*sys.argv[1:3])

@@ -20,9 +20,9 @@ def test_the_plant_steps_with_and_without_its_air() -> None:
 
 
 def test_a_start_is_timed_to_the_first_tick_and_no_further(tmp_path: Path) -> None:
-    assert start.cpu_s("hil_scripts.bench.start", start.SCENARIO, str(tmp_path / "run")) > 0.0
+    assert start.cpu_s(start.FIRST_TICK, start.SCENARIO, str(tmp_path / "run")) > 0.0
     assert (tmp_path / "run" / "meta.json").exists()
     logs = {p.name: p.stat().st_size for p in (tmp_path / "run").glob("*.tlog")}
     assert {"truth.tlog", "tlm.tlog"} <= set(logs) and not any(logs.values())
     with pytest.raises(RuntimeError, match="no such name"):
-        start.cpu_s("hil_scripts.bench.start", "nowhere", str(tmp_path / "other"))
+        start.cpu_s(start.FIRST_TICK, "nowhere", str(tmp_path / "other"))

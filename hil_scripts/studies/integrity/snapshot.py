@@ -84,6 +84,12 @@ class Flying:
         world.faults.inject(event, world.tick)
 
 
+def warm() -> None:
+    """The first second of a flight of the matrix, thrown away: what flights like it use has been loaded."""
+    m = next(iter(MOMENTS.values()))
+    Flying(m.scenario, 1, m.settings).fly_to(1.0)
+
+
 @lru_cache(maxsize=2)
 def _flown(scenario: str, seed: int, settings: tuple[str, ...]) -> dict[str, Flying]:
     """Copies of one flight at every moment of its scenario, by name. Raises ValueError where it is in another phase."""
