@@ -42,6 +42,15 @@ class Flying:
         self.nodes = built.nodes
         self.names = [f.name for f in plan.flights]
 
+    def hear_only(self, messages: frozenset[int], of_last: frozenset[int] | None = None) -> None:
+        """Let the aircraft send no messages but these (ids), and texts: nobody reads any other. of_last: other ones of the last
+        aircraft. They fly alike."""
+        for node in self.nodes:
+            wanted = of_last if of_last is not None and node is self.nodes[-1] else messages
+            for name in node.telemetry.rates:
+                if IDS[name] not in wanted:
+                    node.telemetry.set_rate(name, 0.0)
+
     @property
     def t_s(self) -> float:
         """Time of the tick to come [s]."""
@@ -88,6 +97,7 @@ class Flying:
 def _flown(scenario: str, seed: int, settings: tuple[str, ...]) -> dict[str, Flying]:
     """Copies of one flight at every moment of its scenario, by name. Raises ValueError where it is in another phase."""
     flight, found = Flying(scenario, seed, settings), {}
+    flight.hear_only(frozenset(), HEARD)  # of others a Watch reads texts
     here = {k: m for k, m in MOMENTS.items() if (m.scenario, m.settings) == (scenario, settings)}
     for name, m in sorted(here.items(), key=lambda item: item[1].t_s):
         phase = flight.fly_to(m.t_s)
