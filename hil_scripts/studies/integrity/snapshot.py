@@ -1,5 +1,6 @@
 """A flight in memory, without logs or sockets, that can be copied whole: plant and onboard processes with every filter, delay
-line and generator. A copy goes on bit for bit as the flight it was taken from; datagrams go through the same codecs.
+line and generator. A copy goes on bit for bit as the flight it was taken from; messages go through the same codecs, and are
+handed over without being made into bytes where nobody wants those.
 """
 
 from __future__ import annotations
@@ -7,7 +8,9 @@ from __future__ import annotations
 import copy
 from collections.abc import Iterator
 from functools import lru_cache
+from typing import Generic
 
+from flightsw.icd.port import DIRECT, H, Port
 from ground.link.packets import IDS, PHASES, Fields, decode, packet_id, split
 from hil_scripts.launch import preflight, runfolder
 from hil_scripts.studies.integrity.table import MOMENTS, Moment
@@ -32,13 +35,19 @@ def phase_in(fields: Fields) -> str:
     return PHASES[int(fields["phase"])].lower()
 
 
-class Flying:
-    """A scenario under way. Raises ConfigError for what cannot be flown."""
+class Flying(Generic[H]):
+    """A scenario under way, between plant and aircraft by `port`. Raises ConfigError for what cannot be flown."""
 
-    def __init__(self, scenario: str, seed: int, settings: tuple[str, ...] = ()) -> None:
+    def __init__(
+        self,
+        scenario: str,
+        seed: int,
+        settings: tuple[str, ...] = (),
+        port: Port[H] = DIRECT,  # type: ignore[assignment]
+    ) -> None:
         plan = runfolder.resolve(scenario, seed, list(settings), None)
-        built = preflight.build(plan)
-        self.server = PlantServer(built.world.scenario, seed, None, built.world)
+        built = preflight.build(plan, port)
+        self.server = PlantServer(built.world.scenario, seed, None, built.world, port)
         self.nodes = built.nodes
         self.names = [f.name for f in plan.flights]
 
@@ -56,11 +65,11 @@ class Flying:
         """Time of the tick to come [s]."""
         return self.server.t_us / 1e6
 
-    def tick(self) -> tuple[list[bytes], list[list[bytes]]]:
+    def tick(self) -> tuple[list[H], list[list[bytes]]]:
         """One tick of everything: the replies of the aircraft and their telemetry datagrams. Raises AircraftLostError."""
         return self.tick_heard()[1:]
 
-    def tick_heard(self) -> tuple[list[bytes], list[bytes], list[list[bytes]]]:
+    def tick_heard(self) -> tuple[list[H], list[H], list[list[bytes]]]:
         """`tick`, and before it what each aircraft received from the plant."""
         sent = self.server.begin_tick()
         replies = [node.step((d,)) for node, d in zip(self.nodes, sent, strict=True)]
@@ -68,8 +77,10 @@ class Flying:
         telemetry = []
         for node in self.nodes:
             telemetry.append(node.after())
-            node.take_heard()
-            node.take_settled()
+            if node.heard:
+                node.take_heard()
+            if node.settled:
+                node.take_settled()
         return sent, replies, telemetry
 
     def fly_to(self, t_s: float) -> str:
@@ -82,7 +93,7 @@ class Flying:
                     phase = phase_in(fields) if kind == STATUS else phase
         return phase
 
-    def fork(self) -> Flying:
+    def fork(self) -> Flying[H]:
         """A copy that shares nothing with this flight that either changes."""
         return copy.deepcopy(self)
 
