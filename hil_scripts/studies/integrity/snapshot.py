@@ -11,7 +11,8 @@ from functools import lru_cache
 from typing import Generic
 
 from flightsw.icd.port import DIRECT, H, Port
-from ground.link.packets import IDS, PHASES, Fields, decode, packet_id, split
+from flightsw.icd.wire import SPECS, Counters, split
+from ground.link.packets import IDS, PHASES, Fields
 from hil_scripts.launch import preflight, runfolder
 from hil_scripts.studies.integrity.table import MOMENTS, Moment
 from sim_plant.failures.script import Event, check_event
@@ -20,14 +21,14 @@ from sim_plant.server import PlantServer
 STATUS = IDS["MISSION_STATUS"]
 INTEGRITY = IDS["INTEGRITY_STATUS"]
 HEARD = frozenset((STATUS, INTEGRITY, IDS["STATUSTEXT"]))
+ACCEPT = {i: SPECS[i] for i in HEARD}
 
 
 def said(datagrams: list[bytes]) -> Iterator[tuple[int, Fields]]:
     """MISSION_STATUS, INTEGRITY_STATUS and STATUSTEXT of an aircraft's telemetry: (message id, fields)."""
     for datagram in datagrams:
-        for packet, fault in split(datagram):
-            if not fault and packet_id(packet) in HEARD:
-                yield packet_id(packet), decode(packet)
+        for spec, values, *_ in split(datagram, ACCEPT, Counters()):
+            yield spec.id, spec.to_dict(values)
 
 
 def phase_in(fields: Fields) -> str:
