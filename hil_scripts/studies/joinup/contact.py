@@ -16,7 +16,7 @@ from hil_scripts.studies.grades.flight import STATION_M
 from hil_scripts.studies.grades.words import Words
 from hil_scripts.studies.integrity.flight import LOOK_HZ, RECEIVER, Watch
 from hil_scripts.studies.integrity.judge import KEEP_OUT_M
-from hil_scripts.studies.integrity.snapshot import STATUS, Flying, phase_in, said, warm
+from hil_scripts.studies.integrity.snapshot import HEARD, STATUS, Flying, phase_in, said, warm
 from hil_scripts.studies.integrity.table import Moment
 from sim_plant.lost import AircraftLostError
 from sim_plant.truth import truth_of
@@ -91,6 +91,7 @@ def run_one(case: Case, seed: int) -> RunResult:
     """One flight of one seed. Raises ConfigError for what cannot be flown."""
     words = Words()
     flight = Flying(SCENARIO, seed % 2**31, settings(case.params["grade"]))
+    flight.hear_only(frozenset(), HEARD)
     outcome, held = fly(flight, words)
     values = {f"is.{o}": float(o == outcome) for o in OUTCOMES} | {"ended_s": flight.t_s}
     if held is not None:
