@@ -200,7 +200,7 @@ class FlightApp:
         c.step(self.nav, self.mission.saturated, dt)
         h.condition = c.flags | self.mission.faults | (HF_UPSET if self.mission.recovering else 0)
         if r is not None:
-            h.held, h.kept_out, h.refused, h.ratios = r.flags, r.mask, r.counts, r.ratios
+            h.held, h.kept_out, h.judged = r.flags, r.mask, r
         for source in (self.health, c) if r is None else (self.health, r, c):
             if source.texts:
                 texts += source.texts

@@ -6,7 +6,6 @@ from __future__ import annotations
 import json
 import os
 import sys
-from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -26,6 +25,8 @@ def make(text: str = "", no_args_is_help: bool = False) -> typer.Typer:
 
 def _show(wanted: bool) -> None:
     if wanted:
+        from importlib.metadata import version
+
         typer.echo(f"wakefield {version('wakefield')}")
         raise typer.Exit
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from flightsw.kernels.atmosphere import G0
-from flightsw.kernels.rotations import dcm_from_quat, to_parent, vec3
+from flightsw.kernels.rotations import dcm_from_quat
 from flightsw.types import SensorFrame, Vec3
 
 ATTITUDE_US = 200_000  # [us] an older attitude turns no specific force
@@ -15,7 +15,8 @@ class Felt:
     """a = C' f + g by the attitude reference of a frame."""
 
     def __init__(self) -> None:
-        self._R, self._f, self._a = np.zeros(9), np.zeros(3), np.zeros(3)
+        self._R = np.zeros(9)
+        self._C: list[float] = self._R.tolist()
         self._att_us = -1
 
     def acceleration(self, f: SensorFrame, force: Vec3) -> Vec3 | None:
@@ -25,7 +26,10 @@ class Felt:
         if f.att_t_us != self._att_us:
             self._att_us = f.att_t_us
             dcm_from_quat(np.array(f.att_q_nb), self._R)
-        self._f[:] = force
-        to_parent(self._R, self._f, self._a)
-        x, y, z = vec3(self._a)
-        return x, y, z + G0
+            self._C = self._R.tolist()
+        C, (x, y, z) = self._C, force
+        return (
+            C[0] * x + C[3] * y + C[6] * z,
+            C[1] * x + C[4] * y + C[7] * z,
+            C[2] * x + C[5] * y + C[8] * z + G0,
+        )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from operator import attrgetter
 from typing import Annotated
 
@@ -27,6 +27,8 @@ from flightsw.types import (
     PeerFix,
     SensorFrame,
     Text,
+    Vec3,
+    copied,
 )
 
 SENSORS = HF_IMU | HF_AIR | HF_ATT | HF_GNSS | HF_REL | HF_PEER
@@ -86,12 +88,10 @@ def refuse_unwatched(p: HealthParams, watch: int) -> None:
                 raise ConfigError(f"health.{key} = {getattr(p, key):g}: this mission does not depend on {NAMES[flag]}")
 
 
-def _inside(v: tuple[float, ...], lim: float) -> bool:
+def _inside(v: Vec3, lim: float) -> bool:
     """Whether every component lies within +-lim (never true of NaN)."""
-    for x in v:  # noqa: SIM110 a generator costs three times as much, a thousand times a second
-        if not -lim <= x <= lim:
-            return False
-    return True
+    x, y, z = v
+    return -lim <= x <= lim and -lim <= y <= lim and -lim <= z <= lim
 
 
 def _unit(q: tuple[float, ...]) -> bool:
@@ -110,10 +110,9 @@ class HealthMonitor:
         """
         self.watch, self.air_used = watch, air_used
         self.out = Health()
-        self._last_us: dict[int, int] = {}
-        self._value: dict[str, tuple[float, ...]] = {}
-        self._same: dict[str, int] = {}
-        self._t0_us = -1
+        self._last_us: dict[int, int] = {}  # of each group its last good sample; from the first frame on
+        self._value: dict[str | int, tuple[float, ...]] = {}  # by channel
+        self._same: dict[str | int, int] = {}
         self._air_bad = 0  # SensorFrame.air_bad of the last air data
         self.texts: list[Text] = []
         self.use(p)
@@ -134,25 +133,24 @@ class HealthMonitor:
     def step(self, f: SensorFrame) -> tuple[SensorFrame, Health]:
         """The frame without the groups that are refused and with the air data's refused readings marked, and the health. `f`
         itself stays as it came. Ages run from the first frame."""
-        h = self.out
-        if self._t0_us < 0:
-            self._t0_us = f.t_us
-        failed, updated = 0, f.updated
+        h, t_us, new, watch, last_us = self.out, f.t_us, f.updated, self.watch, self._last_us
+        if not last_us:
+            # a group never seen gets START_S: the tanker's link opens only when its own navigation is valid
+            last_us.update(dict.fromkeys(self.NAMES, t_us + START_US))
+        failed, updated = 0, new
         for flag, upd, age_us, stamp in self._groups:
-            if f.updated & upd:
-                if self._judge(f, flag) and f.t_us - stamp(f) <= age_us:
-                    self._last_us[flag] = f.t_us
+            if new & upd:
+                if self._judge(f, flag) and t_us - stamp(f) <= age_us:
+                    last_us[flag] = t_us
                 else:
                     updated &= ~upd
                     h.rejected += 1
-            # a group never seen gets START_S: the tanker's link opens only when its own navigation is valid
-            last = self._last_us.get(flag, self._t0_us + START_US)
-            if flag & self.watch and f.t_us - last > age_us:
+            if flag & watch and t_us - last_us[flag] > age_us:
                 failed |= flag
-        if f.updated & UPD_RADALT and self._refuses_radalt(f):
+        if new & UPD_RADALT and self._refuses_radalt(f):
             updated &= ~UPD_RADALT
             h.rejected += 1
-        if f.updated & UPD_FIX and not self._takes_fix(f.fix):
+        if new & UPD_FIX and not self._takes_fix(f.fix):
             updated &= ~UPD_FIX
             h.rejected += 1
         before = h.failed & SENSORS
@@ -160,8 +158,9 @@ class HealthMonitor:
             self._report(failed, before)
             h.failed = (h.failed & ~SENSORS) | failed
             h.reason = ", ".join(n for b, n in self.NAMES.items() if failed & b)
-        if updated != f.updated or self._air_bad != f.air_bad:
-            f = replace(f, updated=updated, air_bad=self._air_bad)
+        if updated != new or self._air_bad != f.air_bad:
+            f = copied(f)
+            f.updated, f.air_bad = updated, self._air_bad
         return f, h
 
     def _judge(self, f: SensorFrame, flag: int) -> bool:
@@ -202,7 +201,7 @@ class HealthMonitor:
             good = (p.V_min_mps <= v <= p.V_max_mps, abs(b) < p.flow_max_rad, abs(a) < p.flow_max_rad)
             bad = lost = 0
             for j, x in enumerate((v, b, a)):
-                if not self._moving(f"probe {i}.{j}", (x,)) or not good[j]:
+                if not self._moving(3 * i + j, (x,)) or not good[j]:
                     bad |= 1 << (3 * j + i)
                     lost |= 1 << j
             self._air_bad |= bad
@@ -220,7 +219,7 @@ class HealthMonitor:
             self.texts.append(Text(4, "radio altimeter refused") if bad else Text(5, "radio altimeter back"))
         return bad
 
-    def _moving(self, channel: str, value: tuple[float, ...]) -> bool:
+    def _moving(self, channel: str | int, value: tuple[float, ...]) -> bool:
         """False once the same bits have come `stuck_samples` times in a row: real noise never repeats."""
         same = self._same.get(channel, 0) + 1 if self._value.get(channel) == value else 0
         self._same[channel] = same

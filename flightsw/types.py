@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from operator import attrgetter
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple, Protocol, TypeVar
 
 from flightsw.terms import Laws
 
@@ -285,6 +285,20 @@ HF_ROUGH = 4096  # the air is rougher than refuelling bears
 HF_UPSET = 1024  # outside its envelope or without navigation: recovery has the command
 
 
+class Judged(Protocol):
+    """What navigation refuses of its readings, one entry per WKF_READING; worked out when asked for, which is seldom."""
+
+    @property
+    def counts(self) -> tuple[int, ...]:
+        """Refused so far."""
+        ...
+
+    @property
+    def ratios(self) -> tuple[float, ...]:
+        """[-] of the last reading: above 1 it is refused."""
+        ...
+
+
 @dataclass(slots=True)
 class Health:
     """Which inputs are usable, and what else is wrong. HF_* bits in all but `kept_out`."""
@@ -294,10 +308,7 @@ class Health:
     held: int = 0  # input that arrives, and that navigation keeps out because the others contradict it
     condition: int = 0  # of the aircraft: navigation, limits, fuel
     kept_out: int = 0  # bit = WKF_READING
-    refused: tuple[int, ...] = ()  # readings refused by navigation so far, per WKF_READING
-    ratios: tuple[
-        float, ...
-    ] = ()  # [-] of the last reading, per WKF_READING: above 1 it is refused; empty: none is judged
+    judged: Judged | None = None  # readings, by navigation
     reason: str = ""
     bad_packets: int = 0  # dropped: CRC, length, unknown id
     rejected: int = 0  # samples rejected by range, age or order
@@ -306,6 +317,16 @@ class Health:
     def flags(self) -> int:
         """All that is wrong, HF_*."""
         return self.failed | self.held | self.condition
+
+    @property
+    def refused(self) -> tuple[int, ...]:
+        """Readings refused by navigation so far, per WKF_READING; empty: none is judged."""
+        return () if self.judged is None else self.judged.counts
+
+    @property
+    def ratios(self) -> tuple[float, ...]:
+        """[-] of the last reading, per WKF_READING: above 1 it is refused; empty: none is judged."""
+        return () if self.judged is None else self.judged.ratios
 
 
 @dataclass(slots=True)

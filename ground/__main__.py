@@ -30,7 +30,7 @@ PortOffset = Annotated[int, typer.Option("--port-offset", help="added to every p
 @app.callback()
 def common(version: Version = False) -> None:
     """What all commands have."""
-    from flightsw.icd.tlog import say_damage
+    from flightsw.icd.damage import say_damage
 
     say_damage("ground")
 

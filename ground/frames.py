@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import importlib
+import importlib.abc
+import importlib.machinery
+import sys
+from collections.abc import Sequence
 from types import ModuleType
 from typing import Any
 
@@ -22,6 +26,32 @@ def need(module: str) -> ModuleType:
             f"{module} is not installed: it comes with the extra `{EXTRA}`: pip install 'wakefield[{EXTRA}]', or pip install "
             f"{module.partition('.')[0]}"
         ) from e
+
+
+class _Hidden(importlib.abc.MetaPathFinder):
+    """Finds no pandas."""
+
+    def find_spec(
+        self, name: str, path: Sequence[str] | None, target: ModuleType | None = None
+    ) -> importlib.machinery.ModuleSpec | None:
+        """None for others. Raises ImportError for pandas."""
+        if name == "pandas":
+            raise ImportError("not asked for")
+        return None
+
+
+def unasked() -> None:
+    """Keep pyarrow from importing pandas, which takes a third of a second: it looks for it, once, at its first array. For a
+    program that makes no table."""
+    import pyarrow
+
+    if "pandas" not in sys.modules:
+        hidden = _Hidden()
+        sys.meta_path.insert(0, hidden)
+        try:
+            pyarrow.array([0])
+        finally:
+            sys.meta_path.remove(hidden)
 
 
 def frame(t: NDArray[np.float64], columns: dict[str, NDArray], kind: str) -> Any:

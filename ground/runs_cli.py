@@ -43,8 +43,10 @@ def convert(
 ) -> None:
     """Write RUN/run.rrd, or LOG.rrd, for the Rerun viewer."""
     from ground.columns import LogError
+    from ground.frames import unasked
 
     try:
+        unasked()
         from ground.rrd import convert as to_rrd
 
         failed: list[str] = []

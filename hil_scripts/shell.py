@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from hil_scripts.launch import kernel_cache, screen
+from hil_scripts.launch import screen
 
 EXIT_CONFIG = 2
 
@@ -22,6 +22,8 @@ def fail(text: str) -> typer.Exit:
 
 def kernels() -> None:
     """Use this machine's compiled kernels; a folder of them that cannot be trusted is named."""
+    from hil_scripts.launch import kernel_cache
+
     try:
         kernel_cache.use()
     except OSError as e:

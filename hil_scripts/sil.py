@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import json
 import os
 import sys
@@ -106,26 +107,30 @@ def run(
     forked.prepare()
     os.environ.update(SINGLE_THREAD)  # before numpy is imported
     kernels()
-    with StopFlag() as stop:
-        try:
-            code = _fly(
-                scenario,
-                seed,
-                set_ or [],
-                realtime,
-                in_process,
-                out,
-                port_offset,
-                not no_rrd,
-                duration,
-                signing_key,
-                _where(watch, watch_web),
-                stop,
-                json_,
-                (external or [], here, unsigned, speed),
-            )
-        except (ValueError, OSError) as e:
-            raise fail(str(e)) from None
+    gc.disable()  # what is imported and built now stays: looking for what does not took a twentieth of the start
+    try:
+        with StopFlag() as stop:
+            try:
+                code = _fly(
+                    scenario,
+                    seed,
+                    set_ or [],
+                    realtime,
+                    in_process,
+                    out,
+                    port_offset,
+                    not no_rrd,
+                    duration,
+                    signing_key,
+                    _where(watch, watch_web),
+                    stop,
+                    json_,
+                    (external or [], here, unsigned, speed),
+                )
+            except (ValueError, OSError) as e:
+                raise fail(str(e)) from None
+    finally:
+        gc.enable()
     raise typer.Exit(code)
 
 
@@ -184,6 +189,8 @@ def _fly(
     run_dir = runfolder.make_folder(plan, out)
     external.hand_over(run_dir, others)
     runfolder.write_meta(run_dir, plan, mode="in-process" if in_process else scenario_mode(plan.realtime))
+    gc.freeze()
+    gc.enable()
     if in_process:
         from hil_scripts.launch import inproc
 
@@ -226,7 +233,7 @@ def warmup(force: Annotated[bool, typer.Option("--force", help="Also when nothin
 def replay(run: RunDir, json_: Json = False) -> None:
     """Re-run the onboard software from its recorded inputs; exit 1 if any output differs."""
     kernels()
-    from flightsw.icd.tlog import say_damage
+    from flightsw.icd.damage import say_damage
     from hil_scripts.launch import replay_cmd
 
     say_damage("sil")

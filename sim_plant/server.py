@@ -5,9 +5,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Generic
 
 from flightsw.icd.codec import PlantCodec, Reply
 from flightsw.icd.geo import Origin
+from flightsw.icd.port import WIRE, D, Port
 from flightsw.icd.tlog import FLUSH_US, TlogWriter
 from flightsw.strict import ConfigError
 from flightsw.types import ACCEPTED, ActuatorCmd
@@ -25,36 +27,42 @@ REPLY_AGE_US = (
 WATCHED_US = 100_000  # [us] of truth that a reader of the growing log may be behind in real time
 
 
-class PlantServer:
+class PlantServer(Generic[D]):
     """World, codec, radio and truth log of one run.
 
     Per tick: begin_tick() -> datagrams; offer each reply to accept() (or pass all to end_tick); end_tick(). With
     `run_dir` it writes truth.tlog and the resolved scenario.toml there; raises TlogError or OSError naming the file
-    if it cannot. `world`: one of an equal scenario and this seed, not yet flown. `notes` collects lines for the operator
-    (refused scripted commands); whoever shows them empties it.
+    if it cannot. `world`: one of an equal scenario and this seed, not yet flown. `port`: the form of the datagrams. `notes`
+    collects lines for the operator (refused scripted commands); whoever shows them empties it.
     """
 
     def __init__(
-        self, scenario: Scenario, seed: int | None = None, run_dir: str | Path | None = None, world: World | None = None
+        self,
+        scenario: Scenario,
+        seed: int | None = None,
+        run_dir: str | Path | None = None,
+        world: World | None = None,
+        port: Port[D] = WIRE,  # type: ignore[assignment]
     ) -> None:
+        self.port = port
         self.scenario = scenario
         self.world = World(scenario, seed) if world is None else world
         self._origin = Origin(scenario.origin.lat_deg, scenario.origin.lon_deg)
         members = self.world.members
         self.names = [m.cfg.name for m in members]
         self.sysids = [m.cfg.sysid for m in members]
-        self.codecs = [PlantCodec(m.ac, m.cfg.sysid, self._origin) for m in members]
-        self._others: dict[int, PlantCodec] = {}  # of what flies without onboard software, for its truth
+        self.codecs = [PlantCodec(m.ac, m.cfg.sysid, self._origin, port) for m in members]
+        self._others: dict[int, PlantCodec[bytes]] = {}  # of what flies without onboard software, for its truth
         link = scenario.link
-        self.radio: Radio[bytes] = Radio(
+        self.radio: Radio[D] = Radio(
             self.names, self.world.seed, link.radio_latency_ms, link.radio_loss, self.world.rate_hz
         )
         self.notes: list[str] = []
         self.rejected = [0] * len(self.names)  # datagrams that were no reply to an open tick
         self.stamps = [-1] * len(self.names)  # [us] what the last reply looked at answers; -1: it was none
-        self._out: list[bytes] = []
-        self._replies: list[Reply | None] = [None] * len(self.names)
-        self._answers: list[list[bytes]] = [[] for _ in self.names]  # to orders that came by way of the aircraft
+        self._out: list[D] = []
+        self._replies: list[Reply[D] | None] = [None] * len(self.names)
+        self._answers: list[list[D]] = [[] for _ in self.names]  # to orders that came by way of the aircraft
         self._truth_div = max(1, self.world.rate_hz // scenario.clock.truth_hz)
         self._log: TlogWriter | None = None
         self.desk = CommandDesk(self.world, self.notes, None if run_dir is None else Path(run_dir))
@@ -90,7 +98,7 @@ class PlantServer:
         """Simulated time of the current tick [us]."""
         return self.world.t_us
 
-    def begin_tick(self) -> list[bytes]:
+    def begin_tick(self) -> list[D]:
         """This tick's datagrams in scenario order. Calling again before end_tick returns the same ones (repeats)."""
         if self._out:
             return self._out
@@ -117,7 +125,7 @@ class PlantServer:
                 self._others[sysid] = PlantCodec(self.world.members[0].ac, sysid, self._origin)
             self._write_one(self._others[sysid], other)
 
-    def _write_one(self, codec: PlantCodec, t: Truth) -> None:
+    def _write_one(self, codec: PlantCodec[D] | PlantCodec[bytes], t: Truth) -> None:
         assert self._log is not None
         self._log.write(
             t.t_us,
@@ -141,7 +149,7 @@ class PlantServer:
             ),
         )
 
-    def accept(self, i: int, datagram: bytes, exact: bool = True) -> bool:
+    def accept(self, i: int, datagram: D, exact: bool = True) -> bool:
         """Take a datagram of aircraft i. True if it answers the current tick (`exact`) or a recent one (real time).
 
         Anything else (duplicate, late, corrupt, without actuator command) is counted in `rejected` and changes nothing.
@@ -172,7 +180,7 @@ class PlantServer:
         """Whether aircraft i has answered the open tick."""
         return self._replies[i] is not None
 
-    def end_tick(self, replies: Sequence[bytes | None] | None = None) -> None:
+    def end_tick(self, replies: Sequence[D | None] | None = None) -> None:
         """Close the tick with `replies` (in scenario order) or with what accept() took; fly on to the next tick."""
         for i, d in enumerate(replies or ()):
             if d:
@@ -185,12 +193,13 @@ class PlantServer:
                 self.radio.send(i, self.tick, r.link, up)
                 self.radio.send(i, self.tick, r.fixes, up, FIXES)
                 for order in r.orders:
-                    self._answers[i] += self.desk.take(order, trusted=True)
+                    answers = self.desk.take(self.port.as_bytes(order), trusted=True)
+                    self._answers[i] += map(self.port.of_bytes, answers)
             self._replies[i] = None
         self.world.step(cmds)
         self._out = []
 
-    def shutdown(self) -> list[bytes]:
+    def shutdown(self) -> list[D]:
         """The last datagrams of the run, one per aircraft: flightsw flushes its logs and exits."""
         return [c.shutdown() for c in self.codecs]
 

@@ -51,6 +51,7 @@ class World:
             m.check_limits()
         self.watches = Watches(self.members, self.dt_s)
         self.faults = FaultPlan(scenario, self.members, self.seed)
+        self._outages = [self.faults.outage[m.cfg.name] for m in self.members]
         self.orders = Orders(scenario, self.members, self.faults)
 
     @property
@@ -96,11 +97,10 @@ class World:
         """Advance one tick with the replies to the frames of `sense` (None: no reply, last command stays)."""
         if not self._sensed:
             self.sense()
-        for m, cmd in zip(self.members, cmds, strict=True):
+        for m, cmd, out in zip(self.members, cmds, self._outages, strict=True):
             m.path.push(self.tick, cmd)
             if m.path.silent > m.unit.after:
                 m.path.current = m.unit.command(m.path.current, m.view)
-            out = self.faults.outage[m.cfg.name]
             if out.bent:
                 m.path.current = bend(m.path.current, out.bent, m.view)
             m.advance(out.jam)
@@ -125,7 +125,7 @@ class World:
 
     def link_up(self, i: int) -> bool:
         """Whether aircraft i's radio transmits and receives (no link_loss event active)."""
-        return not self.faults.outage[self.members[i].cfg.name].link_down
+        return not self._outages[i].link_down
 
     def truth(self, i: int) -> Truth:
         """True state of aircraft i at the current tick."""

@@ -7,9 +7,10 @@ import math
 from flightsw.aircraft import Airframe
 from flightsw.icd.codec_receive import PEER_ALL, FlightReceiver
 from flightsw.icd.geo import DEFAULT_ORIGIN, Origin, to_geodetic
+from flightsw.icd.port import WIRE, D, Port
 from flightsw.icd.scaling import COMP_AUTOPILOT, COMP_PLANT, ControlScale
 from flightsw.icd.texts import answer
-from flightsw.icd.wire import BY_NAME, Sender
+from flightsw.icd.wire import BY_NAME
 from flightsw.types import Ack, ActuatorCmd, Command, Gain, NavState, SensorFrame
 
 _ACTUATORS = BY_NAME["HIL_ACTUATOR_CONTROLS"]
@@ -19,7 +20,7 @@ _FIX = BY_NAME["RAW_FIX"]
 _NOT_STATED = (math.nan,) * 6  # HIL_GPS has no accuracies, only dilutions of precision
 
 
-class FlightCodec(FlightReceiver):
+class FlightCodec(FlightReceiver[D]):
     """Codec of one aircraft's plant link, both directions.
 
     `aircraft` fixes the control scale; `lockstep` is told to the plant in every reply; the rest as in FlightReceiver.
@@ -33,13 +34,14 @@ class FlightCodec(FlightReceiver):
         *,
         peer_sysid: int = 0,
         lockstep: bool = True,
+        port: Port[D] = WIRE,  # type: ignore[assignment]
     ) -> None:
-        super().__init__(sysid, origin, peer_sysid)
-        self.send = Sender(sysid, COMP_AUTOPILOT)
+        super().__init__(sysid, origin, peer_sysid, port)
+        self.send = port.sender(sysid, COMP_AUTOPILOT)
         self._scale = ControlScale(aircraft)
         self._flags = 1 if lockstep else 0
 
-    def actuators(self, cmd: ActuatorCmd) -> bytes:
+    def actuators(self, cmd: ActuatorCmd) -> D:
         """HIL_ACTUATOR_CONTROLS of a command: deflections over largest travel, `cmd.t_us` echoed."""
         k = self._scale
         return self.send.pack(
@@ -65,7 +67,7 @@ class FlightCodec(FlightReceiver):
             0xA4 if cmd.armed else 0x24,  # HIL, automatic, and armed
         )
 
-    def peer(self, nav: NavState, flags: int = 0) -> bytes:
+    def peer(self, nav: NavState, flags: int = 0) -> D:
         """FOLLOW_TARGET and WIND_COV of a navigation state, in the plant's time, for the other aircraft; an invalid one says so.
         flags: HF_*, what is wrong on board.
 
@@ -74,7 +76,7 @@ class FlightCodec(FlightReceiver):
         lat, lon, alt = self.map.encode(nav.pos_n)
         v, a, s = nav.vel_n, nav.acc_n, nav.pos_sigma
         pack, t_us = self.send.pack, max(nav.t_us - self.offset_us, 0)
-        return pack(
+        state = pack(
             _FOLLOW,
             t_us // 1000,
             flags,
@@ -89,15 +91,16 @@ class FlightCodec(FlightReceiver):
             s[1] * s[1],
             s[2] * s[2],
             PEER_ALL if nav.valid else 0,
-        ) + pack(_WIND, t_us, *wind_fields(nav, alt))
+        )
+        return self.send.join((state, pack(_WIND, t_us, *wind_fields(nav, alt))))
 
-    def fix(self, f: SensorFrame, gained: Gain) -> bytes:
+    def fix(self, f: SensorFrame, gained: Gain) -> D:
         """RAW_FIX of a frame's GNSS reading as it came and of the velocity gained, in the plant's time as in `peer`."""
         t_us, end_us = (max(t - self.offset_us, 0) for t in (f.gnss_t_us, gained.t_us))
         place = to_geodetic(f.gnss_pos_n, self.origin)
         return self.send.pack(_FIX, t_us, *place, end_us, *f.gnss_vel_n, *_NOT_STATED, gained.span_s, *gained.vel_n)
 
-    def order(self, c: Command) -> bytes:
+    def order(self, c: Command) -> D:
         """COMMAND_LONG that hands a command on to the plant."""
         named = {f"param{i + 1}": p for i, p in enumerate(c.params)}
         return self.send.named(
@@ -105,7 +108,7 @@ class FlightCodec(FlightReceiver):
             confirmation=c.confirmation, **named,
         )  # fmt: skip
 
-    def answer(self, a: Ack) -> bytes:
+    def answer(self, a: Ack) -> D:
         """COMMAND_ACK on the plant link, its reason before it."""
         return answer(self.send, a)
 

@@ -5,15 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Generic
 
 from flightsw.aircraft import Airframe
 from flightsw.icd.codec_receive import BARO_BITS, IMU_BITS, MAG_BITS, finite
 from flightsw.icd.geo import DEFAULT_ORIGIN, Origin, WireMap
+from flightsw.icd.port import WIRE, D, Port
 from flightsw.icd.radalt import distance
 from flightsw.icd.scaling import COMP_AUTOPILOT, COMP_PLANT, FUEL_KG_PER_ML, GROUND_SYSID, PROBES, ControlScale
 from flightsw.icd.stamps import boot_ms
 from flightsw.icd.texts import Joiner
-from flightsw.icd.wire import BY_NAME, Counters, Sender, split, table
+from flightsw.icd.wire import BY_NAME, Counters, Sender, table
 from flightsw.types import (
     UPD_AIR,
     UPD_ATT,
@@ -57,15 +59,15 @@ _CMD_SHUTDOWN = 246  # MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN
 
 
 @dataclass(slots=True)
-class Reply:
+class Reply(Generic[D]):
     """A decoded reply. `link`: raw FOLLOW_TARGET and WIND_COV packets for the radio; `fixes`: raw RAW_FIX, sent on their own;
     `orders`: raw COMMAND_LONG handed on to the plant; `cmd` None: nothing usable."""
 
     cmd: ActuatorCmd | None = None
-    link: list[bytes] = field(default_factory=list)
-    fixes: list[bytes] = field(default_factory=list)
+    link: list[D] = field(default_factory=list)
+    fixes: list[D] = field(default_factory=list)
     acks: list[Ack] = field(default_factory=list)
-    orders: list[bytes] = field(default_factory=list)
+    orders: list[D] = field(default_factory=list)
 
 
 def _cm16(v: float) -> int:
@@ -73,20 +75,27 @@ def _cm16(v: float) -> int:
     return max(-32768, min(32767, round(v * 100.0)))
 
 
-class PlantCodec:
-    """Codec of the plant for the aircraft `sysid`. `count` holds what was dropped of its replies."""
+class PlantCodec(Generic[D]):
+    """Codec of the plant for the aircraft `sysid`, by `port`. `count` holds what was dropped of its replies."""
 
-    def __init__(self, aircraft: Airframe, sysid: int, origin: Origin = DEFAULT_ORIGIN) -> None:
+    def __init__(
+        self,
+        aircraft: Airframe,
+        sysid: int,
+        origin: Origin = DEFAULT_ORIGIN,
+        port: Port[D] = WIRE,  # type: ignore[assignment]
+    ) -> None:
+        self.port = port
         self.sysid = sysid
         self.count = Counters()
-        self.send = Sender(sysid, COMP_PLANT)
+        self.send = port.sender(sysid, COMP_PLANT)
         self._truth = Sender(sysid, COMP_PLANT)  # its own sequence: truth travels to the log, not over the link
-        self._station = Sender(GROUND_SYSID, COMP_PLANT)
+        self._station = port.sender(GROUND_SYSID, COMP_PLANT)
         self._map = WireMap(origin)
         self._scale = ControlScale(aircraft)
         self._capacity_kg = aircraft.fuel_capacity_kg
 
-    def sensors(self, frame: SensorFrame, extra: Sequence[bytes] = ()) -> bytes:
+    def sensors(self, frame: SensorFrame, extra: Sequence[D] = ()) -> D:
         """One tick's datagram: the groups set in `frame.updated`, `extra` packets verbatim, HIL_SENSOR last and always.
 
         Units and frames as in SensorFrame; `frame.peer` is not encoded (the radio relays raw packets in `extra`).
@@ -146,9 +155,9 @@ class PlantCodec:
                 0,
             )
         )
-        return b"".join(out)
+        return self.send.join(out)
 
-    def _gps(self, f: SensorFrame) -> bytes:
+    def _gps(self, f: SensorFrame) -> D:
         lat, lon, alt = self._map.encode(f.gnss_pos_n)
         vn, ve, vd = f.gnss_vel_n
         ground = math.hypot(vn, ve)
@@ -172,14 +181,14 @@ class PlantCodec:
             0,
         )
 
-    def _air(self, f: SensorFrame) -> bytes:
+    def _air(self, f: SensorFrame) -> D:
         n = len(f.air_V)
         if n > PROBES:
             raise ValueError(f"{n} air data probes; AIR_DATA carries at most {PROBES}")
         pad = (0.0,) * (PROBES - n)
         return self.send.pack(_AIR, f.air_t_us, *f.air_V, *pad, *f.air_alpha, *pad, *f.air_beta, *pad, n, f.air_mask)
 
-    def _fuel(self, f: SensorFrame) -> bytes:
+    def _fuel(self, f: SensorFrame) -> D:
         share = max(0, min(100, round(100.0 * f.fuel_kg / self._capacity_kg)))
         return self.send.named(
             "FUEL_STATUS",
@@ -192,15 +201,16 @@ class PlantCodec:
             fuel_type=1,
         )
 
-    def decode_reply(self, datagram: bytes) -> Reply:
+    def decode_reply(self, datagram: D) -> Reply[D]:
         """Actuator command (SI), data-link packets (raw) and acks with their reasons of one reply. Never raises; rubbish is
         counted.
         """
-        out = Reply()
+        out: Reply[D] = Reply(None, [], [], [], [])
         k = self._scale
-        texts = Joiner()
+        texts: Joiner | None = None
         reasons: dict[int, str] = {}
-        for spec, v, sysid, compid, start, stop in split(datagram, ACCEPT, self.count):
+        for p in self.port.packets(datagram, ACCEPT, self.count):
+            spec, v, sysid, compid, _, _ = p
             if spec is _ACTUATORS:  # wire order: time, flags, 16 controls, mode
                 if not finite(v[2:18]):
                     self.count.non_finite += 1
@@ -213,24 +223,24 @@ class PlantCodec:
                 command, result, system, component, ident = _ACK_FIELDS(v)
                 out.acks.append(Ack(command, result, system, component, reasons.get(ident, "")))
             elif spec is _TEXT:
-                f = spec.to_dict(v)
+                f, texts = spec.to_dict(v), texts or Joiner()
                 reasons[f["id"]] = texts.take(sysid, compid, f["text"], f["id"], f["chunk_seq"]) or ""
             elif spec is _FIX:
-                out.fixes.append(datagram[start:stop])
+                out.fixes.append(self.port.part(datagram, p))
             elif spec is _ORDER:
-                out.orders.append(datagram[start:stop])
+                out.orders.append(self.port.part(datagram, p))
             else:
-                out.link.append(datagram[start:stop])
+                out.link.append(self.port.part(datagram, p))
         return out
 
-    def command(self, command: int, *params: float) -> bytes:
+    def command(self, command: int, *params: float) -> D:
         """COMMAND_LONG to this aircraft as if from the ground (sysid 255): scripted events of a scenario."""
         named = {f"param{i + 1}": p for i, p in enumerate(params)}
         return self._station.named(
             "COMMAND_LONG", target_system=self.sysid, target_component=COMP_AUTOPILOT, command=command, **named
         )
 
-    def shutdown(self) -> bytes:
+    def shutdown(self) -> D:
         """The last datagram of a run: flightsw flushes and exits."""
         return self.send.named(
             "COMMAND_LONG", target_system=self.sysid, target_component=COMP_AUTOPILOT, command=_CMD_SHUTDOWN, param1=2.0

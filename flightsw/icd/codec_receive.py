@@ -8,13 +8,15 @@ one, ahead of the tick or long past is dropped (stamps.py).
 from __future__ import annotations
 
 import math
+from typing import Generic
 
 from flightsw.icd.codec_orders import COMMANDS_MAX, OrdersIn
 from flightsw.icd.geo import Origin, WireMap, to_local
+from flightsw.icd.port import WIRE, D, Port
 from flightsw.icd.radalt import height
 from flightsw.icd.scaling import FUEL_KG_PER_ML, PROBES
 from flightsw.icd.stamps import Samples, from_boot_ms
-from flightsw.icd.wire import BY_NAME, Counters, Packet, split, table
+from flightsw.icd.wire import BY_NAME, Counters, Packet, table
 from flightsw.types import (
     NO_GAIN,
     UPD_AIR,
@@ -71,15 +73,16 @@ def finite(values: tuple[float, ...]) -> bool:
     return s - s == 0.0
 
 
-class FlightReceiver:
-    """Decoder of one aircraft's plant link.
+class FlightReceiver(Generic[D]):
+    """Decoder of one aircraft's plant link, whose datagrams come by `port`.
 
     `sysid` is the own system id, `origin` fixes the local frame. `peer_sysid`: accept data-link messages of that
     aircraft only (0 = of any other). `count` holds what was dropped. `offset_us` [us] is added to every stamp: onboard time
     less the plant's (stamps.Frames).
     """
 
-    def __init__(self, sysid: int, origin: Origin, peer_sysid: int) -> None:
+    def __init__(self, sysid: int, origin: Origin, peer_sysid: int, port: Port[D] = WIRE) -> None:  # type: ignore[assignment]
+        self.port = port
         self.sysid = sysid
         self.peer_sysid = peer_sysid
         self.count = Counters()
@@ -109,9 +112,9 @@ class FlightReceiver:
             BY_NAME["STATUSTEXT"].id: self.orders.text,
         }
 
-    def parse(self, datagram: bytes) -> list[Packet]:
+    def parse(self, datagram: D) -> list[Packet]:
         """Sound packets of a datagram; the rest is counted."""
-        return split(datagram, ACCEPT, self.count)
+        return self.port.packets(datagram, ACCEPT, self.count)
 
     @staticmethod
     def sensor_time(packets: list[Packet]) -> int:
@@ -131,7 +134,7 @@ class FlightReceiver:
         for p in packets:
             handlers[p[0].id](p, frame)
 
-    def decode(self, datagram: bytes, frame: SensorFrame) -> None:
+    def decode(self, datagram: D, frame: SensorFrame) -> None:
         """`parse` and `apply` of one datagram; `updated` and `commands` start empty."""
         frame.updated = 0
         frame.commands.clear()

@@ -5,7 +5,8 @@ MAVLink's own scheme (mavlink.io, STATUSTEXT): chunks of 50 bytes under one id, 
 
 from __future__ import annotations
 
-from flightsw.icd.wire import BY_NAME, Sender
+from flightsw.icd.port import D, Sends
+from flightsw.icd.wire import BY_NAME
 from flightsw.types import Ack
 
 CHUNK = 50  # [byte]
@@ -15,7 +16,7 @@ WARNING = 4  # MAV_SEVERITY
 _TEXT, _ACK = BY_NAME["STATUSTEXT"], BY_NAME["COMMAND_ACK"]
 
 
-def text(send: Sender, severity: int, words: str) -> bytes:
+def text(send: Sends[D], severity: int, words: str) -> D:
     """STATUSTEXT packets of a line: one with id 0 if it fits, else chunks."""
     data = words.encode("ascii", "replace")
     if len(data) <= CHUNK:
@@ -23,19 +24,20 @@ def text(send: Sender, severity: int, words: str) -> bytes:
     return _chunks(send, severity, data, send.new_ident())
 
 
-def _chunks(send: Sender, severity: int, data: bytes, ident: int) -> bytes:
+def _chunks(send: Sends[D], severity: int, data: bytes, ident: int) -> D:
     data = data[: LONGEST - 1]
     parts = [data[i : i + CHUNK] for i in range(0, len(data) + 1, CHUNK)]  # full chunks are followed by an empty one
-    return b"".join(send.pack(_TEXT, severity & 7, part, ident, k) for k, part in enumerate(parts))
+    return send.join([send.pack(_TEXT, severity & 7, part, ident, k) for k, part in enumerate(parts)])
 
 
-def answer(send: Sender, a: Ack) -> bytes:
+def answer(send: Sends[D], a: Ack) -> D:
     """COMMAND_ACK; where there is a reason, its STATUSTEXT first and that text's id in result_param2."""
-    out, ident = b"", 0
+    parts, ident = [], 0
     if a.reason:
         ident = send.new_ident()
-        out = _chunks(send, WARNING, a.reason.encode("ascii", "replace"), ident)
-    return out + send.pack(_ACK, a.command, a.result, 0, ident, a.target_system, a.target_component)
+        parts.append(_chunks(send, WARNING, a.reason.encode("ascii", "replace"), ident))
+    parts.append(send.pack(_ACK, a.command, a.result, 0, ident, a.target_system, a.target_component))
+    return send.join(parts)
 
 
 class Joiner:

@@ -7,12 +7,11 @@ EPOCH_US, so identical runs give identical files. Every sample time must be a mu
 from __future__ import annotations
 
 import os
-import sys
 import warnings
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
+from flightsw.icd.damage import LogDamageWarning
 from flightsw.icd.framing import as_v2
 from flightsw.icd.scan import Records, scan
 from flightsw.icd.stamps import EPOCH_US
@@ -29,10 +28,6 @@ FLUSH_US = 1_000_000  # [us] of log time: a process killed outright loses no mor
 
 class TlogError(OSError):
     """A log cannot be written or is not a log. The text names the file and the reason."""
-
-
-class LogDamageWarning(UserWarning):
-    """Part of a log was left out: damaged or cut. The text names the file and says how much."""
 
 
 class TlogWriter:
@@ -111,20 +106,6 @@ def records(path: str | Path) -> Records:
     if found.damage:
         warnings.warn(f"{path}: {found.damage}", LogDamageWarning, stacklevel=2)
     return found
-
-
-def say_damage(program: str) -> None:
-    """Have damage of logs said in one plain line on stderr, once, in the name of `program`."""
-    show = warnings.showwarning
-
-    def line(message: Warning | str, category: type[Warning], *rest: Any, **more: Any) -> None:
-        if issubclass(category, LogDamageWarning):
-            print(f"{program}: {message}", file=sys.stderr)
-        else:
-            show(message, category, *rest, **more)
-
-    warnings.showwarning = line
-    warnings.simplefilter("once", LogDamageWarning)
 
 
 def read(path: str | Path, epoch_us: int = EPOCH_US) -> Iterator[tuple[int, int, bytes]]:

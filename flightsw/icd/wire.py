@@ -71,6 +71,9 @@ class Spec:
         if self.name == "HEARTBEAT":
             self.defaults["mavlink_version"] = 3
 
+    def __reduce__(self) -> tuple[Callable[[int], Spec], tuple[int]]:
+        return _spec, (self.id,)  # a copy of what holds packets holds the same messages
+
     def pick(self, *names: str) -> Callable[[tuple[Any, ...]], Any]:
         """Getter of the named fields from a flat tuple; an array gives its values in a row. Raises KeyError."""
         index: list[int] = []
@@ -114,6 +117,10 @@ SPECS: dict[int, Spec] = {i: Spec(m) for i, m in HOUSE.messages.items()}
 BY_NAME: dict[str, Spec] = {s.name: s for s in SPECS.values()}
 
 
+def _spec(ident: int) -> Spec:
+    return SPECS[ident]
+
+
 def table(names: Iterable[str]) -> dict[int, Spec]:
     """The messages a receiver accepts: id -> Spec. Anything else counts as unknown there."""
     return {BY_NAME[n].id: BY_NAME[n] for n in names}
@@ -152,6 +159,10 @@ class Sender:
         """
         spec = BY_NAME[name]
         return self.pack(spec, *spec.from_dict(fields))
+
+    def join(self, parts: Iterable[bytes]) -> bytes:
+        """Packets as one datagram."""
+        return b"".join(parts)
 
 
 @dataclass(slots=True)

@@ -11,12 +11,14 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from typing import Generic
 
 from flightsw.aircraft import load_airframe
 from flightsw.icd.codec import FlightCodec
 from flightsw.icd.codec_orders import COMMANDS_MAX
 from flightsw.icd.codec_telemetry import rate_group
 from flightsw.icd.codec_terms import refuse_unknown
+from flightsw.icd.port import WIRE, D, Port
 from flightsw.icd.signing import REASONS
 from flightsw.icd.stamps import Frames
 from flightsw.icd.tlog import GROUND_IN, LINK_IN
@@ -40,17 +42,17 @@ NO_TICK, AGAIN, TICK = range(3)  # what a datagram of the plant is
 
 
 @dataclass(slots=True)
-class NodeOutput:
+class NodeOutput(Generic[D]):
     """Answer to one call of `handle`. An empty reply means: nothing to answer (rubbish, or no tick)."""
 
-    reply: bytes = b""
+    reply: D
     telemetry: list[bytes] = field(default_factory=list)
     done: bool = False
 
 
-class Node:
+class Node(Generic[D]):
     """Flight process of one aircraft. `app` replaces the real application; `now_us` is the accounting clock of real
-    time.
+    time; `port` the form of the plant's datagrams.
     """
 
     def __init__(
@@ -60,6 +62,7 @@ class Node:
         *,
         realtime: bool = False,
         now_us: Callable[[], int] = no_time,
+        port: Port[D] = WIRE,  # type: ignore[assignment]
     ) -> None:
         origin = cfg.origin.origin()
         base = cfg.app.base_rate_hz
@@ -72,6 +75,7 @@ class Node:
             origin,
             peer_sysid=cfg.link.peer_sysid,
             lockstep=not realtime,
+            port=port,
         )
         refuse_unknown(self.app.laws)
         self.telemetry = Telemetry(
@@ -117,8 +121,8 @@ class Node:
         self.losses = Losses()
         self._waiting: list[Command] = []  # to the mission, asked without a tick: for the next one
         self._ground: list[bytes] = []  # of the ground, for the next tick
-        self._last_datagram = b""
-        self._last_reply = b""
+        self._last_datagram = self._last_reply = port.nothing
+        self._said: list[D] = []  # this tick, of which the reply is made
         self.answers = -1
         self._ticked = False
         self._snap: Snapshot | None = None
@@ -129,7 +133,7 @@ class Node:
         """What was dropped of the plant link."""
         return self.codec.count
 
-    def handle(self, datagrams: Sequence[bytes], dt_s: float | None = None, ground: Sequence[bytes] = ()) -> NodeOutput:
+    def handle(self, datagrams: Sequence[D], dt_s: float | None = None, ground: Sequence[bytes] = ()) -> NodeOutput[D]:
         """One call: datagrams of the plant (lockstep: one tick's) and of the ground in, reply and telemetry out. Pure.
 
         `dt_s` [s]: time step for the application; None = difference of the sample times. Never raises on what it
@@ -138,8 +142,8 @@ class Node:
         reply = self.step(datagrams, dt_s, ground)
         return NodeOutput(reply, self.after(), self.done)
 
-    def step(self, datagrams: Sequence[bytes], dt_s: float | None = None, ground: Sequence[bytes] = ()) -> bytes:
-        """First half: take the datagrams in, run the application if there is a tick, return the reply (b"" = none).
+    def step(self, datagrams: Sequence[D], dt_s: float | None = None, ground: Sequence[bytes] = ()) -> D:
+        """First half: take the datagrams in, run the application if there is a tick, return the reply (empty: none).
 
         `answers` is the place of the datagram the reply answers, -1 if none of them opened a tick.
         """
@@ -169,13 +173,14 @@ class Node:
             self._own_commands()
         for a in self.codec.orders.take():
             self.services.answered(a)
-        room = GROUND_MAX - len(self._ground)
-        self._ground += ground[:room]
-        self.unread_ground += max(len(ground) - room, 0)
+        if ground:
+            room = GROUND_MAX - len(self._ground)
+            self._ground += ground[:room]
+            self.unread_ground += max(len(ground) - room, 0)
         if not new and not (self.realtime and self.frames.raw >= 0):
-            return self._last_reply if again else b""
-        for d in self._ground:
-            self._from_ground(d)
+            return self._last_reply if again else self.codec.port.nothing
+        for data in self._ground:
+            self._from_ground(data)
         self._ground.clear()
         f.commands[:], self._waiting = self._waiting, []
         f.settings[:] = self.services.parameters.take()
@@ -192,9 +197,11 @@ class Node:
         self.tick += 1
         tel, services = self.telemetry, self.services
         due = bool(tel.names(tick))
-        services.note(snap.acks)
-        services.parameters.settled(snap.settled)
-        self.settled += [(snap.t_us, s) for s in snap.settled if not s.why]
+        if snap.acks:
+            services.note(snap.acks)
+        if snap.settled:
+            services.parameters.settled(snap.settled)
+            self.settled += [(snap.t_us, s) for s in snap.settled if not s.why]
         snap.texts += services.parameters.told()
         if not (due or snap.texts or snap.acks or services.busy or tel.once):
             return []
@@ -230,7 +237,7 @@ class Node:
 
     # --- inside ----------------------------------------------------------------------------------------------------
 
-    def _take(self, datagram: bytes) -> int:
+    def _take(self, datagram: D) -> int:
         """Decode one plant datagram into the frame: TICK (its HIL_SENSOR opens one), AGAIN (the tick answered last, in other
         bytes: not taken) or NO_TICK.
         """
@@ -241,7 +248,8 @@ class Node:
         t = self.codec.sensor_time(packets)
         if t == frames.raw and t >= 0:
             return AGAIN
-        self._hear(LINK_IN, sound, datagram)
+        if self.codec.port.logged:
+            self._hear(LINK_IN, sound, self.codec.port.as_bytes(datagram))
         if t >= 0 and not frames.take(t, self.t_us):
             return NO_TICK
         self.codec.offset_us = frames.offset
@@ -297,6 +305,7 @@ class Node:
         self.dt_s = self.clock.advance(f.t_us) if dt_s is None else dt_s
         self.t_us = f.t_us
         self.exec.run(self.tick)
+        self._last_reply = self.codec.send.join(self._said)
         self.services.left, self.codec.orders.left = PACKETS_MAX, COMMANDS_MAX
         self._ticked = True
 
@@ -305,13 +314,11 @@ class Node:
         cmd.t_us = self.frames.raw
         self._snap = snap
         self.telemetry.ctx.see(self.frame)
-        self._last_reply = self.codec.actuators(cmd)
-        for c in self.services.take_orders():
-            self._last_reply += self.codec.order(c)
+        self._said = [self.codec.actuators(cmd), *map(self.codec.order, self.services.take_orders())]
         if self._link_asked:
             acks = [a for a in snap.acks + self.services.acks if self._asked_here(a)]
             self._link_asked.clear()
-            self._last_reply += b"".join(map(self.codec.answer, acks))
+            self._said += map(self.codec.answer, acks)
 
     @property
     def excess(self) -> int:
@@ -323,7 +330,7 @@ class Node:
 
     def _run_peer(self) -> None:
         if self._snap is not None:
-            self._last_reply += self.codec.peer(self._snap.nav, self._snap.health.flags)
+            self._said.append(self.codec.peer(self._snap.nav, self._snap.health.flags))
 
     def _run_fix(self) -> None:
         if self._snap is None:
@@ -331,4 +338,4 @@ class Node:
         f = self._snap.sensors  # health has let through what is new in it
         self._gained.add(f)
         if f.updated & UPD_GNSS:
-            self._last_reply += self.codec.fix(f, self._gained.take())
+            self._said.append(self.codec.fix(f, self._gained.take()))

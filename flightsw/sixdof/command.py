@@ -68,7 +68,7 @@ class ControlCore:
         """terms: with one controlled quantity for each integral. `u_old` [k,4], newest first, is sized by the law once its design
         tells how many old commands it needs."""
         self.ac = ac
-        self.lim = surface_limits(ac)
+        self._travel = tuple((lo, hi) for lo, hi, _ in surface_limits(ac).tolist())  # of each surface [rad]
         self.u_old = np.zeros((1, 4))
         self.terms = terms
         self.e = np.zeros(len(terms.controlled))
@@ -79,17 +79,17 @@ class ControlCore:
 
     def integrate(self, err: np.ndarray, dt: float) -> None:
         """Advance the integrals by err [n] * dt, clamped, and held while the command sits at a limit and would wind up."""
-        for i, c in enumerate(self.terms.controlled):
-            step = err[i] * dt
-            c.integral, c.limits = float(self.e[i]), HELD
+        rows = zip(self.terms.controlled, err.tolist(), self.e.tolist(), self.int_limit.tolist(), strict=True)
+        for i, (c, off, e, most) in enumerate(rows):  # plain floats are quicker
+            step = off * dt
+            c.integral, c.limits = e, HELD
             if not math.isfinite(step):  # one bad estimate must not live on in the integral
                 continue
-            c.error = float(err[i])
-            if self.saturated and step * self.e[i] > 0.0:
+            c.error = off
+            if self.saturated and step * e > 0.0:
                 continue
-            c.limits = INTEGRAL if beyond(self.e[i] + step, -self.int_limit[i], self.int_limit[i]) else 0
-            self.e[i] = min(max(self.e[i] + step, -self.int_limit[i]), self.int_limit[i])
-            c.integral = float(self.e[i])
+            c.limits = INTEGRAL if beyond(e + step, -most, most) else 0
+            self.e[i] = c.integral = min(max(e + step, -most), most)
 
     def limit(self, u: np.ndarray, h_m: float, V: float, parts: np.ndarray | None = None) -> tuple[np.ndarray, float]:
         """Clip u [4] (surfaces [rad], thrust [N]) to the actuators; returns (u, throttle 0..1). Sets `saturated` and `terms`.
@@ -97,37 +97,30 @@ class ControlCore:
         parts [3,4]: feedback, integral and feed-forward u was made of; None: it is a trim, made of feed-forward alone.
         Throttle is NaN when anything that went in is not finite.
         """
-        if not (math.isfinite(h_m) and math.isfinite(V) and np.isfinite(u).all()):
+        asked = u.tolist()
+        if not all(map(math.isfinite, (h_m, V, *asked))):
             self.terms.open()
             return u, math.nan  # the guard replaces it; the previous command and its memory stay
         self._open[2] = u
         avail = thrust_available(self.ac, h_m, V)
         floor = self.ac.engine.idle_frac * avail
-        sat = False
-        for i in range(3):
-            lo, hi = self.lim[i, 0], self.lim[i, 1]
-            if u[i] < lo or u[i] > hi:
-                u[i] = min(max(u[i], lo), hi)
-                sat = True
-        if u[3] < floor or u[3] > avail:
-            u[3] = min(max(u[3], floor), avail)
-            sat = True
-        self.saturated = sat
-        self._tell(u, parts)
+        sent = [min(max(v, lo), hi) for v, (lo, hi) in zip(asked, (*self._travel, (floor, avail)), strict=True)]
+        self.saturated = sent != asked
+        u[:] = sent
+        self._tell(sent, parts)
         self.u_old[1:] = self.u_old[:-1]
         self.u_old[0] = u
         return u, float(u[3] / avail)
 
-    def _tell(self, u: np.ndarray, parts: np.ndarray | None) -> None:
+    def _tell(self, u: list[float], parts: np.ndarray | None) -> None:
         """Into the record what u [4] is made of; parts as in `limit`."""
         t = self.terms
         if parts is None:
             t.open()
         t.closed = parts is not None
-        for o, feedback, integral, forward, sent in zip(
-            t.outputs, *(self._open if parts is None else parts), u, strict=True
-        ):
-            o.give(float(feedback), float(integral), float(forward), float(sent))
+        rows = (self._open if parts is None else parts).tolist()
+        for o, feedback, integral, forward, sent in zip(t.outputs, *rows, u, strict=True):
+            o.give(feedback, integral, forward, sent)
 
     def actuator_states(self, z: np.ndarray, n: int, act: ActuatorModel) -> None:
         """Fill servo position, rate and thrust of the design state z from index n on."""

@@ -13,14 +13,13 @@ from flightsw.aircraft import Aircraft
 from flightsw.filters.coloured import FORMS
 from flightsw.filters.factory import make_filter
 from flightsw.kernels.atmosphere import G0
+from flightsw.kernels.jit import jit
 from flightsw.kernels.rotations import to_parent
 from flightsw.refusal import GateParams
 from flightsw.sixdof.layout import (
-    AIR,
     BEYOND,
     N_WD,
     N_WE,
-    N_WIND,
     N_WN,
     NX,
     X_ALPHA,
@@ -207,14 +206,17 @@ class EstimatorCore:
 
     def noise_factor(self, R_bi: np.ndarray, dt: float) -> None:
         """Fill the 15 rows of the filter's SQ: diagonal part, and the wind increment through -eps^-1 R_BI (R_bi [9])."""
-        SQ, x = self.ukf.SQ, self.ukf.x
         rt = dt**0.5
-        air_jacobian(x[X_V], x[X_BETA], x[X_ALPHA], R_bi, self.wind_jacobian)
-        qw = self.p.q_wind * rt
-        if self.p.correlated_wind:
-            SQ[AIR, N_WIND] = self.wind_jacobian * qw
-        np.multiply(self._qdiag, rt, out=SQ.ravel()[: NX * (SQ.shape[1] + 1) : SQ.shape[1] + 1])
-        SQ[X_WN, N_WN] = SQ[X_WE, N_WE] = SQ[X_WD, N_WD] = qw
+        fill_noise(
+            self.ukf.SQ,
+            self.ukf.x,
+            R_bi,
+            self._qdiag,
+            rt,
+            self.p.q_wind * rt,
+            self.p.correlated_wind,
+            self.wind_jacobian,
+        )
 
     def publish_sigma(self, o: NavState) -> None:
         """Write the reported 1-sigma values of wind and attitude: filter covariance, and the sensors' lasting errors on top."""
@@ -241,10 +243,38 @@ def inertial_acceleration(R: np.ndarray, fm: np.ndarray) -> np.ndarray:
     return a
 
 
+@jit
+def fill_noise(
+    SQ: np.ndarray,
+    x: np.ndarray,
+    R_bi: np.ndarray,
+    q: np.ndarray,
+    rt: float,
+    qw: float,
+    correlated: bool,
+    J: np.ndarray,
+) -> None:
+    """The 15 rows of a noise factor SQ [n,nq] about the state x [n] and R_bi [9]: q [15] times rt [sqrt(s)] on the diagonal, qw
+    [m/s] of the wind and, if that is correlated with the air state, through J [3,3] <- -eps^-1 R_BI."""
+    air_jacobian(x[X_V], x[X_BETA], x[X_ALPHA], R_bi, J)
+    if correlated:
+        for i in range(3):
+            for j in range(3):
+                SQ[X_V + i, N_WN + j] = J[i, j] * qw
+    for i in range(NX):
+        SQ[i, i] = q[i] * rt
+    SQ[X_WN, N_WN] = SQ[X_WE, N_WE] = SQ[X_WD, N_WD] = qw
+
+
+@jit
 def sane(x: np.ndarray, S: np.ndarray) -> bool:
-    """Whether a filter's state and factor are finite and its airspeed is one a wing flies at."""
-    # a sum is finite only where every term is
-    finite = math.isfinite(float(x.sum())) and math.isfinite(float(S.sum()))
+    """Whether a filter's state x [n] and factor S [n,n] are finite and its airspeed is one a wing flies at."""
+    total = 0.0
+    for i in range(x.shape[0]):
+        total += x[i]
+        for j in range(S.shape[1]):
+            total += S[i, j]
+    finite = total - total == 0.0  # a sum is finite only where every term is
     return finite and 20.0 < x[X_V] < 400.0 and abs(x[X_ALPHA]) < 0.6 and abs(x[X_BETA]) < 0.6
 
 

@@ -85,9 +85,9 @@ class Moments:
             off = x - m
             sides.append(int(math.copysign(1.0, off)) if off * off > max(WILD**2 * y, LEAST_WILD**2) else 0)
         self._wild.append(tuple(sides))
-        axes = [set(axis) for axis in zip(*self._wild, strict=True)]
-        if sum(any(x) for x in self._wild) < MOST:
+        if sum(map(any, self._wild)) < MOST:
             return 0
+        axes = [set(axis) for axis in zip(*self._wild, strict=True)]
         return 2 if any({-1, 1} <= axis for axis in axes) else 1
 
     def learn(self, dt: float) -> None:

@@ -65,8 +65,9 @@ class Turning:
 
     def _begin(self) -> None:
         self._steps: deque[Step] = deque(maxlen=KEPT)
+        self._found: dict[float, int] = {}  # by `_before` since the last step
         self._known = False
-        self._turn, self._dt, self._count = [0.0, 0.0, 0.0], 0.0, 0
+        self._turn, self._dt, self._count = ZERO3, 0.0, 0
         self._over = dict.fromkeys(WINDOWS_S, 0)
         self._accused = dict.fromkeys(
             WINDOWS_S, 0
@@ -105,8 +106,8 @@ class Turning:
     def _follow(self, f: SensorFrame, u: np.ndarray, nav: NavState, fresh: bool, dt: float) -> None:
         """Turn on with the gyro; at a reading of the reference look how much more it has turned."""
         w = np.array(f.gyro_mean_b)
-        for i in range(3):
-            self._turn[i] += f.gyro_mean_b[i] * dt
+        (x, y, z), (p, q, r) = self._turn, f.gyro_mean_b
+        self._turn = (x + p * dt, y + q * dt, z + r * dt)
         self._dt += dt
         self._count += f.gyro_count
         if self._known:
@@ -126,7 +127,7 @@ class Turning:
             self._note((0.5 * (e[5] - e[7]), 0.5 * (e[6] - e[2]), 0.5 * (e[1] - e[3])), u, nav)
         self._known = True
         self._R[:] = self._turned
-        self._turn, self._dt, self._count = [0.0, 0.0, 0.0], 0.0, 0
+        self._turn, self._dt, self._count = ZERO3, 0.0, 0
 
     def _note(self, more: Vec3, u: np.ndarray, nav: NavState) -> None:
         """The reference has turned `more` [rad] than the gyro since its last reading."""
@@ -137,6 +138,7 @@ class Turning:
             s.more, s.turn, s.size = added(old.more, s.more), added(old.turn, s.turn), added(old.size, s.size)
             s.t_s += old.t_s
         self._steps.append(s)
+        self._found.clear()
         self._judge(s, more)
 
     def _judge(self, s: Step, more: Vec3) -> None:
@@ -187,10 +189,15 @@ class Turning:
 
     def _before(self, T: float) -> int:
         """Index of the latest step T [s] before the last one; -1: there is none yet."""
-        steps, then = self._steps, self._steps[-1].t_s - T + 1e-6
-        i = len(steps) - 1
-        while i >= 0 and steps[i].t_s > then:
-            i -= 1
+        i = self._found.get(T)
+        if i is None:
+            then = self._steps[-1].t_s - T + 1e-6
+            i = len(self._steps) - 1
+            for step in reversed(self._steps):
+                if not step.t_s > then:
+                    break
+                i -= 1
+            self._found[T] = i
         return i
 
     def _beyond(self, now: Step, then: Step) -> list[int]:
@@ -202,8 +209,9 @@ class Turning:
         """[rad] by which the reference may turn more than the gyro between two steps."""
         span = now.t_s - then.t_s
         white = 2.0 * self._scatter + self.r_rate**2 * span * now.dt / max(self._count, 1) + (BIAS * span) ** 2
-        x, y, z = (math.sqrt(white + (SCALE * turned) ** 2) for turned in less(now.size, then.size))
-        return x, y, z
+        x, y, z = less(now.size, then.size)
+        sqrt = math.sqrt
+        return sqrt(white + (SCALE * x) ** 2), sqrt(white + (SCALE * y) ** 2), sqrt(white + (SCALE * z) ** 2)
 
     def _contradicted(self) -> bool:
         """Whether the reference has not seen the gyro's last turns."""

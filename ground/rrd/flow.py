@@ -14,8 +14,8 @@ from pathlib import Path
 
 import rerun as rr
 
+from flightsw.icd.damage import LogDamageWarning
 from flightsw.icd.signing import Signing
-from flightsw.icd.tlog import LogDamageWarning
 from ground import run as runs
 from ground.columns import Columns, LogError
 from ground.folder import LOGS

@@ -20,6 +20,7 @@ from flightsw.icd.tlog import read
 from hil_scripts.bench import filters as bench_filters
 from hil_scripts.bench import link as bench_link
 from hil_scripts.bench import plant as bench_plant
+from hil_scripts.bench import start as bench_start
 from hil_scripts.bench.row import Row
 from hil_scripts.launch import ports
 
@@ -80,6 +81,8 @@ def measure(
     bare = bench_link.ping_pong(sizes, PING_TICKS) / TICK_HZ
     rows.append(Row("bare.sim_s_per_wall_s", "bare sockets, same datagrams and bytes", bare, "s/s"))
     rows.append(Row("lockstep.ratio_to_bare", "lockstep mission takes, times bare sockets", bare / multi, "x"))
+    say("starts, and the picture file of that mission")
+    rows += bench_start.rows(folder / "start") + bench_start.picture_rows(folder / "multi", duration_s)
     say("estimator and plant")
     rows += filter_rows() + plant_rows()
     for name in plugins.declared(plugins.BENCHES):

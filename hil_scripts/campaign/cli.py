@@ -7,12 +7,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
-from rich.table import Table
 
 from hil_scripts.launch import screen
+from hil_scripts.shell import kernels
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from hil_scripts.campaign.study import Study
     from hil_scripts.launch.procs import StopFlag
 
@@ -23,9 +24,12 @@ ALL, SMALL = "all", "small"
 
 def _list(console: Console, name: str | None) -> None:
     """The studies, or the cases of one. Raises CampaignError for an unknown one."""
+    from rich.table import Table
+
     from hil_scripts.campaign.registry import cases, listed
 
     if name is not None:
+        kernels()  # a study of somebody else's package is imported to count its cases
         console.out("\n".join(cases(name)), highlight=False)
         return
 
@@ -82,17 +86,16 @@ def campaign(
 ) -> None:
     """Make many runs of a study. Exit 0: all made; 1: some failed (recorded); 2: bad input or cluster lost; 130: Ctrl-C."""
     from hil_scripts.campaign.error import CampaignError
-    from hil_scripts.launch import kernel_cache
-    from hil_scripts.launch.procs import SINGLE_THREAD, StopFlag
 
-    os.environ.update(SINGLE_THREAD)  # before numpy is imported, also in the workers
     console = screen.console()
     try:
         if list_ or name is None:
-            if name is not None:  # its cases are counted by importing it
-                kernel_cache.use()
             _list(console, name)
             raise typer.Exit(0 if list_ else EXIT_CONFIG)
+        from hil_scripts.launch import kernel_cache
+        from hil_scripts.launch.procs import SINGLE_THREAD, StopFlag
+
+        os.environ.update(SINGLE_THREAD)  # before numpy is imported, also in the workers
         kernel_cache.use()
         from hil_scripts.campaign.registry import find, listed
         from hil_scripts.launch import warmup

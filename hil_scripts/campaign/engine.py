@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
+from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from hil_scripts.campaign import folder as fo
 from hil_scripts.campaign import table
@@ -42,9 +43,10 @@ class _Board:
         have = [r for r in rows if (r.case, r.run) in keys]
         self._console, self._show, self._total, self._done = console, show, len(keys), len(have)
         self._failed = sum(r.status != "ok" for r in have)
-        self._last = time.monotonic()
+        self._before, self._began = self._done, time.monotonic()
+        self._last = self._began
         columns = (BarColumn(bar_width=30), MofNCompleteColumn(), TextColumn("runs {task.fields[text]}"))
-        self._bar = Progress(*columns, TimeElapsedColumn(), TimeRemainingColumn(), console=console, transient=True)
+        self._bar = Progress(*columns, TimeElapsedColumn(), console=console, transient=True)
         self._task = self._bar.add_task("runs", total=self._total, completed=self._done, text="")
 
     def __enter__(self) -> _Board:
@@ -60,13 +62,20 @@ class _Board:
         """Count a finished run."""
         self._done += 1
         self._failed += row.status != "ok"
-        text = f"{self._failed} failed" if self._failed else ""
+        text = pace(self._done - self._before, self._total - self._done, time.monotonic() - self._began)
+        text += f", {self._failed} failed" if self._failed else ""
         self._bar.update(self._task, completed=self._done, text=text)
         if not self._show or self._console.is_terminal:
             return
         if time.monotonic() - self._last > PLAIN_EVERY_S:
             self._last = time.monotonic()
-            self._console.print(f"{self._done}/{self._total} runs {text}")
+            self._console.print(f"{self._done}/{self._total} runs, {text}")
+
+
+def pace(made: int, left: int, elapsed_s: float) -> str:
+    """Runs a minute of `made` in elapsed_s [s], and the local time at which `left` more are made at that rate."""
+    rate = made / max(elapsed_s, 1e-3)
+    return f"{60.0 * rate:.3g} a minute, ends about {datetime.now() + timedelta(seconds=left / rate):%H:%M}"
 
 
 def run_campaign(

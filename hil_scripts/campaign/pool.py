@@ -19,6 +19,7 @@ from urllib.parse import urlsplit
 
 from numpy.typing import NDArray
 
+from hil_scripts.campaign import nursery
 from hil_scripts.campaign.study import CampaignError, Study
 from hil_scripts.campaign.task import Job, Row, execute, identity
 from hil_scripts.launch.procs import SINGLE_THREAD
@@ -98,12 +99,17 @@ class DaskPool:
         import dask
         from distributed import Client, LocalCluster
 
-        dask.config.set({"distributed.scheduler.allowed-failures": 1})
+        forks = nursery.possible()
+        dask.config.set(
+            {"distributed.scheduler.allowed-failures": 1, nursery.METHOD: "forkserver" if forks else "spawn"}
+        )
         self._tmp = tempfile.mkdtemp(prefix="wakefield-campaign-")
         resource_tracker.ensure_running()  # before the mask: its start unblocks SIGINT
         # Ctrl-C goes to the whole process group. Workers inherit this mask: they end when they are told to, not by it
         old = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
+            if forks:
+                nursery.open_for(self._study)
             self._cluster = LocalCluster(
                 n_workers=workers,
                 threads_per_worker=1,

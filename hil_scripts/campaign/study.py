@@ -51,6 +51,8 @@ class Study:
         "<value>.<statistic>", in place of statistics over runs.
     small_runs, small_cases: what `--runs small` makes, cases by name or pattern (none: all), so that all studies of the project
         are through within an hour on two cores.
+    warm: a module-level function that builds once what every run needs, in the process that local workers are forked from;
+        results do not depend on it.
     """
 
     name: str
@@ -63,6 +65,7 @@ class Study:
     pool: Callable[[Sequence[Mapping[str, float]]], dict[str, float | int | None]] | None = None
     small_runs: int = 1
     small_cases: tuple[str, ...] = ()
+    warm: Callable[[], None] | None = None
 
     def __post_init__(self) -> None:
         names = [c.name for c in self.cases]

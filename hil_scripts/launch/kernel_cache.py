@@ -32,17 +32,24 @@ def kernel_sources() -> list[Path]:
     for name in plugins.packages():
         top = find_spec(name)
         folders |= {Path(p) for p in (None if top is None else top.submodule_search_locations) or ()}
-    files = {p: p.read_bytes() for folder in folders for p in folder.rglob("*.py")}
-    module = {
-        ".".join(p.relative_to(f.parent).with_suffix("").parts): p for f in folders for p in files if f in p.parents
-    }
-    found = {p for p, text in files.items() if re.search(rb"\bjit\b", text)}
+    # every start comes here: by names, a file's path is made of those that are found
+    place, text = {}, {}
+    for folder in folders:
+        for here, _, names in os.walk(folder):
+            package = f"{folder.name}{here[len(str(folder)) :]}".replace(os.sep, ".")
+            for name in names:
+                if name.endswith(".py"):
+                    module = f"{package}.{name[:-3]}"
+                    place[module] = f"{here}{os.sep}{name}"
+                    with open(place[module], "rb") as f:
+                        text[module] = f.read()
+    found = {m for m, t in text.items() if b"jit" in t and re.search(rb"\bjit\b", t)}
     new = set(found)
     while new:
-        named = {m.decode() for p in new for m in re.findall(rb"^from ([\w.]+) import", files[p], re.MULTILINE)}
-        new = {module[m] for m in named if m in module} - found
+        named = {n.decode() for m in new for n in re.findall(rb"^from ([\w.]+) import", text[m], re.MULTILINE)}
+        new = (named & place.keys()) - found
         found |= new
-    return sorted(found)
+    return sorted(Path(place[m]) for m in found)
 
 
 def processor() -> str:

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import Generic
 
+from flightsw.icd.port import WIRE, D, Port
 from flightsw.process.config import flight_of
 from flightsw.process.node import Node
 from flightsw.strict import ConfigError, convert
@@ -15,15 +17,15 @@ from sim_plant.world import World
 
 
 @dataclass(frozen=True)
-class Built:
+class Built(Generic[D]):
     """The plant's world and the onboard nodes of a plan, in its order, not yet flown."""
 
     world: World
-    nodes: list[Node]
+    nodes: list[Node[D]]
 
 
-def build(plan: RunPlan) -> Built:
-    """Build the world and every onboard process of a plan.
+def build(plan: RunPlan, port: Port[D] = WIRE) -> Built[D]:  # type: ignore[assignment]
+    """Build the world and every onboard process of a plan, which takes the plant's datagrams by `port`.
 
     Raises ConfigError naming scenario or aircraft and what is wrong: a value alone, values that do not go together, no trim,
     no control law.
@@ -33,7 +35,7 @@ def build(plan: RunPlan) -> Built:
     nodes = []
     for f in plan.flights:
         with _naming(f"aircraft {f.name}"):
-            nodes.append(Node(flight_of(f.config, "flight configuration")))
+            nodes.append(Node(flight_of(f.config, "flight configuration"), port=port))
     return Built(world, nodes)
 
 

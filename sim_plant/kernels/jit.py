@@ -1,4 +1,4 @@
-"""The plant's one decorator for compiled kernels; the only importer of numba in this program.
+"""The plant's one decorator for compiled kernels.
 
 `fastmath=False` keeps compiled and interpreted results equal to the bit; `error_model="numpy"` keeps division free of
 exception paths; no entry for C programs is made, which nobody calls and which takes a tenth of the compiling. With
@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, TypeVar, cast
 
-import numba
+from flightsw.compiler import numba
 
 F = TypeVar("F", bound=Callable[..., Any])
 

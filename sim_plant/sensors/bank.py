@@ -25,7 +25,8 @@ class Plan:
 
     which: NDArray[np.int64]  # numbers in the store
     out: NDArray[np.float64]
-    parts: list[tuple[Sensor, int, int, Flicker | None]] = field(default_factory=list)  # from, to in `out`; outages
+    # from, to in `out`; outages; whether the row is the sample as it is
+    parts: list[tuple[Sensor, int, int, Flicker | None, bool]] = field(default_factory=list)
     rows: list[Rows] = field(default_factory=list)  # their error rows,
     few: list[Errors] = field(default_factory=list)  # and those with errors few have
     pair: bool = False  # whether relative motion is read
@@ -86,15 +87,18 @@ class Bank:
         for g in plan.few:
             g.prepare([], t_us, view)
         s, o = view.arrays
-        rel, boom = (np.array(view.rel), np.array(view.boom)) if plan.pair else (NONE, NONE)
+        rel = boom = np.array(view.rel) if plan.pair else NONE
+        if plan.pair and view.boom is not view.rel:
+            boom = np.array(view.boom)
         store, out = self._store, plan.out
         while not readings(s, o, rel, boom, plan.which, store.f, store.k, t_us, out):
             for r in plan.rows:
                 r.row()
         values = tuple(out.tolist())
-        for sensor, begin, end, flicker in plan.parts:
+        for sensor, begin, end, flicker, plain in plan.parts:
             if flicker is None or not flicker.lost():
-                sensor.take(t_us, sensor.made(values[begin:end], view), frame)
+                row = values[begin:end]
+                sensor.take(t_us, row if plain else sensor.made(row, view), frame)
 
     def _plan(self, k: int) -> Plan:
         due = [s for s in self._number if not s.faulty and k % s.div == 0]
@@ -102,7 +106,8 @@ class Bank:
         for s in due:
             row = self._store.k[self._number[s]]
             end = at + int(row[K_WIDTH]) + EXTRA.get(s.form, 0)
-            plan.parts.append((s, at, end, s.graded.flicker if s.graded is not None else None))
+            flicker = s.graded.flicker if s.graded is not None else None
+            plan.parts.append((s, at, end, flicker, type(s).made is Sensor.made))
             plan.rows += [r for r in (s.graded, s.noise) if r is not None]
             if s.graded is not None and s.graded.few:
                 plan.few.append(s.graded)

@@ -6,6 +6,7 @@ import dataclasses
 import math
 from collections import Counter
 from itertools import pairwise
+from types import SimpleNamespace
 
 import pytest
 
@@ -213,7 +214,8 @@ def test_wind_is_nan_until_navigation_is_valid_and_health_is_shown() -> None:
 def test_test_ratios_are_those_of_the_gate(ratios: dict[int, float], want: tuple[float, ...]) -> None:
     app = FakeApp()
     app.nav.nis, app.nav.nis_dof = 99.0, 12
-    app.health.ratios = tuple(ratios.get(k, 0.0) for k in range(len(rd.KINDS))) if ratios else ()
+    each = tuple(ratios.get(k, 0.0) for k in range(len(rd.KINDS)))
+    app.health.judged = SimpleNamespace(counts=(), ratios=each) if ratios else None
     got = fields(b"".join(run(1, app)[1]), "ESTIMATOR_STATUS")[0]
     assert [got[f"{k}_ratio"] for k in ("vel", "pos_horiz", "pos_vert", "tas")] == pytest.approx(want)
 

@@ -13,6 +13,7 @@ from pymavlink.dialects.v10 import common as v1
 from pymavlink.dialects.v20 import common as v2
 
 from flightsw.icd import tlog
+from flightsw.icd.damage import LogDamageWarning
 from flightsw.icd.framing import TIME
 from flightsw.icd.scan import EDGE_US, STAMP_SLACK_US, scan
 from flightsw.icd.wire import SPECS, Counters, Sender, split
@@ -154,7 +155,7 @@ def test_mostly_junk_is_refused_by_name(tmp_path: Path) -> None:
         load(path)
     path.write_bytes(b"x" * len(WHOLE) + WHOLE)
     said = rf"a\.tlog: {len(WHOLE)} of {2 * len(WHOLE)} bytes are damaged, in 1 place"
-    with pytest.warns(tlog.LogDamageWarning, match=said):
+    with pytest.warns(LogDamageWarning, match=said):
         assert load(path).packets == len(FLIGHT)
 
 

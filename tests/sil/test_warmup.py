@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import io
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 from rich.console import Console
 
 from hil_scripts.launch import kernel_cache, kernel_list, warmup
+from hil_scripts.launch.places import ROOT
 from hil_scripts.launch.procs import StopFlag
 
 COMPILES = """
@@ -88,6 +91,51 @@ def test_every_kernel_of_the_list_is_compiled_once_and_callees_first(
     levels: dict[object, int] = {}
     order = [kernel_list.level(kernels[e.name], levels) for e in done]
     assert order == sorted(order) and order[-1] >= 4
+
+
+def test_the_compiler_starts_without_what_no_kernel_uses_and_still_has_it() -> None:
+    """scipy.linalg is imported by a kernel that needs BLAS, not by the first that is called."""
+    code = """
+import sys, numpy as np
+from flightsw.compiler import numba
+from flightsw.kernels.linalg import inner
+A, b = np.arange(9.0).reshape(3, 3), np.array([1.0, -2.0, 0.5])
+assert inner(b, b) == 5.25
+early = "scipy.linalg" in sys.modules
+assert np.array_equal(numba.njit(lambda A, b: A @ b)(A, b), A @ b)
+print(early, "scipy.linalg" in sys.modules)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["False", "True"]
+
+
+LATER = {  # mission -> module and kernels that a flight comes to some time after its start
+    "rendezvous": (
+        "flightsw.missions.rendezvous.estimator",
+        ("kb.bank_predict", "kb.bank_bearing", "kb.bank_position", "kr.judged_range"),
+    ),
+    "receiver": (
+        "flightsw.missions.receiver.integrity.bank",
+        ("kernel.predict", "kernel.innovations", "kernel.correct", "kernel.separation", "kernel.variance"),
+    ),
+}
+
+
+@pytest.mark.parametrize("mission", LATER)
+def test_the_warm_up_comes_to_what_a_flight_needs_later(mission: str) -> None:
+    """A second range, the first relative measurement to be judged: nothing is compiled, nor loaded, in flight."""
+    module, kernels = LATER[mission]
+    code = f"""
+import importlib
+from flightsw.process.application import make_app
+from flightsw.process.config import load_flight
+make_app(load_flight("flightsw/params/{mission}.toml")).warmup()
+for name in {kernels}:
+    at, _, function = name.partition(".")
+    print(len(getattr(getattr(importlib.import_module("{module}"), at), function).signatures))
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    assert done.stdout.split() == ["1"] * len(kernels)
 
 
 def test_types_a_list_cannot_hold_are_left_out() -> None:

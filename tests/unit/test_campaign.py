@@ -123,14 +123,6 @@ def _wrong(case: Case, seed: int) -> RunResult:
     return RunResult({"x": [1]}) if case.name == "a" else {"x": 1}  # type: ignore[dict-item,return-value]
 
 
-def test_a_worker_that_dies_costs_one_run(tmp_path: Path) -> None:
-    """A run that takes its process with it is a failed run; the others are made."""
-    study = replace(STUDY, cases=(Case("dies", {"sigma": 1.0, "die": True}), Case("calm", {"sigma": 0.5})))
-    done = run_campaign(study, 1, 7, tmp_path / "c", workers=1, progress=False)
-    assert {r.case: r.status for r in read(done.folder)} == {"dies": "failed", "calm": "ok"}
-    assert done.complete and done.failed == 1
-
-
 def _refused(says: str, tmp: Path, study: Study = STUDY, seed: int = 7, **kw: object) -> None:
     with pytest.raises(CampaignError, match=says):
         run_campaign(study, 1, seed, tmp, workers=0, progress=False, **kw)  # type: ignore[arg-type]

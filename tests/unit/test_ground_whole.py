@@ -34,7 +34,7 @@ name = "receiver"
 sysid = 2
 """
 Cut = Callable[[Path], object]
-pytestmark = pytest.mark.filterwarnings("ignore::flightsw.icd.tlog.LogDamageWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::flightsw.icd.damage.LogDamageWarning")
 
 
 @pytest.fixture(scope="module")

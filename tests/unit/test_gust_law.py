@@ -174,9 +174,24 @@ def test_hold_returns_to_pitch_and_height() -> None:
 def test_gain_repeats_and_an_impossible_design_is_named() -> None:
     with pytest.raises(DesignError, match="gust alleviation"):
         law.GustAlleviation(law.AlleviationParams(a_z=math.nan))
-    assert law.GustAlleviation().K.tobytes() == law.GustAlleviation().K.tobytes()
+    assert law.alleviation_gain(P, M, AC, DT)[0].tobytes() == law.alleviation_gain(P, M, AC, DT)[0].tobytes()
     g = law.GustAlleviation(law.AlleviationParams(use_flap=False))
     assert not g.step(np.full(9, 0.02), GustServos(AC))[k.FLAP]
+
+
+def test_laws_alike_share_their_gain_and_none_changes_anothers() -> None:
+    """A law that feeds no wind has zeros where the others of the same design have the feed-forward."""
+    first, second = law.GustAlleviation(), law.GustAlleviation()
+    blind = law.GustAlleviation(law.AlleviationParams(feed_wind=False))
+    after = law.GustAlleviation(law.AlleviationParams(feed_wind=False, wind_triangle=False))
+    wanted, _ = law.alleviation_gain(P, M, AC, DT)
+    for each in (first, second, law.GustAlleviation()):
+        np.testing.assert_array_equal(each.K, wanted)
+    for each in (blind, after):
+        assert not each.K[:, law.WIND].any()
+        np.testing.assert_array_equal(each.K[:, law.WIND.stop :], wanted[:, law.WIND.stop :])
+    stiffer = law.GustAlleviation(law.AlleviationParams(a_z=2.0 * P.a_z))
+    assert np.abs(stiffer.K - wanted).max() > 1e-3
 
 
 def test_throttle_held_has_its_own_mean_at_once() -> None:

@@ -13,6 +13,7 @@ from rich.console import Console
 from scipy.spatial.transform import Rotation
 
 from flightsw.aircraft import load_aircraft
+from flightsw.icd.port import WIRE
 from flightsw.process.config import flight_of
 from flightsw.sixdof.excitation import ExcitationParams, Multisine, harmonics
 from flightsw.sixdof.trim import trim_free
@@ -258,7 +259,7 @@ def test_a_flight_is_read_on_the_grid_it_was_flown_on() -> None:
     sets = ("tanker.excitation.on=true", "tanker.excitation.start_s=1.0", "tanker.excitation.duration_s=20.0",
             "tanker.excitation.band_hz=[0.1, 1.0]")  # fmt: skip
     cfg = flight_of(resolve(SCENARIO, 1, list(sets), None).flights[0].config, "tanker")
-    flight, g = Flying(SCENARIO, 1, sets), Gatherer(cfg, KC135)
+    flight, g = Flying(SCENARIO, 1, sets, WIRE), Gatherer(cfg, KC135)
     moved = []
     for _ in range(2300):
         received, (reply,), (telemetry,) = flight.tick_heard()

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Annotated
 
 import numpy as np
@@ -26,6 +27,7 @@ Array = np.ndarray
 NA = 8  # aircraft and wind states of the design: all but the vane's bias
 POS_E, RATE_E, POS_F, RATE_F, LOW, LOW_DOT, NZ = NA, NA + 1, NA + 2, NA + 3, NA + 4, NA + 5, NA + 6
 SURFACES = (k.ELEVATOR, k.FLAP)
+DESIGNS = 1024  # kept; an aircraft with its servos and lifts in doubt has 75 of each law
 LIFT_EDGE = 0.03  # by which another design must be nearer than the one flown
 WIND = slice(0, 3)  # of the design state: x1, alpha_W, V_W
 
@@ -115,6 +117,15 @@ def alleviation_gain(p: AlleviationParams, model: LinearModel, ac: GustAircraft,
     return regulator(Ad, Bd, Qd, R, S, "gust alleviation")
 
 
+@lru_cache(DESIGNS)
+def _designed(p: AlleviationParams, ac: GustAircraft, t: Turbulence, lift: float, dt: float) -> tuple[Array, float]:
+    """`alleviation_gain` for a scale of lift, once in a process: aircraft alike and the runs of a campaign ask for the same.
+    The gain is not to be written to."""
+    K, radius = alleviation_gain(p, scaled_model(ac, t, lift), ac, dt)
+    K.flags.writeable = False
+    return K, radius
+
+
 def equivalent(x: Array, V0: float, z: Array) -> None:
     """z [>=8] <- the deviations that give the linear model the incidence and lift the nonlinear wind triangle has at x [9].
 
@@ -148,12 +159,14 @@ class GustAlleviation:
         wanted = {own: None, **{(wn, late, lift): None for wn, late in servos for lift in lifts}}
         designs, rows = {}, {}
         for wn, late, lift in wanted:
-            model = scaled_model(self.ac, t, lift)
             q, a = replace(self.p, late_steps=late), replace(self.ac, servo_wn_radps=wn)
-            K, _ = designs[wn, late, lift] = alleviation_gain(q, model, a, dt)
+            K, radius = _designed(q, a, t, lift, dt)
             if not self.p.feed_wind:
-                K[:, k.WIND] = 0.0
-            A, _, rows[lift] = plant_matrices(model, a, self.p.low_pass_hz)
+                K = K.copy()
+                K[:, WIND] = 0.0
+            designs[wn, late, lift] = K, radius
+            if lift not in rows:
+                A, _, rows[lift] = plant_matrices(scaled_model(self.ac, t, lift), self.ac, self.p.low_pass_hz)
         self._gains, self._rows = {servo: K for servo, (K, _) in designs.items()}, rows
         self.K, self.radius = designs[own]
         self.late, self.lift, self._row = self.p.late_steps, 0.0, rows[0.0]

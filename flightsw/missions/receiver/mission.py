@@ -207,9 +207,11 @@ class ReceiverMission(Mission[ActuatorModel]):
         return out if self.wind is None else {**out, WindReport: self.wind.report()}
 
     def exercise(self) -> None:
-        """Start-up search and monitor of the air data."""
+        """Start-up search and monitor of the air data; the bank of filters the relative measurements are judged by."""
         if self.air is not None:
             self.air.exercise()
+        if self.integrity is not None:
+            self.integrity.bank.exercise()
 
     @property
     def laws(self) -> Laws:

@@ -8,6 +8,7 @@ xi_dot = R^T u_a + R_BTI (W - v_T) + S(w_T) xi, so that a gust does not look lik
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import Annotated, Protocol, runtime_checkable
 
@@ -170,9 +171,10 @@ class ReceiverControl:
         """Command (u [4], throttle). psi_dot_t [rad/s], V_t [m/s]: tanker turn rate and airspeed; h_m altitude [m]."""
         c, z = self.core, self.z
         a = dt / (self.p.condition_tau_s + dt)
-        if not c.started and np.isfinite(psi_dot_t) and np.isfinite(V_t):
+        known = math.isfinite(psi_dot_t) and math.isfinite(V_t)
+        if not c.started and known:
             self._cond[:] = psi_dot_t, V_t
-        if np.isfinite(psi_dot_t) and np.isfinite(V_t):
+        if known:
             self._cond[0] += a * (psi_dot_t - self._cond[0])
             self._cond[1] += a * (V_t - self._cond[1])
         self.sched.set_condition(self._cond[0], self._cond[1])

@@ -111,6 +111,10 @@ class RendezvousMission(Mission[ActuatorModel]):
         self.t_done_us = -1
         self.joined = False  # rendezvous over: the racetrack has the aircraft
 
+    def exercise(self) -> None:
+        """The estimator beyond its first range."""
+        self.track.exercise()
+
     def step(
         self, f: SensorFrame, act: ActuatorModel, updated: int, health: Health, dt: float
     ) -> tuple[NavState, GuidanceCmd, np.ndarray, float]:

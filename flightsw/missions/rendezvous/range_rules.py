@@ -130,10 +130,11 @@ def fan_out(
             m[i, j] = mean[j] + moved[j]
             for k in range(N8):
                 P[i, j, k] = C[j, k] + angle[j] * angle[k] + speed[j] * speed[k]
-        P[i, X, X] += var * moved[VC] * moved[VC]
-        P[i, X, Y] += var * moved[VC] * moved[VY]
-        P[i, Y, X] += var * moved[VC] * moved[VY]
-        P[i, Y, Y] += var * moved[VY] * moved[VY]
+        for d in (moved, angle, speed):  # of a product of two that do not depend on one another
+            P[i, X, X] += var * d[VC] * d[VC]
+            P[i, X, Y] += var * d[VC] * d[VY]
+            P[i, Y, X] += var * d[VC] * d[VY]
+            P[i, Y, Y] += var * d[VY] * d[VY]
         lw[i] = 0.0
 
 

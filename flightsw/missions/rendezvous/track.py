@@ -107,6 +107,14 @@ class ReceiverTrack:
             self._watch(f)
         return self._publish(f)
 
+    def exercise(self) -> None:
+        """Fuse a range, a bearing and a position in an estimator of its own: the warm-up comes to the first range at most."""
+        est, x = RangeEstimator(self.p.estimator), 50.0 * NM
+        est.start(x, 0.0, 0.0, self.p.y_hat_m, self.p.sigma_y_m)
+        for bearing, link in ((None, None), (0.0, None), (0.0, (x, 0.0))):
+            est.predict(1.0)
+            est.update(x, 0.0, 0.0, 0.0, bearing, link)
+
     def _crew(self, f: SensorFrame) -> None:
         if self.ready:
             self.texts.append(Text(NOTICE, "radar reading came after the first range"))

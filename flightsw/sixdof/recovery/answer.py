@@ -14,20 +14,7 @@ import numpy as np
 
 from flightsw.aircraft import Aircraft
 from flightsw.sixdof.actuators import thrust_available
-from flightsw.sixdof.recovery.answer_kernel import (
-    FORCE,
-    INERTIA,
-    LOAD,
-    MASS,
-    MOTION,
-    THRUST,
-    W_BEFORE,
-    W,
-    explained,
-    follows,
-    means,
-    numbers,
-)
+from flightsw.sixdof.recovery.answer_kernel import MOTION, THRUST, follows, learn, means, numbers, unexplained
 from flightsw.sixdof.recovery.readings import Readings
 from flightsw.types import Text, Vec3
 
@@ -64,6 +51,7 @@ class Answer:
         self._again_s = 0.0  # for which it has been there
         self.texts: list[Text] = []
         self._P, self._x = numbers(ac), np.zeros(MOTION)
+        self._w: Vec3 = (0.0, 0.0, 0.0)
         self._known = False  # the rates of the step before are
         self._u, self._acted = np.zeros(4), np.zeros(4)
         self._windows = np.array([max(round(T / dt_s), 2) for T in (SHORT_S, LONG_S)])
@@ -85,10 +73,7 @@ class Answer:
         """u [4]: mean controls (surfaces rad, thrust N) believed to have acted over the dt [s] whose mean rates and forces s has;
         sound: nobody has found gyro or accelerometers wrong; apart: by how much the reference has turned more than the gyro about
         each axis over SHORT_S [rad], and one sigma of that."""
-        x, acted = self._x, self._acted
-        x[W_BEFORE] = x[W]
-        x[W], x[FORCE], x[INERTIA] = s.w, s.force, s.inertia
-        x[LOAD : MASS + 1] = s.load, s.V, s.alpha, s.beta, s.swing, s.q, s.mass
+        acted, before, self._w = self._acted, self._w, s.w
         acted[:] = 0.5 * (self._u + u)
         self._u[:] = u
         faded = max(1.0 - dt / APART_S, 0.0)
@@ -101,10 +86,12 @@ class Answer:
             self._avail = thrust_available(self.ac, s.h_m, s.V)
             self._least[THRUST] = LEAST_THRUST * self._avail
         row = self._off[self._n % len(self._off)]
-        explained(x, self._P, dt, row)
-        row[:4] -= acted
-        row[4:] -= acted
-        self._spool(row, float(acted[THRUST]), dt)
+        self._x[:] = (
+            *s.w, *before, *s.force, s.load, s.V, s.alpha, s.beta, s.swing, s.q, s.mass, *s.inertia,
+        )  # fmt: skip
+        unexplained(self._x, self._P, dt, acted, row)
+        told = acted.tolist()
+        self._spool(row, told[THRUST], dt)
         self._told[self._n % len(self._told)] = acted
         self._n += 1
         if self._n < self._moves[0]:
@@ -113,13 +100,12 @@ class Answer:
             self._off, self._n, self._told, self._windows, self._recent, self._lasting, self._square, self._least, SIGMAS,
             self._share, self._mean, self._over,
         )  # fmt: skip
-        near = self._mean[0]
-        self.at = (float(acted[0] + near[0]), float(acted[1] + near[1]), float(acted[2] + near[2]))
-        over = self._over.tolist()
+        near, over = self._mean[0].tolist(), self._over.tolist()
+        self.at = (told[0] + near[0], told[1] + near[1], told[2] + near[2])
         thrust = over[THRUST] > 1.0 and self._gathers(s)
         self._judge([*self._accused(s, over, apart), thrust], over)
         if self.weak:
-            self._recovers(float(acted[THRUST]), dt)
+            self._recovers(told[THRUST], dt)
         if self._learnt_s < LEARN_S or max(over) < DOUBTFUL:
             self._learn(row, dt)
 
@@ -207,8 +193,4 @@ class Answer:
         """What the file's numbers lack, and by how much the means of a window scatter."""
         self._learnt_s += dt
         gain = dt / min(self._learnt_s, LEARN_S)
-        off = off - self._lasting
-        if self.weak:  # what is missed is not got used to
-            off[THRUST] = off[4 + THRUST] = 0.0
-        self._lasting += gain * off
-        self._square += gain * (self._mean * self._mean - self._square)
+        learn(off, self._mean, gain, self.weak, self._lasting, self._square)

@@ -19,8 +19,6 @@ from flightsw.kernels.jit import jit
 # [rad/s], dynamic pressure [Pa], mass [kg], moments of inertia [kg m^2]
 ROLLING, PITCHING, YAWING, ROLLED, PITCHED, YAWED, AHEAD, ASIDE, DOWN = range(9)
 LOAD, SPEED, ALPHA, BETA, SWING, PRESSURE, MASS, IXX, IYY, IZZ, MOTION = range(9, 20)
-W, W_BEFORE, FORCE = slice(ROLLING, ROLLED), slice(ROLLED, AHEAD), slice(AHEAD, LOAD)
-INERTIA = slice(IXX, MOTION)
 THRUST = 3
 
 
@@ -63,6 +61,28 @@ def explained(x: np.ndarray, P: np.ndarray, dt: float, out: np.ndarray) -> None:
         out[4 * k + 3] = x[MASS] * x[AHEAD] - qS * (
             lift * math.sin(alpha) - (P[CD0] + P[CK] * lift * lift) * math.cos(alpha)
         )
+
+
+@jit
+def unexplained(x: np.ndarray, P: np.ndarray, dt: float, believed: np.ndarray, out: np.ndarray) -> None:
+    """As `explained`, both less the controls that are believed to have acted [4]."""
+    explained(x, P, dt, out)
+    for j in range(4):
+        out[j] -= believed[j]
+        out[4 + j] -= believed[j]
+
+
+@jit
+def learn(off: np.ndarray, mean: np.ndarray, gain: float, weak: bool, lasting: np.ndarray, square: np.ndarray) -> None:
+    """A step's `off` [8] into what is lasting [8], and `mean` [2, 8] squared into `square`, by a share `gain`; `weak`: thrust
+    that is missed is not got used to."""
+    for i in range(8):
+        if weak and i % 4 == THRUST:
+            continue
+        lasting[i] += gain * (off[i] - lasting[i])
+    for w in range(2):
+        for i in range(8):
+            square[w, i] += gain * (mean[w, i] * mean[w, i] - square[w, i])
 
 
 @jit

@@ -44,25 +44,40 @@ class Beyond:
         alike = not nav.valid or abs(nav.alpha) > top
         # of one alone a sensor may be the cause
         speeds, turning = ((s.V, nav.V), (s.w, nav.w_b)) if nav.valid else ((s.V,), (s.w,))
-        over = min(max(abs(x) / most for x, most in zip(w, (ROLL, PITCH, YAW), strict=True)) for w in turning)
+        over = min(max(abs(p) / ROLL, abs(q) / PITCH, abs(r) / YAW) for p, q, r in turning)
         off = s.V_measured and (max(speeds) < limits.V_min_mps or min(speeds) > limits.V_max_mps)
-        deg, failed = math.degrees, answer.failed
         seen = (
-            (failed >= 0, ATTITUDE_S, f"{NAMES[failed]} does not answer"),
-            (abs(bank) > math.radians(limits.bank_max_deg) + BANK_BEYOND and abs(pitch) < SIDEWAYS, ATTITUDE_S,
-             f"bank {deg(bank):.0f} deg"),
-            (abs(pitch) > PITCH_BEYOND, ATTITUDE_S, f"pitch {deg(pitch):.0f} deg"),
-            (s.alpha_measured and abs(s.alpha) > top and alike, FLOW_S, f"incidence {deg(s.alpha):.0f} deg"),
-            (off, SPEED_S, f"airspeed {s.V:.0f} m/s"),
-            (over > 1.0, MOTION_S, "rates " + ", ".join(f"{deg(x):.0f}" for x in s.w) + " deg/s"),
-            (not (nav.valid or self._load[0] < s.load < self._load[1]), MOTION_S, f"load {s.load:.1f}"),
-            (bool(strange), LOST_S, strange),
-            (lost and self.was_valid and not nav.valid, LOST_S, "navigation lost"),
-            (apart, APART_S, "estimated attitude not that of the sensors"),
-        )  # fmt: skip
-        for beyond, after, text in seen:
-            what = text.partition(" ")[0]
-            self._since[what] = self._since.get(what, 0.0) + dt if beyond else 0.0
-            if self._since[what] > after:
-                return text
+            (answer.failed >= 0, ATTITUDE_S, NAMES[answer.failed]),
+            (abs(bank) > math.radians(limits.bank_max_deg) + BANK_BEYOND and abs(pitch) < SIDEWAYS, ATTITUDE_S, "bank"),
+            (abs(pitch) > PITCH_BEYOND, ATTITUDE_S, "pitch"),
+            (s.alpha_measured and abs(s.alpha) > top and alike, FLOW_S, "incidence"),
+            (off, SPEED_S, "airspeed"),
+            (over > 1.0, MOTION_S, "rates"),
+            (not (nav.valid or self._load[0] < s.load < self._load[1]), MOTION_S, "load"),
+            (bool(strange), LOST_S, strange.partition(" ")[0]),
+            (lost and self.was_valid and not nav.valid, LOST_S, "navigation"),
+            (apart, APART_S, "estimated"),
+        )
+        since = self._since
+        for k, (beyond, after, what) in enumerate(seen):
+            since[what] = since.get(what, 0.0) + dt if beyond else 0.0
+            if since[what] > after:
+                return _words(s, NAMES[answer.failed], bank, pitch, strange)[k]
         return ""
+
+
+def _words(s: Readings, failed: str, bank: float, pitch: float, strange: str) -> tuple[str, ...]:
+    """What is said of each; they cost more than finding out, and are asked for once."""
+    deg = math.degrees
+    return (
+        f"{failed} does not answer",
+        f"bank {deg(bank):.0f} deg",
+        f"pitch {deg(pitch):.0f} deg",
+        f"incidence {deg(s.alpha):.0f} deg",
+        f"airspeed {s.V:.0f} m/s",
+        "rates " + ", ".join(f"{deg(x):.0f}" for x in s.w) + " deg/s",
+        f"load {s.load:.1f}",
+        strange,
+        "navigation lost",
+        "estimated attitude not that of the sensors",
+    )

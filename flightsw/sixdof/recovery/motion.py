@@ -10,6 +10,7 @@ import math
 import numpy as np
 
 from flightsw.kernels.atmosphere import G0
+from flightsw.kernels.jit import jit
 from flightsw.kernels.rotations import rotate_dcm
 from flightsw.types import Vec3
 
@@ -22,6 +23,13 @@ FITS_MPS = 1.5
 AGREES, AGREES_S = math.radians(5.0), 5.0  # [rad] from the gyro for so long [s]: taken again
 
 
+@jit
+def gain(R: np.ndarray, force: np.ndarray, dt: float, v: np.ndarray) -> None:
+    """v [3] m/s NED <- dt [s] on with the specific force [3] m/s^2 in the body axes of R [9], and gravity."""
+    for i in range(3):
+        v[i] += dt * (R[i] * force[0] + R[3 + i] * force[1] + R[6 + i] * force[2] + (G0 if i == 2 else 0.0))
+
+
 class Window:
     """What gyro and reference make of attitude and velocity since they were last alike. R [9]: NED to body by the gyro; velocity
     gained [m/s, NED] by either."""
@@ -30,26 +38,23 @@ class Window:
         self.age_s = -1.0  # < 0: not begun
         self.R, self._next = np.zeros(9), np.zeros(9)
         self.turned = 0.0  # [rad]
-        self.by_gyro, self.by_reference = [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]
+        self.by_gyro, self.by_reference = np.zeros(3), np.zeros(3)
         self._v0: Vec3 = (0.0, 0.0, 0.0)
 
     def begin(self, R: np.ndarray, v: Vec3, age_s: float) -> None:
         """Begin at attitude R [9] and GNSS velocity v [3] m/s, as if age_s [s] ago."""
         self.age_s, self.turned, self._v0 = age_s, 0.0, v
         self.R[:] = R
-        self.by_gyro, self.by_reference = [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]
+        self.by_gyro[:] = self.by_reference[:] = 0.0
 
-    def carry(self, w: np.ndarray, force: Vec3, reference: np.ndarray, dt: float) -> None:
-        """dt [s] on: w [3] rad/s, specific force [3] m/s^2 body, reference [9]."""
+    def carry(self, w: np.ndarray, rate: float, force: np.ndarray, reference: np.ndarray, dt: float) -> None:
+        """dt [s] on: w [3] rad/s, which is `rate` in all, specific force [3] m/s^2 body, reference [9]."""
         rotate_dcm(self.R, w, dt, self._next)
         self.R, self._next = self._next, self.R
         self.age_s += dt
-        self.turned += math.hypot(*w.tolist()) * dt
-        for gained, R in ((self.by_gyro, self.R.tolist()), (self.by_reference, reference.tolist())):
-            for i in range(3):
-                gained[i] += dt * (
-                    R[i] * force[0] + R[3 + i] * force[1] + R[6 + i] * force[2] + (G0 if i == 2 else 0.0)
-                )
+        self.turned += rate * dt
+        gain(self.R, force, dt, self.by_gyro)
+        gain(reference, force, dt, self.by_reference)
 
     def accuses(self, off: float, rate: float, v: Vec3) -> bool:
         """Whether the reference, `off` [rad] from the gyro at a rate [rad/s], is wrong by the GNSS velocity v [3] m/s."""
@@ -86,10 +91,10 @@ class Motion:
             self._have = True
         if not self._have:
             return
-        rates, rate = np.array(w), math.hypot(*w)
+        rates, rate, felt = np.array(w), math.hypot(*w), np.array(force)
         for window in self._windows:
             if window.age_s >= 0.0:
-                window.carry(rates, force, self._reference, dt)
+                window.carry(rates, rate, felt, self._reference, dt)
         if reference is None:
             return
         if self.doubted:
@@ -119,5 +124,7 @@ class Motion:
 
 def angle(A: np.ndarray, B: np.ndarray) -> float:
     """Angle [rad] between two attitudes [9]."""
-    trace = sum(a * b for a, b in zip(A.tolist(), B.tolist(), strict=True))
+    a, b, c, d, e, f, g, h, i = A.tolist()
+    p, q, r, s, t, u, v, w, x = B.tolist()
+    trace = a * p + b * q + c * r + d * s + e * t + f * u + g * v + h * w + i * x
     return math.acos(min(max(0.5 * (trace - 1.0), -1.0), 1.0))

@@ -43,13 +43,15 @@ class Readings:
     """Step it at every mission step, in recovery or not; the fields are what is known then.
 
     down [3]: the vertical in body axes; w [3] rad/s; force [3] m/s^2, specific; load [-]; V [m/s]; alpha, beta [rad]; q [Pa];
-    h_m [m]; mass [kg].
+    h_m [m]; mass [kg]; inertia [3]: Ixx, Iyy, Izz [kg m^2].
     """
 
     def __init__(self, ac: Aircraft, h_m: float) -> None:
         """h_m [m]: height taken until one is measured."""
         self.ac = ac
         self._P = parameter_vector(ac, ac.mass.empty_kg + ac.mass.default_fuel_kg)
+        self._fuel_kg = ac.mass.default_fuel_kg
+        self._weigh()
         lo, hi = ac.limits.V_min_mps, ac.limits.V_max_mps
         self._V_between = lo + SHARE_V * (hi - lo)
         self.V, self.V_measured = self._V_between, False
@@ -81,22 +83,18 @@ class Readings:
         """[m/s] the probes' airspeed beyond what the accelerometers make of it over SETTLE_V_S."""
         return self.V - self._V_felt
 
-    @property
-    def mass(self) -> float:
-        """[kg]"""
-        return float(self._P[M])
-
-    @property
-    def inertia(self) -> Vec3:
-        """Ixx, Iyy, Izz [kg m^2]."""
-        return float(self._P[IX]), float(self._P[IY]), float(self._P[IZ])
+    def _weigh(self) -> None:
+        self.mass = float(self._P[M])
+        self.inertia = float(self._P[IX]), float(self._P[IY]), float(self._P[IZ])
 
     def step(self, f: SensorFrame, updated: int, health: Health, dt: float, V: float | None = None) -> None:
         """Take in the frame f of which `updated` (UPD_*) is new, dt [s] after the last. What the estimate keeps out of air data
         (health.kept_out) is not gone by; V [m/s]: its airspeed, for the one it keeps out, None: it knows none."""
         good = updated & ~_lost(health)
-        if f.fuel_t_us > 0:
+        if f.fuel_t_us > 0 and f.fuel_kg != self._fuel_kg:
+            self._fuel_kg = f.fuel_kg
             set_mass(self._P, self.ac, self.ac.mass.empty_kg + f.fuel_kg)
+            self._weigh()
         if f.gyro_count and not health.failed & HF_IMU:
             self.w = f.gyro_mean_b
             self.load, self.force = -f.acc_mean_b[2] / G0, f.acc_mean_b
@@ -187,6 +185,8 @@ class Readings:
 
 def _lost(health: Health) -> int:
     """UPD_* bits of what health has given up."""
+    if not health.failed:
+        return 0
     pairs = ((HF_AIR, UPD_AIR), (HF_ATT, UPD_ATT), (HF_GNSS, UPD_GNSS))
     return sum(upd for flag, upd in pairs if health.failed & flag)
 

@@ -7,10 +7,7 @@ from collections import deque
 from dataclasses import dataclass
 from typing import Annotated
 
-import numpy as np
-
 from flightsw.kernels.atmosphere import G0
-from flightsw.kernels.rotations import to_parent, vec3
 from flightsw.sixdof.recovery.readings import Readings
 from flightsw.strict import Range
 from flightsw.types import Text, Vec3
@@ -63,18 +60,17 @@ class Turbulence:
             self._known = False
             return
         self._t += dt
-        force, through = np.zeros(3), np.zeros(3)
-        to_parent(s.R, np.array(s.force), force)
-        cb = math.cos(s.beta)
-        flow = s.V * math.cos(s.alpha) * cb, s.V * math.sin(s.beta), s.V * math.sin(s.alpha) * cb
-        to_parent(s.R, np.array(flow), through)
         if not self._known:  # the step before has no reading to begin from
             self._known = True
             return
-        for i, (a, g) in enumerate(zip(vec3(force), (0.0, 0.0, G0), strict=True)):
-            self._gained[i] += (a + g) * dt
-        here = tuple(v - u for v, u in zip(self._gained, vec3(through), strict=True))
-        self._past.append((self._t, (here[0], here[1], here[2])))
+        R, (x, y, z), gained = s.R.tolist(), s.force, self._gained
+        cb = math.cos(s.beta)
+        u, v, w = s.V * math.cos(s.alpha) * cb, s.V * math.sin(s.beta), s.V * math.sin(s.alpha) * cb
+        for i in range(3):  # both turned into NED
+            gained[i] += (R[i] * x + R[3 + i] * y + R[6 + i] * z + (G0 if i == 2 else 0.0)) * dt
+        n, e, d = (gained[i] - (R[i] * u + R[3 + i] * v + R[6 + i] * w) for i in range(3))
+        here = (n, e, d)
+        self._past.append((self._t, here))
         lag = 0.0
         while self._past and (lag := self._t - self._past[0][0]) > self.p.lag_s + 0.5 * dt:
             self._past.popleft()
@@ -82,10 +78,11 @@ class Turbulence:
             self._learn(s, here, self._past[0][1], lag, dt)
         self._judge(dt)
 
-    def _learn(self, s: Readings, here: tuple[float, ...], then: Vec3, lag: float, dt: float) -> None:
+    def _learn(self, s: Readings, here: Vec3, then: Vec3, lag: float, dt: float) -> None:
         """Take in a difference over `lag` [s]: its square over what one of unit intensity would have (rough-air.md 1)."""
         n, e, d = (a - b for a, b in zip(here, then, strict=True))
-        heading = math.atan2(float(s.R[1]), float(s.R[0]))
+        north, east = s.R[:2].tolist()
+        heading = math.atan2(east, north)
         c, w = math.cos(heading), math.sin(heading)
         share = lag * s.V / self.p.L_m
         decay = math.exp(-share)

@@ -23,6 +23,7 @@ Rows = list[tuple[float, ...]]
 NAV, RELATIVE, INTEGRITY, STATUS = (
     IDS[k] for k in ("NAV_STATE", "RELATIVE_STATE", "INTEGRITY_STATUS", "MISSION_STATUS")
 )
+READ = (NAV, RELATIVE, INTEGRITY, STATUS)
 PRECONTACT = "precontact"
 NONE = (math.nan,) * 3
 LIMIT_M = 2.0  # [m] latched
@@ -76,7 +77,7 @@ class Estimates:
 
     def read(self, telemetry: list[list[bytes]], contact: bool) -> None:
         """Take in the telemetry of a tick, of both; contact: the receiver has reported it, and not left it since."""
-        for kind, m in packets(telemetry[RECEIVER], (NAV, RELATIVE, INTEGRITY, STATUS)):
+        for kind, m in packets(telemetry[RECEIVER], READ):
             if kind == STATUS:
                 self.phase = phase_in(m)
                 continue

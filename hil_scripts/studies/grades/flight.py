@@ -7,12 +7,12 @@ import math
 import numpy as np
 
 from hil_scripts.campaign.study import Case, RunResult
-from hil_scripts.studies.grades.estimates import LIMIT_M, Estimates, in_contact, in_precontact
+from hil_scripts.studies.grades.estimates import LIMIT_M, READ, Estimates, in_contact, in_precontact
 from hil_scripts.studies.grades.setting import Timetable, settings
 from hil_scripts.studies.grades.words import Words
 from hil_scripts.studies.integrity.flight import LOOK_HZ, RECEIVER, TANKER, Watch
 from hil_scripts.studies.integrity.judge import Outcome, judge
-from hil_scripts.studies.integrity.snapshot import STATUS, Flying, phase_in, said
+from hil_scripts.studies.integrity.snapshot import HEARD, STATUS, Flying, phase_in, said
 from hil_scripts.studies.integrity.table import Moment
 from sim_plant.lost import AircraftLostError
 from sim_plant.sensors.terms import PAPER
@@ -99,6 +99,7 @@ def run_case(case: Case, seed: int) -> RunResult:
     p = case.params
     times, guarded, words = Timetable(**p.get("times", {})), p.get("guarded", False), Words()
     flight = Flying("refueling", seed % 2**31, settings(p["grade"], p["sigma_mps"], times, guarded))
+    flight.hear_only(HEARD.union(READ))
     e = Estimates(flight, p["grade"] if guarded and p["grade"] != PAPER else "")
     outcome, values = NOT_REACHED, {}
     try:

@@ -9,11 +9,10 @@ from hil_scripts.campaign.study import Case, RunResult
 from hil_scripts.studies.grades.setting import Timetable, settings
 from hil_scripts.studies.grades.words import Words
 from hil_scripts.studies.integrity.flight import RECEIVER
-from hil_scripts.studies.integrity.snapshot import Flying
+from hil_scripts.studies.integrity.snapshot import HEARD, Flying
 from sim_plant.lost import AircraftLostError
 
 BACK, AGAIN = 0.5, 2.0 / 3.0  # of the flight's length: back to pre-contact, and to contact again
-SILENT = ("NAV_STATE", "RELATIVE_STATE", "LOOP_TIMING", "WIND_CALIBRATION")  # what nobody reads here is not sent
 
 
 def long_settings(grade: str, sigma_mps: float, flown_s: float) -> tuple[str, ...]:
@@ -21,7 +20,6 @@ def long_settings(grade: str, sigma_mps: float, flown_s: float) -> tuple[str, ..
     return (
         *settings(grade, sigma_mps, Timetable(), guarded=True), f"plant.meta.duration_s={flown_s}",
         f"plant.event.2.t_s={BACK * flown_s}", f"plant.event.3.t_s={AGAIN * flown_s}", "plant.event.3.action=contact",
-        *(f"{who}.telemetry.rates_hz.{m}=0" for who in ("tanker", "receiver") for m in SILENT),
     )  # fmt: skip
 
 
@@ -29,6 +27,7 @@ def run_nominal(case: Case, seed: int) -> RunResult:
     """One flight of `long_s`, to its end or until the receiver leaves or is lost. Raises ConfigError for what cannot be flown."""
     p, words, lost = case.params, Words(), False
     flight = Flying("refueling", seed % 2**31, long_settings(p["grade"], p["sigma_mps"], p["long_s"]))
+    flight.hear_only(frozenset(), HEARD)
     try:
         while flight.t_s < p["long_s"] and not words.breakaways:
             words.hear(flight.tick()[1][RECEIVER])

@@ -5,6 +5,7 @@ from __future__ import annotations
 from hil_scripts.campaign.study import Case, RunResult, Study
 from hil_scripts.studies.grades.flight import OUTCOMES, run_case
 from hil_scripts.studies.grades.nominal import run_nominal
+from hil_scripts.studies.integrity.snapshot import warm
 from sim_plant.sensors.terms import GRADES
 
 LEVELS = (0.39, 0.94, 2.10, 6.22)  # [m/s] of the works; light, moderate, severe of MIL-F-8785C at 7010 m
@@ -34,6 +35,7 @@ STUDY = Study(
         Case(name_of("nominal", LIGHT), {"grade": "tactical", "sigma_mps": LIGHT, "guarded": True, "long_s": LONG_S}),
     ),
     run=run,
+    warm=warm,
     default_runs=20,
     small_cases=("paper_0.39", "tactical_0.39", "tactical_2.1", "mems_0.39", "guarded_0.39"),
     binary=OUTCOMES,

@@ -12,6 +12,7 @@ from collections import deque
 from dataclasses import replace
 
 from flightsw.aircraft import Aircraft
+from flightsw.icd.port import D
 from flightsw.process.node import Node
 from flightsw.sixdof.gating import TrustedCore
 from flightsw.sixdof.windcal.feed import WindCalibration
@@ -78,7 +79,7 @@ class Twin(WindCalibration):
         return next((s for t, s in self._said if t == t_us), (math.nan,) * 3)
 
 
-def attach(node: Node, grade: str) -> Twin | None:
+def attach(node: Node[D], grade: str) -> Twin | None:
     """Let a twin fly with an aircraft that has a wind filter and sensors of a grade; None: it has none."""
     mission = node.app.mission  # type: ignore[attr-defined]
     if mission.wind is None:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flightsw.aircraft import load_aircraft
+from flightsw.icd.port import WIRE
 from flightsw.process.config import FlightConfig, flight_of
 from hil_scripts.campaign.study import Case, RunResult
 from hil_scripts.campaign.table import mean_interval, share_interval
@@ -38,7 +39,7 @@ def fly(seed: int, sets: tuple[str, ...]) -> tuple[Flight, Arr, FlightConfig]:
     AircraftLostError."""
     plan = runfolder.resolve(SCENARIO, seed, list(sets), None)
     cfg = flight_of(plan.flights[0].config, AIRCRAFT)
-    flight, g = Flying(SCENARIO, seed, sets), Gatherer(cfg, load_aircraft(FILE))
+    flight, g = Flying(SCENARIO, seed, sets, WIRE), Gatherer(cfg, load_aircraft(FILE))
     while not flight.server.done:
         received, (reply,), (telemetry,) = flight.tick_heard()
         g.take(received, reply, b"".join(telemetry))

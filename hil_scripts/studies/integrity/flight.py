@@ -15,7 +15,7 @@ from hil_scripts.studies.integrity.judge import OVER_BEHIND_M, Outcome, Track, j
 from hil_scripts.studies.integrity.table import MOMENTS, Moment, event_of
 from sim_plant.aircraft.base import Member
 from sim_plant.lost import AircraftLostError, Collision
-from sim_plant.truth import truth_of
+from sim_plant.truth import Truth, truth_of
 
 WATCH_S = 25.0  # [s] flown after the fault
 LOOK_HZ = 20  # of the truth
@@ -61,11 +61,12 @@ class Watch:
     def look(self) -> None:
         """The truth of the current tick."""
         world = self.flight.server.world
-        r = truth_of(self.members[RECEIVER], world.t_us)
+        truths = [truth_of(m, world.t_us) for m in self.members]
+        r = truths[RECEIVER]
         x, y, z = r.xi
         self.bounds.see(world.t_us, r.xi)
         over = z < self._pivot and abs(y) < self._span and -OVER_BEHIND_M < x < self._span
-        beyond = any(_beyond(m, world.t_us) for m in self.members)
+        beyond = any(map(_beyond, self.members, truths))
         self.rows.append((world.t_us / 1e6 - self.t0, math.dist(r.xi, self.m.station_m), self.pair.gap(), over, beyond))
 
     def track(self, lost: bool) -> Track:
@@ -74,9 +75,9 @@ class Watch:
         return Track(t, off, gap, over > 0.0, beyond > 0.0, self.announced_s, self.left_s, lost)
 
 
-def _beyond(m: Member, t_us: int) -> bool:
+def _beyond(m: Member, t: Truth) -> bool:
     """Whether an aircraft is beyond 70 deg of bank or the limits of its file."""
-    t, limit = truth_of(m, t_us), m.ac.limits
+    limit = m.ac.limits
     fast = not limit.V_min_mps <= t.V <= limit.V_max_mps
     return abs(t.euler[2]) > BANK or fast or abs(t.alpha) > math.radians(limit.alpha_max_deg)
 

@@ -61,6 +61,7 @@ def fly(case: Case, seed: int) -> tuple[str, Seen]:
     scenario = "refueling" if who == "receiver" else str(HERE / "tanker.toml")
     settings = (*SETTINGS[who], f"plant.aircraft.{who}.airframe={p['airframe']}", *upset.settings(who))
     flight = Flying(scenario, seed % 2**31, settings)
+    flight.hear_only(frozenset())
     world = flight.server.world
     member = world.members[flight.names.index(who)]
     seen = Seen(ac, member.height_m)

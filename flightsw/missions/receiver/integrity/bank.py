@@ -16,9 +16,6 @@ from flightsw.missions.receiver.integrity import kernel
 from flightsw.missions.receiver.integrity.believed import Believed
 from flightsw.missions.receiver.integrity.layout import (
     AT,
-    B_AT,
-    B_D,
-    B_U,
     FW,
     NB,
     NB_WAKE,
@@ -42,7 +39,6 @@ from flightsw.missions.receiver.integrity.readings import Reading
 from flightsw.missions.receiver.integrity.verdict import Verdict
 from flightsw.types import ZERO3, Vec3
 
-AXES = range(3)
 JUMP = (1.5, 1.5, 0.5, 1.5)  # [m] a source may have stepped by when a short fork begins, and
 WALK = ((0.3, 0.12), (0.3, 0.12), (0.1, 0.04), (0.3, 0.12))  # [m/sqrt(s)] may walk by, in short and long forks
 RATE_WALK = 0.1  # [m/s/sqrt(s)] and its rate
@@ -67,7 +63,8 @@ class Bank:
         self.born_L = np.zeros(len(self.slots))
         self.t_us = -1
         self._run = np.zeros(self.size, dtype=np.int64)  # steps a separation has been beyond k_alarm
-        self._out = np.zeros(3)
+        # of every filter, from filter 0: the largest distance over its sigma, distances [m]; sigma [m]
+        self._z, self._off, self._own = np.zeros(self.size), np.zeros((self.size, 3)), np.zeros((self.size, 3))
         self.believed = Believed(p, boom, self.n)
         self._decay, self._q = np.zeros(self.n), np.zeros((self.size, self.n))
         self._dt = -1.0
@@ -95,6 +92,16 @@ class Bank:
         for k in range(self.sources):
             self.left_out[1 + k] |= 1 << k
         self._fork_all()
+
+    def exercise(self) -> None:
+        """All that a step calls, once, on a reading that says nothing; the bank is to be started then."""
+        t_us, rows = 50_000, Reading(WAKE, 50_000, np.zeros((ROWS, self.n)), np.zeros(ROWS), np.ones(ROWS), 3)
+        self.start(0, np.zeros(3), np.zeros(3), ZERO3)
+        self.predict(t_us, ZERO3, 0.1)
+        self.wildest(rows)
+        self.correct(rows)
+        self.stand(t_us, ZERO3, np.eye(3).ravel(), 0.1)
+        self.judge(3, 3)
 
     def unlatched(self) -> None:
         """The boom has let go: what was learnt of its error holds no more."""
@@ -171,7 +178,7 @@ class Bank:
 
     def correct(self, rows: Reading) -> None:
         """Take a reading in."""
-        before = self.L.copy()
+        before = self.L.copy() if rows.source == WAKE else self.L
         kernel.correct(self.X, self.P, self.L, self.left_out, 1 << rows.source, rows.H, rows.y, rows.r, rows.count)
         if rows.source == WAKE:
             self._by_wake += self.L - before
@@ -184,18 +191,13 @@ class Bank:
         """
         lead = max((t_us - self.t_us) * 1e-6, 0.0)
         self._grown = density * density * lead**3 / 3.0
-        x, y, z = (sum(C[3 * i + j] * d[j] for j in AXES) for i in AXES)
+        R = C.reshape(3, 3)
+        x, y, z = (c[0] * d[0] + c[1] * d[1] + c[2] * d[2] for c in R.tolist())
         turn = (0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0)
-        for i in AXES:
-            for j in AXES:
-                self.place[i, B_D + j] = C[3 * i + j]
-                self.place[i, B_U + j] = lead * C[3 * i + j]
-                self.place[i, B_AT + j] = -turn[i][j]
+        self.place[:, D], self.place[:, U], self.place[:, AT] = R, lead * R, np.negative(turn)
         a = self.X[0, AT].tolist()
-        self._xi = tuple(v - sum(turn[i][j] * a[j] for j in AXES) for i, v in enumerate((x, y, z)))
-
-    def _sigma(self, m: int, i: int) -> float:
-        return math.sqrt(kernel.variance(self.P[m], self.place[i]) + self._grown)
+        x, y, z = (v - (t[0] * a[0] + t[1] * a[1] + t[2] * a[2]) for v, t in zip((x, y, z), turn, strict=True))
+        self._xi = (x, y, z)
 
     def judge(self, live: int, heard: int) -> Verdict:
         """Protection level, tests and likelihoods with the sources `live`, of those `heard` since the start (excluded ones are in
@@ -203,34 +205,37 @@ class Bank:
         p, sources = self.p, [k for k in range(self.sources) if live >> k & 1]
         out = Verdict()
         ratio = [0.0] * SOURCES
-        least = [p.k_fault_free * self._sigma(0, i) for i in AXES]
+        kernel.spread(self.X, self.P, self.place, self._grown, self._z, self._off, self._own)
+        z, L = self._z.tolist(), self.L.tolist()
+        least = [p.k_fault_free * s for s in self._own[0].tolist()]
         for k in (k for k in range(self.sources) if heard >> k & 1):
-            test = self._test(1 + k, out, k in sources and len(sources) > 1)
+            test = self._test(1 + k, z, out, k in sources and len(sources) > 1)
             ratio[k] = test if k in sources else 0.0
-            for i in AXES:
-                least[i] = max(least[i], self._out[i] + p.k_missed * self._sigma(1 + k, i))
+            for i, (off, s) in enumerate(zip(self._off[1 + k].tolist(), self._own[1 + k].tolist(), strict=True)):
+                least[i] = max(least[i], off + p.k_missed * s)
         out.pl = (least[0], least[1], least[2])
         if len(sources) > 1:
             for slot in range(len(self.slots)):
-                self._hear(slot, sources, ratio, out)
+                self._hear(slot, sources, z, L, ratio, out)
         out.ratio = (ratio[0], ratio[1], ratio[2], ratio[3])
         return out
 
-    def _test(self, m: int, out: Verdict, counts: bool = True) -> float:
-        """Separation of filter m from 0 over its threshold, an alarm beyond it if it counts; its distances are left in `_out`."""
+    def _test(self, m: int, z: list[float], out: Verdict, counts: bool = True) -> float:
+        """Separation z of filter m from 0 over its threshold, an alarm beyond it if it counts."""
         p = self.p
-        z = kernel.separation(self.X, self.P, m, self.place, self._out)
-        self._run[m] = self._run[m] + 1 if z > p.k_alarm else 0
-        out.disagree |= counts and bool(z > p.k_once or self._run[m] >= p.alarm_steps)
-        return z / p.k_alarm
+        self._run[m] = self._run[m] + 1 if z[m] > p.k_alarm else 0
+        out.disagree |= counts and bool(z[m] > p.k_once or self._run[m] >= p.alarm_steps)
+        return z[m] / p.k_alarm
 
-    def _hear(self, slot: int, sources: list[int], ratio: list[float], out: Verdict) -> None:
-        """Tests and likelihoods of one slot's forks."""
-        members, null = self._members(slot), float(self.L[0] - self.born_L[slot])
-        scores = {k: float(self.L[members[k]]) - null for k in sources}
+    def _hear(
+        self, slot: int, sources: list[int], z: list[float], L: list[float], ratio: list[float], out: Verdict
+    ) -> None:
+        """Tests and likelihoods of one slot's forks, by separations z and log-likelihoods L of all filters."""
+        first, null = self._members(slot).start, L[0] - float(self.born_L[slot])
+        scores = {k: L[first + k] - null for k in sources}
         top = max(out.scores)
         for k in sources:
-            ratio[k] = max(ratio[k], self._test(members[k], out), scores[k] / self.p.llr_alarm)
+            ratio[k] = max(ratio[k], self._test(first + k, z, out), scores[k] / self.p.llr_alarm)
             out.scores[k] = max(out.scores[k], scores[k])
         best = max(scores, key=scores.__getitem__)
         second = max((s for k, s in scores.items() if k != best), default=0.0)
@@ -303,6 +308,8 @@ class Bank:
 
     def apart(self, m: int) -> tuple[Vec3, Vec3]:
         """Position [m] of filter m less that of filter 0 in tanker axes, and the same of the velocity [m/s] NED."""
+        if m == 0:
+            return ZERO3, ZERO3
         x, y, z = (self.place * (self.X[m] - self.X[0])).sum(axis=1).tolist()
         u, v, w = (self.X[m, U] - self.X[0, U]).tolist()
         return (x, y, z), (u, v, w)
@@ -330,5 +337,5 @@ class Bank:
     @property
     def sigma(self) -> Vec3:
         """1-sigma [m] of filter 0."""
-        x, y, z = (self._sigma(0, i) for i in AXES)
+        x, y, z = kernel.sigmas(self.P[0], self.place, self._grown)
         return x, y, z

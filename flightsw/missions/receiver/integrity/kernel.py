@@ -64,7 +64,8 @@ def innovations(
             if h != 0.0:
                 nu -= h * x[i]
                 for j in range(n):
-                    s += h * p[i, j] * H[row, j]
+                    if H[row, j] != 0.0:
+                        s += h * p[i, j] * H[row, j]
         out[row] = nu / math.sqrt(s)
         worst = max(worst, abs(out[row]))
     return worst
@@ -114,20 +115,65 @@ def variance(p: np.ndarray, h: np.ndarray) -> float:
     for i in range(n):
         if h[i] != 0.0:
             for j in range(n):
-                s += h[i] * p[i, j] * h[j]
+                if h[j] != 0.0:
+                    s += h[i] * p[i, j] * h[j]
     return s
 
 
 @jit
-def separation(X: np.ndarray, P: np.ndarray, m: int, place: np.ndarray, out: np.ndarray) -> float:
-    """out [3] <- |position of filter m less that of filter 0| [m], positions being place [3,n] times the state; the largest over
-    its sigma, sqrt(P_m - P_0) (Blanch et al. 2012). X [M,n], P [M,n,n]."""
-    worst = 0.0
-    for i in range(3):
-        d = 0.0
-        for j in range(X.shape[1]):
-            d += place[i, j] * (X[m, j] - X[0, j])
-        out[i] = abs(d)
-        own, less = variance(P[m], place[i]), variance(P[0], place[i])
-        worst = max(worst, out[i] / math.sqrt(max(own - less, 1e-4 * own)))
-    return worst
+def ahead(
+    H: np.ndarray, y: np.ndarray, r: np.ndarray, tau: float,
+    dx: float, dy: float, dz: float, ex: float, ey: float, ez: float, grown: float,
+    H0: np.ndarray, y0: np.ndarray, r0: np.ndarray,
+) -> None:  # fmt: skip
+    """Rows H [ROWS,n], readings y, variances r as H0, y0, r0 of the state tau [s] before: d = d0 + u0 tau + a tau^2 / 2,
+    u = u0 + a tau, with the slow error of a.
+
+    (dx, dy, dz) [m], (ex, ey, ez) [m/s] NED: what position and velocity have gained beyond that; grown [m^2/s^2]: variance of the
+    velocity on the way.
+    """
+    for i in range(H.shape[0]):
+        row, out = H[i], H0[i]
+        for j in range(H.shape[1]):
+            out[j] = row[j]
+        for j in range(3):
+            at, by = row[B_D + j], row[B_U + j]
+            out[B_U + j] += tau * at
+            out[B_AB + j] += 0.5 * tau * tau * at + tau * by
+        a, b, c = row[B_D], row[B_D + 1], row[B_D + 2]
+        u, v, w = row[B_U], row[B_U + 1], row[B_U + 2]
+        y0[i] = y[i] - ((a * dx + u * ex) + (b * dy + v * ey) + (c * dz + w * ez))
+        r0[i] = r[i] + grown * ((a * a + b * b + c * c) * tau * tau / 3.0 + (u * u + v * v + w * w))
+
+
+@jit
+def sigmas(p: np.ndarray, place: np.ndarray, grown: float) -> tuple[float, float, float]:
+    """1-sigma of place [3,n] times a state of covariance p [n,n], and of `grown` [m^2] beside it."""
+    return (
+        math.sqrt(variance(p, place[0]) + grown),
+        math.sqrt(variance(p, place[1]) + grown),
+        math.sqrt(variance(p, place[2]) + grown),
+    )
+
+
+@jit
+def spread(
+    X: np.ndarray, P: np.ndarray, place: np.ndarray, grown: float, z: np.ndarray, off: np.ndarray, sigma: np.ndarray
+) -> None:
+    """Of every filter of X [M,n], P [M,n,n]: off [M,3] <- |position less that of filter 0| [m], positions being place [3,n] times
+    the state; z [M] <- the largest over its sigma, sqrt(P_m - P_0) (Blanch et al. 2012); sigma [M,3] <- 1-sigma of the position
+    and of `grown` [m^2] beside it."""
+    for m in range(X.shape[0]):
+        z[m] = 0.0
+        for i in range(3):
+            d = 0.0
+            for j in range(X.shape[1]):
+                d += place[i, j] * (X[m, j] - X[0, j])
+            own = variance(P[m], place[i])
+            sigma[m, i] = own
+            off[m, i] = abs(d)
+            less = sigma[0, i]
+            z[m] = max(z[m], off[m, i] / math.sqrt(max(own - less, 1e-4 * own)))
+    for m in range(X.shape[0]):
+        for i in range(3):
+            sigma[m, i] = math.sqrt(sigma[m, i] + grown)

@@ -12,28 +12,27 @@ from dataclasses import dataclass
 import numpy as np
 
 from flightsw.aircraft import Aircraft
-from flightsw.kernels.rotations import dcm_from_quat, less, mul33_t, to_child, to_parent, vec3
+from flightsw.kernels.rotations import added, dcm_from_quat, less, mul33_t, to_child, to_parent, vec3
 from flightsw.missions.receiver.airdata.witness import WakeRows
+from flightsw.missions.receiver.integrity.kernel import ahead
 from flightsw.missions.receiver.integrity.layout import (
     AB,
-    B_AT,
-    B_D,
+    AT,
     B_FW,
-    B_G,
-    B_GV,
     B_OB,
     B_OW,
-    B_RC,
-    B_RS,
-    B_RV,
-    B_U,
     BOOM,
     GNSS,
+    GV,
     NB,
+    RC,
     REL,
     ROWS,
+    RS,
+    RV,
     WAKE,
     D,
+    G,
     U,
 )
 from flightsw.missions.receiver.integrity.params import IntegrityParams
@@ -42,6 +41,7 @@ from flightsw.sixdof.layout import TK, TK_DCM, TK_RATE
 from flightsw.types import SensorFrame, Vec3
 
 AXES = range(3)
+EYE = np.eye(3)
 
 
 @dataclass(slots=True)
@@ -71,14 +71,10 @@ class Reading:
         """The same as rows of the state at t_us before the sample, when position [m] and velocity [m/s] NED were `then`; at the
         sample they are expected to be `now`. density [m/s^2 per sqrt(Hz)] of the way between them."""
         tau = max((self.t_us - t_us) * 1e-6, 0.0)
-        H, at, by = self.H.copy(), self.H[:, D], self.H[:, U]
-        H[:, U] += tau * at
-        H[:, AB] += 0.5 * tau * tau * at + tau * by
         (d1, u1), (d0, u0) = now, then
-        moved = np.array([a - b - tau * c for a, b, c in zip(d1, d0, u0, strict=True)])
-        y = self.y - (at * moved + by * np.array(less(u1, u0))).sum(axis=1)
-        grown = density * density * tau
-        r = self.r + grown * ((at * at).sum(axis=1) * tau * tau / 3.0 + (by * by).sum(axis=1))
+        x, y0, z = (a - b - tau * c for a, b, c in zip(d1, d0, u0, strict=True))
+        H, y, r = np.empty_like(self.H), np.empty(ROWS), np.empty(ROWS)
+        ahead(self.H, self.y, self.r, tau, x, y0, z, *less(u1, u0), density * density * tau, H, y, r)
         return Reading(self.source, self.t_us, H, y, r, self.count)
 
 
@@ -107,10 +103,7 @@ class Readings:
         to_child(C, self._a, self._b)
         x, y, z = xi = vec3(self._b)
         turn = (0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0)
-        for i in AXES:
-            for j in AXES:
-                out.H[i, B_D + j] = C[3 * i + j]
-                out.H[i, B_AT + j] = -turn[i][j]
+        out.H[:3, D], out.H[:3, AT] = C.reshape(3, 3), np.negative(turn)
         return xi
 
     def relative(self, f: SensorFrame, peer: PeerTracker, d: Vec3) -> Reading:
@@ -119,16 +112,12 @@ class Readings:
         p, out = self.p, self._empty(REL, f.rel_t_us)
         peer.stage(f.rel_t_us, self._tk)
         xi = self._in_tanker_axes(out, d)
-        C, w = self._tk[TK_DCM], self._tk[TK_RATE].tolist()
         far2 = sum(x * x for x in xi)
-        out.y[:3], out.y[3:] = f.rel_pos_t, f.rel_vel_t
-        for i, swing in enumerate(cross(w, xi)):
-            out.H[i, B_RS + i] = out.H[i, B_RC + i] = out.H[3 + i, B_RV + i] = 1.0
-            for j in AXES:
-                out.H[3 + i, B_U + j] = C[3 * i + j]
-            out.y[3 + i] += swing
-            out.r[i] = p.rel_pos_m * p.rel_pos_m
-            out.r[3 + i] = p.rel_vel_mps * p.rel_vel_mps + p.rate_radps * p.rate_radps * far2
+        out.H[:3, RS], out.H[:3, RC], out.H[3:, RV] = EYE, EYE, EYE
+        out.H[3:, U] = self._tk[TK_DCM].reshape(3, 3)
+        out.y[:3], out.y[3:] = f.rel_pos_t, added(f.rel_vel_t, cross(self._tk[TK_RATE].tolist(), xi))
+        out.r[:3] = p.rel_pos_m * p.rel_pos_m
+        out.r[3:] = p.rel_vel_mps * p.rel_vel_mps + p.rate_radps * p.rate_radps * far2
         out.count = 6
         return out
 
@@ -136,11 +125,10 @@ class Readings:
         """Difference of both aircraft's raw fixes of one instant: d + slow error, u + slow error."""
         fix, p = f.fix, self.p
         out = self._empty(GNSS, fix.t_us)
-        for i in AXES:
-            out.H[i, B_D + i] = out.H[i, B_G + i] = out.H[3 + i, B_U + i] = out.H[3 + i, B_GV + i] = 1.0
-            out.y[i], out.y[3 + i] = own_pos[i] - fix.pos_n[i], own_vel[i] - fix.vel_n[i]
-            out.r[i] = 2.0 * p.gnss_pos_m * p.gnss_pos_m
-            out.r[3 + i] = 2.0 * p.gnss_vel_mps * p.gnss_vel_mps
+        out.H[:3, D], out.H[:3, G], out.H[3:, U], out.H[3:, GV] = EYE, EYE, EYE, EYE
+        out.y[:3], out.y[3:] = less(own_pos, fix.pos_n), less(own_vel, fix.vel_n)
+        out.r[:3] = 2.0 * p.gnss_pos_m * p.gnss_pos_m
+        out.r[3:] = 2.0 * p.gnss_vel_mps * p.gnss_vel_mps
         out.count = 6
         return out
 

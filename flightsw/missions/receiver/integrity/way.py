@@ -58,7 +58,7 @@ class Way:
         for a, b, acc in reversed(self._own):
             if b <= from_us:
                 break
-            part = min(b, to_us) - max(a, from_us)
+            part = (b if b < to_us else to_us) - (a if a > from_us else from_us)  # min and max take twice as long
             if part > 0:
                 if acc is None:
                     return None
@@ -74,7 +74,7 @@ class Way:
             if end <= from_us:
                 break
             start = g.t_us - round(g.span_s * 1e6)
-            part = min(end, to_us) - max(start, from_us)
+            part = (end if end < to_us else to_us) - (start if start > from_us else from_us)
             if part > 0:
                 share = part / g.span_s
                 x, y, z, covered = (
