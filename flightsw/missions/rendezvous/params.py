@@ -135,7 +135,7 @@ def rules_vector(p: RendezvousNavParams) -> np.ndarray:
 
 def kept_bank(p: RendezvousNavParams, M: int) -> tuple[np.ndarray, np.ndarray]:
     """Room for the estimates of M components that are kept (missions/rendezvous/range_rules.py, keep)."""
-    K = max(p.rules.open_back, 1)
+    K = p.rules.open_back
     return np.zeros((K, M, k8.N8 + 2)), np.zeros((K, M, k8.N8, k8.N8))
 
 

@@ -3,9 +3,8 @@
 One wild range is refused by the gate. Ranges refused in a row that agree with one another are believed against the estimate:
 while it is young it starts again from the newest of them (the first range was bad), later it is opened. A warning of the
 window opens it too: the receiver has done what nobody planned, and the prior no longer holds: its course and speed are
-estimated anew from before that. A set that repeats its last
-range to the decimetre is stuck; nothing it says is used. Section 2 of docs/sources/rivard.md has no such rules: the source
-takes every range.
+estimated anew from before that. A set that repeats its last range to the decimetre is stuck; nothing it says is used.
+Section 2 of docs/sources/rivard.md has no such rules: the source takes every range.
 """
 
 from __future__ import annotations
@@ -192,7 +191,7 @@ def judged_range(
     keptP: np.ndarray, t: float, z: float, x_t: float, y_t: float, y_hat: float, sigma_y: float, span: float, shift: float,
     hermite: bool, e: np.ndarray, wk: np.ndarray, k: np.ndarray, nu: np.ndarray,
 ) -> int:  # fmt: skip
-    """Take in slant range z [m] of time t [s] at own position [m] by the rules rp [15], state rs [6]; what became of it.
+    """Take in slant range z [m] of time t [s] at own position [m] by the rules rp [14], state rs [6]; what became of it.
 
     m, P, lw, wk, k, nu: as of bank_range; w [7+n] the window; kept, keptP as of `keep`; y_hat +- sigma_y [m], span, shift: the
     prior of bank_start for a new start. nu [2] <- innovation [m] and variance [m^2], of the estimate before it was opened.
