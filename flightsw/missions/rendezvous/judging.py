@@ -48,6 +48,7 @@ from flightsw.missions.rendezvous.turn_law import (
     GP_V,
 )
 
+ALONG, ACROSS = 0, 1  # the course of the receiver
 _CAUTION = 0.4  # share of the sigma that counts against announcing a turn that is late already
 
 
@@ -83,8 +84,8 @@ def spread(P4: np.ndarray, chi: float, after: float, s: np.ndarray) -> None:
 
     P4 [4,4]: covariance of (x, v_x, y, v_y).
     """
-    for axis in range(2):
-        c, d = (math.cos(chi), math.sin(chi)) if axis == 0 else (-math.sin(chi), math.cos(chi))
+    for axis in (ALONG, ACROSS):
+        c, d = (math.cos(chi), math.sin(chi)) if axis == ALONG else (-math.sin(chi), math.cos(chi))
         v = 0.0
         for i in range(E_SIZE):
             a = (c if i < E_Y else d) * (1.0 if i in (E_X, E_Y) else after)
@@ -119,7 +120,7 @@ def judge_turn(
     if mp[MP_DOUBT] > 0.0 and ms[M_CHI] != 0.0:
         s = np.empty(2)
         spread(P4, ms[M_CHI], left + t[T_TIME], s)
-        sx, sy = s[0], s[1]
+        sx, sy = s[ALONG], s[ACROSS]
     y = t[T_YM] if t[T_LIMITED] > 0.0 else 0.0
     back = abs(y) * gp[GP_JOIN] if abs(y) > mp[MP_LEG_FROM] * mp[MP_BOX_Y] else 0.0  # what the leg gives up along track
     x = t[T_XM] - back

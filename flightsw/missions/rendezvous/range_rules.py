@@ -49,6 +49,8 @@ from flightsw.missions.rendezvous.range_filter import (
 # state rs: ranges after the first, refused in a row, innovation of the last refused [m], last range [m], times opened,
 # estimates kept since
 RS_COUNT, RS_ROW, RS_NU, RS_LAST, RS_OPENED, RS_KEPT, RS_N = range(7)
+KEPT_LW, KEPT_T = N8, N8 + 1  # of a kept component, behind its mean
+_ANY = 0  # component: all are kept at the same time
 USED, REFUSED, STUCK, RESTARTED, OPENED = range(5)
 
 
@@ -145,7 +147,7 @@ def keep(
     i = int(rs[RS_KEPT]) % kept.shape[0]
     rs[RS_KEPT] += 1.0
     for j in range(m.shape[0]):
-        kept[i, j, N8], kept[i, j, N8 + 1] = lw[j], t
+        kept[i, j, KEPT_LW], kept[i, j, KEPT_T] = lw[j], t
         for c in range(N8):
             kept[i, j, c] = m[j, c]
             for d in range(N8):
@@ -170,12 +172,12 @@ def leave_plan(
         return
     i = (n - min(n, K)) % K
     for j in range(M):
-        lw[j] = kept[i, j, N8]
+        lw[j] = kept[i, j, KEPT_LW]
         for c in range(N8):
             m[j, c] = kept[i, j, c]
             for d in range(N8):
                 P[j, c, d] = keptP[i, j, c, d]
-    since = t - kept[i, 0, N8 + 1]
+    since = t - kept[i, _ANY, KEPT_T]
     bank_predict(m, P, lw, since, e, np.zeros(D_SIZE))
     if n > K:
         fan_out(m, P, lw, rp[RP_TURN], rp[RP_PACE], M - M // 4, 0.5 * since, since * since / 12.0, e)

@@ -45,6 +45,8 @@ from flightsw.missions.rendezvous.turn_law import (
     heading_bank,
 )
 
+DX, DY = 0, 1  # of a displacement
+COURSE, LASTS = 0, 1  # of a straight part: heading, time
 _HALVINGS = 24  # of a bracket of at most 4 rad: a microradian
 _BACK = 0.5  # [rad] of heading the course may lie behind the present one
 _AGAIN = 0.49  # [rad] behind it from which on the tanker is no longer late
@@ -77,8 +79,8 @@ def behind(o: np.ndarray, r: np.ndarray, phi_max: float, separation: float, roll
 def arc(psi: float, to: float, radius: float, v: float, ux: float, uy: float, xy: np.ndarray) -> None:
     """xy [2] <- displacement [m] of a left arc from heading psi to `to` [rad] relative to who flies (ux, uy) [m/s]."""
     t = radius * (to - psi) / v
-    xy[0] = radius * (math.sin(to) - math.sin(psi)) - ux * t
-    xy[1] = radius * (math.cos(psi) - math.cos(to)) - uy * t
+    xy[DX] = radius * (math.sin(to) - math.sin(psi)) - ux * t
+    xy[DY] = radius * (math.cos(psi) - math.cos(to)) - uy * t
 
 
 @jit
@@ -105,13 +107,13 @@ def straight_course(
     for i in range(_HALVINGS + 1):
         h = high if i == _HALVINGS else 0.5 * (low + high)
         arc(h, end, r2, speed, ux, uy, xy)
-        x, y = bx - xy[0], by - xy[1]
+        x, y = bx - xy[DX], by - xy[DY]
         if h > psi:
             arc(psi, h, r1, o[O_V], ux, uy, xy)
-            x, y = x - xy[0], y - xy[1]
+            x, y = x - xy[DX], y - xy[DY]
         wx, wy = speed * math.cos(h) - ux, speed * math.sin(h) - uy
         if i == _HALVINGS:
-            out[0], out[1] = h, y / max(wy, _SLOW)
+            out[COURSE], out[LASTS] = h, y / max(wy, _SLOW)
         elif x * wy < y * wx:
             low = h
         else:
@@ -146,14 +148,14 @@ def late_turn(
             gp[GP_G],
             out,
         )
-        if out[0] < o[O_PSI] - _AGAIN:
+        if out[COURSE] < o[O_PSI] - _AGAIN:
             ms[M_WAY] = WIDE
             return False
         # both rolls, out of the first arc and into the last, are part of the straight
         rolls = ramp_straight(o[O_PHI], gp[GP_ROLL]) + ramp_straight(gp[GP_STEER_BANK], gp[GP_ROLL])
-        ms[M_WAY] = STRAIGHT if out[1] > rolls else LAST
+        ms[M_WAY] = STRAIGHT if out[LASTS] > rolls else LAST
         if ms[M_WAY] == STRAIGHT:
-            gs[G_BANK] = heading_bank(out[0] - o[O_PSI], o[O_V], gp[GP_HEADING_GAIN], gp[GP_BANK_MAX], gp[GP_G])
+            gs[G_BANK] = heading_bank(out[COURSE] - o[O_PSI], o[O_V], gp[GP_HEADING_GAIN], gp[GP_BANK_MAX], gp[GP_G])
             gs[G_V] = fast
             return True
     gs[G_BANK] = t[T_BANK]
