@@ -21,7 +21,7 @@ Y = (-0.5, 0.0, 1.5)
 
 
 def fly(case: Case, seed: int) -> RunResult:
-    """Holds and a row of the grid in short; in place of the approach, whose 480 s the study's own test does not fly either, a line."""
+    """Holds and a row of the grid in short; in place of the approach, 480 s of flight, a line."""
     if not case.name.startswith("tables"):
         return study._run(case, seed)
     t = np.arange(0.0, 20.0, 0.2)
