@@ -69,11 +69,11 @@ class Live(Sink):
         """Whether its look has not been sent."""
         return path not in self._looks
 
-    def look(self, path: str, shape: rr.AsComponents) -> None:
+    def look(self, path: str, shape: rr.AsComponents, entity: str = "") -> None:
         """Sent once."""
         if path not in self._looks:
             self._looks.add(path)
-            super().look(path, shape)
+            super().look(path, shape, entity)
 
     def whole(self, path: str, shape: rr.AsComponents) -> None:
         """A row at the time that is reached: only the last of it is shown."""
