@@ -30,7 +30,7 @@ def place(path: str) -> tuple[str, str]:
     return entity or "/", name
 
 
-def look(path: str, label: str, color: Sequence[int], width: float, step: bool, count: int) -> rr.DynamicArchetype:
+def line_look(path: str, label: str, color: Sequence[int], width: float, step: bool, count: int) -> rr.DynamicArchetype:
     """How the line of a path, or each of `count` under one path, is drawn; width in points of the screen."""
     c, mode = rr.components, rr.components.InterpolationMode
     return rr.DynamicArchetype(
@@ -46,10 +46,15 @@ def look(path: str, label: str, color: Sequence[int], width: float, step: bool, 
 
 
 class Waiting:
-    """Rows of lines that are still to be sent."""
+    """Looks and rows of lines that are still to be sent."""
 
     def __init__(self) -> None:
+        self._looks: dict[str, list[rr.DescribedComponentBatch]] = {}
         self._rows: dict[str, list[tuple[Times, dict[str, NDArray[np.float64]]]]] = {}
+
+    def dress(self, path: str, shape: rr.DynamicArchetype) -> None:
+        """The look of a line."""
+        self._looks.setdefault(place(path)[0], []).extend(shape.as_component_batches())
 
     def add(self, path: str, t_us: Times, values: NDArray[np.float64]) -> None:
         """Values [n] or [n,k] of a line at t_us [n] [us]: beside others of its entity at the very same times."""
@@ -61,8 +66,13 @@ class Waiting:
                 return
         groups.append((t_us, {name: values}))
 
+    def looks(self) -> list[tuple[str, list[rr.DescribedComponentBatch]]]:
+        """All looks by entity; then none are waiting."""
+        out, self._looks = list(self._looks.items()), {}
+        return out
+
     def take(self) -> Iterator[tuple[str, Times, rr.ComponentColumnList]]:
-        """All of them as entity, times [us] and columns, at most `ROWS` rows at once; then none are waiting."""
+        """All rows as entity, times [us] and columns, at most `ROWS` rows at once; then none are waiting."""
         rows, self._rows = self._rows, {}
         for entity, groups in rows.items():
             for times, lines in groups:
@@ -95,7 +105,8 @@ class Fit:
         """Tell every plot which of the lines, by their paths, it shows; whether that is more than before."""
         order, anew = sorted(lines), False
         for i, (view, wanted) in enumerate(self._plots):
-            shown = [path for path in order if any(_means(w, path) for w in wanted)]
+            below = tuple(w.removesuffix("**") for w in wanted if w.endswith(BELOW))
+            shown = [path for path in order if path in wanted or f"{path}/".startswith(below)]
             if shown != self._shown[i]:
                 self._shown[i], anew = shown, True
                 drawn: dict[str, list[rrb.Visualizer]] = {}
@@ -104,11 +115,6 @@ class Fit:
                 view.contents = [*drawn, *(w for w in wanted if w not in shown)]
                 view.visualizer_overrides = drawn
         return anew
-
-
-def _means(wanted: str, path: str) -> bool:
-    """Whether a content of a plot stands for the line of a path."""
-    return path == wanted or (wanted.endswith(BELOW) and f"{path}/".startswith(wanted.removesuffix("**")))
 
 
 def _plots(container: Container) -> Iterator[rrb.TimeSeriesView]:

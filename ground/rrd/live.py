@@ -69,11 +69,15 @@ class Live(Sink):
         """Whether its look has not been sent."""
         return path not in self._looks
 
-    def look(self, path: str, shape: rr.AsComponents, entity: str = "") -> None:
+    def begun(self, path: str) -> None:
+        """Remembered."""
+        self._looks.add(path)
+
+    def look(self, path: str, shape: rr.AsComponents) -> None:
         """Sent once."""
         if path not in self._looks:
-            self._looks.add(path)
-            super().look(path, shape, entity)
+            self.begun(path)
+            super().look(path, shape)
 
     def whole(self, path: str, shape: rr.AsComponents) -> None:
         """A row at the time that is reached: only the last of it is shown."""

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from flightsw.plugins import VIEWS
 from flightsw.strict import ConfigError
-from ground.rrd import joined
+from ground.rrd.joined import Waiting, line_look
 
 APPLICATION = "wakefield"
 TICK_US = 10_000  # [us] base tick
@@ -39,7 +39,7 @@ class Sink:
         self.rec = rec
         self.start_us, self.end_us, self.tick_us = start_us, end_us, tick_us
         self.lines: set[str] = set()
-        self._waiting = joined.Waiting()
+        self._waiting = Waiting()
         self._drawn: set[str] = set()
         self._standing: frozenset[str] = frozenset()
 
@@ -90,9 +90,12 @@ class Sink:
         """Whether the look of a path is still to be sent: ask before making one that is dear."""
         return True
 
-    def look(self, path: str, shape: rr.AsComponents, entity: str = "") -> None:
-        """What does not change during a run; `entity`: of the path, if it is not one itself."""
-        self.rec.log(self.at(entity or path), shape, static=True)
+    def begun(self, path: str) -> None:
+        """The look of a path is on its way: it is not `new` any more, which a recording does not ask twice."""
+
+    def look(self, path: str, shape: rr.AsComponents) -> None:
+        """What does not change during a run."""
+        self.rec.log(self.at(path), shape, static=True)
 
     def whole(self, path: str, shape: rr.AsComponents) -> None:
         """A shape made of the whole run so far, behind `due`."""
@@ -172,13 +175,16 @@ class Sink:
         k = 1 if values.ndim == 1 else values.shape[1]
         new = self.fresh(path, t_us, settle_us)
         if self.new(path):
-            self.look(path, joined.look(path, name, color, width, step, k), joined.place(path)[0])
+            self.begun(path)
+            self._waiting.dress(path, line_look(path, name, color, width, step, k))
         if len(new):
             self._waiting.add(path, t_us[new], values[new])
             self.lines.add(self.at(path))
 
     def join(self) -> None:
-        """Send the rows of lines, those of one entity together."""
+        """Send looks and rows of lines, those of one entity together."""
+        for entity, looks in self._waiting.looks():
+            self.rec.log(self.at(entity), looks, static=True)
         for entity, t_us, columns in self._waiting.take():
             self.columns(entity, t_us, columns)
 
