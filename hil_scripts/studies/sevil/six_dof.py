@@ -220,7 +220,8 @@ def run_tables(case: Case, seed: int) -> RunResult:
         values |= {f"{key}.fap_{k}_pct": v for k, v in share.items()}
         values[f"{key}.fap_pct"] = sum(weights[k] * share[k] for k in weights) / sum(LONG_S)
         values[f"{key}.tap_pct"] = 100.0 * float(np.mean([a.mean() for a in faulty[key]]))
-    placed, places = _positions(motion, c, seed)
+    # Figure 6.14 has neither noise nor turbulence
+    placed, places = _positions(motion, c if rough else Conditions(**CALM, sigma=(0.0, 0.0, 0.0)), seed)
     values |= placed
     for k, s in parts.items():
         for i, a in enumerate(("psi", "theta", "phi")):
