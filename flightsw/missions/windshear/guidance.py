@@ -48,7 +48,7 @@ class EscapeParams:
     target_m: Annotated[float, Range(10.0, 500.0), IN_FLIGHT] = 35.0
     height_gain_1ps: Annotated[float, Range(0.01, 1.0), IN_FLIGHT] = 0.3
     descent_mps: Annotated[float, Range(0.0, 30.0), IN_FLIGHT] = 15.0
-    # so much lower in a hard shear, where the air sinks less and the outflow is weaker: begun and whole at these peaks of the quick F
+    # so much lower in a hard shear, where the air sinks less and the outflow is weaker: from the one to the other peak of quick F
     deeper_m: Annotated[float, Range(0.0, 100.0), IN_FLIGHT] = 0.0
     deeper_from_F: Annotated[float, Range(0.0, 2.0), IN_FLIGHT] = 0.40
     deeper_to_F: Annotated[float, Range(0.0, 2.0), IN_FLIGHT] = 0.55

@@ -1,12 +1,12 @@
 """Hazard alerting of the jet transport in wind shear: F of the estimated wind in low-passes, caution and abort.
 
-A quick low-pass for caution and a slow one for the abort, so that turbulence (which is in F through the wind's rates) cautions but
-hardly ever aborts. The rates that enter are differences of the estimated wind: the rate states of the estimator follow the smooth
-part of the wind only, and the later the more turbulence there is beside it.
+A quick low-pass for caution and a slow one for the abort, so that turbulence (which is in F through the wind's rates) cautions
+but hardly ever aborts. The rates that enter are differences of the estimated wind: the rate states of the estimator follow the
+smooth part of the wind only, and the later the more turbulence there is beside it.
 
-Two things need not wait for the slow value. Sinking air is in F without a derivative: a downdraught of a tenth of the airspeed is
-the core, and no turbulence one flies an approach in. And after a gain of energy the loss that follows is no turbulence either: the
-head wind that gave it is taken back, so that the quick value may abort.
+Two things need not wait for the slow value. Sinking air is in F without a derivative: a downdraught of a tenth of the airspeed
+is the core, and no turbulence one flies an approach in. And after a gain of energy the loss that follows is no turbulence
+either: the head wind that gave it is taken back, so that the quick value may abort.
 """
 
 from __future__ import annotations
@@ -87,8 +87,8 @@ class Hazard:
         return rise / (gravity * dt) - wh / float(x[k.VA])
 
     def step(self, F: float, dt: float, armed: bool = True, sink: float = 0.0) -> HazardState:
-        """One sample of F and of its part that sinking air makes, -w_h/V, dt [s] since the last; a value that is not finite leaves
-        everything as it is."""
+        """One sample of F and of its part that sinking air makes, -w_h/V, dt [s] since the last; a value that is not finite
+        leaves everything as it is."""
         if not (math.isfinite(F) and math.isfinite(sink) and dt > 0.0):
             return self.state
         self._age += dt

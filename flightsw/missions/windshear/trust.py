@@ -72,8 +72,8 @@ class Trust:
         self._heights(z, ok, satellite_m, dt)
         h = float(x[k.H])
         missing = self._absent(ok, out, h, dt)
-        # the estimate says itself how far off it may be: at the start it has the height of one instrument, to which another that is
-        # as wrong as it may be the other way is no contradiction, nor is the barometer that was set by it
+        # the estimate says itself how far off it may be: at the start it has the height of one instrument, which another that is
+        # as wrong as it may be the other way does not contradict, nor the barometer that was set by that other
         room = OWN_SIGMA * float(sigma[k.H])
         against = [i for i in range(3) if self._fresh(i) and abs(self._h[i] - h) > self._tolerance(i, h) + room]
         agree = False
