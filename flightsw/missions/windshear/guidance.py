@@ -50,8 +50,8 @@ class EscapeParams:
     descent_mps: Annotated[float, Range(0.0, 30.0), IN_FLIGHT] = 15.0
     # so much lower in a hard shear, where the air sinks less and the outflow is weaker: from the one to the other peak of quick F
     deeper_m: Annotated[float, Range(0.0, 100.0), IN_FLIGHT] = 0.0
-    deeper_from_F: Annotated[float, Range(0.0, 2.0), IN_FLIGHT] = 0.40
-    deeper_to_F: Annotated[float, Range(0.0, 2.0), IN_FLIGHT] = 0.55
+    deeper_from_F: Annotated[float, Range(0.0, 2.0), IN_FLIGHT] = 0.45
+    deeper_to_F: Annotated[float, Range(0.0, 2.0), IN_FLIGHT] = 0.60
     rise_mps: Annotated[float, Range(0.0, 20.0), IN_FLIGHT] = 5.0
     after_mps: Annotated[float, Range(0.0, 20.0), IN_FLIGHT] = 8.0  # climb once the shear is behind
     hold_F: Annotated[float, Range(-0.5, 0.5), IN_FLIGHT] = 0.05  # quick F above which the height is managed
