@@ -111,14 +111,15 @@ def test_the_airspeed_is_considered_and_not_learnt() -> None:
 
 def test_height_and_vertical_wind_are_honest() -> None:
     """Mean square of error over sigma of six approaches, each error slow: one value a flight counts (chi-square, 99.9 %)."""
-    for at in (k.WH, k.H, k.WX):
-        z = []
-        for seed in range(11, 17):
-            f = flight(seed, *CLEAN)
-            f.fly(25.0)
-            e = np.array(f.seen.x)[250:, at] - np.array(f.seen.truth)[250:, at]
-            z.append(float(np.mean((e / np.array(f.seen.sigma)[250:, at]) ** 2)))
-        assert chi2.ppf(5e-4, 6) / 6 < np.mean(z) < chi2.ppf(0.9995, 6) / 6, at
+    of = [k.WH, k.H, k.WX]
+    z = []
+    for seed in range(11, 17):
+        f = flight(seed, *CLEAN)
+        f.fly(25.0)
+        e = np.array(f.seen.x)[250:, of] - np.array(f.seen.truth)[250:, of]
+        z.append(np.mean((e / np.array(f.seen.sigma)[250:, of]) ** 2, axis=0))
+    for at, mean in zip(of, np.mean(z, axis=0), strict=True):
+        assert chi2.ppf(5e-4, 6) / 6 < mean < chi2.ppf(0.9995, 6) / 6, at
 
 
 def test_an_engine_that_stops_is_said_and_flown() -> None:

@@ -19,12 +19,11 @@ from flightsw.missions.windshear.control import NidParams, WindshearControl
 from flightsw.missions.windshear.guidance import (
     ApproachParams,
     EscapeParams,
-    Hazard,
-    HazardParams,
     WindshearGuidance,
     WindshearGuidanceParams,
     with_law,
 )
+from flightsw.missions.windshear.hazard import Hazard, HazardParams
 from flightsw.missions.windshear.model import PathDemand, parameter_vector
 
 P = parameter_vector(twinjet())
