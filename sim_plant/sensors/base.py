@@ -31,7 +31,7 @@ class View:
     """True values of one aircraft at the current tick, as plain floats (layout.py orders)."""
 
     __slots__ = (
-        "_boom", "_due", "_o", "_pair", "_pair_due", "_rel", "_s", "arrays", "contact", "inside", "lateral_m", "lateral_read",
+        "_boom", "_o", "_pair", "_rel", "_s", "arrays", "contact", "due", "inside", "lateral_m", "lateral_read", "pair_due",
         "probes", "target", "transfer_kgps",
     )  # fmt: skip
 
@@ -39,11 +39,11 @@ class View:
         self._s = [0.0] * n.NS
         self._o = [0.0] * n.NO
         self.arrays: tuple[Arr, Arr] | None = None  # `s` and `o`, where a kind has them as arrays
-        self._due = False  # the lists are still to be made of them
+        self.due = False  # the lists are still to be made of them: true again when they have new values
         self._rel = [0.0] * n.NR
         self._boom = [0.0] * n.NR
         self._pair: tuple[Arr, Arr] | None = None  # `rel` and `boom`, where they are worked out as arrays
-        self._pair_due = False
+        self.pair_due = False  # the same
         self.contact = False
         self.inside = False
         self.transfer_kgps = 0.0
@@ -55,76 +55,72 @@ class View:
     @property
     def s(self) -> list[float]:
         """State [NS]."""
-        if self._due:
+        if self.due:
             self._copy()
         return self._s
 
     @s.setter
     def s(self, s: list[float]) -> None:
-        if self._due:
+        if self.due:
             self._copy()
         self._s = s
 
     @property
     def o(self) -> list[float]:
         """Observation [NO]."""
-        if self._due:
+        if self.due:
             self._copy()
         return self._o
 
     @o.setter
     def o(self, o: list[float]) -> None:
-        if self._due:
+        if self.due:
             self._copy()
         self._o = o
 
     @property
     def rel(self) -> list[float]:
         """Motion relative to the leader [NR]; of the leader zero."""
-        if self._pair_due:
+        if self.pair_due:
             self._copy_pair()
         return self._rel
 
     @rel.setter
     def rel(self, rel: list[float]) -> None:
-        if self._pair_due:
+        if self.pair_due:
             self._copy_pair()
         self._rel = rel
 
     @property
     def boom(self) -> list[float]:
         """The same of whoever is at the boom [NR]: own, or (leader) its partner's."""
-        if self._pair_due:
+        if self.pair_due:
             self._copy_pair()
         return self._boom
 
     @boom.setter
     def boom(self, boom: list[float]) -> None:
-        if self._pair_due:
+        if self.pair_due:
             self._copy_pair()
         self._boom = boom
 
     def see(self, s: Arr, o: Arr) -> None:
         """These from now on; the arrays must stay as they are until the next call. Lists are made when asked for."""
-        self.arrays, self._due = (s, o), True
+        self.arrays, self.due = (s, o), True
 
     def see_pair(self, rel: Arr, boom: Arr) -> None:
         """The same of `rel` and `boom`."""
-        self._pair, self._pair_due = (rel, boom), True
-
-    def renew(self) -> None:
-        """All arrays have new values."""
-        self._due = self._pair_due = True
+        self._pair, self.pair_due = (rel, boom), True
 
     def _copy(self) -> None:
         if self.arrays is not None:
             self._s, self._o = self.arrays[0].tolist(), self.arrays[1].tolist()
-        self._due = False
+        self.due = False
 
     def _copy_pair(self) -> None:
         if self._pair is not None:
             self._rel, self._boom = self._pair[0].tolist(), self._pair[1].tolist()
-        self._pair_due = False
+        self.pair_due = False
 
     def still(self) -> View:
         """As it is now, for good, and to be changed."""

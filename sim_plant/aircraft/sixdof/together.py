@@ -107,7 +107,7 @@ class Together:
                 break
             plan.draw()
         for v in self._views:
-            v.renew()
+            v.due = v.pair_due = True
         if code > k.INSIDE or not self._calm:
             for i, m in enumerate(self._members):
                 m.well = not code & k.UNWELL << i

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_plant.aircraft.sixdof.eom import fly
+from sim_plant.aircraft.sixdof.eom import go_on, spool, step
 from sim_plant.aircraft.sixdof.observe import look
 from sim_plant.kernels import layout as n
 from sim_plant.kernels.geometry import relative
@@ -157,11 +157,25 @@ def sense_all(
 
 @jit
 def advance_all(B: Arr, ints: Ints, told: Arr, dt: float) -> None:
-    """fly() of every row of B over dt [s] with told [rows, NC]: surfaces [rad], throttle [-], jams, transfer [kg/s]."""
+    """fly() of every row of B over dt [s] with told [rows, NC]: surfaces [rad], throttle [-], jams, transfer [kg/s].
+
+    Where a state is as it was observed, the rates it was observed with are those the step begins with.
+    """
     for i in range(B.shape[0]):
-        b, c = B[i], told[i]
-        fly(
-            b[B_S : B_S + n.NS], c[0], c[1], c[2], c[n.C_THROTTLE], c[n.C_JAM], c[n.C_JAM + 1], c[n.C_JAM + 2],
-            c[n.C_TRANSFER], b[B_C : B_C + n.NC], b[B_WIND : B_WIND + n.NW], b[B_PAR : B_PAR + ints[i, I_PAR]], dt,
-            b[B_SCRATCH : B_SCRATCH + 4 * n.NS].reshape((4, n.NS)),
-        )  # fmt: skip
+        b = B[i]
+        s, c, wind = b[B_S : B_S + n.NS], b[B_C : B_C + n.NC], b[B_WIND : B_WIND + n.NW]
+        par, scratch = b[B_PAR : B_PAR + ints[i, I_PAR]], b[B_SCRATCH : B_SCRATCH + 4 * n.NS].reshape((4, n.NS))
+        for j in range(n.NC):
+            c[j] = told[i, j]
+        same = True
+        for j in range(n.NS):
+            same &= s[j] == b[B_HELD + j]
+        if not same:
+            step(s, c, wind, par, dt, scratch)
+            continue
+        k = scratch[1]
+        for j in range(n.S_T):
+            k[j] = b[B_WORK + j]
+        most = b[B_OBS + n.O_AVAIL] if s[n.S_FUEL] > 0.0 else 0.0
+        spool(s, min(1.0, max(0.0, c[n.C_THROTTLE])), most, par, k)
+        go_on(s, c, wind, par, dt, scratch)
