@@ -210,6 +210,17 @@ class SquareRootUKF:
             )
         )  # fmt: skip
 
+    def arrays(self) -> tuple[np.ndarray, ...]:
+        """What a step in one compiled call works on: x, S, X, Y, SQ, workspaces A, B, D of `correct`, nu, K, Sy, sigma."""
+        return (
+            self.x, self.S, self.X, self.Y, self.SQ, self._A, self._B, self._D, self.nu, self.K, self.Sy, self.sigma,
+        )  # fmt: skip
+
+    @property
+    def scaling(self) -> tuple[float, float, float, float]:
+        """Spread of the points; weights of the centre for the mean, for the covariance, and of every other point."""
+        return self.g, self.w0m, self.w0c, self.wi
+
     def sigmas(self) -> list[float]:
         """1-sigma of every state [n]."""
         row_norms(self.S, self.sigma)

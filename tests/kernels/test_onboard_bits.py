@@ -17,6 +17,7 @@ from flightsw.aircraft import load_aircraft
 from flightsw.missions.receiver.airdata.wake_model import WakeParams, stations, wake_vector
 from flightsw.sixdof.actuators import surface_limits
 from flightsw.sixdof.params import parameter_vector
+from tests.kernels.estimator_cases import CASES as ESTIMATOR
 from tests.kernels.fdi_cases import CASES as FDI
 from tests.kernels.gust_bank_cases import CASES as GUST_BANK
 from tests.kernels.gust_cases import CASES as GUST_MISSION
@@ -124,6 +125,7 @@ def codes(r: Rng, top: int) -> np.ndarray:
 
 
 CASES: dict[str, Callable[[Rng], Args]] = {
+    **ESTIMATOR,
     **FDI,
     **GUST_MISSION,
     **GUST_BANK,
