@@ -9,8 +9,6 @@ import argparse
 import dataclasses
 import math
 
-import numpy as np
-
 from flightsw.aircraft import Aircraft, load_aircraft
 from sim_plant.aircraft.polynomial.table import PolynomialTable
 
@@ -21,11 +19,13 @@ def polynomial_of(ac: Aircraft, alpha: float, de: float) -> PolynomialTable:
     side force of the rates have no place in the form and are left out. Source: lee.md (2.20), (2.26)."""
     a, c, s = ac.aero, math.cos(alpha), math.sin(alpha)
     cross = 2.0 * a.K * a.CL_alpha * a.CL_de
-    turn = np.array([[c, s], [-s, c]])  # (p, r) in body axes to stability axes
-    static = turn.T @ [[a.Cl_beta, a.Cl_da, a.Cl_dr], [a.Cn_beta, a.Cn_da, a.Cn_dr]]
-    damping = turn.T @ np.array([[a.Cl_p, a.Cl_r], [a.Cn_p, a.Cn_r]]) @ turn
-    roll, yaw = static.tolist()
-    (Cl_p, Cl_r), (Cn_p, Cn_r) = damping.tolist()
+    # moments in body axes of those in stability axes, and of rates p, r in body axes
+    Cl_beta, Cn_beta = c * a.Cl_beta - s * a.Cn_beta, s * a.Cl_beta + c * a.Cn_beta
+    Cl_da, Cn_da = c * a.Cl_da - s * a.Cn_da, s * a.Cl_da + c * a.Cn_da
+    Cl_dr, Cn_dr = c * a.Cl_dr - s * a.Cn_dr, s * a.Cl_dr + c * a.Cn_dr
+    l_p, l_r = c * a.Cl_p - s * a.Cl_r, s * a.Cl_p + c * a.Cl_r
+    n_p, n_r = c * a.Cn_p - s * a.Cn_r, s * a.Cn_p + c * a.Cn_r
+    Cl_p, Cl_r, Cn_p, Cn_r = c * l_p - s * n_p, c * l_r - s * n_r, s * l_p + c * n_p, s * l_r + c * n_r
     return PolynomialTable(
         CD0=a.CD0 + a.K * a.CL0**2 - cross * alpha * de,
         CD_alpha=2.0 * a.K * a.CL0 * a.CL_alpha + cross * de,
@@ -35,8 +35,8 @@ def polynomial_of(ac: Aircraft, alpha: float, de: float) -> PolynomialTable:
         CS_beta=-a.CY_beta, CS_dr=-a.CY_dr,
         CL0=a.CL0, CL_alpha=a.CL_alpha, CL_q=a.CL_q, CL_de=a.CL_de,
         Cm0=a.Cm0, Cm_alpha=a.Cm_alpha, Cm_de=a.Cm_de, Cm_q=a.Cm_q,
-        Cl_beta=roll[0], Cl_da=roll[1], Cl_dr=roll[2], Cl_p=Cl_p, Cl_r=Cl_r,
-        Cn_beta=yaw[0], Cn_da=yaw[1], Cn_dr=yaw[2], Cn_p=Cn_p, Cn_r=Cn_r,
+        Cl_beta=Cl_beta, Cl_da=Cl_da, Cl_dr=Cl_dr, Cl_p=Cl_p, Cl_r=Cl_r,
+        Cn_beta=Cn_beta, Cn_da=Cn_da, Cn_dr=Cn_dr, Cn_p=Cn_p, Cn_r=Cn_r,
     )  # fmt: skip
 
 

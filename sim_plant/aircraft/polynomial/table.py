@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from dataclasses import dataclass
 from typing import Annotated
@@ -65,13 +64,11 @@ class PolynomialTable:
 
     def vector(self) -> NDArray[np.float64]:
         """The block of sim_plant/aircraft/sixdof/series.py, [40], SI and radians."""
-        v = dataclasses.asdict(self)
-        return np.array([math.radians(v[k]) if k.endswith("_deg") else v[k] for k in ORDER])
-
-
-ORDER = (
-    "CD0", "CD_alpha", "CD_alpha2", "CD_de", "CD_de2", "CD_ds", "CD_ds2", "CS0", "CS_beta", "CS_da", "CS_dr",
-    "CL0", "CL_alpha", "CL_alpha2", "alpha_ref_deg", "CL_q", "CL_de", "CL_ds", "Cl0", "Cl_da", "Cl_dr", "Cl_beta", "Cl_p", "Cl_r",
-    "Cm0", "Cm_alpha", "Cm_de", "Cm_q", "Cm_ds", "Cn0", "Cn_da", "Cn_dr", "Cn_beta", "Cn_p", "Cn_r",
-    "stabilizer_deg", "thrust_up_deg", "thrust_aft_m", "thrust_right_m", "thrust_below_m",
-)  # fmt: skip
+        t, rad = self, math.radians
+        return np.array([
+            t.CD0, t.CD_alpha, t.CD_alpha2, t.CD_de, t.CD_de2, t.CD_ds, t.CD_ds2, t.CS0, t.CS_beta, t.CS_da, t.CS_dr,
+            t.CL0, t.CL_alpha, t.CL_alpha2, rad(t.alpha_ref_deg), t.CL_q, t.CL_de, t.CL_ds,
+            t.Cl0, t.Cl_da, t.Cl_dr, t.Cl_beta, t.Cl_p, t.Cl_r, t.Cm0, t.Cm_alpha, t.Cm_de, t.Cm_q, t.Cm_ds,
+            t.Cn0, t.Cn_da, t.Cn_dr, t.Cn_beta, t.Cn_p, t.Cn_r,
+            rad(t.stabilizer_deg), rad(t.thrust_up_deg), t.thrust_aft_m, t.thrust_right_m, t.thrust_below_m,
+        ])  # fmt: skip
