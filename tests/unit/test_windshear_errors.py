@@ -135,17 +135,18 @@ def test_an_engine_that_stops_is_said_and_flown() -> None:
 
 def test_engine_watch_needs_to_be_sure_and_takes_it_back() -> None:
     w, x, s = EngineWatch(EngineOutParams()), X0.copy(), np.full(k.NE, 0.1)
+    soon = range(round(EngineOutParams().held_s / DT) + 5)
     x[k.K_T] = 0.7
     assert not any(w.step(x, s, 40.0, DT) for _ in range(100))  # 0.7 + 2 * 0.1
     s[:] = 0.03
     assert not any(w.step(x, s, 5.3, DT) for _ in range(100))  # idle
     assert not any(w.step(x, s, 40.0, DT, doubt=True) for _ in range(100))  # readings that look like one
-    assert any(w.step(x, s, 40.0, DT) for _ in range(20)) and w.out
+    assert any(w.step(x, s, 40.0, DT) for _ in soon) and w.out
     assert not w.step(x, s, 40.0, DT, doubt=True)  # said too early: taken back
-    assert any(w.step(x, s, 40.0, DT) for _ in range(20)) and all(w.step(x, s, 40.0, DT) for _ in range(150))
+    assert any(w.step(x, s, 40.0, DT) for _ in soon) and all(w.step(x, s, 40.0, DT) for _ in range(150))
     assert w.step(x, s, 40.0, DT, doubt=True)  # known for long
     x[k.K_T] = 1.0
-    assert not all(w.step(x, s, 40.0, DT) for _ in range(20)) and not w.out
+    assert not all(w.step(x, s, 40.0, DT) for _ in soon) and not w.out
     assert not EngineWatch(EngineOutParams()).step(x[: k.NX], s[: k.NX], 40.0, DT)
 
 
