@@ -182,8 +182,8 @@ CONTEXTS = (
                 (
                     *SHEAR,
                     "twinjet.guid.escape.target_m=345.0",
-                    "twinjet.guid.escape.deeper_from_F=0.01",
-                    "twinjet.guid.escape.deeper_to_F=0.05",
+                    "twinjet.guid.escape.deeper_from_F=0.002",
+                    "twinjet.guid.escape.deeper_to_F=0.5",
                 ),
             ),
             Situation("escape by pitch", r"guid\.escape\.pitch_deg", (*SHEAR, "twinjet.guid.escape.law=pitch")),
