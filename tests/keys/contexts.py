@@ -164,6 +164,28 @@ CONTEXTS = (
             Situation(
                 "gain of energy", r"guid\.hazard\.gain_hold_s", (CAUTION[0], "twinjet.guid.hazard.gain_F=0.01"), 6.0
             ),
+            Situation(
+                "sinking air",
+                r"guid\.hazard\.sink_.*",
+                (CAUTION[0], "twinjet.guid.hazard.sink_F=0.005", CAUTION[2], "twinjet.guid.hazard.gain_abort=false"),
+                4.0,
+            ),
+            Situation(
+                "a loss after a gain",
+                r"guid\.hazard\.gain_abort",
+                (*CAUTION, "twinjet.guid.hazard.gain_F=0.01", "twinjet.guid.hazard.sink_F=0.0"),
+                6.0,
+            ),
+            Situation(
+                "a hard shear",
+                r"guid\.escape\.deeper_.*",
+                (
+                    *SHEAR,
+                    "twinjet.guid.escape.target_m=345.0",
+                    "twinjet.guid.escape.deeper_from_F=0.002",
+                    "twinjet.guid.escape.deeper_to_F=0.5",
+                ),
+            ),
             Situation("escape by pitch", r"guid\.escape\.pitch_deg", (*SHEAR, "twinjet.guid.escape.law=pitch")),
             Situation("escape by climb", r"guid\.escape\.climb_mps", (*SHEAR, "twinjet.guid.escape.law=climb")),
             Situation("escape above its height", r"guid\.escape\.descent_mps", SHEAR),

@@ -158,14 +158,16 @@ def test_on_one_engine_the_slope_is_not_chased() -> None:
     assert approach(p, x, d, -4.0, False).climb_mps == pytest.approx(-4.0 - 0.4 * 5.0)
     assert approach(p, x, d, -4.0, True).speed_mps == 90.0
     x[k.H], x[k.VA] = 100.0, 75.0
-    assert escape(p, x, True).climb_mps == -15.0 and 0.0 < escape(p, x, False).climb_mps <= 3.0
+    assert -p.sink_mps <= escape(p, x, True).climb_mps < -15.0 and 0.0 < escape(p, x, False).climb_mps <= 3.0
     x[k.H], x[k.VA] = 8.0, 58.0
     assert escape(p, x, True).climb_mps == 0.0 and escape(p, x, False).climb_mps == 0.0
 
 
-def judged(t: Trust, baro: float, satellite: float, radio: float, h: float, seconds: float = 2.0) -> str:
+def judged(
+    t: Trust, baro: float, satellite: float, radio: float, h: float, seconds: float = 2.0, sigma: float = 0.0
+) -> str:
     z, x, s = np.zeros(k.NZ), np.zeros(k.NX), np.zeros(k.NX)
-    z[k.Y_H], z[k.Y_RA], x[k.H] = baro, radio, h
+    z[k.Y_H], z[k.Y_RA], x[k.H], s[k.H] = baro, radio, h, sigma
     why = ""
     for _ in range(round(seconds / DT)):
         why = t.step(z, READINGS | RADIO, satellite, x, s, 1.0, 0, DT)
@@ -182,6 +184,16 @@ def test_two_heights_are_judged_by_the_third() -> None:
     assert judged(t, 205.0, 250.0, 200.0, 200.0, 1.5) == "" and t.mask == SATELLITES
     assert judged(t, 205.0, 250.0, 200.0, 200.0) == "without Vg, h'"  # what tells its height tells its velocity
     assert judged(Trust(TrustParams(on=True)), 205.0, 203.0, 200.0, 90.0) == "height contradicted by two instruments"
+
+
+@pytest.mark.parametrize("sigma", [0.0, 4.0, 20.0])
+def test_an_estimate_that_says_it_may_be_off_is_not_contradicted_within_that(sigma: float) -> None:
+    """Satellites and the barometer they have set agree on one height, radio and estimate on another: by more than an instrument
+    may be wrong and twice what the estimate allows itself, or by less."""
+    p = TrustParams(on=True)
+    for apart in (p.satellite_m + 2.0 * sigma - 0.5, p.satellite_m + 2.0 * sigma + 0.5):
+        why = judged(Trust(p), 350.0 + apart, 350.0 + apart, 350.0, 350.0, sigma=sigma)
+        assert (why == "height contradicted by two instruments") is (apart > p.satellite_m + 2.0 * sigma)
 
 
 def test_airspeed_that_stands_still_is_told_by_the_lift() -> None:

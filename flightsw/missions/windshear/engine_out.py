@@ -3,11 +3,13 @@
 With gear and landing flaps one engine holds level flight at best. So the approach goes on below the slope, parallel to it, and as
 soon as the wind gives energy all thrust is kept on and the airspeed grows: it will be taken back. The escape begins at the quick
 hazard index. In the shear height goes for speed at once, down where both the sinking air and the outflow are weak: what the shear
-takes is less there, and what is left at its end is speed. Behind it only speed above that of the least drag becomes height.
+takes is less there, and what is left at its end is speed. It is never faster down than the lift to spare can end, for on the
+far side there is less of it with every second. Behind the shear only speed above that of the least drag becomes height.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -18,6 +20,7 @@ from flightsw.missions.windshear.model import PathDemand
 from flightsw.strict import IN_FLIGHT, Range
 
 Array = np.ndarray
+LEAST_STOP_MPS2 = 1.0  # deceleration of a descent that is reckoned with at least
 YOUNG_S = 2.0  # [s] for which readings that come into question take the conclusion back
 
 
@@ -43,10 +46,13 @@ class EngineOutParams:
     protect_mps: Annotated[float, Range(50.0, 100.0), IN_FLIGHT] = 62.0  # in the shear: below it height goes for speed
     speed_gain: Annotated[float, Range(0.0, 5.0), IN_FLIGHT] = 0.4  # climb rate per airspeed above or below these
     climb_mps: Annotated[float, Range(0.0, 10.0), IN_FLIGHT] = 3.0
-    sink_mps: Annotated[float, Range(0.0, 20.0), IN_FLIGHT] = 15.0
-    target_m: Annotated[float, Range(5.0, 500.0), IN_FLIGHT] = 20.0  # height to come down to in the shear
+    sink_mps: Annotated[float, Range(0.0, 30.0), IN_FLIGHT] = 20.0
+    target_m: Annotated[float, Range(5.0, 500.0), IN_FLIGHT] = 12.0  # height to come down to in the shear
     target_gain_1ps: Annotated[float, Range(0.01, 2.0), IN_FLIGHT] = 0.3
-    floor_m: Annotated[float, Range(1.0, 100.0), IN_FLIGHT] = 12.0  # below it nothing is given away
+    # the lift to spare ends the descent: none at level_mps, and as it grows with the airspeed squared this much deceleration
+    level_mps: Annotated[float, Range(40.0, 100.0), IN_FLIGHT] = 64.0
+    arrest_mps2: Annotated[float, Range(0.1, 20.0), IN_FLIGHT] = 6.0
+    floor_m: Annotated[float, Range(1.0, 100.0), IN_FLIGHT] = 8.0  # below it nothing is given away
     alpha_max_rad: Annotated[float, Range(0.1, 0.25), IN_FLIGHT] = 0.22
 
     def __post_init__(self) -> None:
@@ -97,6 +103,8 @@ def escape(p: EngineOutParams, x: Array, shear: bool) -> PathDemand:
     if shear:
         climb = min(p.target_gain_1ps * (p.target_m - h), 0.0)
         climb += p.speed_gain * min(V - p.protect_mps, 0.0) if h > p.floor_m else 0.0
+        stop = max(p.arrest_mps2 * ((V / p.level_mps) ** 2 - 1.0), LEAST_STOP_MPS2)
+        climb = max(climb, -math.sqrt(2.0 * stop * max(h - p.target_m, 0.0)))
     else:
         climb = min(p.speed_gain * (V - p.hold_mps), p.climb_mps)
     lowest = -min(p.target_gain_1ps * max(h - p.floor_m, 0.0), p.sink_mps)

@@ -173,7 +173,7 @@ class WindshearGuidance:
             self.aim(float(x[k.X]), float(x[k.H]))
         index = self.hazard.index(x, F, dt, self.p.gravity_mps2)
         s = self.hazard.step(index, dt, sink=-float(x[k.WH]) / float(x[k.VA]))
-        low = s.quick <= self.p.escape.hold_F
+        low = s.quick <= self.p.escape.hold_F and not s.sinks  # a core that is just being entered is not behind
         self._low_s = self._low_s + dt if low else 0.0
         if self.phase in ("approach", "caution"):
             self.phase = "caution" if s.caution else "approach"

@@ -4,7 +4,7 @@ A quick low-pass for caution and a slow one for the abort, so that turbulence (w
 but hardly ever aborts. The rates that enter are differences of the estimated wind: the rate states of the estimator follow the
 smooth part of the wind only, and the later the more turbulence there is beside it.
 
-Two things need not wait for the slow value. Sinking air is in F without a derivative: a downdraught of a tenth of the airspeed
+Two things need not wait for the slow value. Sinking air is in F without a derivative: a downdraught of a twelfth of the airspeed
 is the core, and no turbulence one flies an approach in. And after a gain of energy the loss that follows is no turbulence
 either: the head wind that gave it is taken back, so that the quick value may abort.
 """
@@ -48,13 +48,14 @@ class HazardParams:
 
 @dataclass(frozen=True)
 class HazardState:
-    """F as estimated, its quick and slow low-pass, caution now, abort latched."""
+    """F as estimated, its quick and slow low-pass, caution now, abort latched, whether the air sinks as in a core."""
 
     F: float = 0.0
     quick: float = 0.0
     slow: float = 0.0
     caution: bool = False
     abort: bool = False
+    sinks: bool = False
 
 
 class Hazard:
@@ -104,5 +105,5 @@ class Hazard:
         sinks = 0.0 < p.sink_F < self._sink
         abort = s.abort or (armed and (slow > p.abort_F or (early and quick > p.caution_F) or sinks))
         self.cautions += caution and not s.caution
-        self.state = HazardState(F, quick, slow, caution, abort)
+        self.state = HazardState(F, quick, slow, caution, abort, sinks)
         return self.state

@@ -1,0 +1,117 @@
+"""What gives the approach up early, how deep the escape goes, and descents that the lift to spare can end."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from flightsw.missions.windshear import dynamics as k
+from flightsw.missions.windshear.engine_out import EngineOutParams, escape
+from flightsw.missions.windshear.guidance import EscapeParams, WindshearGuidance, WindshearGuidanceParams, with_law
+from flightsw.missions.windshear.hazard import Hazard, HazardParams
+from hil_scripts.studies.jing.sensor_flight import WHO
+from hil_scripts.studies.jing.sensors import settings
+
+DT = 0.02
+
+
+def state(h: float, V: float, sink: float = 0.0) -> np.ndarray:
+    """State [15] of level flight in air that sinks with this share of the airspeed."""
+    x = np.zeros(k.NX)
+    x[[k.X, k.H, k.VA, k.KL, k.KD]] = -600.0, h, V, 1.0, 1.0
+    x[k.WH] = -sink * V
+    return x
+
+
+@pytest.mark.parametrize("share", [0.12, 0.2, 0.4])
+def test_sinking_air_aborts_when_its_low_pass_says_so(share: float) -> None:
+    """Answer of a first-order lag to a step, while a growing head wind keeps F as a whole at nothing."""
+    p = HazardParams(settle_s=0.0, sink_F=0.09)
+    on = -p.sink_s * math.log(1.0 - p.sink_F / share)
+    with_it, without = Hazard(p), Hazard(replace(p, sink_F=0.0))
+    for i in range(300):
+        t = (i + 1) * DT
+        assert with_it.step(0.0, DT, sink=share).abort is (t > on - 1e-9)
+        assert not without.step(0.0, DT, sink=share).abort
+    kept = Hazard(p)
+    assert not kept.step(0.0, DT, sink=math.nan).abort and not kept.step(0.0, DT, sink=0.08).abort
+
+
+def test_guidance_gives_up_for_sinking_air() -> None:
+    """The air comes down with 15 % of the airspeed and the head wind grows by as much: no loss of energy yet."""
+    phases = {}
+    for on in (0.0, 0.09):
+        g = WindshearGuidance(WindshearGuidanceParams(hazard=HazardParams(settle_s=0.0, sink_F=on)))
+        x = state(150.0, 80.0, 0.15)
+        for _ in range(200):
+            x[k.WX] -= 0.15 * 9.81 * DT
+            g.step(x, 0.0, DT)
+        assert abs(g.state.slow) < 0.01
+        phases[on] = g.phase
+    assert phases == {0.0: "approach", 0.09: "escape"}
+
+
+def test_the_loss_after_a_gain_aborts_at_the_quick_value() -> None:
+    p = HazardParams(settle_s=0.0, gain_abort=True)
+    taken, said = Hazard(p), Hazard(replace(p, gain_abort=False))
+    plain = Hazard(p)
+    for h in (taken, said):
+        for _ in range(200):
+            s = h.step(-0.25, DT)
+        assert s.caution and not s.abort
+    for h in (taken, said, plain):
+        while h.state.quick < p.caution_F:
+            s = h.step(0.3, DT)
+    assert taken.state.abort and not said.state.abort and not plain.state.abort
+    assert taken.state.slow < p.abort_F
+
+
+@given(st.floats(0.0, 1.5), st.floats(20.0, 100.0), st.floats(0.0, 10.0))
+def test_depth_is_straight_between_its_peaks(peak: float, target: float, deeper: float) -> None:
+    e = EscapeParams(target_m=target, deeper_m=deeper, deeper_from_F=0.4, deeper_to_F=0.6)
+    got = e.target(peak)
+    assert got == pytest.approx(np.interp(peak, [0.4, 0.6], [target, target - deeper]))
+    assert replace(e, deeper_m=0.0).target(peak) == target  # the same height in every shear
+
+
+def test_a_hard_shear_is_flown_deeper_for_as_long_as_it_lasts() -> None:
+    e = with_law(WindshearGuidanceParams(), "managed", deeper_m=15.0)
+    g = WindshearGuidance(replace(e, hazard=HazardParams(rates="states", settle_s=0.0)))
+    x = state(35.0, 75.0)
+    for _ in range(400):
+        d = g.step(x, 0.3, DT)
+    assert g.phase == "escape" and d.climb_mps == 0.0  # at its height
+    for F in (0.9, 0.3):  # the peak counts, not what F says now
+        for _ in range(400):
+            d = g.step(x, F, DT)
+        assert d.climb_mps == pytest.approx(-15.0 * e.escape.height_gain_1ps)
+
+
+def test_depth_is_refused_below_the_least_height() -> None:
+    with pytest.raises(ValueError, match=r"deeper_m = 30.0; allowed: target_m = 35.0 less 10.0"):
+        EscapeParams(deeper_m=30.0)
+    with pytest.raises(ValueError, match=r"deeper_to_F = 0.4; allowed: above deeper_from_F = 0.45"):
+        EscapeParams(deeper_to_F=0.4)
+
+
+@given(st.floats(20.0, 300.0), st.floats(50.0, 95.0))
+def test_one_engine_descends_no_faster_than_the_lift_to_spare_can_end(h: float, V: float) -> None:
+    """From the sink rate asked for, that deceleration all the way ends at the height to come down to, or above."""
+    p = EngineOutParams()
+    sink = -escape(p, state(h, V), True).climb_mps
+    spare = max(p.arrest_mps2 * ((V / p.level_mps) ** 2 - 1.0), 1.0)
+    assert 0.0 <= sink <= p.sink_mps
+    assert h - sink**2 / (2.0 * spare) >= p.target_m - 1e-9
+
+
+def test_paper_sensors_are_flown_by_the_same_alerting_and_law() -> None:
+    """What the campaign compares is the sensors: the flight file of the paper's has another law."""
+    _, changes = settings("paper")
+    given_ = dict(c.split("=") for c in changes)
+    assert given_[f"{WHO}.guid.hazard.gain_abort"] == "true" and given_[f"{WHO}.guid.escape.law"] == '"managed"'
+    assert float(given_[f"{WHO}.guid.escape.deeper_m"]) > 0.0
