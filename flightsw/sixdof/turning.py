@@ -16,7 +16,8 @@ import numpy as np
 
 from flightsw.aircraft import Aircraft
 from flightsw.kernels.atmosphere import density
-from flightsw.kernels.rotations import added, dcm_from_quat, less, mul33_t, rotate_dcm
+from flightsw.kernels.jit import jit
+from flightsw.kernels.rotations import added, dcm_from_quat, less, mul33_t, rotate_dcm, turn
 from flightsw.sixdof.estimator_core import NavParams
 from flightsw.sixdof.gating import TrustedCore
 from flightsw.sixdof.lateness import Lateness
@@ -40,6 +41,23 @@ LATELY = 3.0  # sigmas of the shortest window, of a gyro whose rates are none of
 LEAST = 0.1  # [-] of nav.r_euler: no reference scatters less
 
 
+@jit
+def beyond(
+    R: np.ndarray, p: float, q: float, r: float, qw: float, qx: float, qy: float, qz: float, age: float
+) -> tuple[float, float, float]:
+    """Turn [rad] of the reference qw, qx, qy, qz, carried on by the rates p, q, r [rad/s] for its age [s], beyond the attitude R
+    [9] NED to body by the gyro; R <- that of the reference now."""
+    a, S, w, T, E = np.empty(4), np.empty(9), np.empty(3), np.empty(9), np.empty(9)
+    a[0], a[1], a[2], a[3] = qw, qx, qy, qz
+    w[0], w[1], w[2] = p, q, r
+    dcm_from_quat(a, S)
+    rotate_dcm(S, w, age, T)
+    mul33_t(T, R, E)  # I - [more x]
+    for i in range(9):
+        R[i] = T[i]
+    return 0.5 * (E[5] - E[7]), 0.5 * (E[6] - E[2]), 0.5 * (E[1] - E[3])
+
+
 class Turning:
     """One aircraft's. `step` at every mission step."""
 
@@ -57,7 +75,7 @@ class Turning:
         self.believed: Vec3 | None = None
         self.over_s = 1.0
         self._moments, self._lateness = Moments(ac, r_rate), Lateness()
-        self._R, self._turned, self._seen, self._E = np.zeros(9), np.zeros(9), np.zeros(9), np.zeros(9)
+        self._R = np.zeros(9)
         self._tried_s = 0.0
         self._scatter = r_euler**2
         self._t_us = self._fuel_us = 0
@@ -105,28 +123,22 @@ class Turning:
 
     def _follow(self, f: SensorFrame, u: np.ndarray, nav: NavState, fresh: bool, dt: float) -> None:
         """Turn on with the gyro; at a reading of the reference look how much more it has turned."""
-        w = np.array(f.gyro_mean_b)
         (x, y, z), (p, q, r) = self._turn, f.gyro_mean_b
         self._turn = (x + p * dt, y + q * dt, z + r * dt)
         self._dt += dt
         self._count += f.gyro_count
         if self._known:
-            rotate_dcm(self._R, w, dt, self._turned)
-            self._R, self._turned = self._turned, self._R
+            turn(self._R, p, q, r, dt)
         if not fresh:
             if self._dt > GAP_S:
                 self._begin()
             return
         self._same = self._same + 1 if f.att_q_nb == self._read else 0
         self._read = f.att_q_nb
-        dcm_from_quat(np.array(f.att_q_nb), self._seen)
-        rotate_dcm(self._seen, w, (f.t_us - f.att_t_us) * 1e-6, self._turned)
+        more = beyond(self._R, p, q, r, *f.att_q_nb, (f.t_us - f.att_t_us) * 1e-6)
         if self._known:
-            mul33_t(self._turned, self._R, self._E)  # I - [more x]
-            e = self._E.tolist()
-            self._note((0.5 * (e[5] - e[7]), 0.5 * (e[6] - e[2]), 0.5 * (e[1] - e[3])), u, nav)
+            self._note(more, u, nav)
         self._known = True
-        self._R[:] = self._turned
         self._turn, self._dt, self._count = ZERO3, 0.0, 0
 
     def _note(self, more: Vec3, u: np.ndarray, nav: NavState) -> None:
