@@ -67,6 +67,13 @@ def turns(r: Rng, angles: int) -> list[float]:
     return [f(a) for a in r.uniform(-0.3, 0.3, angles) for f in (math.cos, math.sin)]
 
 
+def looks(r: Rng) -> np.ndarray:
+    """A ring of steps 0.05 s apart, of which step 529 is the last."""
+    S = r.normal(0.0, 0.01, (512, 19))
+    S[:, 9], S[:, 10] = 0.05 * (1.0 + (np.arange(512) - 18) % 512), 0.05
+    return S
+
+
 def controls(r: Rng) -> np.ndarray:
     return np.array([*r.uniform(-0.2, 0.2, 3), r.uniform(2e3, 1e4)])
 
@@ -320,6 +327,31 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         *r.normal(size=3),
         P,
         z(6),
+    ],
+    "sixdof.moments.learn": lambda r: [r.normal(size=3), 0.1, r.normal(size=3), r.uniform(0.01, 1.0, 3)],
+    "sixdof.looks.before": lambda r: [looks(r), 530, r.uniform(0.1, 1.0)],
+    "sixdof.looks.apart": lambda r: [looks(r), 530, 505, 1e-5, 1e-4, 5, 2.0],
+    "sixdof.looks.looked": lambda r: [
+        looks(r),
+        530,
+        *r.normal(0.0, 0.01, 6),
+        0.05,
+        r.uniform(150, 220),
+        *r.uniform(-0.1, 0.1, 2),
+        7010.0,
+        controls(r),
+        np.array([0.3, 1.0]),
+        1.0,
+        1e-5,
+        1e-4,
+        5,
+        2.0,
+        P,
+        z(3),
+        np.full(3, 0.1),
+        z(3),
+        z(9),
+        z(7),
     ],
     "sixdof.motion.air_velocity": lambda r: [r.uniform(150, 220), *r.uniform(-0.1, 0.1, 2)],
     "sixdof.sensed.sensed_rates": lambda r: [

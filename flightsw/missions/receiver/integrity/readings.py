@@ -71,13 +71,14 @@ class Readings:
         """n: states of the bank."""
         self.p, self.boom, self.receptacle, self._n = p, tanker.boom, receiver.receptacle, n
         self._tk, self._a, self._R, self._rel = np.zeros(TK), np.zeros(3), np.zeros(9), np.zeros(9)
+        self._ones = np.ones(ROWS)
         self._gnss_H, self._gnss_r = np.zeros((ROWS, n)), np.empty(ROWS)
         self._gnss_H[:3, D] = self._gnss_H[:3, G] = self._gnss_H[3:, U] = self._gnss_H[3:, GV] = EYE
         self._gnss_r[:3], self._gnss_r[3:] = 2.0 * p.gnss_pos_m * p.gnss_pos_m, 2.0 * p.gnss_vel_mps * p.gnss_vel_mps
 
     def _empty(self, source: int, t_us: int) -> Reading:
         """Without a row filled in, three of a position."""
-        return Reading(source, t_us, np.zeros((ROWS, self._n)), np.zeros(ROWS), np.ones(ROWS), 3)
+        return Reading(source, t_us, np.zeros((ROWS, self._n)), np.zeros(ROWS), self._ones.copy(), 3)
 
     def relative(self, f: SensorFrame, peer: PeerTracker, d: Vec3) -> Reading:
         """Relative sensor: xi + slow + constant error; its rate xi' = C u - w x xi, + slow error; d [3] m: where the receiver is,
