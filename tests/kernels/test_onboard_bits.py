@@ -390,7 +390,17 @@ CASES: dict[str, Callable[[Rng], Args]] = {
     "sixdof.motion.free_rates": lambda r: [free_state(r), controls(r), 0.59, P, z(9), z(9), z(15)],
     "sixdof.motion.relative_rates": lambda r: [free_state(r), controls(r), 0.59, P, stage(r), z(9), z(9), z(15)],
     "sixdof.motion.relative_velocity": lambda r: [free_state(r), stage(r), unit9(r), z(3)],
-    "sixdof.motion._apart": lambda r: [free_state(r), *r.uniform(-10, 200, 3), stage(r), unit9(r), z(3)],
+    "sixdof.motion._apart": lambda r: [free_state(r), *r.uniform(-10, 200, 3), stage(r), z(3)],
+    "sixdof.motion._moves_alike": lambda r: [free_state(r), free_state(r)[:9].copy()],
+    "sixdof.motion._beside": lambda r: [
+        free_state(r),
+        r.normal(size=(4, 3)),
+        np.array([stage(r) for _ in range(3)]),
+        0.05,
+        z(5, 15),
+    ],
+    "sixdof.motion.free_motion": lambda r: [free_state(r), controls(r), 0.59, P, z(9), z(9), z(15)],
+    "sixdof.motion.relative_motion": lambda r: [free_state(r), controls(r), 0.59, P, stage(r), z(9), z(9), z(15)],
     "sixdof.motion.propagate_free": lambda r: [points(r), controls(r), 0.59, P, 0.05, z(5, 15)],
     "sixdof.motion.propagate_relative": lambda r: [
         points(r),

@@ -154,7 +154,8 @@ class Answer:
             return
         for j, x in enumerate(accused):
             self._count[j] = self._count[j] + 1 if x else 0
-        worst = max(range(3), key=lambda j: over[j] * (self._count[j] >= TWICE))
+        some = max(self._count[:THRUST]) >= TWICE
+        worst = max(range(3), key=lambda j: over[j] * (self._count[j] >= TWICE)) if some else 0
         if self.failed < 0 and self._count[worst] >= TWICE:
             self.failed = worst
             deg = math.degrees(self.at[worst] - float(self._u[worst]))

@@ -132,8 +132,8 @@ class Motion:
 
     def _judge(self, reference: np.ndarray, rate: float, v: Vec3) -> None:
         first, second = self._windows
-        for window in sorted(self._windows, key=lambda x: -x.age_s):
-            if window.age_s >= 0.0 and window.accuses(angle(reference, window.R), rate, v):
+        for window in (second, first) if second.age_s > first.age_s else (first, second):
+            if window.age_s >= LEAST_S and window.accuses(angle(reference, window.R), rate, v):
                 self.R[:] = window.R
                 self.doubted = self.began = True
                 self._agrees_s = 0.0
