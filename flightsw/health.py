@@ -139,7 +139,7 @@ class HealthMonitor:
             # a group never seen gets START_S: the tanker's link opens only when its own navigation is valid
             last_us.update(dict.fromkeys(self.NAMES, t_us + START_US))
         updated = new
-        for flag, upd, age_us, stamp in self._groups:
+        for flag, upd, age_us, stamp in self._groups if new & ~UPD_IMU else self._groups[:1]:
             if new & upd:
                 if self._judge(f, flag) and t_us - stamp(f) <= age_us:
                     last_us[flag] = t_us
