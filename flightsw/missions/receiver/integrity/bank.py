@@ -104,6 +104,7 @@ class Bank:
         self.correct(rows)
         self.stand(t_us, ZERO3, np.eye(3).ravel(), 0.1)
         self.judge(3, 3)
+        self.sigma  # noqa: B018 - worked out when asked for
 
     def unlatched(self) -> None:
         """The boom has let go: what was learnt of its error holds no more."""
