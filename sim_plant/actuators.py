@@ -38,17 +38,25 @@ class CommandPath:
 
     def push(self, k: int, cmd: ActuatorCmd | None) -> None:
         """Take the reply to tick k (None: no reply) and make `current` the command in force during tick k."""
-        if self._jitter and not self._draws:
-            self._draws = np.asarray(self._rng.integers(0, self._jitter + 1, 1000)).tolist()
-        self.silent = self.silent + 1 if cmd is None else 0
-        extra = self._draws.pop() if self._jitter else 0
-        if cmd is not None and cmd.armed:
-            v = (cmd.aileron, cmd.elevator, cmd.rudder, cmd.throttle, cmd.latch, cmd.flap)
-            if math.isfinite(v[0] + v[1] + v[2] + v[3] + v[5]):
-                self._last_due = max(self._last_due, k + self._delay + extra)
-                self._queue.append((self._last_due, v))
-            else:
-                self.refused += 1
-        while self._queue and self._queue[0][0] <= k:
-            self._asked = self._queue.popleft()[1]
+        extra = 0
+        if self._jitter:
+            if not self._draws:
+                self._draws = np.asarray(self._rng.integers(0, self._jitter + 1, 1000)).tolist()
+            extra = self._draws.pop()
+        queue = self._queue
+        if cmd is None:
+            self.silent += 1
+        else:
+            self.silent = 0
+            if cmd.armed:
+                a, e, r, t, flap = cmd.aileron, cmd.elevator, cmd.rudder, cmd.throttle, cmd.flap
+                if math.isfinite(a + e + r + t + flap):
+                    due = k + self._delay + extra
+                    if due > self._last_due:
+                        self._last_due = due
+                    queue.append((self._last_due, (a, e, r, t, cmd.latch, flap)))
+                else:
+                    self.refused += 1
+        while queue and queue[0][0] <= k:
+            self._asked = queue.popleft()[1]
         self.current = self._asked

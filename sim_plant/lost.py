@@ -53,6 +53,11 @@ class Watch:
         self._safe = min(self._eas, self._mach * LEAST_SOUND)
         m.bounds[:] = *self._load, self._safe, THIN_M, PITCH, BANK, self._alpha, RATE
 
+    @property
+    def calm(self) -> bool:
+        """Whether it has nothing to remember: as long as it is within its bounds there is nothing to look at."""
+        return not self._upset and self._within_s > HOLD_S
+
     def step(self) -> str:
         """What has happened to it, as of the present view; "" while it flies."""
         if self.m.well and not self._upset and self._within_s > HOLD_S:
@@ -106,12 +111,12 @@ class Collision:
     def __init__(self, lead: Member, m: Member) -> None:
         self.lead, self.m = lead, m
         self._mine, self._other = bars_of(lead.ac.structure.bars), bars_of(m.ac.structure.bars)
-        self._reach = sum(_reach(x) for x in (self._mine, self._other))  # further apart the bars need no look
+        self.reach = sum(_reach(x) for x in (self._mine, self._other))  # further apart the bars need no look
 
     def step(self) -> str:
         """What has happened to `m`; "" while they are apart."""
         xi = self.m.view.rel
-        near = math.hypot(xi[n.R_XI], xi[n.R_XI + 1], xi[n.R_XI + 2]) < self._reach
+        near = math.hypot(xi[n.R_XI], xi[n.R_XI + 1], xi[n.R_XI + 2]) < self.reach
         return f"touched {self.lead.cfg.name}" if near and self.gap() < 0.0 else ""
 
     def gap(self) -> float:
@@ -137,8 +142,14 @@ class Watches:
     """All aircraft of a world: each by itself, and each follower against its leader."""
 
     def __init__(self, members: Sequence[Member], dt_s: float) -> None:
-        self._all: list[Watch | Collision] = [Watch(m, dt_s) for m in members]
-        self._all += [Collision(lead, m) for lead, m in pairs(members)]
+        self._each = [Watch(m, dt_s) for m in members]
+        self.pairs = [Collision(lead, m) for lead, m in pairs(members)]
+        self._all: list[Watch | Collision] = [*self._each, *self.pairs]
+
+    @property
+    def calm(self) -> bool:
+        """Whether nothing is seen as long as all are within their bounds and no pair within its reach."""
+        return all(w.calm for w in self._each)
 
     def step(self, t_us: int, tick: int) -> None:
         """Raises AircraftLostError for the first that is lost at this tick."""

@@ -2,16 +2,20 @@
 
 sense():  orders, faults -> who is where -> wind on each and what its instruments see -> losses -> couplings -> sensors -> frames
 step():   command delay -> each member's servos, forces, integration -> what couplings move -> next tick
+
+Between orders and frames, and from the servos on, flown.py goes through it.
 """
 
 from __future__ import annotations
 
 from flightsw.types import ActuatorCmd, Command, SensorFrame
 from sim_plant.aircraft.kind import Setup, kind_of
+from sim_plant.block import Block
 from sim_plant.couplings.build import build_couplings
 from sim_plant.failures.actuators import bend
 from sim_plant.failures.orders import Injected, Orders
 from sim_plant.failures.schedule import FaultPlan
+from sim_plant.flown import Apart, Flown, Scene
 from sim_plant.lost import AircraftLostError, Watches
 from sim_plant.scenario import Scenario
 from sim_plant.truth import Truth, truth_of
@@ -22,9 +26,11 @@ __all__ = ["AircraftLostError", "Injected", "World"]
 
 class World:
     """Aircraft of a scenario flown from steady flight. Call sense(), answer with one ActuatorCmd per aircraft to step();
-    repeat. Raises ConfigError naming what of the scenario cannot be flown."""
+    repeat. Raises ConfigError naming what of the scenario cannot be flown. together=False: each aircraft flies by itself, though
+    its kind could fly all at once, to the same bit."""
 
-    def __init__(self, scenario: Scenario, seed: int | None = None) -> None:
+    def __init__(self, scenario: Scenario, seed: int | None = None, together: bool = True) -> None:
+        self._block = Block()  # first: a copy of a world begins with it
         self.scenario = scenario
         self.seed = scenario.meta.seed if seed is None else seed
         self.rate_hz = scenario.clock.base_rate_hz
@@ -53,6 +59,10 @@ class World:
         self.faults = FaultPlan(scenario, self.members, self.seed)
         self._outages = [self.faults.outage[m.cfg.name] for m in self.members]
         self.orders = Orders(scenario, self.members, self.faults)
+        self._frames = [m.frame for m in self.members]
+        scene = Scene(self.members, self.air, self.couplings, self.watches, self.rate_hz, self._block)
+        whole = kinds[0].together(scene) if together and all(k == kinds[0] for k in kinds) else None
+        self._flown: Flown = Apart(scene) if whole is None else whole
 
     @property
     def t_us(self) -> int:
@@ -70,43 +80,29 @@ class World:
         Raises AircraftLostError when an aircraft is lost.
         """
         if self._sensed:
-            return [m.frame for m in self.members]
-        self.orders.begin(self.tick)
-        self.faults.step(self.tick)
-        for c in self.couplings:
-            c.place()
-        self.air.begin()
-        for m in self.members:
-            self.air.step(m, self.tick)
-            m.observe()
-        self.watches.step(self.t_us, self.tick)
-        for c in self.couplings:
-            c.act()
-        t_us = self.t_us
-        for m in self.members:
-            f = m.frame
-            f.t_us, f.updated = t_us, 0
-            if f.commands:
-                f.commands = []
-            m.bank.read(self.tick, t_us, m.view, f)
-        self.orders.deliver(self.tick)
+            return self._frames
+        tick = self.tick
+        self.orders.begin(tick)
+        self.faults.step(tick)
+        self._flown.sense(tick, tick * 1_000_000 // self.rate_hz)
+        self.orders.deliver(tick)
         self._sensed = True
-        return [m.frame for m in self.members]
+        return self._frames
 
     def step(self, cmds: list[ActuatorCmd] | list[ActuatorCmd | None]) -> None:
         """Advance one tick with the replies to the frames of `sense` (None: no reply, last command stays)."""
         if not self._sensed:
             self.sense()
+        tick = self.tick
         for m, cmd, out in zip(self.members, cmds, self._outages, strict=True):
-            m.path.push(self.tick, cmd)
-            if m.path.silent > m.unit.after:
-                m.path.current = m.unit.command(m.path.current, m.view)
+            path = m.path
+            path.push(tick, cmd)
+            if path.silent > m.unit.after:
+                path.current = m.unit.command(path.current, m.view)
             if out.bent:
-                m.path.current = bend(m.path.current, out.bent, m.view)
-            m.advance(out.jam)
-        for c in self.couplings:
-            c.advance()
-        self.tick += 1
+                path.current = bend(path.current, out.bent, m.view)
+        self._flown.advance(self._outages)
+        self.tick = tick + 1
         self._sensed = False
 
     def command(self, i: int, cmd: Command) -> Injected:

@@ -59,6 +59,9 @@ def own_sensors(
     )  # fmt: skip
 
 
+ROW_V, ROW_BETA, ROW_ALPHA = range(3)  # of the air data, first of all rows
+
+
 @jit
 def averaged(s: np.ndarray, pos: np.ndarray, w: np.ndarray, air: np.ndarray) -> int:
     """air [3] <- as average_probes, of the inputs s [PROBES + 4 k]; pos [k,3], w [3] as there; how many probes."""
@@ -75,11 +78,13 @@ def air_data(
     """Air data [3] averaged over n probes, as the first rows of codes, y, r, group, slack (EstimatorCore.rows); s inputs, tune
     [8] of the core, d [15] rates of the state. Returns how many rows there are, as all of these do."""
     age, share = s[AIR_AGE], 1.0 / math.sqrt(n)
-    codes[0], codes[1], codes[2] = M_V, M_BETA, M_ALPHA
-    group[0], group[1], group[2] = rd.V, rd.BETA, rd.ALPHA
-    y[0], y[1], y[2] = air[0] + d[X_V] * age, air[1] + d[X_BETA] * age, air[2] + d[X_ALPHA] * age
-    r[0], r[1], r[2] = tune[R_V] * share, tune[R_BETA] * share, tune[R_ALPHA] * share
-    slack[0] = slack[1] = slack[2] = 0.0
+    codes[ROW_V], codes[ROW_BETA], codes[ROW_ALPHA] = M_V, M_BETA, M_ALPHA
+    group[ROW_V], group[ROW_BETA], group[ROW_ALPHA] = rd.V, rd.BETA, rd.ALPHA
+    y[ROW_V] = air[ROW_V] + d[X_V] * age
+    y[ROW_BETA] = air[ROW_BETA] + d[X_BETA] * age
+    y[ROW_ALPHA] = air[ROW_ALPHA] + d[X_ALPHA] * age
+    r[ROW_V], r[ROW_BETA], r[ROW_ALPHA] = tune[R_V] * share, tune[R_BETA] * share, tune[R_ALPHA] * share
+    slack[ROW_V] = slack[ROW_BETA] = slack[ROW_ALPHA] = 0.0
     return 3
 
 

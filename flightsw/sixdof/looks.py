@@ -25,28 +25,28 @@ FIRST, AXES, SIDES, OUT = 0, 2, 4, 7
 
 
 @jit
-def before(S: np.ndarray, n: int, T: float) -> int:
-    """Index, from the oldest kept, of the latest of n steps in the ring S [KEPT,WIDTH] T [s] before the last; -1: none."""
-    kept = S.shape[0]
-    then = S[(n - 1) % kept, TIME] - T + 1e-6
+def before(ring: np.ndarray, n: int, T: float) -> int:
+    """Index, from the oldest kept, of the latest of n steps in the ring [KEPT,WIDTH] T [s] before the last; -1: none."""
+    kept = ring.shape[0]
+    then = ring[(n - 1) % kept, TIME] - T + 1e-6
     count = min(n, kept)
     i = count - 1
-    while i >= 0 and S[(n - count + i) % kept, TIME] > then:
+    while i >= 0 and ring[(n - count + i) % kept, TIME] > then:
         i -= 1
     return i
 
 
 @jit
 def apart(
-    S: np.ndarray, n: int, i: int, scatter: float, rate2: float, count: int, two: float
+    ring: np.ndarray, n: int, i: int, scatter: float, rate2: float, count: int, two: float
 ) -> tuple[float, float, float, float, float, float]:
     """By how much the reference has turned more than the gyro between step i and the last of n [rad], and one sigma of that.
 
     scatter [rad^2]: variance of a reading of the reference, rate2 [rad^2/s^2] of one of the gyro's rates, of which a step has
     `count`; two: 2.0.
     """
-    kept = S.shape[0]
-    now, then = S[(n - 1) % kept], S[(n - min(n, kept) + i) % kept]
+    kept = ring.shape[0]
+    now, then = ring[(n - 1) % kept], ring[(n - min(n, kept) + i) % kept]
     span = now[TIME] - then[TIME]
     white = 2.0 * scatter + rate2 * span * now[LONG] / count + math.pow(BIAS * span, two)
     return (
@@ -61,19 +61,19 @@ def apart(
 
 @jit
 def looked(
-    S: np.ndarray, n: int, mx: float, my: float, mz: float, tx: float, ty: float, tz: float, dt: float,
+    ring: np.ndarray, n: int, mx: float, my: float, mz: float, tx: float, ty: float, tz: float, dt: float,
     V: float, beta: float, alpha: float, h: float, u: np.ndarray, windows: np.ndarray, k: float, scatter: float, rate2: float,
     count: int, two: float, P: np.ndarray, lasting: np.ndarray, jump: np.ndarray, lack: np.ndarray, fm: np.ndarray,
     out: np.ndarray,
 ) -> None:  # fmt: skip
-    """Step n of the ring S [KEPT,WIDTH] <- a reading, `dt` [s] after the last: the reference has turned (mx, my, mz) [rad] more
+    """Step n of the `ring` [KEPT,WIDTH] <- a reading, `dt` [s] after the last: the reference has turned (mx, my, mz) [rad] more
     than the gyro, that (tx, ty, tz); V [m/s], beta, alpha [rad], h [m], controls u [4] of now. out [OUT] <- what is found.
 
     windows [2] s; k [-] sigmas that count; scatter, rate2, count, two as `apart`; P, lasting, jump, lack [3], fm as Moments has
     them: lack [3] <- angular acceleration [rad/s^2] that its model misses of this step.
     """
-    kept = S.shape[0]
-    s, old = S[n % kept], S[(n - 1) % kept]
+    kept = ring.shape[0]
+    s, old = ring[n % kept], ring[(n - 1) % kept]
     s[MORE], s[MORE + 1], s[MORE + 2] = mx, my, mz
     s[TURN], s[TURN + 1], s[TURN + 2] = tx, ty, tz
     s[SIZE], s[SIZE + 1], s[SIZE + 2] = abs(tx), abs(ty), abs(tz)
@@ -88,16 +88,16 @@ def looked(
     for i in range(OUT):
         out[i] = 0.0
     for w in range(windows.shape[0]):
-        first = before(S, n, windows[w])
+        first = before(ring, n, windows[w])
         out[FIRST + w] = first
         if first >= 0:
-            x, y, z, a, b, c = apart(S, n, first, scatter, rate2, count, two)
+            x, y, z, a, b, c = apart(ring, n, first, scatter, rate2, count, two)
             axes = 1 if abs(x) > k * a else 0
             axes |= 2 if abs(y) > k * b else 0
             axes |= 4 if abs(z) > k * c else 0
             out[AXES + w] = axes
     if n > 2:
-        a0, b0 = S[(n - 3) % kept], S[(n - 2) % kept]
+        a0, b0 = ring[(n - 3) % kept], ring[(n - 2) % kept]
         w0 = np.empty(3)
         for i in range(3):
             w0[i] = (b0[TURN + i] - a0[TURN + i]) / b0[LONG]
@@ -117,7 +117,7 @@ class Looks:
     def __init__(self, windows_s: tuple[float, float], k: float, moments: Moments) -> None:
         """windows_s [s]: in which reference and gyro are compared; k [-]: sigmas that count."""
         self.k, self.moments = k, moments
-        self._windows, self._S, self._out = np.array(windows_s), np.zeros((KEPT, WIDTH)), np.zeros(OUT)
+        self._windows, self._ring, self._out = np.array(windows_s), np.zeros((KEPT, WIDTH)), np.zeros(OUT)
         self.n = 0
         self.first = [-1, -1]  # index of each window's first step, -1: it is not full
         self.axes: list[list[int]] = [[], []]  # about which they disagree over each window
@@ -137,8 +137,8 @@ class Looks:
         moments do (Moments.wild)."""
         m = self.moments
         looked(
-            self._S, self.n, *more, *turned, dt, *flow, h, u, self._windows, self.k, scatter, rate2, count, TWO, m.P, m.lasting,
-            m.jump, m.lack, m.fm, self._out,
+            self._ring, self.n, *more, *turned, dt, *flow, h, u, self._windows, self.k, scatter, rate2, count, TWO, m.P,
+            m.lasting, m.jump, m.lack, m.fm, self._out,
         )  # fmt: skip
         self.n += 1
         a, b, over_a, over_b, x, y, z = (int(v) for v in self._out.tolist())
@@ -148,16 +148,16 @@ class Looks:
 
     def before(self, T: float) -> int:
         """Index of the latest step T [s] before the last one; -1: there is none yet."""
-        return int(before(self._S, self.n, T))
+        return int(before(self._ring, self.n, T))
 
     def apart(self, i: int, scatter: float, rate2: float, count: int) -> tuple[Vec3, Vec3]:
         """As the function, of step i and the last."""
-        x, y, z, a, b, c = apart(self._S, self.n, i, scatter, rate2, count, TWO)
+        x, y, z, a, b, c = apart(self._ring, self.n, i, scatter, rate2, count, TWO)
         return (x, y, z), (a, b, c)
 
     def __getitem__(self, i: int) -> Step:
         """Step i from the oldest that is kept, or from the end for i < 0."""
-        row = self._S[(self.n - len(self) + i) % KEPT if i >= 0 else (self.n + i) % KEPT]
+        row = self._ring[(self.n - len(self) + i) % KEPT if i >= 0 else (self.n + i) % KEPT]
         a, b, c, x, y, z, sx, sy, sz, t, dt, V, beta, alpha, rho = row[:CONTROLS].tolist()
         return Step((a, b, c), (x, y, z), (sx, sy, sz), t, dt, V, beta, alpha, rho, row[CONTROLS:].copy())
 

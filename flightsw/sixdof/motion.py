@@ -184,6 +184,9 @@ def _apart(x: np.ndarray, a: float, b: float, c: float, tk: np.ndarray, v: np.nd
     v[2] -= w0 * x[X_Y] - w1 * x[X_X]
 
 
+FIRST = 0  # the point the others are compared with
+
+
 @jit
 def _moves_alike(x: np.ndarray, first: np.ndarray) -> bool:
     """Whether the entries of x [>=15] before its position are those of first [9], none of them zero: aircraft whose positions and
@@ -198,16 +201,16 @@ def _moves_alike(x: np.ndarray, first: np.ndarray) -> bool:
 def propagate_free(X: np.ndarray, u: np.ndarray, rho: float, P: np.ndarray, dt: float, W: np.ndarray) -> None:
     """One RK4 step of dt [s] for every row of X [k,15] in place; u [4] held; W [5,15] workspace."""
     R, fm = np.empty(9), np.empty(9)
-    first, air = np.empty(X_X), np.empty((4, 3))  # row 0 as it was, and its air-relative velocity in the four stages
+    first, air = np.empty(X_X), np.empty((4, 3))  # that row as it was, and its air-relative velocity in the four stages
     for s in range(X.shape[0]):
         x = X[s]
-        if s > 0 and _moves_alike(x, first):
+        if s > FIRST and _moves_alike(x, first):
             for i in range(3):
                 w = x[X_WN + i]
                 mid = air[1, i] + w + (air[2, i] + w)
                 x[X_X + i] += dt / 6.0 * (air[0, i] + w + 2.0 * mid + (air[3, i] + w))
             for i in range(X_X):
-                x[i] = X[0, i]
+                x[i] = X[FIRST, i]
             continue
         free_motion(x, u, rho, P, R, fm, W[0])
         for i in range(X_WN):
@@ -221,7 +224,7 @@ def propagate_free(X: np.ndarray, u: np.ndarray, rho: float, P: np.ndarray, dt: 
         for i in range(X_WN):
             W[4, i] = x[i] + dt * W[2, i]
         free_motion(W[4], u, rho, P, R, fm, W[3])
-        if s == 0:
+        if s == FIRST:
             for i in range(X_X):
                 first[i] = x[i]
             for k in range(4):
@@ -244,10 +247,10 @@ def propagate_relative(
     first, air = np.empty(X_X), np.empty((4, 3))  # as in propagate_free
     for s in range(X.shape[0]):
         x = X[s, :nx]
-        if s > 0 and nx == NX and _moves_alike(x, first):
+        if s > FIRST and nx == NX and _moves_alike(x, first):
             _beside(x, air, TKS, dt, W)
             for i in range(X_X):
-                x[i] = X[0, i]
+                x[i] = X[FIRST, i]
             continue
         relative_motion(x, u, rho, P, TKS[TK_START], R, fm, W[0])
         for i in range(X_WN):
@@ -261,7 +264,7 @@ def propagate_relative(
         for i in range(X_WN):
             W[4, i] = x[i] + dt * W[2, i]
         relative_motion(W[4], u, rho, P, TKS[TK_END], R, fm, W[3])
-        if s == 0:
+        if s == FIRST:
             for i in range(X_X):
                 first[i] = x[i]
             for k in range(4):
@@ -277,7 +280,8 @@ def _beside(x: np.ndarray, air: np.ndarray, TKS: np.ndarray, dt: float, W: np.nd
     for i in range(X_X, NX):
         W[4, i] = x[i]
     for k in range(4):
-        _apart(W[4], air[k, 0], air[k, 1], air[k, 2], TKS[(k + 1) // 2], W[k, X_X : X_Z + 1])
+        stage = TK_START if k == 0 else TK_END if k == 3 else TK_MIDDLE
+        _apart(W[4], air[k, 0], air[k, 1], air[k, 2], TKS[stage], W[k, X_X : X_Z + 1])
         share = dt if k == 2 else 0.5 * dt
         for i in range(X_X, X_WN):
             W[4, i] = x[i] + share * W[k, i]

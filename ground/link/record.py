@@ -12,7 +12,7 @@ import signal
 import socket
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TextIO
 
@@ -85,14 +85,20 @@ class Recorder:
         if self.signing is not None:
             datagram = self.signing.check(datagram)
         sound: list[bytes] = []
-        t_us = None
         for packet, fault in split(datagram):
             if fault:
                 self.junk[fault] = self.junk.get(fault, 0) + 1
-                continue
-            sound.append(packet)
-            if t_us is None:
-                t_us = packet_time_us(packet)
+            else:
+                sound.append(packet)
+        self.take_sound(sound)
+
+    def take_sound(self, sound: Sequence[bytes]) -> None:
+        """`take` of a datagram of packets that are known to be sound, and need no key: of a sender in this process."""
+        t_us = None
+        for packet in sound:
+            t_us = packet_time_us(packet)
+            if t_us is not None:
+                break
         for packet in sound:
             sysid = packet[5]
             stamp = self._stamp.get(sysid, 0) if t_us is None else t_us

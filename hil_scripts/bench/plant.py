@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 
 from sim_plant.scenario import load_scenario
-from sim_plant.sensors.bank import Bank
 from sim_plant.world import World
 
 BATCHES = 10
@@ -66,7 +65,7 @@ def _plant(seed: int = 1, sensors: bool = True, sets: dict[str, Any] | None = No
     cmds = [world.trim_cmd(i) for i in range(len(world.members))]
     if not sensors:
         for m in world.members:
-            m.bank = Bank([], 0)
+            m.bank.empty()
 
     def step() -> None:
         world.sense()

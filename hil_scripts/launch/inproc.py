@@ -13,6 +13,7 @@ from rich.console import Console
 
 from flightsw.app import FlightApp
 from flightsw.icd.tlog import TlogWriter
+from flightsw.icd.wire import frames
 from flightsw.process.accounts import accounts as flight_accounts
 from flightsw.process.application import make_app
 from flightsw.process.config import load_flight
@@ -65,7 +66,7 @@ class InProcess:
             link.outbound(node.t_us, reply, telemetry)
             link.settled(node.take_settled())
             for t in telemetry:
-                self.ground.take(t)
+                self.ground.take_sound(frames(t))
             wire.append([d, reply, *telemetry])
         return wire
 

@@ -18,6 +18,7 @@ from sim_plant.aircraft.mismatch import MISMATCHES
 
 if TYPE_CHECKING:
     from sim_plant.aircraft.base import Member
+    from sim_plant.flown import Flown, Scene
     from sim_plant.scenario import AircraftCfg, Scenario
 
 SURFACES = ("aileron", "elevator", "rudder")  # in the order of the state vector
@@ -50,6 +51,11 @@ def no_table() -> type:
     return NoTable
 
 
+def by_itself(scene: Scene) -> Flown | None:
+    """`together` of a kind whose members are flown one by one."""
+    return None
+
+
 @dataclass(frozen=True)
 class Setup:
     """What one member of a world is built from: its entry of the scenario, its record, the scenario and the run's seed."""
@@ -80,6 +86,7 @@ class Kind:
     `mismatch`: keys of [aircraft.mismatch] it obeys.
     `formation`: flies with others: started relative to one, in the leader's gusts and wake, at its boom, tuned to its TACAN.
     `round_earth`: flies over any earth (earth/model.py), not only the flat one. `any_density`: in air of any temperature.
+    `together`: what flies a whole world of this kind at once, to the same bit as one by one; None: this world it cannot.
     """
 
     record: type[Airframe]
@@ -92,6 +99,7 @@ class Kind:
     formation: bool = False
     round_earth: bool = False
     any_density: bool = False
+    together: Callable[[Scene], Flown | None] = by_itself
 
     def __post_init__(self) -> None:
         """Raises ConfigError for a name that is none of those."""

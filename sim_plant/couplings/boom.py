@@ -21,7 +21,7 @@ class BoomCoupling(Coupling):
     """
 
     def __init__(self, giver: Member, taker: Member, cfg: Refuel, dt_s: float) -> None:
-        self._giver, self._taker = giver, taker
+        self.giver, self.taker = giver, taker
         boom, tanks = giver.boom, taker.tanks
         at = f"aircraft.{taker.cfg.name}.boom_to = {giver.cfg.name!r}"
         if tanks is None:
@@ -30,21 +30,29 @@ class BoomCoupling(Coupling):
         if boom is None or taker.receptacle is None:
             raise ConfigError(f"{at}: that aircraft's file needs a [boom] and this one's a [receptacle]")
         d = math.radians
-        self._el = (d(boom.elevation_deg[0]), d(boom.elevation_deg[1]))
-        self._az = (d(boom.azimuth_deg[0]), d(boom.azimuth_deg[1]))
-        self._ext = boom.extension_m
+        # the envelope
+        self.el = (d(boom.elevation_deg[0]), d(boom.elevation_deg[1]))
+        self.az = (d(boom.azimuth_deg[0]), d(boom.azimuth_deg[1]))
+        self.ext = boom.extension_m
         self._rate = boom.radial_rate_max_mps
         self._cfg = cfg
         self._need = max(1, round(cfg.capture_s / dt_s))
         self._count = 0
+        self._acted = False
         self.inside = False
         self.contact = False
         self.reason = ""  # why the last contact ended
 
+    @property
+    def idle(self) -> bool:
+        """Whether it has acted, and would do nothing new until the receptacle is inside the envelope."""
+        return self._acted and not (self.contact or self.inside)
+
     def act(self) -> None:
         """Contact and flow as of now, into the views of both."""
-        lead, r = self._giver.view, self._taker.view
-        self.step(r.boom, self._taker.path.latch)
+        self._acted = True
+        lead, r = self.giver.view, self.taker.view
+        self.step(r.boom, self.taker.path.latch)
         lead.boom = r.boom
         for view in (lead, r):
             view.contact, view.inside = self.contact, self.inside
@@ -55,9 +63,7 @@ class BoomCoupling(Coupling):
         """One tick with the relative vector (layout.R_*) and the receiver's latch request."""
         el, az, ext = rel[n.R_EL], rel[n.R_AZ], rel[n.R_EXT]
         self.inside = (
-            self._el[0] <= el <= self._el[1]
-            and self._az[0] <= az <= self._az[1]
-            and self._ext[0] <= ext <= self._ext[1]
+            self.el[0] <= el <= self.el[1] and self.az[0] <= az <= self.az[1] and self.ext[0] <= ext <= self.ext[1]
         )
         if self.contact:
             if not latch:

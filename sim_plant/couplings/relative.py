@@ -22,12 +22,12 @@ class RelativeMotion(Coupling):
     """Place and velocity of a follower `m` in its leader's body axes, and of its receptacle in those of the leader's boom."""
 
     def __init__(self, lead: Member, m: Member) -> None:
-        self._lead, self._m = lead, m
-        self._rel, self._geo = np.zeros(n.NR), np.zeros(7)
+        self._lead, self.m = lead, m
+        self._rel, self.geometry = np.zeros(n.NR), np.zeros(7)
         if lead.boom is not None and m.receptacle is not None:
-            self._geo[0:3], self._geo[3:6] = lead.boom.pivot_m, m.receptacle.position_m
-            self._geo[6] = lead.boom.length_retracted_m
+            self.geometry[0:3], self.geometry[3:6] = lead.boom.pivot_m, m.receptacle.position_m
+            self.geometry[6] = lead.boom.length_retracted_m
 
     def place(self) -> None:
-        relative(self._lead.s, self._m.s, self._geo, self._rel)
-        self._m.view.rel = self._m.view.boom = self._rel.tolist()
+        relative(self._lead.s, self.m.s, self.geometry, self._rel)
+        self.m.view.rel = self.m.view.boom = self._rel.tolist()

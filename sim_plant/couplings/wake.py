@@ -35,6 +35,11 @@ class WakeCoupling(Coupling):
                 raise ConfigError(f"wind.wake.source = {cfg.source!r}: {who} would fly through it unmoved")
             self._felt[m.cfg.name] = m.exposure
 
+    @property
+    def straight(self) -> bool:
+        """Whether it lies along the flow of the moment, and so has nothing to remember."""
+        return self._trail is None
+
     def place(self) -> None:
         """Another tick: the trail is no longer that of now."""
         self._ticks, self._due = self._ticks + 1, True

@@ -48,36 +48,57 @@ def turn(
 
 
 @jit
-def readings(s: Arr, o: Arr, rel: Arr, boom: Arr, which: Ints, f: Arr, k: Ints, t_us: int, out: Arr) -> bool:
-    """Readings of the sensors `which` of a store (`f`, `k`: rows.Store) into `out`, one behind the other.
+def reading(s: Arr, o: Arr, rel: Arr, boom: Arr, j: int, f: Arr, k: Ints, past: float, out: Arr, at: int) -> int:
+    """Reading of sensor j of a store (`f`, `k`: rows.Store) into `out` from `at` on; where the next one begins.
 
     State `s` [NS], observation `o` [NO], motion relative to the leader and of whoever is at the boom, `rel` and `boom` [NR];
-    t_us: time of now. False, and nothing done, when error rows have to be drawn first.
+    past: share of the way from the sky before to the one after. Its next error row is used up.
     """
-    for j in which:
-        if k[j, K_NEXT] >= f.shape[1] - HEAD and k[j, K_FORM] != AT_BOOM_EXACT:
-            return False
-    at, past = 0, t_us % NODE_US / NODE_US
-    for j in which:
-        form, m, i = k[j, K_FORM], k[j, K_WIDTH], k[j, K_NEXT]
-        columns, row = k[j, K_AT : K_AT + m], out[at : at + m]
-        at += m
-        r = boom if form in (AT_BOOM, AT_BOOM_EXACT) else rel
-        if form == AT_BOOM_EXACT:
-            for c in range(m):
-                row[c] = entry(s, o, r, columns[c])
-            continue
-        k[j, K_NEXT] = i + 1
-        told(s, o, r, f[j, HEAD:], i, columns, f[j, :LEVER], f[j, LEVER], k[j, K_HOW], past, row)
-        if form == ATTITUDE:
-            out[at - 3], out[at - 2], out[at - 1], out[at] = turn(s[0], s[1], s[2], s[3], row[0], row[1], row[2])
-            at += 1
-            continue
+    form, m, i, end = k[j, K_FORM], k[j, K_WIDTH], k[j, K_NEXT], at + k[j, K_WIDTH]
+    if form == AT_BOOM_EXACT:
         for c in range(m):
-            row[c] += f[j, W_SIGN, c] * entry(s, o, r, columns[c])
-        if form == HEIGHT:
-            out[at] = isa(row[0])[1]
-            at += 1
-        elif form == POSITIVE:
-            row[0] = row[0] if row[0] > 0.0 else 0.0
+            out[at + c] = entry(s, o, boom, k[j, K_AT + c])
+        return end
+    k[j, K_NEXT] = i + 1
+    if k[j, K_HOW]:
+        columns, r = k[j, K_AT : K_AT + m], boom if form == AT_BOOM else rel
+        told(s, o, r, f[j, HEAD:], i, columns, f[j, :LEVER], f[j, LEVER], k[j, K_HOW], past, out[at:end])
+    else:  # `told` without its doings
+        for c in range(m):
+            out[at + c] = f[j, HEAD + i, c]
+    if form == ATTITUDE:
+        out[at], out[at + 1], out[at + 2], out[end] = turn(s[0], s[1], s[2], s[3], out[at], out[at + 1], out[at + 2])
+        return end + 1
+    for c in range(m):
+        if form == AT_BOOM:
+            out[at + c] += f[j, W_SIGN, c] * entry(s, o, boom, k[j, K_AT + c])
+        else:
+            out[at + c] += f[j, W_SIGN, c] * entry(s, o, rel, k[j, K_AT + c])
+    if form == HEIGHT:
+        out[end] = isa(out[at])[1]
+        return end + 1
+    if form == POSITIVE:
+        out[at] = out[at] if out[at] > 0.0 else 0.0
+    return end
+
+
+@jit
+def used_up(which: Ints, f: Arr, k: Ints) -> bool:
+    """Whether one of the sensors `which` of a store needs error rows drawn before it can be read."""
+    some = False
+    for j in which:
+        some |= k[j, K_NEXT] >= f.shape[1] - HEAD and k[j, K_FORM] != AT_BOOM_EXACT
+    return some
+
+
+@jit
+def readings(s: Arr, o: Arr, rel: Arr, boom: Arr, which: Ints, f: Arr, k: Ints, t_us: int, out: Arr) -> bool:
+    """`reading` of the sensors `which` at t_us, one behind the other. False, and nothing done, when error rows have to be drawn
+    first."""
+    if used_up(which, f, k):
+        return False
+    past = t_us % NODE_US / NODE_US
+    at: int = np.int64(0)  # type: ignore[assignment]  # a plain 0 is a constant to be compiled for
+    for j in which:
+        at = reading(s, o, rel, boom, j, f, k, past, out, at)
     return True

@@ -31,17 +31,19 @@ class View:
     """True values of one aircraft at the current tick, as plain floats (layout.py orders)."""
 
     __slots__ = (
-        "_due", "_o", "_s", "arrays", "boom", "contact", "inside", "lateral_m", "lateral_read", "probes", "rel", "target",
-        "transfer_kgps",
+        "_boom", "_o", "_pair", "_rel", "_s", "arrays", "contact", "due", "inside", "lateral_m", "lateral_read", "pair_due",
+        "probes", "target", "transfer_kgps",
     )  # fmt: skip
 
     def __init__(self, probes: int) -> None:
         self._s = [0.0] * n.NS
         self._o = [0.0] * n.NO
         self.arrays: tuple[Arr, Arr] | None = None  # `s` and `o`, where a kind has them as arrays
-        self._due = False  # the lists are still to be made of them
-        self.rel = [0.0] * n.NR  # relative to the leader; of the leader zero
-        self.boom = [0.0] * n.NR  # the same of whoever is at the boom: own, or (leader) its partner's
+        self.due = False  # the lists are still to be made of them: true again when they have new values
+        self._rel = [0.0] * n.NR
+        self._boom = [0.0] * n.NR
+        self._pair: tuple[Arr, Arr] | None = None  # `rel` and `boom`, where they are worked out as arrays
+        self.pair_due = False  # the same
         self.contact = False
         self.inside = False
         self.transfer_kgps = 0.0
@@ -53,37 +55,72 @@ class View:
     @property
     def s(self) -> list[float]:
         """State [NS]."""
-        if self._due:
+        if self.due:
             self._copy()
         return self._s
 
     @s.setter
     def s(self, s: list[float]) -> None:
-        if self._due:
+        if self.due:
             self._copy()
         self._s = s
 
     @property
     def o(self) -> list[float]:
         """Observation [NO]."""
-        if self._due:
+        if self.due:
             self._copy()
         return self._o
 
     @o.setter
     def o(self, o: list[float]) -> None:
-        if self._due:
+        if self.due:
             self._copy()
         self._o = o
 
+    @property
+    def rel(self) -> list[float]:
+        """Motion relative to the leader [NR]; of the leader zero."""
+        if self.pair_due:
+            self._copy_pair()
+        return self._rel
+
+    @rel.setter
+    def rel(self, rel: list[float]) -> None:
+        if self.pair_due:
+            self._copy_pair()
+        self._rel = rel
+
+    @property
+    def boom(self) -> list[float]:
+        """The same of whoever is at the boom [NR]: own, or (leader) its partner's."""
+        if self.pair_due:
+            self._copy_pair()
+        return self._boom
+
+    @boom.setter
+    def boom(self, boom: list[float]) -> None:
+        if self.pair_due:
+            self._copy_pair()
+        self._boom = boom
+
     def see(self, s: Arr, o: Arr) -> None:
         """These from now on; the arrays must stay as they are until the next call. Lists are made when asked for."""
-        self.arrays, self._due = (s, o), True
+        self.arrays, self.due = (s, o), True
+
+    def see_pair(self, rel: Arr, boom: Arr) -> None:
+        """The same of `rel` and `boom`."""
+        self._pair, self.pair_due = (rel, boom), True
 
     def _copy(self) -> None:
         if self.arrays is not None:
             self._s, self._o = self.arrays[0].tolist(), self.arrays[1].tolist()
-        self._due = False
+        self.due = False
+
+    def _copy_pair(self) -> None:
+        if self._pair is not None:
+            self._rel, self._boom = self._pair[0].tolist(), self._pair[1].tolist()
+        self.pair_due = False
 
     def still(self) -> View:
         """As it is now, for good, and to be changed."""
@@ -121,7 +158,7 @@ class Sensor:
         self.columns = columns
         self.waiting: deque[tuple[int, Any]] = deque()  # samples not yet delivered,
         self.ready_us = NEVER_US  # and when the first of them will be
-        self._last: Any = None
+        self.last: Any = None  # sample handed over
         self.graded: Errors | None = None  # what a grade, or single terms, add to the noise
         self.bank: Bank | None = None
         # faults, set by failures.schedule.FaultPlan
@@ -173,7 +210,7 @@ class Sensor:
         if value is None:
             return
         if self.latency_us == 0 and not self.waiting:
-            self._last = value
+            self.last = value
             self.fill(frame, t_us, value)
             frame.updated |= self.bit
         else:
@@ -184,7 +221,7 @@ class Sensor:
         if self.ready_us <= t_us:
             taken, value = self.waiting.popleft()
             self.ready_us = self.waiting[0][0] + self.latency_us if self.waiting else NEVER_US
-            self._last = value
+            self.last = value
             self.fill(frame, max(taken + self.stamp_us, 0), value)
             frame.updated |= self.bit
 
@@ -229,7 +266,7 @@ class Sensor:
 
     def newest(self) -> Any:
         """The last sample taken, delivered or still on its way; None before the first."""
-        return self.waiting[-1][1] if self.waiting else self._last
+        return self.waiting[-1][1] if self.waiting else self.last
 
     def alter(self, value: Any, frozen: bool) -> Any | None:
         """What faults of the whole group make of a sample; None: it is lost. `frozen`: it is the last one once more."""

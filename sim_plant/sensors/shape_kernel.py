@@ -27,10 +27,10 @@ L_LAST, L_FRESH, NLEVER = 4, 7, 8
 NODE_US = 1_000_000  # [us] between values of the sky, linear in between
 SHAPES, LEVER_ACC, LEVER_GNSS, RUBS, SKY = 1, 2, 4, 8, 16  # bits of `how`
 # a sensor of a store (rows.py): its work array, its lever, its error rows one below the other; as whole numbers the form of its
-# reading (bank_kernel.py), its columns, `how`, the next error row, `at`
+# reading (bank_kernel.py), its columns, `how`, the next error row, whose it is in a store of several aircraft, `at`
 WIDTH = 3 * n.MAX_PROBES
 LEVER, HEAD = NWORK + WIDTH, NWORK + WIDTH + 1
-K_FORM, K_WIDTH, K_HOW, K_NEXT, K_AT = 0, 1, 2, 3, 4
+K_FORM, K_WIDTH, K_HOW, K_NEXT, K_OWNER, K_AT = 0, 1, 2, 3, 4, 5
 
 
 @jit

@@ -42,11 +42,9 @@ class AirMass:
 
     def __init__(self, cfg: Wind, aloft: Sequence[tuple[str, bool]], seed: int, dt_s: float) -> None:
         """aloft: names of the aircraft in scenario order, and whether they fly in formation."""
-        self._table = (
-            sounding_table(cfg.sounding) if cfg.prevailing == "sounding" else constant_table(*cfg.constant_mps)
-        )
+        self.table = sounding_table(cfg.sounding) if cfg.prevailing == "sounding" else constant_table(*cfg.constant_mps)
         self._cfg, self._seed = cfg.dryden, seed
-        self._aligned = cfg.dryden.axes == "track"
+        self.aligned = cfg.dryden.axes == "track"
         self._owner: dict[str, str] = {}  # whose gusts an aircraft meets
         first: dict[bool, str] = {}
         for name, formation in aloft:
@@ -54,22 +52,22 @@ class AirMass:
         self._formation = dict(aloft)
         self._gusts: dict[str, Gusts] = {}
         self._over: dict[str, Over] = {}
-        self._disturbances: list[Disturbance] = []
+        self.disturbances: list[Disturbance] = []
         self._slow_cfg, self._sines, self._dt = cfg.slow, cfg.sine, dt_s
-        self._slow = np.zeros((BLOCK, 3))  # north, east, down [m/s]
-        self._slow_at = BLOCK
+        self.slow = np.zeros((BLOCK, 3))  # north, east, down [m/s], of which now `slow_at`
+        self.slow_at = BLOCK
         self._slow_block = 0
         if cfg.slow.sigma_mps > 0.0:
             self._slow_rng = generator(seed, "wind.slow")
             self._slow_x = self._slow_rng.standard_normal(2) * (0.0 if cfg.slow.from_zero else 1.0)
             self._slow_e = math.exp(-dt_s / cfg.slow.tau_s)
-        self._rate = 1.0 / dt_s
+        self.rate = 1.0 / dt_s
         self._zero = np.zeros((1, 3))
         self._none = np.zeros((1, 2, 3))
 
     def disturb(self, d: Disturbance) -> None:
         """Let `d` act on every aircraft from now on."""
-        self._disturbances.append(d)
+        self.disturbances.append(d)
 
     def mean(self, m: Member) -> None:
         """Wind on `m` without gusts and slow variation (for trim): fills m.calm, m.free, m.wind, m.probe_wake."""
@@ -81,7 +79,7 @@ class AirMass:
             -1,
             0,
             m.height_m,
-            self._table,
+            self.table,
             self._zero,
             0,
             no,
@@ -96,7 +94,7 @@ class AirMass:
 
     def steady(self, alt_m: float) -> tuple[float, float]:
         """Prevailing wind [m/s] north, east (towards) at a height [m]."""
-        h, north, east = self._table.T
+        h, north, east = self.table.T
         return float(np.interp(alt_m, h, north)), float(np.interp(alt_m, h, east))
 
     def fill_history(self, members: Sequence[Member]) -> None:
@@ -125,6 +123,12 @@ class AirMass:
             for k in range(g.tick, g.ahead):
                 g.lay(self._axes(m), k, m.height_m)
 
+    def shared(self, members: Sequence[Member]) -> Gusts | None:
+        """The gusts that all `members` meet where their centres are, if the first lays them; else None."""
+        g = self._gusts[members[0].cfg.name]
+        alike = all(self._gusts[m.cfg.name] is g for m in members)
+        return g if alike and g.owner == members[0].cfg.name and not self._over else None
+
     def begin(self) -> None:
         """Go to the next tick; before the first `step` of it."""
         self._next_slow()
@@ -137,9 +141,9 @@ class AirMass:
             (cs, sn), row = self._axes(m), g.next_row(h)
             g.seen = m.obs
         else:
-            lag = min(g.most, max(0.0, -m.view.rel[n.R_XI]) / max(1.0, float(g.seen[n.O_V])) * self._rate)
+            lag = min(g.most, max(0.0, -m.view.rel[n.R_XI]) / max(1.0, float(g.seen[n.O_V])) * self.rate)
         meet(
-            cs, sn, g.rows, row, g.ahead, h, self._table, self._slow, self._slow_at, g.rings, k, lag, m.calm, m.free, m.wind,
+            cs, sn, g.rows, row, g.ahead, h, self.table, self.slow, self.slow_at, g.rings, k, lag, m.calm, m.free, m.wind,
             m.probe_wake,
         )  # fmt: skip
         self._disturbed(m)
@@ -148,27 +152,27 @@ class AirMass:
             over.turn(m.s, k, lag, m.wind, m.probe_wake)
 
     def _axes(self, m: Member) -> tuple[float, float]:
-        return m.track() if self._aligned else (1.0, 0.0)
+        return m.track() if self.aligned else (1.0, 0.0)
 
     def _disturbed(self, m: Member) -> None:
-        for d in self._disturbances:
+        for d in self.disturbances:
             d.over(m)
 
     def _next_slow(self) -> None:
-        self._slow_at += 1
-        if self._slow_at < BLOCK:
+        self.slow_at += 1
+        if self.slow_at < BLOCK:
             return
-        self._slow_at = 0
+        self.slow_at = 0
         if self._slow_cfg.sigma_mps > 0.0:
             unit = self._slow_rng.standard_normal((BLOCK, 2))
             gauss_markov_block(self._slow_x, self._slow_e, unit)
-            self._slow[:, :2] = unit * self._slow_cfg.sigma_mps
+            self.slow[:, :2] = unit * self._slow_cfg.sigma_mps
         if self._sines:
-            self._slow[:, (2 if self._slow_cfg.sigma_mps > 0.0 else 0) :] = 0.0
+            self.slow[:, (2 if self._slow_cfg.sigma_mps > 0.0 else 0) :] = 0.0
             t = (self._slow_block * BLOCK + np.arange(BLOCK)) * self._dt
             for w in self._sines:
                 for i in range(3):
                     a, period, phase = w.amplitude_mps[i], w.period_s[i], w.phase_rad[i]
                     angle = 2.0 * math.pi * t / period + phase
-                    self._slow[:, i] += a * np.array([math.sin(v) for v in angle.tolist()])
+                    self.slow[:, i] += a * np.array([math.sin(v) for v in angle.tolist()])
         self._slow_block += 1

@@ -98,6 +98,13 @@ class Gusts:
         row = self.next_row(height_m)
         lay_gusts(*along, self.rows, row, self.rings, k)
 
+    def at_hand(self) -> int:
+        """`next_row` if it is worked out already; else -1."""
+        if self._at + 1 >= len(self.rows):
+            return -1
+        self._at += 1
+        return self._at
+
     def next_row(self, height_m: float) -> int:
         """Which of `rows` [k, line, 3] an owner at this height [m] is to lay next."""
         self._at += 1

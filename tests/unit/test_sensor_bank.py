@@ -1,4 +1,4 @@
-"""Sensors read together against the same sensors one by one."""
+"""Sensors read together, of one aircraft and of all, against the same sensors one by one."""
 
 from __future__ import annotations
 
@@ -36,13 +36,14 @@ def flown(w: World, ticks: int, apart: bool = False) -> list[Any]:
 @pytest.mark.parametrize("grade", ["paper", "navigation", "tactical", "mems"])
 def test_sensors_read_together_read_to_the_bit_what_each_reads_by_itself(grade: str) -> None:
     """Over the border of a block, with faults that begin and end on the way, and of every form of reading."""
-    both = []
-    for apart in (False, True):
-        w = World(load_scenario("refueling", {f"sensors.{a}.grade": grade for a in ("tanker", "receiver")}), 4)
+    read = []
+    for together, apart in ((True, False), (False, False), (False, True)):
+        sc = load_scenario("refueling", {f"sensors.{a}.grade": grade for a in ("tanker", "receiver")})
+        w = World(sc, 4, together)
         for e in FAULTS:
             w.faults.inject(e, round(e.t_s * 100))
-        both.append(flown(w, 1100, apart))
-    assert both[0] == both[1]
+        read.append(flown(w, 1100, apart))
+    assert read[0] == read[2] and read[1] == read[2]
 
 
 def test_a_copied_flight_reads_on_as_the_flight_it_was_copied_from() -> None:

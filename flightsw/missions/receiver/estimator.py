@@ -200,7 +200,7 @@ class RelativeNav(RelativeState):
             return
         if self.fix is not None:
             a.wake(c, self.fix, self.R_ft, self.x_f)
-        stale = not trusted and (f.t_us - self.rel_us) * 1e-6 > a.p.rel_stale_s
+        stale = not trusted and a.stale((f.t_us - self.rel_us) * 1e-6)
         if gnss and not self.peer.coasting and (trusted or stale):
             a.gnss(c, f, self._tks[TK_END, TK_DCM], self.peer.position(f.gnss_t_us), self._d[POS], trusted)
         if stale and self.rate_fix is not None:

@@ -14,7 +14,7 @@ from sim_plant.kernels import layout as n
 from sim_plant.kernels.earth import air_height, rigid_rates
 from sim_plant.kernels.jit import jit
 from sim_plant.kernels.rot import quat_normalise
-from sim_plant.kernels.servo import servo_step
+from sim_plant.kernels.servo import servo_move, transition
 
 Arr = NDArray[np.float64]
 
@@ -47,13 +47,40 @@ def derivative(
     holds its rise: airframe.md 5.
     """
     mass = par[n.P_EMPTY] + fuel
-    fx, fy, fz, mx, my, mz, v_air, _, _, _, _, _, rho, a = loads(x, da, de, dr, w, mass, par)
     ixx, iyy, izz, ixz = inertia(mass, par)
+    rates(x, da, de, dr, throttle, w, mass, fuel > 0.0, ixx, iyy, izz, ixz, par, out)
+
+
+@jit
+def rates(
+    x: Arr,
+    da: float,
+    de: float,
+    dr: float,
+    throttle: float,
+    w: Arr,
+    mass: float,
+    fuelled: bool,
+    ixx: float,
+    iyy: float,
+    izz: float,
+    ixz: float,
+    par: Arr,
+    out: Arr,
+) -> None:
+    """`derivative` with the inertia of a mass [kg] worked out; fuelled: whether there is fuel left."""
+    fx, fy, fz, mx, my, mz, v_air, _, _, _, _, _, rho, a = loads(x, da, de, dr, w, mass, par)
     rigid_rates(x, fx, fy, fz, mx, my, mz, mass, ixx, iyy, izz, ixz, par, out)
-    t_cmd, most = 0.0, 0.0
-    if fuel > 0.0:
+    most = 0.0
+    if fuelled:
         most = thrust_available(air_height(-x[n.S_P + 2], par), v_air / a, rho, par)
-        t_cmd = max(throttle, par[n.P_IDLE]) * most
+    spool(x, throttle, most, par, out)
+
+
+@jit
+def spool(x: Arr, throttle: float, most: float, par: Arr, out: Arr) -> None:
+    """The part of `rates` that is thrust and its moment; most: thrust available [N], 0 without fuel."""
+    t_cmd = max(throttle, par[n.P_IDLE]) * most
     out[n.S_T] = (par[n.P_POWER] * t_cmd - x[n.S_T]) / par[n.P_TAU]
     out[n.S_YAW] = (par[n.P_ARM] * t_cmd - x[n.S_YAW]) / par[n.P_TAU]
     if par[n.P_SPOOL_1] > 0.0:
@@ -92,30 +119,44 @@ def step(s: Arr, c: Arr, w: Arr, par: Arr, dt: float, scratch: Arr) -> None:
     `c` command vector, `w` wind held over the step, `scratch` [4, NS] work space. The servos run first in four exact
     sub-steps, so each Runge-Kutta stage meets the surface angles of its own time.
     """
-    a0, e0, r0 = s[n.S_SURF], s[n.S_SURF + 1], s[n.S_SURF + 2]
+    fuel = s[n.S_FUEL]
+    mass = par[n.P_EMPTY] + fuel
+    ixx, iyy, izz, ixz = inertia(mass, par)
+    thr = min(1.0, max(0.0, c[n.C_THROTTLE]))
+    rates(
+        s, s[n.S_SURF], s[n.S_SURF + 1], s[n.S_SURF + 2], thr, w, mass, fuel > 0.0, ixx, iyy, izz, ixz, par, scratch[1]
+    )  # fmt: skip
+    go_on(s, c, w, par, dt, scratch)
+
+
+@jit
+def go_on(s: Arr, c: Arr, w: Arr, par: Arr, dt: float, scratch: Arr) -> None:
+    """`step` with the rates where it begins in scratch[1]."""
     h = 0.25 * dt
-    servo_step(s, c, par, h)
-    servo_step(s, c, par, h)
+    f11, f12, f21, f22 = transition(par, h)
+    servo_move(s, c, par, h, f11, f12, f21, f22)
+    servo_move(s, c, par, h, f11, f12, f21, f22)
     a1, e1, r1 = s[n.S_SURF], s[n.S_SURF + 1], s[n.S_SURF + 2]
-    servo_step(s, c, par, h)
-    servo_step(s, c, par, h)
+    servo_move(s, c, par, h, f11, f12, f21, f22)
+    servo_move(s, c, par, h, f11, f12, f21, f22)
     a2, e2, r2 = s[n.S_SURF], s[n.S_SURF + 1], s[n.S_SURF + 2]
     thr = min(1.0, max(0.0, c[n.C_THROTTLE]))
     fuel = s[n.S_FUEL]
+    mass, fuelled = par[n.P_EMPTY] + fuel, fuel > 0.0
+    ixx, iyy, izz, ixz = inertia(mass, par)
     x, k, acc = scratch[0], scratch[1], scratch[2]
-    derivative(s, a0, e0, r0, thr, w, fuel, par, k)
     for i in range(n.N_RIGID):
         acc[i] = k[i]
         x[i] = s[i] + 0.5 * dt * k[i]
-    derivative(x, a1, e1, r1, thr, w, fuel, par, k)
+    rates(x, a1, e1, r1, thr, w, mass, fuelled, ixx, iyy, izz, ixz, par, k)
     for i in range(n.N_RIGID):
         acc[i] += 2.0 * k[i]
         x[i] = s[i] + 0.5 * dt * k[i]
-    derivative(x, a1, e1, r1, thr, w, fuel, par, k)
+    rates(x, a1, e1, r1, thr, w, mass, fuelled, ixx, iyy, izz, ixz, par, k)
     for i in range(n.N_RIGID):
         acc[i] += 2.0 * k[i]
         x[i] = s[i] + dt * k[i]
-    derivative(x, a2, e2, r2, thr, w, fuel, par, k)
+    rates(x, a2, e2, r2, thr, w, mass, fuelled, ixx, iyy, izz, ixz, par, k)
     for i in range(n.N_RIGID):
         s[i] += dt / 6.0 * (acc[i] + k[i])
     quat_normalise(s, 0)

@@ -9,12 +9,19 @@ from sim_plant.aircraft.kind import Kind, Setup
 
 if TYPE_CHECKING:
     from sim_plant.aircraft.base import Member
+    from sim_plant.flown import Flown, Scene
 
 
 def _build(setup: Setup) -> Member:
     from sim_plant.aircraft.sixdof.member import SixDofMember
 
     return SixDofMember(setup)
+
+
+def _together(scene: Scene) -> Flown | None:
+    from sim_plant.aircraft.sixdof.together import together
+
+    return together(scene)
 
 
 KIND = Kind(
@@ -27,4 +34,5 @@ KIND = Kind(
     formation=True,
     round_earth=True,
     any_density=True,
+    together=_together,
 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +15,19 @@ from sim_plant.aircraft.kind import Setup
 from sim_plant.aircraft.sixdof.eom import fly
 from sim_plant.aircraft.sixdof.observe import look
 from sim_plant.aircraft.sixdof.params import mistaken, parameter_vector, perturb
+from sim_plant.aircraft.sixdof.together_kernel import (
+    B_BOUNDS,
+    B_C,
+    B_CALM,
+    B_FREE,
+    B_HELD,
+    B_OBS,
+    B_PAR,
+    B_PROBE_WAKE,
+    B_PROBES,
+    B_S,
+    B_WIND,
+)
 from sim_plant.aircraft.sixdof.trim import throttle_for, trim
 from sim_plant.kernels import layout as n
 from sim_plant.kernels.air import air
@@ -133,6 +147,14 @@ class SixDofMember(Member):
             self.s, self.wind, self.free, self.par, MAG_N, self.probes, self.probe_wake, self._work, self.obs, self.bounds,
             self._held,
         )  # fmt: skip
+        self.view.see(self._held, self.obs)
+
+    def to_row(self, lay: Callable[[int, Arr], Arr]) -> None:
+        """Be views on a row of together_kernel.py from now on; lay(at, x): the part of it at `at`, with the values of x."""
+        self.s, self.obs, self._held = lay(B_S, self.s), lay(B_OBS, self.obs), lay(B_HELD, self._held)
+        self.wind, self.free, self.calm = lay(B_WIND, self.wind), lay(B_FREE, self.free), lay(B_CALM, self.calm)
+        self.probe_wake, self.probes = lay(B_PROBE_WAKE, self.probe_wake), lay(B_PROBES, self.probes)
+        self.bounds, self.par, self.c = lay(B_BOUNDS, self.bounds), lay(B_PAR, self.par), lay(B_C, self.c)
         self.view.see(self._held, self.obs)
 
     def set_power(self, share: list[float]) -> None:

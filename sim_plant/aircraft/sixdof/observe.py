@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim_plant.aircraft.sixdof.aero import loads
-from sim_plant.aircraft.sixdof.eom import derivative
+from sim_plant.aircraft.sixdof.eom import inertia
 from sim_plant.aircraft.sixdof.propulsion import thrust_available
 from sim_plant.kernels import layout as n
 from sim_plant.kernels.atmosphere import isa
-from sim_plant.kernels.earth import air_height
+from sim_plant.kernels.earth import air_height, rigid_rates
 from sim_plant.kernels.jit import jit
 from sim_plant.kernels.rot import euler_from_quat, quat_dcm
 
@@ -54,8 +54,9 @@ def observe(s: Arr, w: Arr, free: Arr, par: Arr, mag_n: Arr, probes: Arr, probe_
     """
     mass = par[n.P_EMPTY] + s[n.S_FUEL]
     da, de, dr = s[n.S_SURF], s[n.S_SURF + 1], s[n.S_SURF + 2]
-    fx, fy, fz, _, _, _, v_air, beta, alpha, lift, drag, _, rho, a = loads(s, da, de, dr, w, mass, par)
-    derivative(s, da, de, dr, 0.0, w, s[n.S_FUEL], par, k)
+    fx, fy, fz, mx, my, mz, v_air, beta, alpha, lift, drag, _, rho, a = loads(s, da, de, dr, w, mass, par)
+    ixx, iyy, izz, ixz = inertia(mass, par)
+    rigid_rates(s, fx, fy, fz, mx, my, mz, mass, ixx, iyy, izz, ixz, par, k)
     out[0], out[1], out[2] = fx / mass, fy / mass, fz / mass
     out[n.O_V], out[n.O_BETA], out[n.O_ALPHA] = v_air, beta, alpha
     out[n.O_LIFT], out[n.O_DRAG], out[n.O_RHO], out[n.O_MASS] = lift, drag, rho, mass
