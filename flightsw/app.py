@@ -117,7 +117,7 @@ class FlightApp:
         self.tick_no = 0
         self._updated = 0
         self._baro_us = -BARO_AGE_US
-        self._imu: list[tuple[int, Vec3, Vec3]] = []
+        self._imu: tuple[list[int], list[Vec3], list[Vec3]] = [], [], []  # stamps, rates, specific forces
         self._means: tuple[Vec3, Vec3, float] = (ZERO3, ZERO3, 0.0)  # of rate and specific force, and their age [s]
         self._slow_index = -1
         self._slow_t_us = -1
@@ -136,7 +136,10 @@ class FlightApp:
         h.rejected += refused
         self._updated |= f.updated
         if f.updated & UPD_IMU:
-            self._imu.append((f.t_us, f.gyro_b, f.acc_b))
+            stamps, rates, forces = self._imu
+            stamps.append(f.t_us)
+            rates.append(f.gyro_b)
+            forces.append(f.acc_b)
         if self._started:
             self.act.step(self.u, min(dt_s, MAX_STEP_S))
         index = f.t_us // self.slow_us
@@ -219,12 +222,11 @@ class FlightApp:
     def _average_imu(self, f: SensorFrame) -> SensorFrame:
         """The frame with mean rate and specific force since the last mission step: five samples of noise are worth more than the
         last one. Without a sample the last means stay, with a count of 0."""
-        g = self._imu
-        n = len(g)
+        stamps, rates, forces = self._imu
+        n = len(stamps)
         if n:
-            age = (f.t_us - sum(t for t, _, _ in g) / n) * 1e-6
-            self._means = _mean([w for _, w, _ in g]), _mean([a for _, _, a in g]), age
-            g.clear()
+            self._means = _mean(rates), _mean(forces), (f.t_us - sum(stamps) / n) * 1e-6
+            self._imu = [], [], []
         gyro, acc, age = self._means
         out = copied(f)
         out.gyro_count, out.gyro_mean_b, out.acc_mean_b, out.gyro_age_s = n, gyro, acc, age

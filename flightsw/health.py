@@ -120,6 +120,7 @@ class HealthMonitor:
     def use(self, p: HealthParams) -> None:
         """Judge by other limits from now on."""
         self.p = p
+        self._sound_us, self._watched = 0.0, 0  # [us] before it no group of this mask can have been silent for too long
         # flag, UPD_*, age [us], stamp of a sample [us]: what an IMU tells is of the step that ends now
         self._groups = (
             (HF_IMU, UPD_IMU, p.imu_age_s * 1e6, attrgetter("t_us")),
@@ -137,16 +138,15 @@ class HealthMonitor:
         if not last_us:
             # a group never seen gets START_S: the tanker's link opens only when its own navigation is valid
             last_us.update(dict.fromkeys(self.NAMES, t_us + START_US))
-        failed, updated = 0, new
-        for flag, upd, age_us, stamp in self._groups:
+        updated = new
+        for flag, upd, age_us, stamp in self._groups if new & ~UPD_IMU else self._groups[:1]:
             if new & upd:
                 if self._judge(f, flag) and t_us - stamp(f) <= age_us:
                     last_us[flag] = t_us
                 else:
                     updated &= ~upd
                     h.rejected += 1
-            if flag & watch and t_us - last_us[flag] > age_us:
-                failed |= flag
+        failed = 0 if t_us < self._sound_us and watch == self._watched else self._silent(t_us, watch)
         if new & UPD_RADALT and self._refuses_radalt(f):
             updated &= ~UPD_RADALT
             h.rejected += 1
@@ -163,6 +163,17 @@ class HealthMonitor:
             sifted.updated, sifted.air_bad = updated, self._air_bad
             return sifted, h
         return f, h
+
+    def _silent(self, t_us: int, watch: int) -> int:
+        """HF_* of the groups in the mask `watch` that have been silent for too long; if none has been, until when none can be."""
+        failed, sound_us = 0, math.inf
+        for flag, _, age_us, _ in self._groups:
+            if flag & watch:
+                last = self._last_us[flag]
+                failed |= flag if t_us - last > age_us else 0
+                sound_us = min(sound_us, last + age_us)
+        self._sound_us, self._watched = 0.0 if failed else sound_us, watch
+        return failed
 
     def _judge(self, f: SensorFrame, flag: int) -> bool:
         """Whether the new sample of a group is in range and alive. Air-data probes are judged one by one."""
@@ -222,9 +233,11 @@ class HealthMonitor:
 
     def _moving(self, channel: str | int, value: tuple[float, ...]) -> bool:
         """False once the same bits have come `stuck_samples` times in a row: real noise never repeats."""
-        same = self._same.get(channel, 0) + 1 if self._value.get(channel) == value else 0
-        self._same[channel] = same
-        self._value[channel] = value
+        if self._value.get(channel) != value:
+            self._value[channel] = value
+            self._same.pop(channel, None)
+            return True
+        same = self._same[channel] = self._same.get(channel, 0) + 1
         return same < self.p.stuck_samples
 
     def _report(self, now: int, before: int) -> None:

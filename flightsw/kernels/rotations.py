@@ -131,6 +131,16 @@ def rotate_dcm(R: np.ndarray, w: np.ndarray, dt: float, out: np.ndarray) -> None
 
 
 @jit
+def turn(R: np.ndarray, p: float, q: float, r: float, dt: float) -> None:
+    """R [9], parent to body, turned on in place at the body rates p, q, r [rad/s] for dt [s]."""
+    w, turned = np.empty(3), np.empty(9)
+    w[0], w[1], w[2] = p, q, r
+    rotate_dcm(R, w, dt, turned)
+    for i in range(9):
+        R[i] = turned[i]
+
+
+@jit
 def wrap_pi(a: float) -> float:
     """Angle a [rad] wrapped to [-pi, pi)."""
     return a - 2.0 * math.pi * math.floor((a + math.pi) / (2.0 * math.pi))

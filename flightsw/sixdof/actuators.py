@@ -13,7 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from flightsw.aircraft import Aircraft
-from flightsw.kernels.atmosphere import sound_speed, temperature
+from flightsw.kernels.atmosphere import GAMMA, R_AIR, temperature
 from flightsw.kernels.jit import jit
 
 SUBSTEPS = 4
@@ -76,9 +76,9 @@ def surface_limits(ac: Aircraft) -> np.ndarray:
 def thrust_available(ac: Aircraft, h_m: float, V: float) -> float:
     """Thrust [N] at full throttle at altitude h [m] and airspeed V [m/s] (lapse law of the aircraft file)."""
     e = ac.engine
-    mach = V / sound_speed(h_m)
+    t = temperature(h_m)
+    mach = V / math.sqrt(GAMMA * R_AIR * t)  # as sound_speed, which would ask for it again
     if e.lapse == "bypass":
-        t = temperature(h_m)
         sigma = math.pow(t / 288.15, 4.2558797)  # density ratio, troposphere
         return e.static_thrust_N * (0.568 + 0.25 * (1.2 - mach) ** 3) * math.pow(sigma, 0.6)
     last = len(e.lapse_mach) - 1
@@ -105,6 +105,7 @@ class ActuatorModel:
         """`delay_ticks` base ticks pass between sending a command and its reaching the actuators."""
         self.ac = ac
         self.lim = surface_limits(ac)
+        self._servo = ac.controls.servo_wn_radps, ac.controls.servo_zeta, ac.engine.tau_s
         self.pos = np.zeros(3)
         self.rate = np.zeros(3)
         self._thrust = np.zeros(1)
@@ -125,11 +126,7 @@ class ActuatorModel:
 
     def step(self, u: np.ndarray, dt: float) -> None:
         """One base tick of dt [s] with the command u [4] sent at its start (surfaces [rad], thrust [N])."""
-        c = self.ac.controls
-        actuators_step(
-            self._fifo, u, self.pos, self.rate, self._thrust, self._sum, self.lim,
-            c.servo_wn_radps, c.servo_zeta, self.ac.engine.tau_s, dt,
-        )  # fmt: skip
+        actuators_step(self._fifo, u, self.pos, self.rate, self._thrust, self._sum, self.lim, *self._servo, dt)
         self._n += 1
 
     @property
@@ -140,7 +137,8 @@ class ActuatorModel:
     def take_mean(self) -> np.ndarray:
         """Mean deflections and thrust [4] since the last call (the value that acted over the estimator's step)."""
         if self._n:
-            np.divide(self._sum, self._n, out=self.mean)
+            n = self._n
+            self.mean[:] = [x / n for x in self._sum.tolist()]  # quicker than numpy looks at an integer
             self._sum[:] = 0.0
             self._n = 0
         return self.mean

@@ -47,11 +47,14 @@ def own_sensors(
     if updated & UPD_GNSS:
         use |= USE_POS | USE_VEL if p.velocity else USE_POS
     rt = dt**0.5 if dt > 0.0 else 0.0
+    turned = lost = 0.0  # by dead reckoning
+    if not c.calm:
+        turned, lost = c.drift(rd.ATT, p.bias_gyro), c.drift(rd.GNSS_POS, p.bias_vel)
     return (
         dt, rt, p.q_wind * rt, t, use, c.taking,
         (t - f.air_t_us) * 1e-6, f.gyro_count, f.gyro_age_s, *f.gyro_mean_b,
-        (t - f.att_t_us) * 1e-6, math.hypot(c.drift(rd.ATT, p.bias_gyro), peer_att), *f.att_q_nb,
-        (t - f.gnss_t_us) * 1e-6, c.drift(rd.GNSS_POS, p.bias_vel), sigma,
+        (t - f.att_t_us) * 1e-6, math.hypot(turned, peer_att), *f.att_q_nb,
+        (t - f.gnss_t_us) * 1e-6, lost, sigma,
         *f.gnss_pos_n, *f.gnss_vel_n, *c.readings_of_probes(f),
     )  # fmt: skip
 

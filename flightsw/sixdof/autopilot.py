@@ -26,7 +26,7 @@ from flightsw.sixdof.command import (
     lqr_terms,
     thrust_unit,
 )
-from flightsw.sixdof.layout import RATE, X_ALPHA, X_BETA, X_P, X_PHI, X_PSI, X_Q, X_R, X_THETA, X_V, X_Z
+from flightsw.sixdof.layout import X_ALPHA, X_BETA, X_P, X_PHI, X_PSI, X_Q, X_R, X_THETA, X_V, X_Z
 from flightsw.sixdof.lqr import ENGINE, OLD, SERVO, SERVO_RATE, Design, augment, design
 from flightsw.sixdof.lqr import INTEGRALS as BEHIND
 from flightsw.sixdof.schedule import GainSchedule
@@ -129,23 +129,18 @@ class TankerControl:
     def step(self, nav: NavState, cmd: GuidanceCmd, act: ActuatorModel, dt: float) -> tuple[np.ndarray, float]:
         """Command (u [4], throttle) towards cmd.V [m/s], cmd.alt_m [m], cmd.psi_dot [rad/s]."""
         c, z = self.core, self.z
-        self._schedule(cmd.psi_dot, cmd.V)
+        c.terms.stand(cmd.psi_dot, cmd.V)
         if not c.started:
             c.u_old[:] = act.pos[0], act.pos[1], act.pos[2], act.thrust
             c.started = True
         _, theta, phi = nav.euler
         h = -nav.pos_n[2]
         psi_dot = (nav.w_b[1] * math.sin(phi) + nav.w_b[2] * math.cos(phi)) / math.cos(theta)
-        self._err[:] = nav.V - cmd.V, cmd.alt_m - h, psi_dot - cmd.psi_dot
-        z[Z_V], z[Z_BETA], z[Z_ALPHA] = self._err[0], nav.beta, nav.alpha
-        z[RATE] = nav.w_b
-        z[Z_THETA], z[Z_PHI], z[Z_ALT] = theta, phi, self._err[1]
-        c.actuator_states(z, N, act)
-        c.integrate(self._err, dt)
-        z[INTEGRALS] = c.e
-        z[N + OLD :] = c.u_old.ravel()
-        u = self.sched.evaluate(z, self.off)
-        return c.limit(u, h, nav.V, self.sched.split(z, self.off, INTEGRALS))
+        faster, higher = nav.V - cmd.V, cmd.alt_m - h
+        self._err[:] = faster, higher, psi_dot - cmd.psi_dot
+        z[:N] = faster, nav.beta, nav.alpha, *nav.w_b, theta, phi, higher  # as KEEP has them
+        u, parts = c.close(self.sched, (cmd.psi_dot, cmd.V), z, self.off, N, self._err, act, dt)
+        return c.limit(u, h, nav.V, parts)
 
     def _schedule(self, psi_dot: float, V: float) -> None:
         self.sched.set_condition(psi_dot, V)

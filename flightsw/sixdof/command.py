@@ -10,9 +10,9 @@ import numpy as np
 
 from flightsw.aircraft import Aircraft
 from flightsw.sixdof.actuators import ActuatorModel, surface_limits, thrust_available
-from flightsw.sixdof.lqr import ENGINE, SERVO, SERVO_RATE
+from flightsw.sixdof.schedule import GainSchedule, closed, integrated
 from flightsw.strict import ConfigError, Range
-from flightsw.terms import HELD, INTEGRAL, Controlled, LawTerms, Output, Scheduled, beyond
+from flightsw.terms import Controlled, LawTerms, Output, Scheduled
 
 Pos = Annotated[float, Range(1e-9)]
 NonNeg = Annotated[float, Range(0.0)]
@@ -75,21 +75,32 @@ class ControlCore:
         self.int_limit = int_limit
         self.saturated = False
         self.started = False
-        self._open = np.zeros((3, 4))  # parts of a trim
+        self._held, self._known = np.zeros(len(self.e)), np.zeros(len(self.e))  # of the integrals
 
     def integrate(self, err: np.ndarray, dt: float) -> None:
         """Advance the integrals by err [n] * dt, clamped, and held while the command sits at a limit and would wind up."""
-        rows = zip(self.terms.controlled, err.tolist(), self.e.tolist(), self.int_limit.tolist(), strict=True)
-        for i, (c, off, e, most) in enumerate(rows):  # plain floats are quicker
-            step = off * dt
-            c.integral, c.limits = e, HELD
-            if not math.isfinite(step):  # one bad estimate must not live on in the integral
-                continue
-            c.error = off
-            if self.saturated and step * e > 0.0:
-                continue
-            c.limits = INTEGRAL if beyond(e + step, -most, most) else 0
-            self.e[i] = c.integral = min(max(e + step, -most), most)
+        integrated(err, dt, self.saturated, self.int_limit, self.e, self._held, self._known)
+        self._tell_integrals(err)
+
+    def close(
+        self, s: GainSchedule, at: tuple[float, float], z: np.ndarray, off: np.ndarray, n: int, err: np.ndarray,
+        act: ActuatorModel, dt: float,
+    ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+        """Command u [4] and its parts [3,4] (arrays reused) of a schedule at turn rate [rad/s] and airspeed [m/s], for n rigid
+        entries of the design state z; the others are filled here, the integrals advanced as in `integrate`."""
+        closed(
+            *at, *s.tables(), z, off, n, act.pos, act.rate, act.thrust, self.u_old, err, dt, self.saturated, self.int_limit,
+            self.e, self._held, self._known,
+        )  # fmt: skip
+        self._tell_integrals(err)
+        return s.u, s.parts
+
+    def _tell_integrals(self, err: np.ndarray) -> None:
+        rows = (self.terms.controlled, err.tolist(), self.e.tolist(), self._held.tolist(), self._known.tolist())
+        for c, off, e, limits, known in zip(*rows, strict=True):
+            c.integral, c.limits = e, int(limits)
+            if known:
+                c.error = off
 
     def limit(self, u: np.ndarray, h_m: float, V: float, parts: np.ndarray | None = None) -> tuple[np.ndarray, float]:
         """Clip u [4] (surfaces [rad], thrust [N]) to the actuators; returns (u, throttle 0..1). Sets `saturated` and `terms`.
@@ -101,29 +112,22 @@ class ControlCore:
         if not all(map(math.isfinite, (h_m, V, *asked))):
             self.terms.open()
             return u, math.nan  # the guard replaces it; the previous command and its memory stay
-        self._open[2] = u
         avail = thrust_available(self.ac, h_m, V)
         floor = self.ac.engine.idle_frac * avail
         sent = [min(max(v, lo), hi) for v, (lo, hi) in zip(asked, (*self._travel, (floor, avail)), strict=True)]
         self.saturated = sent != asked
         u[:] = sent
-        self._tell(sent, parts)
+        self._tell(asked, sent, parts)
         self.u_old[1:] = self.u_old[:-1]
         self.u_old[0] = u
         return u, float(u[3] / avail)
 
-    def _tell(self, u: list[float], parts: np.ndarray | None) -> None:
-        """Into the record what u [4] is made of; parts as in `limit`."""
+    def _tell(self, asked: list[float], u: list[float], parts: np.ndarray | None) -> None:
+        """Into the record what u [4] is made of, that was `asked`; parts as in `limit`."""
         t = self.terms
         if parts is None:
             t.open()
         t.closed = parts is not None
-        rows = (self._open if parts is None else parts).tolist()
+        rows = [[0.0] * 4, [0.0] * 4, asked] if parts is None else parts.tolist()
         for o, feedback, integral, forward, sent in zip(t.outputs, *rows, u, strict=True):
             o.give(feedback, integral, forward, sent)
-
-    def actuator_states(self, z: np.ndarray, n: int, act: ActuatorModel) -> None:
-        """Fill servo position, rate and thrust of the design state z from index n on."""
-        z[n + SERVO : n + SERVO_RATE] = act.pos
-        z[n + SERVO_RATE : n + ENGINE] = act.rate
-        z[n + ENGINE] = act.thrust

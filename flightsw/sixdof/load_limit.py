@@ -10,6 +10,7 @@ import numpy as np
 
 from flightsw.aircraft import Aircraft
 from flightsw.kernels.atmosphere import G0, density
+from flightsw.kernels.jit import jit
 from flightsw.sixdof.forces import force_moment
 from flightsw.sixdof.params import IY, parameter_vector, set_mass
 from flightsw.types import NavState, SensorFrame
@@ -17,6 +18,24 @@ from flightsw.types import NavState, SensorFrame
 AHEAD_S = 0.25  # [s] from where the surface has moved: of the receiver 0.4 s after the command
 LEAST, MOST = 0.35, 0.6  # [-] of the smallest and largest load factor of the structure
 STEP = 0.01  # [rad] the load is straight in the elevator
+
+
+@jit
+def load_ahead(
+    u: np.ndarray, P: np.ndarray, V: float, beta: float, alpha: float, p: float, q: float, r: float, h: float, down: float,
+    T: float,
+) -> float:  # fmt: skip
+    """Load factor [-] T [s] after surfaces have moved as u [4] commands; V [m/s], beta, alpha [rad], p, q, r [rad/s], h [m] of
+    now, down: of gravity along body z.
+
+    alpha'' = M/I_yy, alpha' = q + Z/(m V) + g cos/V of now; the lift then: n = -fz/g.
+    """
+    rho, fm = density(h), np.empty(9)
+    force_moment(V, beta, alpha, p, q, r, u, rho, P, fm)
+    q_dot = fm[4] / P[IY]
+    then = alpha + T * (q + (fm[2] + G0 * down) / V) + 0.5 * T * T * q_dot
+    force_moment(V, beta, then, p, q + T * q_dot, r, u, rho, P, fm)
+    return -fm[2] / G0
 
 
 class LoadLimit:
@@ -29,7 +48,6 @@ class LoadLimit:
         self.acting = False  # in the last step,
         self.asked = 1.0  # and the load factor the command would have led to
         self._P = parameter_vector(ac, ac.mass.empty_kg + ac.mass.default_fuel_kg)
-        self._fm = np.zeros(9)
         self._fuel_us = 0
         lo, hi = ac.controls.elevator_deg
         self._range = float(np.radians(lo)), float(np.radians(hi))
@@ -52,17 +70,9 @@ class LoadLimit:
         return out
 
     def load(self, u: np.ndarray, nav: NavState) -> float:
-        """Load factor [-] AHEAD_S after surfaces have moved as u [4] commands.
-
-        alpha'' = M/I_yy, alpha' = q + Z/(m V) + g cos/V of now; the lift then: n = -fz/g.
-        """
-        P, fm, T = self._P, self._fm, AHEAD_S
-        V, rho = max(nav.V, 1.0), density(-nav.pos_n[2])
+        """Load factor [-] AHEAD_S after surfaces have moved as u [4] commands."""
         p, q, r = nav.w_b
-        force_moment(V, nav.beta, nav.alpha, p, q, r, u, rho, P, fm)
-        q_dot = fm[4] / P[IY]
         w, x, y, z = nav.q_nb
         down = w * w - x * x - y * y + z * z  # of gravity along body z
-        alpha = nav.alpha + T * (q + (fm[2] + G0 * down) / V) + 0.5 * T * T * q_dot
-        force_moment(V, nav.beta, alpha, p, q + T * q_dot, r, u, rho, P, fm)
-        return float(-fm[2] / G0)
+        V, h = max(nav.V, 1.0), -nav.pos_n[2]
+        return float(load_ahead(u, self._P, V, nav.beta, nav.alpha, p, q, r, h, down, AHEAD_S))

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from flightsw.aircraft import Aircraft
-from flightsw.kernels.rotations import added, less
+from flightsw.kernels.jit import jit
+from flightsw.kernels.rotations import added
 from flightsw.sixdof.forces import moment_rates
 from flightsw.sixdof.params import parameter_vector, set_mass
 from flightsw.types import Vec3
@@ -20,6 +21,19 @@ WILD, LEAST_WILD, MOST = 6.0, 1.0, 3  # [-], [rad/s^2] of the gyro's jumps; in s
 FAR = 16.0  # [-] of the scatter's variance: what is further off counts as that
 SQRT_2, JUMP_S = math.sqrt(2.0), 0.05  # [s] between two readings of the reference, until learnt
 MISS, LEAST_MISS = 0.01, 0.001  # [rad] by which the moments miss the turn of the longest window, until learnt; at least
+
+
+@jit
+def learn(lack: np.ndarray, gain: float, lasting: np.ndarray, jump: np.ndarray) -> None:
+    """lasting, jump [3] <- by a share `gain` what is lacking now [3], and the square of how far that is from the lasting."""
+    for i in range(3):
+        off = lack[i] - lasting[i]
+        lasting[i] += gain * off
+        # a gyro that begins to jump does not get used to that before it has been found out
+        square = off * off
+        if FAR * jump[i] < square:
+            square = FAR * jump[i]
+        jump[i] += gain * (square - jump[i])
 
 
 @dataclass(slots=True)
@@ -46,12 +60,12 @@ class Moments:
         """r_rate [rad/s]: scatter of one reading of the gyro."""
         self.ac = ac
         self.miss = [MISS**2] * 3  # [rad^2] by which `turned` is off, of the longest window
-        self._P = parameter_vector(ac, ac.mass.empty_kg + ac.mass.default_fuel_kg)
-        self._lasting = [0.0, 0.0, 0.0]  # [rad/s^2] what the model lacks
-        self._lack = [0.0, 0.0, 0.0]  # the same of the last step
-        self._jump = [(SQRT_2 * r_rate / JUMP_S) ** 2] * 3  # [rad^2/s^4] its scatter about that
+        self.P = parameter_vector(ac, ac.mass.empty_kg + ac.mass.default_fuel_kg)
+        self.lasting = np.zeros(3)  # [rad/s^2] what the model lacks
+        self.lack = np.zeros(3)  # the same of the last step
+        self.jump = np.full(3, (SQRT_2 * r_rate / JUMP_S) ** 2)  # [rad^2/s^4] its scatter about that
         self._learnt_s = 0.0
-        self._fm = np.zeros(9)
+        self.fm = np.zeros(9)  # work space
         self.begin()
 
     def begin(self) -> None:
@@ -60,31 +74,23 @@ class Moments:
 
     def weigh(self, fuel_kg: float) -> None:
         """The fuel on board [kg]."""
-        set_mass(self._P, self.ac, self.ac.mass.empty_kg + fuel_kg)
+        set_mass(self.P, self.ac, self.ac.mass.empty_kg + fuel_kg)
 
     def turned(self, steps: list[Step], w: np.ndarray) -> Vec3:
         """The turn [rad] that the moments of `steps` make of rates w [3]: Euler's equation, step by step."""
         turn = (0.0, 0.0, 0.0)
         for x in steps:
-            w = w + (np.array(self._rates(x, w)) + self._lasting) * x.dt
+            w = w + (np.array(self._rates(x, w)) + self.lasting) * x.dt
             turn = added(turn, (w[0] * x.dt, w[1] * x.dt, w[2] * x.dt))
         return turn
 
     def _rates(self, x: Step, w: np.ndarray) -> Vec3:
-        return moment_rates(x.V, x.beta, x.alpha, w, x.u, x.rho, self._P, self._fm)  # type: ignore[no-any-return]
+        return moment_rates(x.V, x.beta, x.alpha, w, x.u, x.rho, self.P, self.fm)  # type: ignore[no-any-return]
 
-    def wild(self, a: Step, b: Step, s: Step) -> int:
+    def wild(self, sides: tuple[int, int, int]) -> int:
         """On how many sides the gyro's rates go as no moments do: most of the last steps beyond what they scatter by. 2: to and
-        fro; 1: to one, as those of an aircraft whose surface runs away do too. a, b, s: three steps in a row, the last is new."""
-        w0 = [x / b.dt for x in less(b.turn, a.turn)]
-        model = self._rates(s, np.array(w0))
-        for i, turn in enumerate(less(s.turn, b.turn)):
-            self._lack[i] = (turn / s.dt - w0[i]) / s.dt - model[i]
-        sides = []
-        for x, m, y in zip(self._lack, self._lasting, self._jump, strict=True):
-            off = x - m
-            sides.append(int(math.copysign(1.0, off)) if off * off > max(WILD**2 * y, LEAST_WILD**2) else 0)
-        self._wild.append(tuple(sides))
+        fro; 1: to one, as those of an aircraft whose surface runs away do too. sides: of the last step, per axis -1, 0 or 1."""
+        self._wild.append(sides)
         if sum(map(any, self._wild)) < MOST:
             return 0
         axes = [set(axis) for axis in zip(*self._wild, strict=True)]
@@ -93,12 +99,7 @@ class Moments:
     def learn(self, dt: float) -> None:
         """From the step `wild` was asked of, dt [s] long: lasting moments the model lacks, and the gyro's scatter."""
         self._learnt_s += dt
-        gain = dt / min(self._learnt_s, LEARN_S)
-        for i, x in enumerate(self._lack):
-            off = x - self._lasting[i]
-            self._lasting[i] += gain * off
-            # a gyro that begins to jump does not get used to that before it has been found out
-            self._jump[i] += gain * (min(off * off, FAR * self._jump[i]) - self._jump[i])
+        learn(self.lack, dt / min(self._learnt_s, LEARN_S), self.lasting, self.jump)
 
     def missed(self, by: Vec3, dt: float) -> None:
         """`turned` was off by so much [rad], which stands for dt [s]."""

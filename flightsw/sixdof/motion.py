@@ -74,6 +74,15 @@ def free_rates(
     x: np.ndarray, u: np.ndarray, rho: float, P: np.ndarray, R: np.ndarray, fm: np.ndarray, d: np.ndarray
 ) -> None:
     """d [15] <- time derivative of the free aircraft state x [15]; R [9] <- R_BI, fm [9] <- specific force etc. (outputs)."""
+    free_motion(x, u, rho, P, R, fm, d)
+    d[X_WN] = d[X_WE] = d[X_WD] = 0.0
+
+
+@jit
+def free_motion(
+    x: np.ndarray, u: np.ndarray, rho: float, P: np.ndarray, R: np.ndarray, fm: np.ndarray, d: np.ndarray
+) -> None:
+    """As free_rates, with the air-relative velocity NED [m/s] in the place of the wind's derivative."""
     V, beta, alpha, p, q, r = x[X_V], x[X_BETA], x[X_ALPHA], x[X_P], x[X_Q], x[X_R]
     st, ct, sf, cf = math.sin(x[X_THETA]), math.cos(x[X_THETA]), math.sin(x[X_PHI]), math.cos(x[X_PHI])
     cb, sb, ca, sa = math.cos(beta), math.sin(beta), math.cos(alpha), math.sin(alpha)
@@ -83,8 +92,8 @@ def free_rates(
     euler_rates(p, q, r, x[X_THETA], ct, sf, cf, d[X_PSI : X_PHI + 1])
     a, b, c = V * ca * cb, V * sb, V * sa * cb
     for i in range(3):
-        d[X_X + i] = R[i] * a + R[3 + i] * b + R[6 + i] * c + x[X_WN + i]
-        d[X_WN + i] = 0.0
+        d[X_WN + i] = R[i] * a + R[3 + i] * b + R[6 + i] * c
+        d[X_X + i] = d[X_WN + i] + x[X_WN + i]
 
 
 @jit
@@ -103,6 +112,22 @@ def relative_rates(
     tk [18]: tanker R_BI [9], w_T [3], w_T_dot [3] (tanker axes), v_T (NED) [3]. R [9] <- R_BRBT. Lee (2.16)-(2.29), W_I form.
     x[15:18]: effective rotational wind [rad/s], receiver axes; it changes the rates the aerodynamics see and nothing else.
     """
+    relative_motion(x, u, rho, P, tk, R, fm, d)
+    d[X_WN] = d[X_WE] = d[X_WD] = 0.0
+
+
+@jit
+def relative_motion(
+    x: np.ndarray,
+    u: np.ndarray,
+    rho: float,
+    P: np.ndarray,
+    tk: np.ndarray,
+    R: np.ndarray,
+    fm: np.ndarray,
+    d: np.ndarray,
+) -> None:
+    """As relative_rates, with the air-relative velocity in tanker axes [m/s] in the place of the wind's derivative."""
     V, beta, alpha = x[X_V], x[X_BETA], x[X_ALPHA]
     st, ct, sf, cf = math.sin(x[X_THETA]), math.cos(x[X_THETA]), math.sin(x[X_PHI]), math.cos(x[X_PHI])
     cb, sb, ca, sa = math.cos(beta), math.sin(beta), math.cos(alpha), math.sin(alpha)
@@ -131,48 +156,80 @@ def relative_rates(
     d[X_Q] -= -(x[X_R] * t0 - x[X_P] * t2) + R[3] * e0 + R[4] * e1 + R[5] * e2
     d[X_R] -= -(x[X_P] * t1 - x[X_Q] * t0) + R[6] * e0 + R[7] * e1 + R[8] * e2
     euler_rates(x[X_P], x[X_Q], x[X_R], x[X_THETA], ct, sf, cf, d[X_PSI : X_PHI + 1])
-    _apart(x, V * ca * cb, V * sb, V * sa * cb, tk, R, d[X_X : X_Z + 1])
-    d[X_WN] = d[X_WE] = d[X_WD] = 0.0
+    a, b, c = V * ca * cb, V * sb, V * sa * cb
+    for i in range(3):
+        d[X_WN + i] = R[i] * a + R[3 + i] * b + R[6 + i] * c
+    _apart(x, d[X_WN], d[X_WE], d[X_WD], tk, d[X_X : X_Z + 1])
 
 
 @jit
 def relative_velocity(x: np.ndarray, tk: np.ndarray, R: np.ndarray, v: np.ndarray) -> None:
     """v [3] <- d(xi)/dt in tanker axes: R^T u_a + R_BTI (W - v_T) - w_T x xi (Lee 2.23); R [9] = R_BRBT of x."""
     a, b, c = air_velocity(x[X_V], x[X_BETA], x[X_ALPHA])
-    _apart(x, a, b, c, tk, R, v)
+    for i in range(3):
+        v[i] = R[i] * a + R[3 + i] * b + R[6 + i] * c
+    _apart(x, v[0], v[1], v[2], tk, v)
 
 
 @jit
-def _apart(x: np.ndarray, a: float, b: float, c: float, tk: np.ndarray, R: np.ndarray, v: np.ndarray) -> None:
-    """As relative_velocity, with u_a = (a, b, c)."""
+def _apart(x: np.ndarray, a: float, b: float, c: float, tk: np.ndarray, v: np.ndarray) -> None:
+    """As relative_velocity, where R^T u_a = (a, b, c)."""
     n0, n1, n2 = x[X_WN] - tk[TK_VN], x[X_WE] - tk[TK_VE], x[X_WD] - tk[TK_VD]
     w0, w1, w2 = tk[TK_P], tk[TK_Q], tk[TK_R]
-    for i in range(3):
-        v[i] = R[i] * a + R[3 + i] * b + R[6 + i] * c + tk[3 * i] * n0 + tk[3 * i + 1] * n1 + tk[3 * i + 2] * n2
+    v[0] = a + tk[0] * n0 + tk[1] * n1 + tk[2] * n2
+    v[1] = b + tk[3] * n0 + tk[4] * n1 + tk[5] * n2
+    v[2] = c + tk[6] * n0 + tk[7] * n1 + tk[8] * n2
     v[0] -= w1 * x[X_Z] - w2 * x[X_Y]
     v[1] -= w2 * x[X_X] - w0 * x[X_Z]
     v[2] -= w0 * x[X_Y] - w1 * x[X_X]
 
 
+FIRST = 0  # the point the others are compared with
+
+
+@jit
+def _moves_alike(x: np.ndarray, first: np.ndarray) -> bool:
+    """Whether the entries of x [>=15] before its position are those of first [9], none of them zero: aircraft whose positions and
+    winds alone differ move alike through the air, to the bit. Of the points of a triangular factor those are two in five."""
+    alike = 0
+    for i in range(X_X):
+        alike += 1 if x[i] == first[i] and x[i] != 0.0 else 0  # a zero has a sign
+    return alike == X_X
+
+
 @jit
 def propagate_free(X: np.ndarray, u: np.ndarray, rho: float, P: np.ndarray, dt: float, W: np.ndarray) -> None:
     """One RK4 step of dt [s] for every row of X [k,15] in place; u [4] held; W [5,15] workspace."""
-    R = np.empty(9)
-    fm = np.empty(9)
+    R, fm = np.empty(9), np.empty(9)
+    first, air = np.empty(X_X), np.empty((4, 3))  # that row as it was, and its air-relative velocity in the four stages
     for s in range(X.shape[0]):
         x = X[s]
-        free_rates(x, u, rho, P, R, fm, W[0])
+        if s > FIRST and _moves_alike(x, first):
+            for i in range(3):
+                w = x[X_WN + i]
+                mid = air[1, i] + w + (air[2, i] + w)
+                x[X_X + i] += dt / 6.0 * (air[0, i] + w + 2.0 * mid + (air[3, i] + w))
+            for i in range(X_X):
+                x[i] = X[FIRST, i]
+            continue
+        free_motion(x, u, rho, P, R, fm, W[0])
         for i in range(X_WN):
             W[4, i] = x[i] + 0.5 * dt * W[0, i]
         for i in range(X_WN, NX):
             W[4, i] = x[i]
-        free_rates(W[4], u, rho, P, R, fm, W[1])
+        free_motion(W[4], u, rho, P, R, fm, W[1])
         for i in range(X_WN):
             W[4, i] = x[i] + 0.5 * dt * W[1, i]
-        free_rates(W[4], u, rho, P, R, fm, W[2])
+        free_motion(W[4], u, rho, P, R, fm, W[2])
         for i in range(X_WN):
             W[4, i] = x[i] + dt * W[2, i]
-        free_rates(W[4], u, rho, P, R, fm, W[3])
+        free_motion(W[4], u, rho, P, R, fm, W[3])
+        if s == FIRST:
+            for i in range(X_X):
+                first[i] = x[i]
+            for k in range(4):
+                for i in range(3):
+                    air[k, i] = W[k, X_WN + i]
         for i in range(X_WN):
             x[i] += dt / 6.0 * (W[0, i] + 2.0 * (W[1, i] + W[2, i]) + W[3, i])
 
@@ -186,24 +243,50 @@ def propagate_relative(
     W [5,nx] is workspace and says how many entries of a row belong to the model: 15, or 18 with rotational wind (held).
     """
     nx = W.shape[1]
-    R = np.empty(9)
-    fm = np.empty(9)
+    R, fm = np.empty(9), np.empty(9)
+    first, air = np.empty(X_X), np.empty((4, 3))  # as in propagate_free
     for s in range(X.shape[0]):
         x = X[s, :nx]
-        relative_rates(x, u, rho, P, TKS[TK_START], R, fm, W[0])
+        if s > FIRST and nx == NX and _moves_alike(x, first):
+            _beside(x, air, TKS, dt, W)
+            for i in range(X_X):
+                x[i] = X[FIRST, i]
+            continue
+        relative_motion(x, u, rho, P, TKS[TK_START], R, fm, W[0])
         for i in range(X_WN):
             W[4, i] = x[i] + 0.5 * dt * W[0, i]
         for i in range(X_WN, nx):
             W[4, i] = x[i]
-        relative_rates(W[4], u, rho, P, TKS[TK_MIDDLE], R, fm, W[1])
+        relative_motion(W[4], u, rho, P, TKS[TK_MIDDLE], R, fm, W[1])
         for i in range(X_WN):
             W[4, i] = x[i] + 0.5 * dt * W[1, i]
-        relative_rates(W[4], u, rho, P, TKS[TK_MIDDLE], R, fm, W[2])
+        relative_motion(W[4], u, rho, P, TKS[TK_MIDDLE], R, fm, W[2])
         for i in range(X_WN):
             W[4, i] = x[i] + dt * W[2, i]
-        relative_rates(W[4], u, rho, P, TKS[TK_END], R, fm, W[3])
+        relative_motion(W[4], u, rho, P, TKS[TK_END], R, fm, W[3])
+        if s == FIRST:
+            for i in range(X_X):
+                first[i] = x[i]
+            for k in range(4):
+                for i in range(3):
+                    air[k, i] = W[k, X_WN + i]
         for i in range(X_WN):
             x[i] += dt / 6.0 * (W[0, i] + 2.0 * (W[1, i] + W[2, i]) + W[3, i])
+
+
+@jit
+def _beside(x: np.ndarray, air: np.ndarray, TKS: np.ndarray, dt: float, W: np.ndarray) -> None:
+    """The position of x [15] after propagate_relative's step, of which air [4,3] are the R^T u_a of the stages."""
+    for i in range(X_X, NX):
+        W[4, i] = x[i]
+    for k in range(4):
+        stage = TK_START if k == 0 else TK_END if k == 3 else TK_MIDDLE
+        _apart(W[4], air[k, 0], air[k, 1], air[k, 2], TKS[stage], W[k, X_X : X_Z + 1])
+        share = dt if k == 2 else 0.5 * dt
+        for i in range(X_X, X_WN):
+            W[4, i] = x[i] + share * W[k, i]
+    for i in range(X_X, X_WN):
+        x[i] += dt / 6.0 * (W[0, i] + 2.0 * (W[1, i] + W[2, i]) + W[3, i])
 
 
 @jit

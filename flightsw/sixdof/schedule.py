@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from flightsw.kernels.jit import jit
 from flightsw.kernels.linalg import vecmat
-from flightsw.sixdof.lqr import Design
+from flightsw.sixdof.lqr import ENGINE, INTEGRALS, OLD, SERVO, SERVO_RATE, Design
+from flightsw.terms import HELD, INTEGRAL
 
 
 @jit
@@ -63,6 +66,56 @@ def shares(
             out[2, a] += w[i] * u0[i, a]
 
 
+@jit
+def integrated(
+    err: np.ndarray, dt: float, saturated: bool, most: np.ndarray, e: np.ndarray, limits: np.ndarray, known: np.ndarray
+) -> None:
+    """e [n] += err [n] dt, clamped to +-most [n], and held while the command sits at a limit and would wind up; limits [n] <-
+    WKF_LIMIT, known [n] <- 1.0 where the error is a number: one bad estimate must not live on in the integral."""
+    for i in range(e.shape[0]):
+        step = err[i] * dt
+        limits[i], known[i] = HELD, 0.0
+        if not math.isfinite(step):
+            continue
+        known[i] = 1.0
+        if saturated and step * e[i] > 0.0:
+            continue
+        v = e[i] + step
+        limits[i] = 0.0
+        if v < -most[i]:
+            v, limits[i] = -most[i], INTEGRAL
+        elif v > most[i]:
+            v, limits[i] = most[i], INTEGRAL
+        e[i] = v
+
+
+@jit
+def closed(
+    psi_dot: float, V: float, yd: np.ndarray, Vn: np.ndarray, w: np.ndarray, K: np.ndarray, z0: np.ndarray, u0: np.ndarray,
+    u: np.ndarray, parts: np.ndarray, z: np.ndarray, off: np.ndarray, n: int, pos: np.ndarray, rate: np.ndarray, thrust: float,
+    old: np.ndarray, err: np.ndarray, dt: float, saturated: bool, most: np.ndarray, e: np.ndarray, limits: np.ndarray,
+    known: np.ndarray,
+) -> None:  # fmt: skip
+    """A step of a scheduled law: u [4] and parts [3,4] as `scheduled` and `shares` at the condition of `weights`, for a design
+    state z [nz] of which n entries are filled; the others are what follows those in lqr.py, in place.
+
+    pos, rate [3] rad, rad/s and thrust [N] of the actuators; old [k,4] commands under way; the rest as `integrated`.
+    """
+    weights(psi_dot, V, yd, Vn, w)
+    for i in range(3):
+        z[n + SERVO + i] = pos[i]
+        z[n + SERVO_RATE + i] = rate[i]
+    z[n + ENGINE] = thrust
+    integrated(err, dt, saturated, most, e, limits, known)
+    for i in range(e.shape[0]):
+        z[n + INTEGRALS + i] = e[i]
+    for i in range(old.shape[0]):
+        for j in range(4):
+            z[n + OLD + 4 * i + j] = old[i, j]
+    scheduled(K, z0, u0, w, z, off, u)
+    shares(K, z0, u0, w, z, off, n + INTEGRALS, n + OLD, parts)
+
+
 class GainSchedule:
     """Six designs stacked, evaluated with Lagrange weights."""
 
@@ -89,6 +142,10 @@ class GainSchedule:
         """Feedback, integral and feed-forward [3,4] of the command for z; states `integrals` are the integrals (array reused)."""
         shares(self.K, self.z0, self.u0, self.w, z, off, integrals.start, integrals.stop, self.parts)
         return self.parts
+
+    def tables(self) -> tuple[np.ndarray, ...]:
+        """What `closed` begins with after the condition: nodes, weights, designs; command u [4] and its parts [3,4]."""
+        return self.yd, self.Vn, self.w, self.K, self.z0, self.u0, self.u, self.parts
 
     def trim_command(self) -> np.ndarray:
         """Feed-forward u [4] of the current condition without feedback."""

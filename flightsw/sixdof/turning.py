@@ -9,35 +9,50 @@ sound. What the reference turns beyond the gyro is white but for one of them bei
 from __future__ import annotations
 
 import math
-from collections import deque
 from dataclasses import replace
 
 import numpy as np
 
 from flightsw.aircraft import Aircraft
-from flightsw.kernels.atmosphere import density
-from flightsw.kernels.rotations import added, dcm_from_quat, less, mul33_t, rotate_dcm
+from flightsw.kernels.jit import jit
+from flightsw.kernels.rotations import dcm_from_quat, less, mul33_t, rotate_dcm, turn
 from flightsw.sixdof.estimator_core import NavParams
 from flightsw.sixdof.gating import TrustedCore
 from flightsw.sixdof.lateness import Lateness
 from flightsw.sixdof.layout import X_BETA, X_PHI
+from flightsw.sixdof.looks import Looks
 from flightsw.sixdof.moments import Moments, Step
 from flightsw.types import HF_ATT, HF_IMU, UPD_ATT, UPD_IMU, ZERO3, Health, NavState, SensorFrame, Text, Vec3
 
 WINDOWS_S = (0.3, 1.0)  # [s] a fast fault in the first, a slow one in the last
 BEFORE_S = 0.5  # [s] before a window in which it has shown, a fault had not begun
-BIAS, SCALE = 2e-3, 0.02  # [rad/s] change of a gyro's bias, [-] of a turn: scale, misalignment, sampling
 TWICE = 2  # readings in a row beyond the limit: a reading that jumps back is the estimator's own to refuse
 SLOW_S = 2.0  # [s] before that, in which the reference tells rates well enough
 SHARE = 0.6  # [-] of the other's distance from the model within which one of two is right
 LEARN_S, CALM_S, AGAIN = 20.0, 5.0, 4.0  # [s] for the reference's scatter; until taken again, each time so much longer
 TRY_S = 1.0  # [s] between tries of the moments
 GAP_S = 0.3  # [s] without one of the two: begin anew
-KEPT = 512  # steps: more than the longest window and what is before it, at 100 Hz
 MODEL = 0.2  # [-] of a turn to and fro, by which the moments may miss it besides what is learnt
 CLEAR = 9.0  # [-] difference of squares in sigmas of the model: odds of 90
 LATELY = 3.0  # sigmas of the shortest window, of a gyro whose rates are none of the moments'
 LEAST = 0.1  # [-] of nav.r_euler: no reference scatters less
+
+
+@jit
+def beyond(
+    R: np.ndarray, p: float, q: float, r: float, qw: float, qx: float, qy: float, qz: float, age: float
+) -> tuple[float, float, float]:
+    """Turn [rad] of the reference qw, qx, qy, qz, carried on by the rates p, q, r [rad/s] for its age [s], beyond the attitude R
+    [9] NED to body by the gyro; R <- that of the reference now."""
+    a, S, w, T, E = np.empty(4), np.empty(9), np.empty(3), np.empty(9), np.empty(9)
+    a[0], a[1], a[2], a[3] = qw, qx, qy, qz
+    w[0], w[1], w[2] = p, q, r
+    dcm_from_quat(a, S)
+    rotate_dcm(S, w, age, T)
+    mul33_t(T, R, E)  # I - [more x]
+    for i in range(9):
+        R[i] = T[i]
+    return 0.5 * (E[5] - E[7]), 0.5 * (E[6] - E[2]), 0.5 * (E[1] - E[3])
 
 
 class Turning:
@@ -57,15 +72,15 @@ class Turning:
         self.believed: Vec3 | None = None
         self.over_s = 1.0
         self._moments, self._lateness = Moments(ac, r_rate), Lateness()
-        self._R, self._turned, self._seen, self._E = np.zeros(9), np.zeros(9), np.zeros(9), np.zeros(9)
+        self._steps, self._rate2 = Looks(WINDOWS_S, false_sigma, self._moments), r_rate**2
+        self._R = np.zeros(9)
         self._tried_s = 0.0
         self._scatter = r_euler**2
         self._t_us = self._fuel_us = 0
         self._begin()
 
     def _begin(self) -> None:
-        self._steps: deque[Step] = deque(maxlen=KEPT)
-        self._found: dict[float, int] = {}  # by `_before` since the last step
+        self._steps.begin()
         self._known = False
         self._turn, self._dt, self._count = ZERO3, 0.0, 0
         self._over = dict.fromkeys(WINDOWS_S, 0)
@@ -105,65 +120,53 @@ class Turning:
 
     def _follow(self, f: SensorFrame, u: np.ndarray, nav: NavState, fresh: bool, dt: float) -> None:
         """Turn on with the gyro; at a reading of the reference look how much more it has turned."""
-        w = np.array(f.gyro_mean_b)
         (x, y, z), (p, q, r) = self._turn, f.gyro_mean_b
         self._turn = (x + p * dt, y + q * dt, z + r * dt)
         self._dt += dt
         self._count += f.gyro_count
         if self._known:
-            rotate_dcm(self._R, w, dt, self._turned)
-            self._R, self._turned = self._turned, self._R
+            turn(self._R, p, q, r, dt)
         if not fresh:
             if self._dt > GAP_S:
                 self._begin()
             return
         self._same = self._same + 1 if f.att_q_nb == self._read else 0
         self._read = f.att_q_nb
-        dcm_from_quat(np.array(f.att_q_nb), self._seen)
-        rotate_dcm(self._seen, w, (f.t_us - f.att_t_us) * 1e-6, self._turned)
+        more = beyond(self._R, p, q, r, *f.att_q_nb, (f.t_us - f.att_t_us) * 1e-6)
         if self._known:
-            mul33_t(self._turned, self._R, self._E)  # I - [more x]
-            e = self._E.tolist()
-            self._note((0.5 * (e[5] - e[7]), 0.5 * (e[6] - e[2]), 0.5 * (e[1] - e[3])), u, nav)
+            self._note(more, u, nav)
         self._known = True
-        self._R[:] = self._turned
         self._turn, self._dt, self._count = ZERO3, 0.0, 0
 
     def _note(self, more: Vec3, u: np.ndarray, nav: NavState) -> None:
         """The reference has turned `more` [rad] than the gyro since its last reading."""
-        x, y, z = self._turn
-        old, flow = (self._steps[-1] if self._steps else None), (max(nav.V, 1.0), nav.beta, nav.alpha)
-        s = Step(more, (x, y, z), (abs(x), abs(y), abs(z)), self._dt, self._dt, *flow, density(-nav.pos_n[2]), u.copy())
-        if old is not None:
-            s.more, s.turn, s.size = added(old.more, s.more), added(old.turn, s.turn), added(old.size, s.size)
-            s.t_s += old.t_s
-        self._steps.append(s)
-        self._found.clear()
-        self._judge(s, more)
+        dt, flow = self._dt, (max(nav.V, 1.0), nav.beta, nav.alpha)
+        sides = self._steps.take(
+            more, self._turn, dt, flow, -nav.pos_n[2], u, self._scatter, self._rate2, max(self._count, 1)
+        )
+        self._judge(more, sides, dt)
 
-    def _judge(self, s: Step, more: Vec3) -> None:
-        """Every window that is full; who is left out, and who is taken again. `more` [rad]: of the last step alone."""
+    def _judge(self, more: Vec3, sides: int, dt: float) -> None:
+        """Every window that is full; who is left out, and who is taken again. more [rad]: of the last step alone, dt [s]; sides
+        (Moments.wild)."""
         alarm = False
-        for T in WINDOWS_S:
-            began = self._before(T)
+        for T, began, axes in zip(WINDOWS_S, self._steps.first, self._steps.axes, strict=True):
             if began < 0:
                 continue
-            axes = self._beyond(s, self._steps[began])
             self._over[T] = self._over[T] + 1 if axes else 0
             alarm = alarm or bool(axes)
             if self._over[T] >= TWICE and not self.out and self.moments_hold:
                 self._who(T, axes)
             else:
                 self._accused[T] = 0
-        sides = self._moments.wild(self._steps[-3], self._steps[-2], s) if len(self._steps) > 2 else 0
         if sides == 2 or (sides == 1 and self._contradicted()):
             alarm = True
             if not self.out and self.moments_hold:
-                self._leave_out(HF_IMU, more, s.dt, "its rates jump")
+                self._leave_out(HF_IMU, more, dt, "its rates jump")
                 self._jumped = True
-        self._exercise(s, alarm)
+        self._exercise(dt, alarm)
         if not alarm and not self.out:
-            self._learn(s, more)
+            self._learn(more, dt)
             if self._calm_s > WINDOWS_S[-1]:
                 self._said = dict.fromkeys(self._said, 0)
         # what jumps may come late, and agrees in calm flight
@@ -172,46 +175,21 @@ class Turning:
             self.texts.append(Text(5, f"{NAMES[self.out]} agrees again, used"))
             self.out = self._by = 0
 
-    def _exercise(self, s: Step, alarm: bool) -> None:
+    def _exercise(self, dt: float, alarm: bool) -> None:
         """For how long both have agreed, and how late the gyro has come where it may."""
         if alarm or self._calm_s == 0.0:
             self._lateness.begin()
-        self._calm_s = 0.0 if alarm else self._calm_s + s.dt
-        i = self._before(WINDOWS_S[0])
+        self._calm_s = 0.0 if alarm else self._calm_s + dt
+        i = self._steps.first[0]
         if self.out and self._jumped and i > 0:
             faster = self._rates(len(self._steps) - 1) - self._rates(i)
-            self._lateness.take(less(s.more, self._steps[i].more), faster, self.r_rate**2 / max(self._count, 1))
+            more = less(self._steps[-1].more, self._steps[i].more)
+            self._lateness.take(more, faster, self._rate2 / max(self._count, 1))
 
     def _rates(self, i: int) -> np.ndarray:
         """Mean rates [3] rad/s by the gyro in step i > 0."""
         step = self._steps[i]
         return np.array(less(step.turn, self._steps[i - 1].turn)) / step.dt
-
-    def _before(self, T: float) -> int:
-        """Index of the latest step T [s] before the last one; -1: there is none yet."""
-        i = self._found.get(T)
-        if i is None:
-            then = self._steps[-1].t_s - T + 1e-6
-            i = len(self._steps) - 1
-            for step in reversed(self._steps):
-                if not step.t_s > then:
-                    break
-                i -= 1
-            self._found[T] = i
-        return i
-
-    def _beyond(self, now: Step, then: Step) -> list[int]:
-        """Axes about which reference and gyro disagree between two steps."""
-        more, sigma = less(now.more, then.more), self._sigmas(now, then)
-        return [i for i in range(3) if abs(more[i]) > self.k * sigma[i]]
-
-    def _sigmas(self, now: Step, then: Step) -> Vec3:
-        """[rad] by which the reference may turn more than the gyro between two steps."""
-        span = now.t_s - then.t_s
-        white = 2.0 * self._scatter + self.r_rate**2 * span * now.dt / max(self._count, 1) + (BIAS * span) ** 2
-        x, y, z = less(now.size, then.size)
-        sqrt = math.sqrt
-        return sqrt(white + (SCALE * x) ** 2), sqrt(white + (SCALE * y) ** 2), sqrt(white + (SCALE * z) ** 2)
 
     def _contradicted(self) -> bool:
         """Whether the reference has not seen the gyro's last turns."""
@@ -220,11 +198,10 @@ class Turning:
     def lately(self) -> tuple[Vec3, Vec3]:
         """Over the shortest window: by how much the reference has turned more than the gyro [rad], and one sigma of that; without
         a sigma where nobody knows."""
-        began = self._before(WINDOWS_S[0]) if self._steps else -1
+        began = self._steps.first[0] if self._steps else -1
         if began < 0 or self.out:
             return ZERO3, (math.inf, math.inf, math.inf)
-        now, then = self._steps[-1], self._steps[began]
-        return less(now.more, then.more), self._sigmas(now, then)
+        return self._steps.apart(began, self._scatter, self._rate2, max(self._count, 1))
 
     def _who(self, T: float, axes: list[int]) -> None:
         """Leave out who turns otherwise about `axes` than the moments have it, from before the fault on, which has shown over
@@ -235,17 +212,17 @@ class Turning:
         the one not named by half as many as the other since they disagree. A reference that repeats itself
         to the bit says nothing.
         """
-        began = self._before(T + BEFORE_S)
-        earlier = self._before(self._steps[-1].t_s - self._steps[began].t_s + SLOW_S) if began > 0 else -1
+        steps = self._steps
+        began = steps.before(T + BEFORE_S)
+        earlier = steps.before(steps[-1].t_s - steps[began].t_s + SLOW_S) if began > 0 else -1
         if earlier < 0:
             return
-        steps = list(self._steps)
         first, last, ago = steps[began], steps[-1], steps[earlier]
         w = self._rates(began)
         slow = np.array(less(first.more, ago.more)) / (first.t_s - ago.t_s)
         gyro, more = less(last.turn, first.turn), less(last.more, first.more)
         size = less(last.size, first.size)
-        said = {self._nearer(steps[began + 1 :], start, gyro, more, size, axes) for start in (w, w + slow)}
+        said = {self._nearer(steps.since(began), start, gyro, more, size, axes) for start in (w, w + slow)}
         for who in said:
             self._said[who] += 1
         mine, other = self._said[HF_IMU], self._said[HF_ATT]
@@ -277,19 +254,19 @@ class Turning:
             return 0
         return HF_IMU if off_att < off_gyro else HF_ATT
 
-    def _learn(self, s: Step, more: Vec3) -> None:
-        """The scatter of the reference, and what the moments lack, while nobody is wrong."""
-        if len(self._steps) < 3:
+    def _learn(self, more: Vec3, dt: float) -> None:
+        """The scatter of the reference, and what the moments lack, while nobody is wrong; more, dt of the last step."""
+        steps = self._steps
+        if len(steps) < 3:
             return
         each = (more[0] ** 2 + more[1] ** 2 + more[2] ** 2) / 6.0  # of one axis of one of two readings
         floor = (LEAST * self.r_euler) ** 2
-        self._scatter = max(self._scatter + min(s.dt / LEARN_S, 1.0) * (each - self._scatter), floor)
-        self._moments.learn(s.dt)
-        self._tried_s += s.dt
-        if self._tried_s > TRY_S and (began := self._before(WINDOWS_S[-1] + BEFORE_S)) > 0:
-            steps = list(self._steps)
-            turned = self._moments.turned(steps[began + 1 :], self._rates(began))
-            self._moments.missed(less(less(s.turn, steps[began].turn), turned), self._tried_s)
+        self._scatter = max(self._scatter + min(dt / LEARN_S, 1.0) * (each - self._scatter), floor)
+        self._moments.learn(dt)
+        self._tried_s += dt
+        if self._tried_s > TRY_S and (began := steps.before(WINDOWS_S[-1] + BEFORE_S)) > 0:
+            turned = self._moments.turned(steps.since(began), self._rates(began))
+            self._moments.missed(less(less(steps[-1].turn, steps[began].turn), turned), self._tried_s)
             self._tried_s = 0.0
 
 

@@ -1,7 +1,8 @@
-"""The plant's step today against that of another commit: `python -m hil_scripts.bench.against COMMIT`.
+"""The plant's step today against that of another commit: `python -m hil_scripts.bench.against COMMIT`; whole flights of a
+scenario in one process, all logs written: `... COMMIT --flight SCENARIO`.
 
-Both trees step their refuelling world in trim in a process of their own, in batches by turns, so that other load on the machine
-falls on both alike; processor time counts. Today's is measured as the scenario has it and with every model on.
+Both trees step their refuelling world in trim, or fly, in a process of their own, in batches by turns, so that other load on the
+machine falls on both alike; processor time counts. Today's plant is measured as the scenario has it and with every model on.
 """
 
 from __future__ import annotations
@@ -46,18 +47,47 @@ for line in sys.stdin:
 """
 
 
-class Served:
-    """A tree's plant in a process of its own."""
+# argument: the tree, the scenario; answered by microseconds a tick of the flight
+FLY = """
+import os, sys, tempfile, time
+from pathlib import Path
+root, scenario = sys.argv[1:3]
+sys.path.insert(0, root)
+os.chdir(root)
+from hil_scripts.launch import kernel_cache
+kernel_cache.use()
+import flightsw
+from hil_scripts.launch.inproc import InProcess
+from hil_scripts.launch.runfolder import make_folder, resolve
+assert flightsw.__file__.startswith(root), flightsw.__file__
+with tempfile.TemporaryDirectory(prefix="wakefield-flown-") as tmp:
+    plan = resolve(scenario, 1, [], 1e4)
+    flight = InProcess(plan, make_folder(plan, Path(tmp) / "run"))
+    for line in sys.stdin:
+        n, t0 = int(line), time.process_time()
+        for _ in range(n):
+            flight.tick()
+        print((time.process_time() - t0) / n * 1e6, flush=True)
+"""
+FLIGHT_WARM, FLIGHT_BATCH, FLIGHT_BATCHES = (
+    1000,
+    100,
+    25,
+)  # [ticks]: navigation is valid, nothing is compiled or loaded any more
 
-    def __init__(self, root: Path, kind: str) -> None:
-        """kind: "all" or "own". Raises OSError."""
+
+class Served:
+    """A tree's plant or flight in a process of its own."""
+
+    def __init__(self, root: Path, kind: str, code: str = "") -> None:
+        """kind: "all" or "own", a scenario with `code` FLY. Raises OSError."""
         self.process = subprocess.Popen(
-            [sys.executable, "-P", "-c", SERVE, str(root), kind],
+            [sys.executable, "-P", "-c", code or SERVE, str(root), kind],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
         )  # fmt: skip
 
     def ask(self, ticks: int) -> float:
-        """Microseconds per aircraft and tick over so many ticks. Raises RuntimeError with what it said at its end."""
+        """Microseconds over so many ticks, as `code` has them. Raises RuntimeError with what it said at its end."""
         p = self.process
         assert p.stdin is not None and p.stdout is not None and p.stderr is not None
         try:
@@ -86,10 +116,21 @@ def tree_of(commit: str) -> Iterator[Path]:
 
 def compare(then: Path, now: Path, batches: int = BATCHES, ticks: int = BATCH) -> dict[str, list[float]]:
     """[us] of each batch: THEN, NOW and EVERYTHING, in turns. Raises RuntimeError, OSError."""
-    served = {THEN: Served(then, "own"), NOW: Served(now, "own"), EVERYTHING: Served(now, "all")}
+    return _by_turns(
+        {THEN: Served(then, "own"), NOW: Served(now, "own"), EVERYTHING: Served(now, "all")}, WARM, batches, ticks
+    )
+
+
+def flights(then: Path, now: Path, scenario: str, batches: int = FLIGHT_BATCHES) -> dict[str, list[float]]:
+    """[us] a tick of each batch of a scenario's flight: THEN and NOW, in turns. Raises RuntimeError, OSError."""
+    served = {THEN: Served(then, scenario, FLY), NOW: Served(now, scenario, FLY)}
+    return _by_turns(served, FLIGHT_WARM, batches, FLIGHT_BATCH)
+
+
+def _by_turns(served: dict[str, Served], warm: int, batches: int, ticks: int) -> dict[str, list[float]]:
     try:
         for s in served.values():
-            s.ask(WARM)
+            s.ask(warm)
         taken: dict[str, list[float]] = {k: [] for k in served}
         for _ in range(batches):
             for k, s in served.items():
@@ -110,15 +151,20 @@ def main() -> int:
     """Print the table. Exit 2: no such commit."""
     p = argparse.ArgumentParser(prog="hil_scripts.bench.against", description=__doc__)
     p.add_argument("commit")
-    p.add_argument("--batches", type=int, default=BATCHES)
+    p.add_argument("--flight", metavar="SCENARIO")
+    p.add_argument("--batches", type=int)
     a = p.parse_args()
     try:
         with tree_of(a.commit) as then:
-            taken = compare(then, ROOT, a.batches)
+            if a.flight is None:
+                taken = compare(then, ROOT, a.batches or BATCHES)
+            else:
+                taken = flights(then, ROOT, a.flight, a.batches or FLIGHT_BATCHES)
     except subprocess.CalledProcessError as e:
         print(f"git archive {a.commit}: {e.stderr.decode().strip()}", file=sys.stderr)
         return 2
-    print("| plant's step, aircraft and tick | least [us] | over the commit's: least | median of pairs |")
+    what = "plant's step, aircraft and tick" if a.flight is None else f"flight of {a.flight}, tick"
+    print(f"| {what} | least [us] | over the commit's: least | median of pairs |")
     print("|---|---|---|---|")
     for name, t in taken.items():
         least, pairs = ratios(taken, name)

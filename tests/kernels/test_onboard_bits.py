@@ -67,6 +67,13 @@ def turns(r: Rng, angles: int) -> list[float]:
     return [f(a) for a in r.uniform(-0.3, 0.3, angles) for f in (math.cos, math.sin)]
 
 
+def looks(r: Rng) -> np.ndarray:
+    """A ring of steps 0.05 s apart, of which step 529 is the last."""
+    S = r.normal(0.0, 0.01, (512, 19))
+    S[:, 9], S[:, 10] = 0.05 * (1.0 + (np.arange(512) - 18) % 512), 0.05
+    return S
+
+
 def controls(r: Rng) -> np.ndarray:
     return np.array([*r.uniform(-0.2, 0.2, 3), r.uniform(2e3, 1e4)])
 
@@ -175,6 +182,7 @@ CASES: dict[str, Callable[[Rng], Args]] = {
     "kernels.rotations.to_parent": lambda r: [unit9(r), r.normal(size=3), z(3)],
     "kernels.rotations.to_child": lambda r: [unit9(r), r.normal(size=3), z(3)],
     "kernels.rotations.rotate_dcm": lambda r: [unit9(r), r.normal(size=3), r.uniform(0, 0.3), z(9)],
+    "kernels.rotations.turn": lambda r: [unit9(r), *r.normal(size=3), r.uniform(0, 0.3)],
     "kernels.rotations.wrap_pi": lambda r: [r.uniform(-50, 50)],
     "missions.receiver.airdata.wake_kernel.horseshoe": lambda r: [*r.uniform(-40, 10, 3), 15.7, 0.8, 300.0, 2.0, 200.0],
     "missions.receiver.airdata.wake_kernel.wake_wind": lambda r: [
@@ -320,6 +328,31 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         P,
         z(6),
     ],
+    "sixdof.moments.learn": lambda r: [r.normal(size=3), 0.1, r.normal(size=3), r.uniform(0.01, 1.0, 3)],
+    "sixdof.looks.before": lambda r: [looks(r), 530, r.uniform(0.1, 1.0)],
+    "sixdof.looks.apart": lambda r: [looks(r), 530, 505, 1e-5, 1e-4, 5, 2.0],
+    "sixdof.looks.looked": lambda r: [
+        looks(r),
+        530,
+        *r.normal(0.0, 0.01, 6),
+        0.05,
+        r.uniform(150, 220),
+        *r.uniform(-0.1, 0.1, 2),
+        7010.0,
+        controls(r),
+        np.array([0.3, 1.0]),
+        1.0,
+        1e-5,
+        1e-4,
+        5,
+        2.0,
+        P,
+        z(3),
+        np.full(3, 0.1),
+        z(3),
+        z(9),
+        z(7),
+    ],
     "sixdof.motion.air_velocity": lambda r: [r.uniform(150, 220), *r.uniform(-0.1, 0.1, 2)],
     "sixdof.sensed.sensed_rates": lambda r: [
         free_state(r),
@@ -357,7 +390,17 @@ CASES: dict[str, Callable[[Rng], Args]] = {
     "sixdof.motion.free_rates": lambda r: [free_state(r), controls(r), 0.59, P, z(9), z(9), z(15)],
     "sixdof.motion.relative_rates": lambda r: [free_state(r), controls(r), 0.59, P, stage(r), z(9), z(9), z(15)],
     "sixdof.motion.relative_velocity": lambda r: [free_state(r), stage(r), unit9(r), z(3)],
-    "sixdof.motion._apart": lambda r: [free_state(r), *r.uniform(-10, 200, 3), stage(r), unit9(r), z(3)],
+    "sixdof.motion._apart": lambda r: [free_state(r), *r.uniform(-10, 200, 3), stage(r), z(3)],
+    "sixdof.motion._moves_alike": lambda r: [free_state(r), free_state(r)[:9].copy()],
+    "sixdof.motion._beside": lambda r: [
+        free_state(r),
+        r.normal(size=(4, 3)),
+        np.array([stage(r) for _ in range(3)]),
+        0.05,
+        z(5, 15),
+    ],
+    "sixdof.motion.free_motion": lambda r: [free_state(r), controls(r), 0.59, P, z(9), z(9), z(15)],
+    "sixdof.motion.relative_motion": lambda r: [free_state(r), controls(r), 0.59, P, stage(r), z(9), z(9), z(15)],
     "sixdof.motion.propagate_free": lambda r: [points(r), controls(r), 0.59, P, 0.05, z(5, 15)],
     "sixdof.motion.propagate_relative": lambda r: [
         points(r),
@@ -381,6 +424,41 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         np.array([-0.03, 0.0, 0.03]),
         np.array([180.0, 200.0]),
         z(6),
+    ],
+    "sixdof.schedule.integrated": lambda r: [
+        r.normal(size=3),
+        0.05,
+        bool(r.integers(2)),
+        r.uniform(0.0, 1.0, 3),
+        r.normal(size=3),
+        z(3),
+        z(3),
+    ],
+    "sixdof.schedule.closed": lambda r: [
+        r.uniform(-0.04, 0.04),
+        r.uniform(170, 210),
+        np.array([-0.03, 0.0, 0.03]),
+        np.array([180.0, 200.0]),
+        z(6),
+        r.normal(size=(6, 4, 26)),
+        r.normal(size=(6, 26)),
+        r.normal(size=(6, 4)),
+        z(4),
+        z(3, 4),
+        r.normal(size=26),
+        z(26),
+        12,
+        r.normal(size=3),
+        r.normal(size=3),
+        5e3,
+        r.normal(size=(1, 4)),
+        r.normal(size=3),
+        0.05,
+        False,
+        np.ones(3),
+        r.normal(size=3),
+        z(3),
+        z(3),
     ],
     "sixdof.schedule.scheduled": lambda r: [
         r.normal(size=(6, 4, 26)),

@@ -116,7 +116,14 @@ LATER = {  # mission -> module and kernels that a flight comes to some time afte
     ),
     "receiver": (
         "flightsw.missions.receiver.integrity.bank",
-        ("kernel.predict", "kernel.innovations", "kernel.correct", "kernel.spread", "kernel.sigmas", "kernel.ahead"),
+        (
+            "kernel.predict",
+            "kernel.surprise",
+            "kernel.heard",
+            "kernel.sigmas",
+            "judge_kernel.stand",
+            "judge_kernel.judged",
+        ),
     ),
 }
 

@@ -12,13 +12,16 @@ from hypothesis import strategies as st
 
 from flightsw.aircraft import load_aircraft
 from flightsw.filters.covariance import gain
+from flightsw.filters.srukf import draw
 from flightsw.kernels.atmosphere import sound_speed
 from flightsw.kernels.linalg import backward_sub_t, forward_sub, tria
 from flightsw.missions.receiver.integrity import kernel
 from flightsw.missions.receiver.integrity.layout import AB, NB, ROWS, D, U
 from flightsw.sixdof.actuators import between, thrust_available
 from flightsw.sixdof.estimator_core import fill_noise, sane
-from flightsw.sixdof.motion import air_velocity
+from flightsw.sixdof.layout import NX, X_X
+from flightsw.sixdof.motion import air_velocity, propagate_free, propagate_relative
+from flightsw.sixdof.params import parameter_vector
 from flightsw.sixdof.recovery.answer_kernel import MOTION, explained, learn, numbers, unexplained
 from flightsw.sixdof.recovery.motion import angle
 
@@ -162,6 +165,26 @@ def test_rows_side_by_side_are_those_one_by_one(n: int) -> None:
         forward_sub(L, n, row)
         backward_sub_t(L, n, row)
     assert K.tobytes() == one.tobytes()
+
+
+@pytest.mark.parametrize("behind", [False, True])
+def test_points_that_differ_in_place_and_wind_alone_move_as_each_by_itself(behind: bool) -> None:
+    """Of the points of a triangular factor, some of whose states are zero: a sign of a zero is a difference."""
+    ac, r = load_aircraft("learjet24"), np.random.default_rng(6)
+    P, u, W = parameter_vector(ac, 5000.0), np.array([0.01, -0.02, 0.01, 5e3]), np.zeros((5, NX))
+    tanker = [np.array([*np.eye(3).ravel(), *r.normal(0.0, 0.02, 6), 195.0, 3.0, 0.0]) for _ in range(3)]
+    for still in (0.0, -0.0, 0.01):
+        x = np.array([195.0, still, 0.03, *r.normal(0.0, 0.01, 5), still, -59.0, 20.0, 6.0, 5.0, still, 1.0])
+        S, X = np.tril(r.normal(0.0, 0.1, (NX, NX))), np.zeros((2 * NX + 1, NX))
+        draw(x, S, 3.9, X)
+        assert (X[:, :X_X] == x[:X_X]).all(axis=1).sum() == 1 + 2 * (NX - X_X)
+        alone = [row[None, :].copy() for row in X]
+        for points in (X, *alone):
+            if behind:
+                propagate_relative(points, u, 0.59, P, np.array(tanker), 0.05, W)
+            else:
+                propagate_free(points, u, 0.59, P, 0.05, W)
+        assert X.tobytes() == np.concatenate(alone).tobytes()
 
 
 def _sum(terms: Iterable[float]) -> float:

@@ -16,6 +16,7 @@ import numpy as np
 
 from flightsw.aircraft import Aircraft
 from flightsw.kernels.linalg import solve
+from flightsw.kernels.rotations import less
 from flightsw.kernels.sampled import multiply
 from flightsw.plugins import EVERY_KEY, OursOr, made, refuse_ignored
 from flightsw.sixdof.actuators import ActuatorModel
@@ -29,7 +30,7 @@ from flightsw.sixdof.command import (
     lqr_terms,
     thrust_unit,
 )
-from flightsw.sixdof.layout import EULER, POS, RATE
+from flightsw.sixdof.layout import EULER, POS
 from flightsw.sixdof.lqr import ENGINE, OLD, SERVO, SERVO_RATE, Design, DesignError, augment, design
 from flightsw.sixdof.lqr import INTEGRALS as BEHIND
 from flightsw.sixdof.schedule import GainSchedule
@@ -137,7 +138,7 @@ class ReceiverControl:
         self.z, self.off = np.zeros(self.sched.nz), np.zeros(self.sched.nz)
         self.core.u_old = np.zeros(((self.sched.nz - N - OLD) // 4, 4))
         self._err = np.zeros(3)
-        self._cond = np.array([0.0, float(np.mean(s.V_mps))])
+        self._cond = 0.0, float(np.mean(s.V_mps))  # [rad/s], [m/s] of the tanker, smoothed
 
     def _design(
         self, ac: Aircraft, tanker: Aircraft, yd: float, V: float, dt_s: float, weights: tuple[Node3, Node3, Four]
@@ -173,34 +174,28 @@ class ReceiverControl:
         a = dt / (self.p.condition_tau_s + dt)
         known = math.isfinite(psi_dot_t) and math.isfinite(V_t)
         if not c.started and known:
-            self._cond[:] = psi_dot_t, V_t
+            self._cond = psi_dot_t, V_t
+        psi_dot, V = self._cond
         if known:
-            self._cond[0] += a * (psi_dot_t - self._cond[0])
-            self._cond[1] += a * (V_t - self._cond[1])
-        self.sched.set_condition(self._cond[0], self._cond[1])
+            psi_dot, V = self._cond = psi_dot + a * (psi_dot_t - psi_dot), V + a * (V_t - V)
         lo, hi = self.p.soft_sigma_m
         want = min(max((max(nav.scatter) - lo) / (hi - lo), 0.0), 1.0)
         if not c.started:
             self.softness = want  # poor sensing must not meet the tight law first
             c.u_old[:] = act.pos[0], act.pos[1], act.pos[2], act.thrust
             c.started = True
-        z[VEL], z[RATE], z[EULER], z[POS] = nav.rel_vel_t, nav.rel_w_b, nav.rel_euler, nav.rel_pos_t
-        z[VEL] -= cmd.rel_vel_t
-        for i in range(3):
-            e, most = nav.rel_pos_t[i] - cmd.rel_pos_t[i], self.p.pos_limit_m[i]
-            self._err[i] = min(max(e, -most), most)
-        z[POS] = self._err
-        c.actuator_states(z, N, act)
-        c.integrate(self._err, dt)
-        z[INTEGRALS] = c.e
-        z[N + OLD :] = c.u_old.ravel()
-        u, parts = self.sched.evaluate(z, self.off), self.sched.split(z, self.off, INTEGRALS)
+        ahead, right, below = less(nav.rel_pos_t, cmd.rel_pos_t)
+        x, y, h = self.p.pos_limit_m
+        err = min(max(ahead, -x), x), min(max(right, -y), y), min(max(below, -h), h)
+        self._err[:] = err
+        z[:N] = *less(nav.rel_vel_t, cmd.rel_vel_t), *nav.rel_w_b, *nav.rel_euler, *err
+        u, parts = c.close(self.sched, self._cond, z, self.off, N, self._err, act, dt)
         self.softness += a * (want - self.softness)
         if self.softness > 1e-3:
-            self.soft.set_condition(self._cond[0], self._cond[1])
+            self.soft.set_condition(psi_dot, V)
             u += self.softness * (self.soft.evaluate(z, self.off) - u)
             parts += self.softness * (self.soft.split(z, self.off, INTEGRALS) - parts)
-        c.terms.stand(float(self._cond[0]), float(self._cond[1]), self.softness)
+        c.terms.stand(psi_dot, V, self.softness)
         return c.limit(u, h_m, nav.V, parts)
 
     @property

@@ -14,7 +14,7 @@ import numpy as np
 
 from flightsw.aircraft import Aircraft
 from flightsw.sixdof.actuators import thrust_available
-from flightsw.sixdof.recovery.answer_kernel import MOTION, THRUST, follows, learn, means, numbers, unexplained
+from flightsw.sixdof.recovery.answer_kernel import MOTION, THRUST, follows, learn, looked, numbers
 from flightsw.sixdof.recovery.readings import Readings
 from flightsw.types import Text, Vec3
 
@@ -53,7 +53,7 @@ class Answer:
         self._P, self._x = numbers(ac), np.zeros(MOTION)
         self._w: Vec3 = (0.0, 0.0, 0.0)
         self._known = False  # the rates of the step before are
-        self._u, self._acted = np.zeros(4), np.zeros(4)
+        self._u = np.zeros(4)
         self._windows = np.array([max(round(T / dt_s), 2) for T in (SHORT_S, LONG_S)])
         self._recent, self._moves = round(MOTION_S / dt_s), tuple(max(round(T / dt_s), 5) for T in MOVES_S)
         self._slope, self._slope_sigma = np.zeros((2, 3)), np.zeros((2, 3))  # by window
@@ -73,53 +73,48 @@ class Answer:
         """u [4]: mean controls (surfaces rad, thrust N) believed to have acted over the dt [s] whose mean rates and forces s has;
         sound: nobody has found gyro or accelerometers wrong; apart: by how much the reference has turned more than the gyro about
         each axis over SHORT_S [rad], and one sigma of that."""
-        acted, before, self._w = self._acted, self._w, s.w
-        acted[:] = 0.5 * (self._u + u)
-        self._u[:] = u
+        before, self._w = self._w, s.w
         faded = max(1.0 - dt / APART_S, 0.0)
         self._apart = [max(abs(x), faded * last) for x, last in zip(apart[0], self._apart, strict=True)]
         if not sound or not s.V_measured or not self._known:
             self._slow = -1.0
+            self._u[:] = u
             self._known, self._n, self._count = sound and s.V_measured, 0, [0, 0, 0, 0]
             return
         if self._n % len(self._off) == 0:  # no quicker than height and speed go
             self._avail = thrust_available(self.ac, s.h_m, s.V)
             self._least[THRUST] = LEAST_THRUST * self._avail
-        row = self._off[self._n % len(self._off)]
+        thrust = 0.5 * (float(self._u[THRUST]) + float(u[THRUST]))
         self._x[:] = (
             *s.w, *before, *s.force, s.load, s.V, s.alpha, s.beta, s.swing, s.q, s.mass, *s.inertia,
         )  # fmt: skip
-        unexplained(self._x, self._P, dt, acted, row)
-        told = acted.tolist()
-        self._spool(row, told[THRUST], dt)
-        self._told[self._n % len(self._told)] = acted
+        row, told_row = self._off[self._n % len(self._off)], self._told[self._n % len(self._told)]
+        looked(
+            self._x, self._P, dt, u, self._u, self._lag(thrust, dt), self._n, self._moves[0], self._off, self._told,
+            self._windows, self._recent, self._lasting, self._square, self._least, SIGMAS, self._share, self._mean, self._over,
+        )  # fmt: skip
         self._n += 1
         if self._n < self._moves[0]:
             return
-        means(
-            self._off, self._n, self._told, self._windows, self._recent, self._lasting, self._square, self._least, SIGMAS,
-            self._share, self._mean, self._over,
-        )  # fmt: skip
+        told = told_row.tolist()
         near, over = self._mean[0].tolist(), self._over.tolist()
         self.at = (told[0] + near[0], told[1] + near[1], told[2] + near[2])
-        thrust = over[THRUST] > 1.0 and self._gathers(s)
-        self._judge([*self._accused(s, over, apart), thrust], over)
+        missed = over[THRUST] > 1.0 and self._gathers(s)
+        self._judge([*self._accused(s, over, apart), missed], over)
         if self.weak:
-            self._recovers(told[THRUST], dt)
+            self._recovers(thrust, dt)
         if self._learnt_s < LEARN_S or max(over) < DOUBTFUL:
             self._learn(row, dt)
 
-    def _spool(self, row: np.ndarray, thrust: float, dt: float) -> None:
-        """Thrust of row [8] between what is believed and what the file's slowest engine has by now is not off."""
+    def _lag(self, thrust: float, dt: float) -> float:
+        """By how much [N] the file's slowest engine has another thrust by now than is believed: what is between is not off."""
         e = self.ac.engine
         if self._slow < 0.0 or e.spool_full_ps == 0.0:
             self._slow = thrust
         full = min(max(self._slow / self._avail, 0.0), 1.0)
         most = LAZY * (e.spool_idle_ps + (e.spool_full_ps - e.spool_idle_ps) * full) * self._avail * dt
         self._slow += min(max(thrust - self._slow, -most), most)
-        lag = self._slow - thrust
-        for i in (THRUST, 4 + THRUST):
-            row[i] -= min(max(float(row[i]), min(lag, 0.0)), max(lag, 0.0))
+        return self._slow - thrust
 
     def _accused(self, s: Readings, over: list[float], apart: tuple[Vec3, Vec3]) -> list[bool]:
         """Of each surface whether it is too far off, does not follow its command (what balances a wake does), and would have
@@ -159,7 +154,8 @@ class Answer:
             return
         for j, x in enumerate(accused):
             self._count[j] = self._count[j] + 1 if x else 0
-        worst = max(range(3), key=lambda j: over[j] * (self._count[j] >= TWICE))
+        some = max(self._count[:THRUST]) >= TWICE
+        worst = max(range(3), key=lambda j: over[j] * (self._count[j] >= TWICE)) if some else 0
         if self.failed < 0 and self._count[worst] >= TWICE:
             self.failed = worst
             deg = math.degrees(self.at[worst] - float(self._u[worst]))

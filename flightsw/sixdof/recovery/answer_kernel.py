@@ -125,6 +125,31 @@ def means(
 
 
 @jit
+def looked(
+    x: np.ndarray, P: np.ndarray, dt: float, u: np.ndarray, last: np.ndarray, lag: float, n: int, enough: int,
+    off: np.ndarray, told: np.ndarray, windows: np.ndarray, recent: int, lasting: np.ndarray, square: np.ndarray,
+    least: np.ndarray, sigmas: float, share: np.ndarray, mean: np.ndarray, over: np.ndarray,
+) -> None:  # fmt: skip
+    """Step n of the rings off [*,8] and told [*,4] <- `unexplained` of the motion x beyond the mean of the controls u and last
+    [4], which become u, and those; then `means`, once `enough` steps have been written. lag [N]: by which thrust may be off."""
+    row, acted = off[n % off.shape[0]], told[n % told.shape[0]]
+    for j in range(4):
+        acted[j] = 0.5 * (last[j] + u[j])
+        last[j] = u[j]
+    unexplained(x, P, dt, acted, row)
+    for side in range(2):
+        i = 4 * side + THRUST
+        within = row[i]  # between 0 and the lag
+        if min(lag, 0.0) > within:
+            within = min(lag, 0.0)
+        if max(lag, 0.0) < within:
+            within = max(lag, 0.0)
+        row[i] -= within
+    if n + 1 >= enough:
+        means(off, n + 1, told, windows, recent, lasting, square, least, sigmas, share, mean, over)
+
+
+@jit
 def follows(off: np.ndarray, n: int, told: np.ndarray, count: int, slope: np.ndarray, sigma: np.ndarray) -> None:
     """Of each surface the slope [3] of what is off (mean of both solutions) over what is believed, both less their means and
     trends over the last `count` steps, and one sigma of it: 0 where it follows, -1 where it stands still. Rings as in `means`."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from flightsw.kernels.atmosphere import G0
 from flightsw.kernels.jit import jit
-from flightsw.kernels.rotations import rotate_dcm
+from flightsw.kernels.rotations import turn
 from flightsw.types import Vec3
 
 LENGTH_S, LEAST_S = 4.0, 1.0  # [s] a window begins anew at twice the first, by turns; judged from the second on
@@ -30,13 +30,41 @@ def gain(R: np.ndarray, force: np.ndarray, dt: float, v: np.ndarray) -> None:
         v[i] += dt * (R[i] * force[0] + R[3 + i] * force[1] + R[6 + i] * force[2] + (G0 if i == 2 else 0.0))
 
 
+@jit
+def carry(
+    R: np.ndarray, by_gyro: np.ndarray, by_reference: np.ndarray, reference: np.ndarray,
+    p: float, q: float, r: float, x: float, y: float, z: float, dt: float,
+) -> None:  # fmt: skip
+    """R [9], by the gyro, and the velocities [3] m/s NED gained by it and by the reference [9], dt [s] on in place: rates p, q, r
+    [rad/s], specific force x, y, z [m/s^2] in body axes."""
+    force = np.empty(3)
+    force[0], force[1], force[2] = x, y, z
+    turn(R, p, q, r, dt)
+    gain(R, force, dt, by_gyro)
+    gain(reference, force, dt, by_reference)
+
+
+@jit
+def angle(A: np.ndarray, B: np.ndarray) -> float:
+    """Angle [rad] between two attitudes [9]."""
+    trace = A[0] * B[0]
+    for i in range(1, 9):
+        trace += A[i] * B[i]
+    cosine = 0.5 * (trace - 1.0)
+    if cosine < -1.0:
+        cosine = -1.0
+    elif cosine > 1.0:
+        cosine = 1.0
+    return math.acos(cosine)
+
+
 class Window:
     """What gyro and reference make of attitude and velocity since they were last alike. R [9]: NED to body by the gyro; velocity
     gained [m/s, NED] by either."""
 
     def __init__(self) -> None:
         self.age_s = -1.0  # < 0: not begun
-        self.R, self._next = np.zeros(9), np.zeros(9)
+        self.R = np.zeros(9)
         self.turned = 0.0  # [rad]
         self.by_gyro, self.by_reference = np.zeros(3), np.zeros(3)
         self._v0: Vec3 = (0.0, 0.0, 0.0)
@@ -47,14 +75,11 @@ class Window:
         self.R[:] = R
         self.by_gyro[:] = self.by_reference[:] = 0.0
 
-    def carry(self, w: np.ndarray, rate: float, force: np.ndarray, reference: np.ndarray, dt: float) -> None:
+    def carry(self, w: Vec3, rate: float, force: Vec3, reference: np.ndarray, dt: float) -> None:
         """dt [s] on: w [3] rad/s, which is `rate` in all, specific force [3] m/s^2 body, reference [9]."""
-        rotate_dcm(self.R, w, dt, self._next)
-        self.R, self._next = self._next, self.R
+        carry(self.R, self.by_gyro, self.by_reference, reference, *w, *force, dt)
         self.age_s += dt
         self.turned += rate * dt
-        gain(self.R, force, dt, self.by_gyro)
-        gain(reference, force, dt, self.by_reference)
 
     def accuses(self, off: float, rate: float, v: Vec3) -> bool:
         """Whether the reference, `off` [rad] from the gyro at a rate [rad/s], is wrong by the GNSS velocity v [3] m/s."""
@@ -91,10 +116,10 @@ class Motion:
             self._have = True
         if not self._have:
             return
-        rates, rate, felt = np.array(w), math.hypot(*w), np.array(force)
+        rate = math.hypot(*w)
         for window in self._windows:
             if window.age_s >= 0.0:
-                window.carry(rates, rate, felt, self._reference, dt)
+                window.carry(w, rate, force, self._reference, dt)
         if reference is None:
             return
         if self.doubted:
@@ -107,8 +132,8 @@ class Motion:
 
     def _judge(self, reference: np.ndarray, rate: float, v: Vec3) -> None:
         first, second = self._windows
-        for window in sorted(self._windows, key=lambda x: -x.age_s):
-            if window.age_s >= 0.0 and window.accuses(angle(reference, window.R), rate, v):
+        for window in (second, first) if second.age_s > first.age_s else (first, second):
+            if window.age_s >= LEAST_S and window.accuses(angle(reference, window.R), rate, v):
                 self.R[:] = window.R
                 self.doubted = self.began = True
                 self._agrees_s = 0.0
@@ -120,11 +145,3 @@ class Motion:
     def _forget(self) -> None:
         for window in self._windows:
             window.age_s = -1.0
-
-
-def angle(A: np.ndarray, B: np.ndarray) -> float:
-    """Angle [rad] between two attitudes [9]."""
-    a, b, c, d, e, f, g, h, i = A.tolist()
-    p, q, r, s, t, u, v, w, x = B.tolist()
-    trace = a * p + b * q + c * r + d * s + e * t + f * u + g * v + h * w + i * x
-    return math.acos(min(max(0.5 * (trace - 1.0), -1.0), 1.0))

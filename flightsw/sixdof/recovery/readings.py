@@ -10,7 +10,7 @@ import numpy as np
 from flightsw import refusal as rd
 from flightsw.aircraft import Aircraft
 from flightsw.kernels.atmosphere import G0, density
-from flightsw.kernels.rotations import dcm_from_quat, rotate_dcm
+from flightsw.kernels.rotations import dcm_from_quat, turn
 from flightsw.sixdof.params import IX, IY, IZ, M, parameter_vector, set_mass
 from flightsw.sixdof.recovery.motion import Motion, angle
 from flightsw.types import (
@@ -60,7 +60,7 @@ class Readings:
         self.h_m = h_m
         self.load, self.down, self.w = 1.0, (0.0, 0.0, 1.0), ZERO3
         self.force: Vec3 = (0.0, 0.0, -G0)
-        self.R, self._turned = np.array([1.0, 0, 0, 0, 1, 0, 0, 0, 1]), np.zeros(9)
+        self.R = np.array([1.0, 0, 0, 0, 1, 0, 0, 0, 1])
         self.known = False  # an attitude has been taken
         self.trusted = False  # of the reference, now
         self.coasting_s = 0.0  # on the gyro alone
@@ -111,8 +111,7 @@ class Readings:
         """Turn on with the gyro; take the reference where it agrees with that and turns with it, or where there is nothing
         better. v [3] m/s NED: a new GNSS velocity."""
         if self.known:
-            rotate_dcm(self.R, np.array(self.w), dt, self._turned)
-            self.R, self._turned = self._turned, self.R
+            turn(self.R, *self.w, dt)
         self.coasting_s += dt
         R: np.ndarray | None = None
         if fresh:

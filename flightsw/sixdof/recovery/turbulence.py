@@ -7,13 +7,49 @@ from collections import deque
 from dataclasses import dataclass
 from typing import Annotated
 
+import numpy as np
+
 from flightsw.kernels.atmosphere import G0
+from flightsw.kernels.jit import jit
 from flightsw.sixdof.recovery.readings import Readings
 from flightsw.strict import Range
 from flightsw.types import Text, Vec3
 
 WARNING, NOTICE = 4, 5  # MAV_SEVERITY
 FIRST_S = 1.0  # [s] of differences before anything is said of them
+
+
+@jit
+def parted(
+    R: np.ndarray, x: float, y: float, z: float, V: float, alpha: float, beta: float, dt: float, gained: np.ndarray
+) -> tuple[float, float, float]:
+    """Velocity [m/s] NED gained so far, `gained` [3] in place, less that through the air; R [9] NED to body, x, y, z [m/s^2]
+    specific force of the step of dt [s], V [m/s], alpha, beta [rad] flow."""
+    cb = math.cos(beta)
+    u, v, w = V * math.cos(alpha) * cb, V * math.sin(beta), V * math.sin(alpha) * cb
+    for i in range(3):  # both turned into NED
+        gained[i] += (R[i] * x + R[3 + i] * y + R[6 + i] * z + (G0 if i == 2 else 0.0)) * dt
+    return (
+        gained[0] - (R[0] * u + R[3] * v + R[6] * w),
+        gained[1] - (R[1] * u + R[4] * v + R[7] * w),
+        gained[2] - (R[2] * u + R[5] * v + R[8] * w),
+    )
+
+
+@jit
+def learnt(
+    R: np.ndarray, n: float, e: float, d: float, share: float, gain: float, noise2: float, square: np.ndarray
+) -> None:
+    """Squares `square` [3] m^2/s^2 along, across, down <- by a share `gain` those of a difference n, e, d [m/s] NED, less noise2
+    [m^2/s^2], over what one of unit intensity would have after `share` [-] of the scale length; R [9] attitude."""
+    heading = math.atan2(R[1], R[0])
+    c, w = math.cos(heading), math.sin(heading)
+    decay = math.exp(-share)
+    along, across = 2.0 * (1.0 - decay), 2.0 * (1.0 - (1.0 - 0.5 * share) * decay)
+    x, y = c * n + w * e, c * e - w * n
+    square[0] += gain * ((x * x - noise2) / along - square[0])
+    square[1] += gain * ((y * y - noise2) / across - square[1])
+    square[2] += gain * ((d * d - noise2) / across - square[2])
 
 
 @dataclass(frozen=True)
@@ -49,8 +85,9 @@ class Turbulence:
         self.texts: list[Text] = []
         self._past: deque[tuple[float, Vec3]] = deque()  # [s], [m/s] velocity gained less velocity through the air, NED
         self._t = self._n_s = self._over_s = self._calm_s = 0.0
-        self._gained = [0.0, 0.0, 0.0]  # [m/s] NED, since the beginning
-        self._square = [0.0, 0.0, 0.0]  # [m^2/s^2] along, across, down
+        self._gained = np.zeros(3)  # [m/s] NED, since the beginning
+        self._square = np.zeros(3)  # [m^2/s^2] along, across, down
+        self._noise2 = p.noise_mps**2
         self._known = False
 
     def step(self, s: Readings, learn: bool, dt: float) -> None:
@@ -63,13 +100,7 @@ class Turbulence:
         if not self._known:  # the step before has no reading to begin from
             self._known = True
             return
-        R, (x, y, z), gained = s.R.tolist(), s.force, self._gained
-        cb = math.cos(s.beta)
-        u, v, w = s.V * math.cos(s.alpha) * cb, s.V * math.sin(s.beta), s.V * math.sin(s.alpha) * cb
-        for i in range(3):  # both turned into NED
-            gained[i] += (R[i] * x + R[3 + i] * y + R[6 + i] * z + (G0 if i == 2 else 0.0)) * dt
-        n, e, d = (gained[i] - (R[i] * u + R[3 + i] * v + R[6 + i] * w) for i in range(3))
-        here = (n, e, d)
+        here = parted(s.R, *s.force, s.V, s.alpha, s.beta, dt, self._gained)
         self._past.append((self._t, here))
         lag = 0.0
         while self._past and (lag := self._t - self._past[0][0]) > self.p.lag_s + 0.5 * dt:
@@ -81,17 +112,10 @@ class Turbulence:
     def _learn(self, s: Readings, here: Vec3, then: Vec3, lag: float, dt: float) -> None:
         """Take in a difference over `lag` [s]: its square over what one of unit intensity would have (rough-air.md 1)."""
         n, e, d = (a - b for a, b in zip(here, then, strict=True))
-        north, east = s.R[:2].tolist()
-        heading = math.atan2(east, north)
-        c, w = math.cos(heading), math.sin(heading)
-        share = lag * s.V / self.p.L_m
-        decay = math.exp(-share)
-        along, across = 2.0 * (1.0 - decay), 2.0 * (1.0 - (1.0 - 0.5 * share) * decay)
         self._n_s = min(self._n_s + dt, self.p.window_s)
-        for i, (x, unit) in enumerate(((c * n + w * e, along), (c * e - w * n, across), (d, across))):
-            self._square[i] += dt / self._n_s * ((x * x - self.p.noise_mps**2) / unit - self._square[i])
+        learnt(s.R, n, e, d, lag * s.V / self.p.L_m, dt / self._n_s, self._noise2, self._square)
         if self._n_s >= FIRST_S:
-            self.sigma = math.sqrt(max(sorted(self._square)[1], 0.0))  # one axis may be a sensor's doing
+            self.sigma = math.sqrt(max(sorted(self._square.tolist())[1], 0.0))  # one axis may be a sensor's doing
 
     def _judge(self, dt: float) -> None:
         p = self.p

@@ -12,10 +12,11 @@ import math
 
 import numpy as np
 
-from flightsw.missions.receiver.integrity import kernel
+from flightsw.missions.receiver.integrity import judge_kernel, kernel
 from flightsw.missions.receiver.integrity.believed import Believed
 from flightsw.missions.receiver.integrity.layout import (
-    AT,
+    B_G,
+    B_RS,
     FW,
     NB,
     NB_WAKE,
@@ -26,8 +27,6 @@ from flightsw.missions.receiver.integrity.layout import (
     RATE,
     RC,
     ROWS,
-    RS,
-    RV,
     SLOW,
     SOURCES,
     WAKE,
@@ -69,6 +68,9 @@ class Bank:
         self._decay, self._q = np.zeros(self.n), np.zeros((self.size, self.n))
         self._dt = -1.0
         self.z = np.zeros(ROWS)  # [-] innovations of the reading last looked at, in their sigmas
+        self._moved = np.zeros((ROWS, self.n)), np.zeros(ROWS), np.zeros(ROWS)  # its rows at another time
+        self._par = np.array([float(getattr(p, k)) for k in judge_kernel.PARAMS])
+        self._said = np.zeros(judge_kernel.OUT)
         self.place = np.zeros((3, self.n))  # of the state: the position in tanker axes
         self._xi: Vec3 = ZERO3
         self._grown = 0.0  # [m^2]
@@ -98,9 +100,8 @@ class Bank:
         t_us, rows = 50_000, Reading(WAKE, 50_000, np.zeros((ROWS, self.n)), np.zeros(ROWS), np.ones(ROWS), 3)
         self.start(0, np.zeros(3), np.zeros(3), ZERO3)
         self.predict(t_us, ZERO3, 0.1)
-        self.wildest(rows)
+        self.surprise(rows, (ZERO3, ZERO3), (ZERO3, ZERO3), 0.1)
         self.correct(rows)
-        rows.ahead_of(0, (ZERO3, ZERO3), (ZERO3, ZERO3), 1.0)
         self.stand(t_us, ZERO3, np.eye(3).ravel(), 0.1)
         self.judge(3, 3)
         self.sigma  # noqa: B018 - worked out when asked for
@@ -174,77 +175,44 @@ class Bank:
             if (t_us - self.born_us[slot]) * 1e-6 >= 2.0 * self.p.fork_s[k]:
                 self._fork(slot, t_us)
 
-    def wildest(self, rows: Reading) -> float:
-        """Largest innovation of the rows against filter 0, in its sigmas; all of them into `z`."""
-        return kernel.innovations(self.X[0], self.P[0], rows.H, rows.y, rows.r, rows.count, self.z)
+    def surprise(self, rows: Reading, now: tuple[Vec3, Vec3], then: tuple[Vec3, Vec3], density: float) -> float:
+        """Largest innovation, in its sigmas, of rows of later than the bank against filter 0 carried on.
+
+        Position [m] and velocity [m/s] NED are `then` at the bank's time and expected to be `now` at the sample; the way between
+        them is known to density [m/s^2 per sqrt(Hz)]."""
+        tau = max((rows.t_us - self.t_us) * 1e-6, 0.0)
+        return float(
+            kernel.surprise(
+                self.X, self.P, rows.H, rows.y, rows.r, rows.count, tau, density * density * tau, *now[0], *now[1], *then[0],
+                *then[1], *self._moved, self.z,
+            )
+        )  # fmt: skip
 
     def correct(self, rows: Reading) -> None:
-        """Take a reading in."""
+        """Take a reading in; its innovations against filter 0, in their sigmas, into `z`."""
         before = self.L.copy() if rows.source == WAKE else self.L
-        kernel.correct(self.X, self.P, self.L, self.left_out, 1 << rows.source, rows.H, rows.y, rows.r, rows.count)
+        kernel.heard(
+            self.X, self.P, self.L, self.left_out, 1 << rows.source, rows.H, rows.y, rows.r, rows.count, self.z
+        )
         if rows.source == WAKE:
             self._by_wake += self.L - before
 
     def stand(self, t_us: int, d: Vec3, C: np.ndarray, density: float) -> None:
         """Let what is said below be of t_us, where filter 0 is at d [m] NED and the tanker has the attitude C [9] by its word;
-        the way there is known to `density` [m/s^2 per sqrt(Hz)].
-
-        xi = C d - (C d) x a, a the error of C.
-        """
+        the way there is known to `density` [m/s^2 per sqrt(Hz)]."""
         lead = max((t_us - self.t_us) * 1e-6, 0.0)
         self._grown = density * density * lead**3 / 3.0
-        R = C.reshape(3, 3)
-        x, y, z = (c[0] * d[0] + c[1] * d[1] + c[2] * d[2] for c in R.tolist())
-        turn = (0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0)
-        self.place[:, D], self.place[:, U], self.place[:, AT] = R, lead * R, np.negative(turn)
-        a = self.X[0, AT].tolist()
-        x, y, z = (v - (t[0] * a[0] + t[1] * a[1] + t[2] * a[2]) for v, t in zip((x, y, z), turn, strict=True))
-        self._xi = (x, y, z)
+        self._xi = judge_kernel.stand(self.X, C, *d, lead, self.place)
 
     def judge(self, live: int, heard: int) -> Verdict:
         """Protection level, tests and likelihoods with the sources `live`, of those `heard` since the start (excluded ones are in
         neither): what filter 0 knows by one that is silent now is wrong if that was."""
-        p, sources = self.p, [k for k in range(self.sources) if live >> k & 1]
-        out = Verdict()
-        ratio = [0.0] * SOURCES
-        kernel.spread(self.X, self.P, self.place, self._grown, self._z, self._off, self._own)
-        z, L = self._z.tolist(), self.L.tolist()
-        least = [p.k_fault_free * s for s in self._own[0].tolist()]
-        for k in (k for k in range(self.sources) if heard >> k & 1):
-            test = self._test(1 + k, z, out, k in sources and len(sources) > 1)
-            ratio[k] = test if k in sources else 0.0
-            for i, (off, s) in enumerate(zip(self._off[1 + k].tolist(), self._own[1 + k].tolist(), strict=True)):
-                least[i] = max(least[i], off + p.k_missed * s)
-        out.pl = (least[0], least[1], least[2])
-        if len(sources) > 1:
-            for slot in range(len(self.slots)):
-                self._hear(slot, sources, z, L, ratio, out)
-        out.ratio = (ratio[0], ratio[1], ratio[2], ratio[3])
-        return out
-
-    def _test(self, m: int, z: list[float], out: Verdict, counts: bool = True) -> float:
-        """Separation z of filter m from 0 over its threshold, an alarm beyond it if it counts."""
-        p = self.p
-        self._run[m] = self._run[m] + 1 if z[m] > p.k_alarm else 0
-        out.disagree |= counts and bool(z[m] > p.k_once or self._run[m] >= p.alarm_steps)
-        return z[m] / p.k_alarm
-
-    def _hear(
-        self, slot: int, sources: list[int], z: list[float], L: list[float], ratio: list[float], out: Verdict
-    ) -> None:
-        """Tests and likelihoods of one slot's forks, by separations z and log-likelihoods L of all filters."""
-        first, null = self._members(slot).start, L[0] - float(self.born_L[slot])
-        scores = {k: L[first + k] - null for k in sources}
-        top = max(out.scores)
-        for k in sources:
-            ratio[k] = max(ratio[k], self._test(first + k, z, out), scores[k] / self.p.llr_alarm)
-            out.scores[k] = max(out.scores[k], scores[k])
-        best = max(scores, key=scores.__getitem__)
-        second = max((s for k, s in scores.items() if k != best), default=0.0)
-        if scores[best] > self.p.llr_alarm:
-            out.disagree = True
-            if scores[best] > second + self.p.llr_ahead and scores[best] > top:
-                out.blamed, out.slot = best, slot
+        judge_kernel.judged(
+            self.X, self.P, self.place, self._grown, self.L, self.born_L, self.sources, live, heard, self._par, self._z,
+            self._off, self._own, self._run, self._said,
+        )  # fmt: skip
+        x, y, z, rel, gnss, boom, wake, *scores, disagree, blamed, slot = self._said.tolist()
+        return Verdict((x, y, z), (rel, gnss, boom, wake), disagree > 0.0, int(blamed), int(slot), scores)
 
     def exclude(self, source: int, slot: int) -> None:
         """Go on without a source, as if it had not been trusted since a slot's forks began."""
@@ -304,9 +272,8 @@ class Bank:
 
     def relative_error(self, m: int) -> tuple[Vec3, Vec3]:
         """Error of the relative sensor as filter m has it: of its position [m], of its rate [m/s]."""
-        x, y, z = (self.X[m, RS] + self.X[m, RC]).tolist()
-        u, v, w = self.X[m, RV].tolist()
-        return (x, y, z), (u, v, w)
+        a, b, c, x, y, z, u, v, w = self.X[m, B_RS:B_G].tolist()  # slow, constant, of the rate
+        return (a + x, b + y, c + z), (u, v, w)
 
     def apart(self, m: int) -> tuple[Vec3, Vec3]:
         """Position [m] of filter m less that of filter 0 in tanker axes, and the same of the velocity [m/s] NED."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from flightsw.felt import Felt
-from flightsw.kernels.rotations import less, to_child, to_parent, vec3
+from flightsw.kernels.rotations import added, to_parent
 from flightsw.missions.receiver.integrity.bank import Bank
 from flightsw.missions.receiver.integrity.params import IntegrityParams
 from flightsw.missions.receiver.integrity.readings import Reading, cross
@@ -25,6 +25,7 @@ class Horizon:
         self.p, self.bank, self.unrest, self._lag_us = p, bank, Unrest(p), round(p.lag_s * 1e6)
         self._way, self._ahead = Way(), Ahead()
         self._felt, self._tk, self._last = Felt(), np.zeros(TK), ZERO3
+        self._axes: list[float] = self._tk.tolist()  # the tanker at the last step
         self._waiting: list[Reading] = []
         self._felt_us = -1  # end of the last step
 
@@ -64,12 +65,12 @@ class Horizon:
             reading = self._waiting.pop(0)
             self._predict(reading.t_us, peer)
             reading.seen_from(self.bank.t_us, self._last)
-            self.bank.wildest(reading)
-            self.unrest.hear(reading.source, self.bank.z, (bool(live >> RATED[0] & 1), bool(live >> RATED[1] & 1)))
             self.bank.correct(reading)
+            self.unrest.hear(reading.source, self.bank.z, (bool(live >> RATED[0] & 1), bool(live >> RATED[1] & 1)))
         self._predict(to_us, peer)
         self._ahead.build(self.bank.t_us, now_us, self.bank.d, self.bank.u, self._way, peer, STEP_US)
         peer.stage(now_us, self._tk)
+        self._axes = self._tk.tolist()
         ahead = max(self.unrest.density, self.p.accel_ahead) if self._way.known else self._blind
         self.bank.stand(now_us, self._ahead.at(now_us)[0], self._tk[TK_DCM], ahead)
 
@@ -87,7 +88,7 @@ class Horizon:
     def surprise(self, reading: Reading) -> float:
         """How far a reading lies off what filter 0 expects at its time, the worst row in its sigmas."""
         now, then = self._ahead.at(reading.t_us), self._ahead.at(self.bank.t_us)
-        return self.bank.wildest(reading.ahead_of(self.bank.t_us, now, then, self._blind))
+        return self.bank.surprise(reading, now, then, self._blind)
 
     def wait(self, reading: Reading) -> None:
         """Let a reading wait for the bank."""
@@ -105,12 +106,16 @@ class Horizon:
         """Position [m] of filter m and its rate [m/s] in tanker axes at now, t_us: xi' = C u - w x xi."""
         (x, y, z), off = self.bank.apart(m)
         a, b, c = self.bank.xi
-        xi, u = (a + x, b + y, c + z), np.zeros(3)
-        to_child(self._tk[TK_DCM], np.add(self._ahead.at(t_us)[1], off), u)
-        return xi, less(vec3(u), cross(self._tk[TK_RATE].tolist(), xi))
+        C = self._axes
+        xi, u = (a + x, b + y, c + z), added(self._ahead.at(t_us)[1], off)
+        swing = cross(C[TK_RATE], xi)
+        return xi, (
+            C[0] * u[0] + C[1] * u[1] + C[2] * u[2] - swing[0],
+            C[3] * u[0] + C[4] * u[1] + C[5] * u[2] - swing[1],
+            C[6] * u[0] + C[7] * u[1] + C[8] * u[2] - swing[2],
+        )
 
     def turned(self, v: Vec3) -> Vec3:
         """v [3] from the tanker's axes of now into NED."""
-        out = np.zeros(3)
-        to_parent(self._tk[TK_DCM], np.array(v), out)
-        return vec3(out)
+        C, (x, y, z) = self._axes, v
+        return C[0] * x + C[3] * y + C[6] * z, C[1] * x + C[4] * y + C[7] * z, C[2] * x + C[5] * y + C[8] * z

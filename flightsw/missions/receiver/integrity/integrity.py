@@ -164,11 +164,15 @@ class Integrity:
 
     def _fix_at(self, t_us: int) -> tuple[Vec3, Vec3] | None:
         """Own position [m] and velocity [m/s], NED, of the fix nearest to t_us, carried to it; None: there is none near."""
-        if not self._own:
+        near: tuple[int, Vec3, Vec3] | None = None
+        least = SAME_US + 1
+        for fix in self._own:  # the oldest of equals
+            off = abs(fix[0] - t_us)
+            if off < least:
+                least, near = off, fix
+        if near is None:
             return None
-        t, pos, vel = min(self._own, key=lambda x: abs(x[0] - t_us))
-        if abs(t - t_us) > SAME_US:
-            return None
+        t, pos, vel = near
         dt = (t_us - t) * 1e-6
         return (pos[0] + vel[0] * dt, pos[1] + vel[1] * dt, pos[2] + vel[2] * dt), vel
 

@@ -108,6 +108,16 @@ def correct(
 
 
 @jit
+def heard(
+    X: np.ndarray, P: np.ndarray, L: np.ndarray, left_out: np.ndarray, bit: int,
+    H: np.ndarray, y: np.ndarray, r: np.ndarray, k: int, z: np.ndarray,
+) -> None:  # fmt: skip
+    """`correct`, and before it z [>=k] <- `innovations` against filter 0."""
+    innovations(X[0], P[0], H, y, r, k, z)
+    correct(X, P, L, left_out, bit, H, y, r, k)
+
+
+@jit
 def variance(p: np.ndarray, h: np.ndarray) -> float:
     """h p h' of a row h [n] and a covariance p [n,n]."""
     n = h.shape[0]
@@ -177,3 +187,20 @@ def spread(
     for m in range(X.shape[0]):
         for i in range(3):
             sigma[m, i] = math.sqrt(sigma[m, i] + grown)
+
+
+@jit
+def surprise(
+    X: np.ndarray, P: np.ndarray, H: np.ndarray, y: np.ndarray, r: np.ndarray, k: int, tau: float, grown: float,
+    ax: float, ay: float, az: float, bx: float, by: float, bz: float,
+    cx: float, cy: float, cz: float, ex: float, ey: float, ez: float,
+    H0: np.ndarray, y0: np.ndarray, r0: np.ndarray, z: np.ndarray,
+) -> float:  # fmt: skip
+    """`innovations` z [>=k] against filter 0 of the k rows H [ROWS,n], y, r, which are of tau [s] later; the largest magnitude.
+
+    Position (ax, ay, az) [m] and velocity (bx, by, bz) [m/s] NED expected then, and those of the filter's own time (cx, cy, cz),
+    (ex, ey, ez); grown as `ahead`; H0, y0, r0 <- the rows of the filter's own time.
+    """
+    dx, dy, dz = ax - cx - tau * ex, ay - cy - tau * ey, az - cz - tau * ez
+    ahead(H, y, r, tau, dx, dy, dz, bx - ex, by - ey, bz - ez, grown, H0, y0, r0)
+    return innovations(X[0], P[0], H0, y0, r0, k, z)

@@ -12,12 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from flightsw.aircraft import Aircraft
-from flightsw.kernels.rotations import added, dcm_from_quat, less, mul33_t, to_child, to_parent, vec3
+from flightsw.kernels.rotations import dcm_from_quat, less, mul33_t, to_parent
 from flightsw.missions.receiver.airdata.witness import WakeRows
-from flightsw.missions.receiver.integrity.kernel import ahead
+from flightsw.missions.receiver.integrity import rows_kernel
 from flightsw.missions.receiver.integrity.layout import (
     AB,
-    AT,
     B_FW,
     B_OB,
     B_OW,
@@ -25,11 +24,8 @@ from flightsw.missions.receiver.integrity.layout import (
     GNSS,
     GV,
     NB,
-    RC,
     REL,
     ROWS,
-    RS,
-    RV,
     WAKE,
     D,
     G,
@@ -37,7 +33,7 @@ from flightsw.missions.receiver.integrity.layout import (
 )
 from flightsw.missions.receiver.integrity.params import IntegrityParams
 from flightsw.missions.receiver.tanker_link import PeerTracker
-from flightsw.sixdof.layout import TK, TK_DCM, TK_RATE
+from flightsw.sixdof.layout import TK, TK_DCM
 from flightsw.types import SensorFrame, Vec3
 
 AXES = range(3)
@@ -67,16 +63,6 @@ class Reading:
             self.H[:, AB] += 0.5 * age * age * at - age * by
             self.y += ((age * by - 0.5 * age * age * at) * gained).sum(axis=1)
 
-    def ahead_of(self, t_us: int, now: tuple[Vec3, Vec3], then: tuple[Vec3, Vec3], density: float) -> Reading:
-        """The same as rows of the state at t_us before the sample, when position [m] and velocity [m/s] NED were `then`; at the
-        sample they are expected to be `now`. density [m/s^2 per sqrt(Hz)] of the way between them."""
-        tau = max((self.t_us - t_us) * 1e-6, 0.0)
-        (d1, u1), (d0, u0) = now, then
-        x, y0, z = (a - b - tau * c for a, b, c in zip(d1, d0, u0, strict=True))
-        H, y, r = np.empty_like(self.H), np.empty(ROWS), np.empty(ROWS)
-        ahead(self.H, self.y, self.r, tau, x, y0, z, *less(u1, u0), density * density * tau, H, y, r)
-        return Reading(self.source, self.t_us, H, y, r, self.count)
-
 
 class Readings:
     """What a source reads as rows."""
@@ -84,53 +70,33 @@ class Readings:
     def __init__(self, p: IntegrityParams, tanker: Aircraft, receiver: Aircraft, n: int = NB) -> None:
         """n: states of the bank."""
         self.p, self.boom, self.receptacle, self._n = p, tanker.boom, receiver.receptacle, n
-        self._tk, self._a, self._b, self._R, self._rel = (
-            np.zeros(TK),
-            np.zeros(3),
-            np.zeros(3),
-            np.zeros(9),
-            np.zeros(9),
-        )
+        self._tk, self._a, self._R, self._rel = np.zeros(TK), np.zeros(3), np.zeros(9), np.zeros(9)
+        self._ones = np.ones(ROWS)
+        self._gnss_H, self._gnss_r = np.zeros((ROWS, n)), np.empty(ROWS)
+        self._gnss_H[:3, D] = self._gnss_H[:3, G] = self._gnss_H[3:, U] = self._gnss_H[3:, GV] = EYE
+        self._gnss_r[:3], self._gnss_r[3:] = 2.0 * p.gnss_pos_m * p.gnss_pos_m, 2.0 * p.gnss_vel_mps * p.gnss_vel_mps
 
     def _empty(self, source: int, t_us: int) -> Reading:
         """Without a row filled in, three of a position."""
-        return Reading(source, t_us, np.zeros((ROWS, self._n)), np.zeros(ROWS), np.ones(ROWS), 3)
-
-    def _in_tanker_axes(self, out: Reading, d: Vec3) -> Vec3:
-        """Rows of the position in tanker axes by the attitude C in `_tk`: xi = C d - (C d) x a; C d [m]."""
-        C = self._tk[TK_DCM]
-        self._a[:] = d
-        to_child(C, self._a, self._b)
-        x, y, z = xi = vec3(self._b)
-        turn = (0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0)
-        out.H[:3, D], out.H[:3, AT] = C.reshape(3, 3), np.negative(turn)
-        return xi
+        return Reading(source, t_us, np.zeros((ROWS, self._n)), np.zeros(ROWS), self._ones.copy(), 3)
 
     def relative(self, f: SensorFrame, peer: PeerTracker, d: Vec3) -> Reading:
         """Relative sensor: xi + slow + constant error; its rate xi' = C u - w x xi, + slow error; d [3] m: where the receiver is,
         NED, near enough for what turns with it."""
         p, out = self.p, self._empty(REL, f.rel_t_us)
-        peer.stage(f.rel_t_us, self._tk)
-        xi = self._in_tanker_axes(out, d)
-        far2 = sum(x * x for x in xi)
-        out.H[:3, RS], out.H[:3, RC], out.H[3:, RV] = EYE, EYE, EYE
-        out.H[3:, U] = self._tk[TK_DCM].reshape(3, 3)
-        out.y[:3], out.y[3:] = f.rel_pos_t, added(f.rel_vel_t, cross(self._tk[TK_RATE].tolist(), xi))
-        out.r[:3] = p.rel_pos_m * p.rel_pos_m
-        out.r[3:] = p.rel_vel_mps * p.rel_vel_mps + p.rate_radps * p.rate_radps * far2
+        R, w, v, a, _ = peer.sample
+        rows_kernel.relative(
+            R, w, v, a, (f.rel_t_us - peer.t_us) * 1e-6, *d, *f.rel_pos_t, *f.rel_vel_t, p.rel_pos_m * p.rel_pos_m,
+            p.rel_vel_mps * p.rel_vel_mps, p.rate_radps * p.rate_radps, self._tk, out.H, out.y, out.r,
+        )  # fmt: skip
         out.count = 6
         return out
 
     def gnss(self, f: SensorFrame, own_pos: Vec3, own_vel: Vec3) -> Reading:
         """Difference of both aircraft's raw fixes of one instant: d + slow error, u + slow error."""
-        fix, p = f.fix, self.p
-        out = self._empty(GNSS, fix.t_us)
-        out.H[:3, D], out.H[:3, G], out.H[3:, U], out.H[3:, GV] = EYE, EYE, EYE, EYE
-        out.y[:3], out.y[3:] = less(own_pos, fix.pos_n), less(own_vel, fix.vel_n)
-        out.r[:3] = 2.0 * p.gnss_pos_m * p.gnss_pos_m
-        out.r[3:] = 2.0 * p.gnss_vel_mps * p.gnss_vel_mps
-        out.count = 6
-        return out
+        fix = f.fix
+        y = np.array((*less(own_pos, fix.pos_n), *less(own_vel, fix.vel_n)))
+        return Reading(GNSS, fix.t_us, self._gnss_H.copy(), y, self._gnss_r.copy(), 6)
 
     def wake(self, w: WakeRows) -> Reading:
         """The air data in the wake: two rows of d + lasting + passing error. The tanker's attitude is not in them: their axes lie
@@ -153,7 +119,7 @@ class Readings:
         ce, se = math.cos(f.boom_elevation), math.sin(f.boom_elevation)
         ca, sa = math.cos(f.boom_azimuth), math.sin(f.boom_azimuth)
         peer.stage(f.boom_t_us, self._tk)
-        self._in_tanker_axes(out, d)
+        rows_kernel.in_tanker_axes(self._tk, *d, out.H)
         dcm_from_quat(np.array(f.att_q_nb), self._R)
         mul33_t(self._R, self._tk[TK_DCM], self._rel)  # tanker to own body
         to_parent(self._rel, np.array(receptacle.position_m), self._a)

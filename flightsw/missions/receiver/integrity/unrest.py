@@ -35,8 +35,12 @@ class Unrest:
         """Learn from the innovations z [ROWS] of a reading in their sigmas; sound: which of RATED are heard and believed."""
         if source not in RATED:
             return
-        k, now = RATED.index(source), z[FIRST:LAST].tolist()
-        turn = sum(a * b - LEAVE * a * a for a, b in zip(now, self._last[k], strict=True)) / len(now)
+        k = RATED.index(source)
+        now, last = z[FIRST:LAST].tolist(), self._last[k]
+        turn = 0.0
+        for a, b in zip(now, last, strict=True):
+            turn += a * b - LEAVE * a * a
+        turn /= len(now)
         self._log[k] = min(max(self._log[k] + GAIN * min(max(turn, -MOST), MOST), 0.0), self._top)
         self._last[k] = now
         self._settle(sound)
