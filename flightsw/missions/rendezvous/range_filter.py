@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from flightsw.filters.correction import scalar_update
-from flightsw.kernels.jit import jit
+from flightsw.kernels.jit import jit, jit_own
 
 # parameter vector of the three-state filter
 E3_U = 0  # nominal along-track ground velocity of the receiver [m/s], negative
@@ -74,7 +74,7 @@ def ekf3_predict(x: np.ndarray, P: np.ndarray, dt: float, e: np.ndarray) -> None
     P[S3_Y, S3_Y] += e[E3_QY] * dt
 
 
-@jit
+@jit_own
 def ekf3_fuse(x: np.ndarray, P: np.ndarray, hx: float, hy: float, nu: float, R: float, out: np.ndarray) -> None:
     """Fuse one innovation nu of variance R whose row has slopes hx, hy in x and y; out [2] <- nu and its variance."""
     k = np.empty(S3_N)
@@ -85,7 +85,7 @@ def ekf3_fuse(x: np.ndarray, P: np.ndarray, hx: float, hy: float, nu: float, R: 
     scalar_update(x, P, k, nu, out[NU_VAR])
 
 
-@jit
+@jit_own
 def ekf3_range(
     x: np.ndarray, P: np.ndarray, z: float, x_t: float, y_t: float, gate: float, e: np.ndarray, out: np.ndarray
 ) -> bool:
@@ -117,7 +117,7 @@ def wrap(a: float) -> float:
     return a - 2.0 * math.pi * math.ceil((a - math.pi) / (2.0 * math.pi))
 
 
-@jit
+@jit_own
 def ekf3_bearing(
     x: np.ndarray, P: np.ndarray, z: float, x_t: float, y_t: float, R: float, out: np.ndarray
 ) -> None:  # fmt: skip
@@ -127,7 +127,7 @@ def ekf3_bearing(
     ekf3_fuse(x, P, -Y / d2, X / d2, wrap(z - math.atan2(Y, X)), R, out)
 
 
-@jit
+@jit_own
 def ekf3_position(x: np.ndarray, P: np.ndarray, x_r: float, y_r: float, R: float, out: np.ndarray) -> None:
     """Fuse the receiver's own position (x_r, y_r) [m] from the data link, variance R [m^2] per axis."""
     ekf3_fuse(x, P, 1.0, 0.0, x_r - x[S3_X], R, out)

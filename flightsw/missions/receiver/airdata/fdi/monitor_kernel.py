@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from flightsw.kernels.jit import jit
+from flightsw.kernels.jit import jit, jit_own
 from flightsw.missions.receiver.airdata.fdi.parity_kernels import (
     collapse,
     popcount,
@@ -69,7 +69,7 @@ def exclude(cnt: np.ndarray, lim: np.ndarray) -> None:
     cnt[TOTAL] += 1
 
 
-@jit
+@jit_own
 def blame(
     r: np.ndarray, C: np.ndarray, h: np.ndarray, inv_c: float, ok: int, settled: int, th: np.ndarray, g: np.ndarray
 ) -> int:
@@ -95,7 +95,7 @@ def blame(
     return d
 
 
-@jit
+@jit_own
 def agrees(
     r: np.ndarray, C: np.ndarray, h: np.ndarray, inv_c: float, rest: int, c: int, th: np.ndarray
 ) -> bool:  # fmt: skip
@@ -114,7 +114,7 @@ def agrees(
     return with_c - subset_fit(r, C, h, inv_c, rest & ~(1 << c))[0] <= limit
 
 
-@jit
+@jit_own
 def signs(r: np.ndarray, C: np.ndarray, h: np.ndarray, inv_c: float, ok: int, d: int) -> int:
     """Mask of the probes in d that read low against what the others (and the virtual sensor) say."""
     rest = ok & ~d
@@ -126,7 +126,7 @@ def signs(r: np.ndarray, C: np.ndarray, h: np.ndarray, inv_c: float, ok: int, d:
     return low
 
 
-@jit
+@jit_own
 def monitor_variable(
     R: np.ndarray, H: np.ndarray, val: np.ndarray, use: np.ndarray, first: int, span: int, ok: int, bad: int,
     excluded: int, hint: int, var: np.ndarray, S: np.ndarray, inv_c: float, th: np.ndarray, lim: np.ndarray,
@@ -207,7 +207,7 @@ def monitor_variable(
     return span, excluded, gamma
 
 
-@jit
+@jit_own
 def window_record(
     r: np.ndarray, h: np.ndarray, var: np.ndarray, S: np.ndarray, n: int, th: np.ndarray, mean: np.ndarray,
     dirn: np.ndarray, cov: np.ndarray, gamma: np.ndarray,
