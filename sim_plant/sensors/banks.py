@@ -115,10 +115,8 @@ class Banks:
             if f.commands:
                 f.commands = []
         late = self._late  # as it was: one with a spike has had its turn when it has stepped
-        for c in self._by_bank:
-            c.bank.read(k, t_us, c.view, c.frame)
-        for c, sensors in self._apart:
-            c.bank.one_by_one(sensors, k, t_us, c.view, c.frame)
+        if self._by_bank or self._apart:
+            self._by_themselves(k, t_us)
         values = tuple(plan.out.tolist())
         for s, fill, frame, begin, end in plan.plain:
             s.last = row = values[begin:end]
@@ -135,3 +133,9 @@ class Banks:
         for s, frame in late:
             if s.ready_us <= t_us:
                 s.deliver(t_us, frame)
+
+    def _by_themselves(self, k: int, t_us: int) -> None:
+        for c in self._by_bank:
+            c.bank.read(k, t_us, c.view, c.frame)
+        for c, sensors in self._apart:
+            c.bank.one_by_one(sensors, k, t_us, c.view, c.frame)
