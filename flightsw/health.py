@@ -159,8 +159,9 @@ class HealthMonitor:
             h.failed = (h.failed & ~SENSORS) | failed
             h.reason = ", ".join(n for b, n in self.NAMES.items() if failed & b)
         if updated != new or self._air_bad != f.air_bad:
-            f = copied(f)
-            f.updated, f.air_bad = updated, self._air_bad
+            sifted = copied(f)
+            sifted.updated, sifted.air_bad = updated, self._air_bad
+            return sifted, h
         return f, h
 
     def _judge(self, f: SensorFrame, flag: int) -> bool:

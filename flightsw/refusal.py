@@ -142,9 +142,20 @@ class Refusals:
         g = self.gate
         g.share(BETA, speed)
         g.share(ALPHA, speed)
-        g.taking = self.t_us < self._open_us
+        g.taking = self.taking
+        return self._judged(*g.kept(group, nu, Sy, slack, m, self.t_us))
+
+    @property
+    def taking(self) -> bool:
+        """Whether nothing is refused for now."""
+        return self.t_us < self._open_us
+
+    def sifted(self, n: int, m: int) -> np.ndarray | None:
+        """As `judge`, where the gate's `sift` has been called for the m rows and has returned n."""
+        return self._judged(*self.gate.told(n, m))
+
+    def _judged(self, keep: np.ndarray | None, quiet: bool) -> np.ndarray | None:
         self.judged_us = self.t_us
-        keep, quiet = g.kept(group, nu, Sy, slack, m, self.t_us)
         if not (quiet and self.calm):
             self._follow()
             self.calm = quiet and not any(self._held) and not any(self.strained)

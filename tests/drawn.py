@@ -1,31 +1,49 @@
-"""Lines of a recording against the signals of the run it was made of."""
+"""What a recording holds, lines under paths of their own; its lines against the signals of the run it was made of."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
 from rerun.chunk import RrdReader
 
 from ground import Run
 from ground.rrd.lines import LINES, SHOWN
 
 
-def lines(rrd: Path) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Entity path -> times [us], values, of everything that is one line."""
-    found: dict[str, list[tuple[int, float]]] = {}
+def tables(rrd: Path) -> Iterator[tuple[str, pa.RecordBatch, dict[str, str]]]:
+    """Chunks of a recording: entity, rows, and of every column that is a line of its own the path of that line."""
     for chunk in RrdReader(str(rrd)).stream():
-        batch = chunk.to_record_batch()
-        names = batch.schema.names
-        for column in (c for c in names if c.endswith("Scalars:scalars") and "sim_time" in names):
-            at = np.array(batch.column("sim_time").cast("int64").to_pylist())
-            at = (at + 500) // 1000  # of seconds as a float
-            rows = zip(at.tolist(), batch.column(column).to_pylist(), strict=True)
-            found.setdefault(str(chunk.entity_path).strip("/"), []).extend(
-                (t, v[0]) for t, v in rows if v and len(v) == 1
-            )
-    arrays = {path: np.array(sorted(rows)) for path, rows in found.items() if rows}
+        batch, entity = chunk.to_record_batch(), str(chunk.entity_path)
+        own = {}
+        for f in batch.schema:
+            kind = (f.metadata or {}).get(b"rerun:archetype", b"rerun").decode()
+            if f.name == "Scalars:scalars" or (f.name.endswith(":scalars") and not kind.startswith("rerun")):
+                own[f.name] = entity if f.name == "Scalars:scalars" else f"{entity.rstrip('/')}/{kind}"
+        yield entity, batch, own
+
+
+def rows(rrd: Path) -> dict[str, int]:
+    """Path -> rows, of entities and of lines."""
+    out: dict[str, int] = {}
+    for entity, batch, own in tables(rrd):
+        builtin = [f for f in batch.schema if (f.metadata or {}).get(b"rerun:archetype", b"").startswith(b"rerun")]
+        for path in {*own.values(), *([entity] if builtin else [])}:
+            out[path] = out.get(path, 0) + batch.num_rows
+    return out
+
+
+def lines(rrd: Path) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Path -> times [us], values, of everything that is one line."""
+    found: dict[str, list[tuple[int, float]]] = {}
+    for _, batch, own in tables(rrd):
+        for column, path in own.items():
+            at = batch.column("sim_time").cast("int64").to_numpy() // 1000
+            values = zip(at.tolist(), batch.column(column).to_pylist(), strict=True)
+            found.setdefault(path.strip("/"), []).extend((t, v[0]) for t, v in values if v and len(v) == 1)
+    arrays = {path: np.array(sorted(values)) for path, values in found.items() if values}
     return {path: (a[:, 0].astype(np.int64), a[:, 1]) for path, a in arrays.items()}
 
 

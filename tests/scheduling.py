@@ -1,7 +1,8 @@
-"""How tests are dealt out to parallel workers: what shares a flight goes to one worker, what takes long goes first.
+"""How tests are dealt out to parallel workers: a file goes to one worker, files that take long go first.
 
-Marks of the distribution plugin group nothing under the test framework of the lock file (it gave names to tests another way),
-so a file whose fixtures live for a module is one unit here, and every other test is one by itself.
+Tests of a file share flights, designs, and kernels that nothing else compiles: dealt out one by one, each worker would make all
+of them anew. Marks of the distribution plugin group nothing under the test framework of the lock file (it gave names to tests
+another way).
 """
 
 from __future__ import annotations
@@ -13,39 +14,59 @@ from pathlib import Path
 from xdist.scheduler import LoadScopeScheduling
 
 ROOT = Path(__file__).resolve().parent.parent
-SHARED = 'scope="module"'
 FORKS = r"tests\.(forks|sil\.launch|component\.test_flight_process)"
 FORKING = re.compile(rf"^from {FORKS} import .*\b(Flight|Forked|apart|start)\b", re.MULTILINE)
-TOGETHER = "forks of one prepared process"  # unit of all files whose programs are: one of it is enough
-# units of more than five seconds of processor time, longest first: none of them may come last. A head is enough
+TOGETHER = "forks of one prepared process"  # units of files whose programs are: two of it are enough
+REAL_TIME = ("tests/hil/", "tests/clients/")  # the unit of those that wait for the wall clock
+# units of more than five seconds of processor time, longest first: none of them may come last
 HEAVY: tuple[str, ...] = (
     "tests/component/test_relative_variants.py",
     "tests/unit/test_studies_hoffmann.py",
-    "tests/sil/test_airdata.py",
-    "tests/unit/test_wake_position.py",
-    "tests/unit/test_estimate_log.py",
-    "tests/sil/test_example_plugin.py",
-    "tests/unit/test_report_sevil.py",
-    "tests/unit/test_studies_lee.py",
-    "tests/sil/test_processors.py",
-    "tests/component/test_gust_faults.py",
     "tests/browser/test_pages.py",
-    "tests/unit/test_campaign.py",
+    "tests/keys/test_aircraft.py",
+    "tests/sil/test_airdata.py",
+    "tests/component/test_windshear_mission.py",
+    "tests/unit/test_filters_adaptive.py",
+    "tests/unit/test_joinup.py",
+    "tests/unit/test_estimate_log.py",
+    "tests/unit/test_answer_flight.py",
     "tests/unit/test_report_hoffmann.py",
+    "tests/unit/test_rivard_mc.py",
+    "tests/unit/test_integrity_bank.py",
     "tests/unit/test_report_jing.py",
+    "tests/unit/test_report_sevil.py",
+    "tests/unit/test_sevil_six_dof.py",
+    "tests/unit/test_integrity_wake.py",
+    "tests/keys/test_rigs.py",
+    "tests/unit/test_studies_lee.py",
+    "tests/sil/test_scenarios.py",
+    "tests/hil/test_restart.py",
+    "tests/sil/test_processors.py",
+    "tests/sil/test_example_plugin.py",
+    "tests/component/test_gust_faults.py",
+    "tests/unit/test_wake_position.py",
+    "tests/unit/test_windshear_errors.py",
+    "tests/unit/test_campaign.py",
+    "tests/unit/test_windshear_nav.py",
+    "tests/unit/test_studies_sevil_flight.py",
+    "tests/unit/test_probe_offsets.py",
     "tests/keys/test_reads.py",
-    "tests/keys/test_aircraft.py::test_every_number_of_the_file_is_read_by_both_sides[alexis-onboard]",
+    "tests/unit/test_kinematic.py",
+    "tests/unit/test_rivard_geometry.py",
+    "tests/unit/test_lee_recovery.py",
+    "tests/unit/test_fdi_detectors.py",
     "tests/unit/test_plant_faults.py",
-    "tests/sil/test_forked.py::test_forked_and_started_afresh",
+    "tests/unit/test_identify_flight.py",
+    "tests/component/test_attitude_sent.py",
     "tests/unit/test_report_lee.py",
+    "tests/sil/test_forked.py",
     "tests/component/test_onboard_app.py",
     "tests/sil/test_run_as_data.py",
     "tests/component/test_refusals.py",
-    "tests/sil/test_rendezvous.py::test_tanker_rolls_out",
+    "tests/sil/test_rendezvous.py",
     "tests/unit/test_report_rivard.py",
-    "tests/sil/test_fuzz.py::test_a_flight_under_fire",
-    "tests/unit/test_kinematic.py::test_wind_error",
-    "tests/sil/test_joinup.py::test_the_last_stretch",
+    "tests/sil/test_fuzz.py",
+    "tests/sil/test_joinup.py",
     "tests/replay/test_replay.py",
     "tests/sil/test_truncated.py",
     "tests/validation/test_plant_vs_jsbsim.py",
@@ -62,18 +83,18 @@ def text(path: str) -> str:
 
 
 def unit(nodeid: str) -> str:
-    """Name of the unit a test belongs to: its file, or itself."""
+    """Name of the unit a test belongs to: its file, or what it shares with others."""
     path = nodeid.partition("::")[0]
     if FORKING.search(text(path)):
-        return TOGETHER
-    return path if SHARED in text(path) else nodeid
+        return f"{TOGETHER}, {'in real time' if path.startswith(REAL_TIME) else 'flat out'}"
+    return path
 
 
 def rank(name: str) -> int:
     """Place of a unit in HEAVY, the longest before it; behind all of them if it is none."""
-    if name == TOGETHER:
+    if name.startswith(TOGETHER):
         return -1
-    return next((i for i, head in enumerate(HEAVY) if name.startswith(head)), len(HEAVY))
+    return HEAVY.index(name) if name in HEAVY else len(HEAVY)
 
 
 class Units(LoadScopeScheduling):

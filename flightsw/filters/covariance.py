@@ -49,11 +49,41 @@ def chol_psd(P: np.ndarray, n: int, L: np.ndarray) -> int:
 
 
 @jit
+def _four(p: np.ndarray, q: np.ndarray, r: np.ndarray, s: np.ndarray, L: np.ndarray, m: int) -> None:
+    """Rows p, q, r, s [>=m] <- each times (L L^T)^-1; L [>=m,>=m] lower triangular."""
+    for a in range(m):
+        w, x, y, z = p[a], q[a], r[a], s[a]
+        for b in range(a):
+            v = L[a, b]
+            w -= v * p[b]
+            x -= v * q[b]
+            y -= v * r[b]
+            z -= v * s[b]
+        v = L[a, a]
+        p[a], q[a], r[a], s[a] = w / v, x / v, y / v, z / v
+    for a in range(m - 1, -1, -1):
+        w, x, y, z = p[a], q[a], r[a], s[a]
+        for b in range(a + 1, m):
+            v = L[b, a]
+            w -= v * p[b]
+            x -= v * q[b]
+            y -= v * r[b]
+            z -= v * s[b]
+        v = L[a, a]
+        p[a], q[a], r[a], s[a] = w / v, x / v, y / v, z / v
+
+
+@jit
 def gain(K: np.ndarray, n: int, Sy: np.ndarray, m: int) -> None:
     """K [n,>=m] holds the cross covariance Pxy and becomes Pxy (Sy Sy^T)^-1; Sy [>=m,>=m] lower triangular."""
-    for i in range(n):
+    i = 0
+    while i + 3 < n:  # four rows side by side, each in the order of forward_sub and backward_sub_t: they wait less
+        _four(K[i], K[i + 1], K[i + 2], K[i + 3], Sy, m)
+        i += 4
+    while i < n:
         forward_sub(Sy, m, K[i])
         backward_sub_t(Sy, m, K[i])
+        i += 1
 
 
 @jit

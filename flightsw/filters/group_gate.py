@@ -193,9 +193,22 @@ class GroupGate:
             group, nu, Sy, slack, m, float(t_us), self._limit2, self.watched, self.taking, self._state, self.bad, self._var,
             self._channel, self._keep,
         )  # fmt: skip
+        return self.told(n, m)
+
+    def told(self, n: int, m: int) -> tuple[Array | None, bool]:
+        """As `kept`, where `sift` has returned n for m rows."""
         if n >= 0:
             return None, True
         return (None if -1 - n == m else self._keep[: -1 - n]), False
+
+    def arrays(self) -> tuple[Array, ...]:
+        """What `sift` works on: state, what is found of each group, then workspaces var, channel, keep."""
+        return self._state, self.bad, self._var, self._channel, self._keep
+
+    @property
+    def limit2(self) -> float:
+        """Largest squared ratio [-] of an innovation to its variance."""
+        return self._limit2
 
     @property
     def groups(self) -> Array:

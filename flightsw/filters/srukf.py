@@ -85,11 +85,12 @@ def correct(
     Sy: np.ndarray,
     A: np.ndarray,
     B: np.ndarray,
+    D: np.ndarray,
 ) -> float:
     """Measurement update in place. X [2n+1,n] points of (x, S); Y [2n+1,>=m] their images; y [>=m] measured; r [>=m] 1-sigma.
 
     nu [>=m] <- innovation; K [n,>=m] <- gain; Sy [m+,m+] <- factor of the innovation covariance. Workspace A, B
-    [max(n,m), 2n+1+m]. Returns the normalised innovation squared nu^T Pyy^-1 nu.
+    [max(n,m), 2n+1+m], D [>=m, 2n+1]. Returns the normalised innovation squared nu^T Pyy^-1 nu.
     """
     n = x.shape[0]
     p = X.shape[0]
@@ -98,36 +99,46 @@ def correct(
     _weighted_mean(Y, m, w0m, wi, nu)  # nu holds the predicted measurement for now
     for a in range(m):
         for k in range(1, p):
-            B[a, k - 1] = si * (Y[k, a] - nu[a])
-        B[a, p - 1] = s0 * (Y[CENTRE, a] - nu[a])
+            D[a, k - 1] = Y[k, a] - nu[a]
+        D[a, p - 1] = Y[CENTRE, a] - nu[a]
+        for k in range(p - 1):
+            B[a, k] = si * D[a, k]
+        B[a, p - 1] = s0 * D[a, p - 1]
     for i in range(n):
         for k in range(1, p):
             A[i, k - 1] = si * (X[k, i] - x[i])
         A[i, p - 1] = s0 * (X[CENTRE, i] - x[i])
     # cross covariance into K, then solve with Sy from the right
     for i in range(n):
-        for a in range(m):
+        a = 0
+        while a + 3 < m:  # four sums side by side do not wait for each other
+            c0 = c1 = c2 = c3 = 0.0
+            for k in range(p):
+                v = A[i, k]
+                c0 += v * B[a, k]
+                c1 += v * B[a + 1, k]
+                c2 += v * B[a + 2, k]
+                c3 += v * B[a + 3, k]
+            K[i, a], K[i, a + 1], K[i, a + 2], K[i, a + 3] = c0, c1, c2, c3
+            a += 4
+        while a < m:
             s = 0.0
             for k in range(p):
                 s += A[i, k] * B[a, k]
             K[i, a] = s
-    # tria overwrites B; the deviations are formed again from Y below
+            a += 1
+    # tria overwrites B; the deviations are in D
     for a in range(m):
         for b in range(m):
             B[a, p + b] = r[a] if a == b else 0.0
     tria(B, m, p + m, Sy)
     gain(K, n, Sy, m)
     for i in range(n):
-        for k in range(1, p):
-            s = A[i, k - 1]
-            for a in range(m):
-                s -= K[i, a] * si * (Y[k, a] - nu[a])
-            A[i, k - 1] = s
-        s = A[i, p - 1]
         for a in range(m):
-            s -= K[i, a] * s0 * (Y[CENTRE, a] - nu[a])
-        A[i, p - 1] = s
-        for a in range(m):
+            g = K[i, a] * si
+            for k in range(p - 1):
+                A[i, k] -= g * D[a, k]
+            A[i, p - 1] -= K[i, a] * s0 * D[a, p - 1]
             A[i, p + a] = K[i, a] * r[a]
     tria(A, n, p + m, S)
     for a in range(m):
@@ -179,6 +190,7 @@ class SquareRootUKF:
         big = max(n, m)
         self._A = np.zeros((big, 2 * n + 1 + max(nq, m)))
         self._B = np.zeros((big, 2 * n + 1 + max(nq, m)))
+        self._D = np.zeros((m, 2 * n + 1))
 
     def draw(self) -> np.ndarray:
         """Redraw the sigma points X [2n+1,n] from (x, S)."""
@@ -194,9 +206,20 @@ class SquareRootUKF:
         return float(
             correct(
                 self.X, self.Y, y, r, m, self.w0m, self.w0c, self.wi,
-                self.x, self.S, self.nu, self.K, self.Sy, self._A, self._B,
+                self.x, self.S, self.nu, self.K, self.Sy, self._A, self._B, self._D,
             )
         )  # fmt: skip
+
+    def arrays(self) -> tuple[np.ndarray, ...]:
+        """What a step in one compiled call works on: x, S, X, Y, SQ, workspaces A, B, D of `correct`, nu, K, Sy, sigma."""
+        return (
+            self.x, self.S, self.X, self.Y, self.SQ, self._A, self._B, self._D, self.nu, self.K, self.Sy, self.sigma,
+        )  # fmt: skip
+
+    @property
+    def scaling(self) -> tuple[float, float, float, float]:
+        """Spread of the points; weights of the centre for the mean, for the covariance, and of every other point."""
+        return self.g, self.w0m, self.w0c, self.wi
 
     def sigmas(self) -> list[float]:
         """1-sigma of every state [n]."""

@@ -31,13 +31,31 @@ def tria(A: np.ndarray, n: int, k: int, L: np.ndarray) -> None:
             # |v|^2 = 2 norm (norm + |a|)
             vv = 2.0 * norm * (norm + abs(a))
             A[i, i] = v0
-            for r in range(i + 1, n):
+            r = i + 1
+            while r + 3 < n:  # four rows side by side: a sum waits for itself, four do not wait for each other
+                d0 = d1 = d2 = d3 = 0.0
+                for j in range(i, k):
+                    v = A[i, j]
+                    d0 += v * A[r, j]
+                    d1 += v * A[r + 1, j]
+                    d2 += v * A[r + 2, j]
+                    d3 += v * A[r + 3, j]
+                d0, d1, d2, d3 = 2.0 * d0 / vv, 2.0 * d1 / vv, 2.0 * d2 / vv, 2.0 * d3 / vv
+                for j in range(i, k):
+                    v = A[i, j]
+                    A[r, j] -= d0 * v
+                    A[r + 1, j] -= d1 * v
+                    A[r + 2, j] -= d2 * v
+                    A[r + 3, j] -= d3 * v
+                r += 4
+            while r < n:
                 d = 0.0
                 for j in range(i, k):
                     d += A[i, j] * A[r, j]
                 d = 2.0 * d / vv
                 for j in range(i, k):
                     A[r, j] -= d * A[i, j]
+                r += 1
             A[i, i] = alpha
         for j in range(i):
             L[i, j] = A[i, j]

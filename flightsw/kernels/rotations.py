@@ -21,6 +21,12 @@ def dcm_from_euler(psi: float, theta: float, phi: float, R: np.ndarray) -> None:
     sp, cp = math.sin(psi), math.cos(psi)
     st, ct = math.sin(theta), math.cos(theta)
     sf, cf = math.sin(phi), math.cos(phi)
+    dcm_of_turns(sp, cp, st, ct, sf, cf, R)
+
+
+@jit
+def dcm_of_turns(sp: float, cp: float, st: float, ct: float, sf: float, cf: float, R: np.ndarray) -> None:
+    """R [9] <- as dcm_from_euler by sine and cosine of psi, theta and phi, for who needs those besides."""
     R[0] = ct * cp
     R[1] = ct * sp
     R[2] = -st

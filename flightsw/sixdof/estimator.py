@@ -3,37 +3,33 @@
 Measurements: air data, gyro, attitude, GNSS position and velocity, each when it is new (sixdof/aids.py). Velocity enters as a
 direct nonlinear measurement; the printed calculated measurement of wind is not used unless asked for, because its noise repeats
 what is already in the measurement vector. Prediction, wind model, noise colour and adaptation: parts (sixdof/parts.py, free.py).
+With none of them, and nothing in dispute, a step is one compiled call (free_kernel.py), to the bit the same as step by step.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from functools import partial
+from typing import Any
 
 import numpy as np
 
 from flightsw import refusal as rd
 from flightsw.aircraft import Aircraft
 from flightsw.kernels.atmosphere import density
-from flightsw.kernels.rotations import (
-    dcm_from_euler,
-    dcm_from_quat,
-    euler_from_dcm,
-    quat4,
-    quat_from_euler,
-    to_parent,
-    vec3,
-)
-from flightsw.sixdof import aids
+from flightsw.kernels.rotations import dcm_from_euler, dcm_from_quat, euler_from_dcm, to_parent
+from flightsw.sixdof.aids import PROBES, own_sensors
 from flightsw.sixdof.calculated_wind import CalculatedWind, calculated_wind
-from flightsw.sixdof.estimator_core import GAP_US, NavParams, channel_sigma, failed_bits, inertial_acceleration
+from flightsw.sixdof.estimator_core import GAP_US, NavParams, channel_sigma, failed_bits
 from flightsw.sixdof.free import Aerodynamic, FreeSensors, Sensed, check
+from flightsw.sixdof.free_kernel import FREE_OUT, O_SIGMA, free_rows, free_step, free_told
 from flightsw.sixdof.gating import TrustedCore
+from flightsw.sixdof.judged import DONE, O_END, O_M, O_NIS, O_PROBES, O_RHO, O_SIFTED, O_X, REFUSED, whole
 from flightsw.sixdof.layout import (
     AIR,
     EULER,
     FREE_CHANNELS,
-    M_VEL,
     M_WIND,
     NX,
     POS,
@@ -70,8 +66,13 @@ class AirframeNav:
         self.t_us = 0
         self.started_us = -1
         self._R, self._fm, self._d = np.zeros(9), np.zeros(9), np.zeros(NX)
-        self._e, self._q = np.zeros(3), np.zeros(4)
+        self._e = np.zeros(3)
+        self._given, self._told = np.zeros(PROBES + 4 * len(ac.probe)), np.zeros(FREE_OUT)
         self.out = NavState()
+        # what free_step works on; None: a variant, which goes step by step
+        self._whole: tuple[Any, ...] | None = None
+        if self.parts.plain and p.model == "aero" and not p.cmw and c.refusals is not None:
+            self._whole = whole(c, np.zeros((5, NX)), self._R, self._fm, self._d, self._told)
 
     def step(self, f: SensorFrame, u: np.ndarray, health: Health, updated: int) -> NavState:
         """One estimator step: f the frame at the current tick, u [4] mean controls that acted since the last step,
@@ -86,6 +87,10 @@ class AirframeNav:
         self.t_us = f.t_us
         c.begin(f.t_us)
         c.burn(f.fuel_kg)
+        sound = updated & ~failed_bits(health)
+        self._given[:] = own_sensors(c, f, sound, dt, c.p.r_vel)
+        if self._whole is not None and c.calm:
+            return self._at_once(f, u, sound, dt, self._whole)
         x = c.ukf.x
         rho = density(-x[X_Z])
         if dt > 0.0:
@@ -93,12 +98,31 @@ class AirframeNav:
             c.noise_factor(self._R, dt)
             self.parts.predict(f, u, rho, dt)
         free_rates(x, u, rho, c.P, self._R, self._fm, self._d)
-        nis, m = self._fuse(f, u, updated & ~failed_bits(health))
+        return self._end(f, u, rho, dt, *self._fuse(f, u, sound))
+
+    def _at_once(self, f: SensorFrame, u: np.ndarray, sound: int, dt: float, whole: tuple[Any, ...]) -> NavState:
+        """All of a step in one compiled call; what it finds out of the ordinary is gone on with step by step."""
+        c = self.core
+        free_step(self._given, u, *whole)
+        out = self._told.tolist()
+        m, end, rho, nis = int(out[O_M]), out[O_END], out[O_RHO], out[O_NIS]
+        c.took(m, int(out[O_PROBES]), sound)
+        if m and end != REFUSED:
+            nis = c.sifted(int(out[O_SIFTED]), nis)
+        if end != DONE:
+            return self._end(f, u, rho, dt, nis, c.m)
+        if c.ears(self.out.valid, dt):
+            c.hear(f, self._fm, partial(self._force, u, rho))
+            return self._publish(f, nis, m)
+        return self._say(f, nis, m, out, out[O_SIGMA:])
+
+    def _end(self, f: SensorFrame, u: np.ndarray, rho: float, dt: float, nis: float, m: int) -> NavState:
+        """After the correction by m rows."""
+        c = self.core
         if why := c.lost(self.out.valid):
-            self.started_us = -1
-            self.out.valid, self.out.reason = False, why
+            self.begin_again(why)
             return self.out
-        free_rates(x, u, rho, c.P, self._R, self._fm, self._d)
+        free_rates(c.ukf.x, u, rho, c.P, self._R, self._fm, self._d)
         if c.ears(self.out.valid, dt):
             c.hear(f, self._fm, partial(self._force, u, rho))
         return self._publish(f, nis, m)
@@ -140,23 +164,11 @@ class AirframeNav:
 
     def _fuse(self, f: SensorFrame, u: np.ndarray, updated: int) -> tuple[float, int]:
         """Queue what is new, and correct; NIS and how many rows were used."""
-        c, p = self.core, self.core.p
-        c.m = 0
-        c.w_air[:] = c.ukf.x[RATE]
-        x, d = c.ukf.x.tolist(), self._d.tolist()  # plain floats are quicker
-        if updated & UPD_AIR and (n := c.take_air(f)):
-            aids.air_data(c, f, n, d)
-        if updated & UPD_IMU and f.gyro_count:
-            aids.gyro(c, f, d)
-        if updated & UPD_ATT:
-            self._q[:] = f.att_q_nb
-            dcm_from_quat(self._q, self._R)
-            euler_from_dcm(self._R, self._e)
-            aids.attitude(c, f, self._e.tolist(), x, d)
-        if updated & UPD_GNSS:
-            aids.gnss_position(c, f, d)
-            if p.velocity:
-                aids.gnss_velocity(c, f, M_VEL, self.acceleration().tolist(), p.r_vel)
+        c = self.core
+        m, probes = free_rows(
+            self._given, c.tune, c.ukf.x, self._d, self._fm, self._R, c.probe_pos, c.w_air, c.air, *c.rows
+        )
+        c.took(m, probes, updated)
         if c.m == 0:
             return 0.0, 0
         if self.cmw is not None:
@@ -169,28 +181,23 @@ class AirframeNav:
         free_rates(x, u, rho, self.core.P, np.zeros(9), fm, np.zeros(NX))
         return fm[:3]
 
-    def acceleration(self) -> np.ndarray:
-        """Inertial acceleration [3] NED [m/s^2] at the current estimate."""
-        x = self.core.ukf.x
-        dcm_from_euler(x[X_PSI], x[X_THETA], x[X_PHI], self._R)
-        return inertial_acceleration(self._R, self._fm)
-
     def _publish(self, f: SensorFrame, nis: float, m: int) -> NavState:
+        free_told(self.core.ukf.x, self._d, self._fm, self._R, self._told)
+        return self._say(f, nis, m, self._told.tolist(), self.core.ukf.sigmas())
+
+    def _say(self, f: SensorFrame, nis: float, m: int, out: list[float], sigma: Sequence[float]) -> NavState:
+        """What is published, by the outputs of free_told and the 1-sigma [>=15] of the state."""
         c, o = self.core, self.out
-        x = c.ukf.x
         o.t_us = f.t_us
         o.reason = c.earned(o, self.started_us, *NEEDED, rd.GNSS_VEL if c.p.velocity else rd.GNSS_POS)
         o.valid = not o.reason
-        o.V, o.beta, o.alpha = x[AIR].tolist()
-        o.w_b = vec3(x[RATE])
-        o.euler = vec3(x[EULER])
-        quat_from_euler(x[X_PSI], x[X_THETA], x[X_PHI], self._q)
-        o.q_nb = quat4(self._q)
-        o.pos_n = vec3(x[POS])
-        o.vel_n = vec3(self._d[POS])
-        o.acc_n = vec3(self.acceleration())
-        o.wind_n = vec3(x[WIND])
-        c.publish_sigma(o)
+        (
+            o.V, o.beta, o.alpha, wx, wy, wz, psi, theta, phi, px, py, pz, north, east, down,
+            vx, vy, vz, ax, ay, az, qw, qx, qy, qz,
+        ) = out[O_X:O_SIGMA]  # fmt: skip
+        o.w_b, o.euler, o.q_nb = (wx, wy, wz), (psi, theta, phi), (qw, qx, qy, qz)
+        o.pos_n, o.vel_n, o.acc_n, o.wind_n = (px, py, pz), (vx, vy, vz), (ax, ay, az), (north, east, down)
+        c.publish_sigma(o, sigma)
         lasting = c.lasting(rd.GNSS_POS, c.p.bias_pos)
         n, e, d = o.scatter
         o.pos_sigma = (math.hypot(n, lasting), math.hypot(e, lasting), math.hypot(d, lasting))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Annotated
 
@@ -70,6 +71,9 @@ FORMS_OF_STATE = ("wind", "velocity")  # what entries 12..14 are while the filte
 ADAPTATIONS = ("off", "single", "bank")  # nothing; one filter matched to its innovations; three filters weighted
 
 SENSOR_SIGMAS = ("r_V", "r_beta", "r_alpha", "r_rate", "r_euler", "r_pos", "r_vel")
+# of NavParams what compiled rows are given: EstimatorCore.tune
+TUNE = (*SENSOR_SIGMAS, "r_peer_rate")
+R_V, R_BETA, R_ALPHA, R_RATE, R_EULER, R_POS, R_VEL, R_PEER_RATE = range(len(TUNE))
 
 
 @dataclass(frozen=True)
@@ -148,8 +152,8 @@ class EstimatorCore:
         self.P = parameter_vector(ac, ac.mass.empty_kg + ac.mass.default_fuel_kg)
         self._fuel_kg = 0.0
         self.probe_pos = np.array([q.position_m for q in ac.probe], dtype=float)
-        k = len(ac.probe)
-        self._aV, self._aa, self._ab, self._ok = np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k, dtype=np.int64)
+        self._readings = np.zeros((4, len(ac.probe)))  # V, alpha, beta of every probe, 1 for the good ones
+        self.tune = np.array([getattr(p, k) for k in TUNE])
         self.air = np.zeros(3)
         self.probes = 0
         self.q_wind = p.q_wind  # [m/s per sqrt(s)] in force; moves when adapted (sixdof/wind_noise.py scales SQ)
@@ -162,7 +166,7 @@ class EstimatorCore:
         self.m = 0
         self.wind_jacobian = np.zeros((3, 3))
         q_rate = p.rot_q_rate if p.rotational_wind else p.q_rate
-        self._qdiag = np.array(
+        self.noise = np.array(  # 1-sigma per sqrt(s) of what moves each state [15] by itself
             [p.q_V, p.q_beta, p.q_alpha, *[q_rate] * 3, *[p.q_euler] * 3, *[p.q_pos] * 3, 0.0, 0.0, 0.0]
         )
 
@@ -178,14 +182,21 @@ class EstimatorCore:
         s = [p.r_V, p.r_beta, p.r_alpha, *[p.r_rate] * 3, *[p.r_euler] * 3, *[2 * p.r_pos] * 3, *[p.wind_sigma0] * 3]
         self.ukf.set_factor(np.diag([*s, *[1.0] * (len(self.ukf.x) - NX)]))
 
+    def readings_of_probes(self, f: SensorFrame) -> tuple[float, ...]:
+        """V [m/s] of every probe of `f`, then alpha, then beta [rad], then 1 for those that are good in all three, else 0."""
+        V, alpha, beta, mask, bad = f.air_V, f.air_alpha, f.air_beta, f.air_mask, f.air_bad
+        k, lacks = len(self.probe_pos), len(self.probe_pos) - len(V)
+        if lacks > 0:
+            none = (0.0,) * lacks
+            V, alpha, beta, mask = (*V, *none), (*alpha, *none), (*beta, *none), mask & (1 << len(f.air_V)) - 1
+        ok = [1.0 if mask >> i & 1 and not bad >> i & 0b1001001 else 0.0 for i in range(k)]
+        return (*V[:k], *alpha[:k], *beta[:k], *ok)
+
     def take_air(self, f: SensorFrame) -> int:
         """Average the probes of `f` that are good in all three readings into `air` [3] (V, beta, alpha at the cg); how many."""
-        k = min(len(f.air_V), len(self._aV))
-        for i in range(k):
-            self._aV[i], self._aa[i], self._ab[i] = f.air_V[i], f.air_alpha[i], f.air_beta[i]
-            self._ok[i] = (f.air_mask >> i) & 1 and not f.air_bad >> i & 0b1001001
-        self._ok[k:] = 0
-        self.probes = int(average_probes(self._aV, self._aa, self._ab, self._ok, self.probe_pos, self.w_air, self.air))
+        a = self._readings
+        a.ravel()[:] = self.readings_of_probes(f)
+        self.probes = int(average_probes(a[0], a[1], a[2], a[3], self.probe_pos, self.w_air, self.air))
         return self.probes
 
     def add(self, code: int, value: float, sigma: float, kind: int, slack: float = 0.0) -> None:
@@ -193,6 +204,17 @@ class EstimatorCore:
         m = self.m
         self.codes[m], self.y[m], self.r[m], self.group[m], self.slack[m] = code, value, sigma, kind, slack
         self.m += 1
+
+    @property
+    def rows(self) -> tuple[np.ndarray, ...]:
+        """Where compiled rows are queued: codes, values, 1-sigma, sensors, 1-sigma for the gate alone."""
+        return self.codes, self.y, self.r, self.group, self.slack
+
+    def took(self, m: int, probes: int, updated: int) -> None:
+        """Compiled rows have been queued, so many; with new air data (UPD_* `updated`) so many probes were averaged."""
+        self.m = m
+        if updated & UPD_AIR:
+            self.probes = probes
 
     def pick(self, rows: np.ndarray) -> None:
         """Keep these of the queued measurements, in this order."""
@@ -211,17 +233,18 @@ class EstimatorCore:
             self.ukf.SQ,
             self.ukf.x,
             R_bi,
-            self._qdiag,
+            self.noise,
             rt,
             self.p.q_wind * rt,
             self.p.correlated_wind,
             self.wind_jacobian,
         )
 
-    def publish_sigma(self, o: NavState) -> None:
-        """Write the reported 1-sigma values of wind and attitude: filter covariance, and the sensors' lasting errors on top."""
-        s, p = self.ukf.sigmas(), self.p
+    def publish_sigma(self, o: NavState, s: Sequence[float]) -> None:
+        """Write the reported 1-sigma values of wind and attitude: those of the filter, s [>=15], and the sensors' lasting errors
+        on top."""
         n = max(self.probes, 1)  # biases of separate probes average out
+        p = self.p
         b = o.V * o.V * (p.bias_flow**2 / n + p.bias_att**2) + p.bias_V**2 / n + p.bias_vel**2
         a = p.bias_att
         o.wind_sigma = (math.sqrt(s[X_WN] ** 2 + b), math.sqrt(s[X_WE] ** 2 + b), math.sqrt(s[X_WD] ** 2 + b))
@@ -235,12 +258,11 @@ def channel_sigma(p: NavParams, probes: int) -> np.ndarray:
     return np.array([*air, *[p.r_rate] * 3, *[p.r_euler] * 3, *[p.r_pos] * 3, *[p.r_vel] * 3])
 
 
-def inertial_acceleration(R: np.ndarray, fm: np.ndarray) -> np.ndarray:
-    """Inertial acceleration [3] NED [m/s^2]: specific force fm [>=3] turned by R_BI [9], and gravity."""
-    a = np.zeros(3)
+@jit
+def inertial(R: np.ndarray, fm: np.ndarray, a: np.ndarray) -> None:
+    """a [3] NED <- inertial acceleration [m/s^2]: specific force fm [>=3] turned by R_BI [9], and gravity."""
     to_parent(R, fm, a)
     a[2] += G0
-    return a
 
 
 @jit

@@ -6,7 +6,7 @@ With nav.gate.false_alarm = 0 nothing is judged: it is EstimatorCore, and validi
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -86,9 +86,7 @@ class TrustedCore(EstimatorCore):
         if gate is None:
             return super().update()
         memory = ukf.memory()
-        if len(self._was) != len(memory):  # the first time
-            self._was = [np.zeros_like(a) for a in memory]
-        for a, b in zip(self._was, memory, strict=True):
+        for a, b in zip(self.before(), memory, strict=True):
             a[...] = b
         nis = ukf.correct(self.y, self.r, self.m)
         if nis < 0.0:  # the filter itself refused it
@@ -97,6 +95,30 @@ class TrustedCore(EstimatorCore):
         if gate.calm:
             return nis
         return self._again(gate, memory, keep, nis)
+
+    def before(self) -> list[np.ndarray]:
+        """Arrays for the filter's mean and covariance before a correction."""
+        memory = self.ukf.memory()
+        if len(self._was) != len(memory):  # the first time
+            self._was = [np.zeros_like(a) for a in memory]
+        return self._was
+
+    def sifted(self, n: int, nis: float) -> float:
+        """As `update`, where filter and gate have done their part (sixdof/judged.py): n by `sift`; NIS."""
+        gate = self.refusals
+        assert gate is not None
+        keep = gate.sifted(n, self.m)
+        return nis if gate.calm else self._again(gate, self.ukf.memory(), keep, nis)
+
+    @property
+    def calm(self) -> bool:
+        """Whether readings are judged and none is missed, refused, kept out or in dispute."""
+        return self.refusals is not None and self.refusals.calm
+
+    @property
+    def taking(self) -> bool:
+        """Whether nothing is refused for now."""
+        return self.refusals is not None and self.refusals.taking
 
     def _again(self, gate: Refusals, memory: tuple[np.ndarray, ...], keep: np.ndarray | None, nis: float) -> float:
         """The correction once more, from the state before it, where a reading is refused or the wind is not measured; NIS."""
@@ -278,9 +300,9 @@ class TrustedCore(EstimatorCore):
             return bias
         return math.hypot(bias, self.p.bias_vel * max(gate.age_s(kind) - LATE_S, 0.0), gate.doubt(kind))
 
-    def publish_sigma(self, o: NavState) -> None:
+    def publish_sigma(self, o: NavState, s: Sequence[float]) -> None:
         """As EstimatorCore, with what is in dispute and with the drift of an attitude that is not measured."""
-        super().publish_sigma(o)
+        super().publish_sigma(o, s)
         gate = self.refusals
         if gate is None or gate.plain:
             return

@@ -10,7 +10,7 @@ import numpy as np
 
 from flightsw.aircraft import Aircraft
 from flightsw.kernels.atmosphere import G0, density
-from flightsw.sixdof.motion import force_moment
+from flightsw.sixdof.forces import force_moment
 from flightsw.sixdof.params import IY, parameter_vector, set_mass
 from flightsw.types import NavState, SensorFrame
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from flightsw.aircraft import Aircraft
 from flightsw.kernels.rotations import added, less
-from flightsw.sixdof.motion import moment_rates
+from flightsw.sixdof.forces import moment_rates
 from flightsw.sixdof.params import parameter_vector, set_mass
 from flightsw.types import Vec3
 

@@ -1,4 +1,4 @@
-"""Onboard aircraft model: aerodynamic build-up and wind-axis equations of motion as compiled kernels.
+"""Onboard aircraft model: wind-axis equations of motion as compiled kernels (forces and moments: forces.py).
 
 State order of a free aircraft (15): V, beta, alpha, p, q, r, psi, theta, phi, x, y, z, Wn, We, Wd.
 State order relative to a tanker (15): V, beta, alpha, p, q, r (of receiver relative to tanker, receiver axes), psi, theta,
@@ -16,8 +16,8 @@ import numpy as np
 
 from flightsw.kernels.atmosphere import G0
 from flightsw.kernels.jit import jit, jit_own
-from flightsw.kernels.rotations import dcm_from_euler
-from flightsw.sixdof import params as pv
+from flightsw.kernels.rotations import dcm_of_turns
+from flightsw.sixdof.forces import loads, rigid
 from flightsw.sixdof.layout import (
     NX,
     TK_END,
@@ -54,107 +54,10 @@ from flightsw.sixdof.layout import (
 
 
 @jit
-def force_moment(
-    V: float, beta: float, alpha: float, p: float, q: float, r: float, u: np.ndarray, rho: float, P: np.ndarray,
-    out: np.ndarray,
-) -> None:  # fmt: skip
-    """Specific force and moment in body axes, and their sensitivity to alpha-dot.
-
-    V [m/s], beta, alpha [rad], p, q, r [rad/s] relative to the air, u [4], rho [kg/m^3]. out [9] <- specific force
-    without gravity fx, fy, fz [m/s^2]; moments L, M, N [N m] at alpha-dot = 0; d(fx), d(fz), d(M) per rad/s of alpha-dot.
-    Moments: stability-axis derivatives rotated by alpha (Stevens and Lewis, section 2.3).
-    """
-    ca, sa = math.cos(alpha), math.sin(alpha)
-    qS = 0.5 * rho * V * V * P[pv.S]
-    hb = 0.5 * P[pv.B] / V
-    hc = 0.5 * P[pv.C] / V
-    da, de, dr, T = u[0], u[1], u[2], u[3]
-    ps = p * ca + r * sa
-    rs = r * ca - p * sa
-    CLs = P[pv.CL0] + P[pv.CLA] * alpha + P[pv.CLDE] * de
-    CL = CLs + P[pv.CLQ] * hc * q
-    CD = P[pv.CD0] + P[pv.KI] * CLs * CLs
-    CY = P[pv.CYB] * beta + hb * (P[pv.CYP] * ps + P[pv.CYR] * rs) + P[pv.CYDR] * dr
-    Cl = P[pv.CLB] * beta + hb * (P[pv.CLP] * ps + P[pv.CLR] * rs) + P[pv.CLDA] * da + P[pv.CLDR] * dr
-    Cm = P[pv.CM0] + P[pv.CMA] * alpha + P[pv.CMQ] * hc * q + P[pv.CMDE] * de
-    Cn = P[pv.CNB] * beta + hb * (P[pv.CNP] * ps + P[pv.CNR] * rs) + P[pv.CNDA] * da + P[pv.CNDR] * dr
-    # wind axes to body axes: [-D, Y, -L] through R_BW (Lee 2.11; his S is -Y)
-    cb, sb = math.cos(beta), math.sin(beta)
-    k = qS / P[pv.M]
-    axial = CD * cb + CY * sb
-    out[0] = k * (CL * sa - axial * ca) + T / P[pv.M]
-    out[1] = k * (CY * cb - CD * sb)
-    out[2] = -k * (CL * ca + axial * sa)
-    out[3] = qS * P[pv.B] * (Cl * ca - Cn * sa)
-    out[4] = qS * P[pv.C] * Cm
-    out[5] = qS * P[pv.B] * (Cl * sa + Cn * ca)
-    kad = k * P[pv.CLAD] * hc
-    out[6] = kad * sa
-    out[7] = -kad * ca
-    out[8] = qS * P[pv.C] * P[pv.CMAD] * hc
-
-
-@jit
-def _spin(L: float, M: float, N: float, p: float, q: float, r: float, P: np.ndarray) -> tuple[float, float, float]:
-    """p', q', r' [rad/s^2] by Euler's equation with Ixz from moments L, M, N [N m] at inertial rates p, q, r [rad/s]."""
-    Ix, Iy, Iz, Ixz = P[pv.IX], P[pv.IY], P[pv.IZ], P[pv.IXZ]
-    hx = Ix * p - Ixz * r
-    hz = Iz * r - Ixz * p
-    mx = L - (q * hz - r * Iy * q)
-    my = M - (r * hx - p * hz)
-    mz = N - (p * Iy * q - q * hx)
-    D = Ix * Iz - Ixz * Ixz
-    return (Iz * mx + Ixz * mz) / D, my / Iy, (Ixz * mx + Ix * mz) / D
-
-
-@jit
-def moment_rates(
-    V: float, beta: float, alpha: float, w: np.ndarray, u: np.ndarray, rho: float, P: np.ndarray, fm: np.ndarray,
-) -> tuple[float, float, float]:  # fmt: skip
-    """Angular acceleration p', q', r' rad/s^2 at body rates w [3] rad/s: Euler's equation with Ixz, the moments of force_moment
-    without their alpha-dot part. Other arguments as there; fm [9] work space."""
-    force_moment(V, beta, alpha, w[0], w[1], w[2], u, rho, P, fm)
-    return _spin(fm[3], fm[4], fm[5], w[0], w[1], w[2], P)
-
-
-@jit
-def _rigid(
-    V: float, beta: float, alpha: float, p: float, q: float, r: float, fm: np.ndarray,
-    gx: float, gy: float, gz: float, P: np.ndarray, d: np.ndarray,
-) -> None:  # fmt: skip
-    """d [6] <- V_dot, beta_dot, alpha_dot, p_dot, q_dot, r_dot (inertial rates p, q, r) from fm [9] and gravity in body axes.
-
-    eps^-1 of Lee (2.2) and Euler's equation with Ixz; fm[0], fm[2], fm[4] are completed with the alpha-dot terms, so that
-    fm[0:3] is the total specific force afterwards. The wind acceleration is taken as zero (a random walk has none).
-    """
-    cb, sb = math.cos(beta), math.sin(beta)
-    ca, sa = math.cos(alpha), math.sin(alpha)
-    uu, vv, ww = V * ca * cb, V * sb, V * sa * cb
-    ax = fm[0] + gx + r * vv - q * ww
-    ay = fm[1] + gy + p * ww - r * uu
-    az = fm[2] + gz + q * uu - p * vv
-    den = V * cb
-    ad = (az * ca - ax * sa) / den
-    # alpha_dot appears on both sides through CL_alphadot: linear, solved exactly
-    ad = ad / (1.0 - (fm[7] * ca - fm[6] * sa) / den)
-    ax += fm[6] * ad
-    az += fm[7] * ad
-    fm[0] += fm[6] * ad
-    fm[2] += fm[7] * ad
-    fm[4] += fm[8] * ad
-    Vd = ax * ca * cb + ay * sb + az * sa * cb
-    d[X_V] = Vd
-    d[X_BETA] = (ay - Vd * sb) / den
-    d[X_ALPHA] = ad
-    d[X_P], d[X_Q], d[X_R] = _spin(fm[3], fm[4], fm[5], p, q, r, P)
-
-
-@jit
-def _euler_rates(p: float, q: float, r: float, theta: float, phi: float, out: np.ndarray) -> None:
-    """out [3] <- psi_dot, theta_dot, phi_dot of 3-2-1 angles."""
-    sf, cf = math.sin(phi), math.cos(phi)
+def euler_rates(p: float, q: float, r: float, theta: float, ct: float, sf: float, cf: float, out: np.ndarray) -> None:
+    """out [3] <- psi_dot, theta_dot, phi_dot of 3-2-1 angles; ct cosine of theta, sf, cf sine and cosine of phi."""
     a = q * sf + r * cf
-    out[0] = a / math.cos(theta)
+    out[0] = a / ct
     out[1] = q * cf - r * sf
     out[2] = p + a * math.tan(theta)
 
@@ -171,11 +74,14 @@ def free_rates(
     x: np.ndarray, u: np.ndarray, rho: float, P: np.ndarray, R: np.ndarray, fm: np.ndarray, d: np.ndarray
 ) -> None:
     """d [15] <- time derivative of the free aircraft state x [15]; R [9] <- R_BI, fm [9] <- specific force etc. (outputs)."""
-    dcm_from_euler(x[X_PSI], x[X_THETA], x[X_PHI], R)
-    force_moment(x[X_V], x[X_BETA], x[X_ALPHA], x[X_P], x[X_Q], x[X_R], u, rho, P, fm)
-    _rigid(x[X_V], x[X_BETA], x[X_ALPHA], x[X_P], x[X_Q], x[X_R], fm, G0 * R[2], G0 * R[5], G0 * R[8], P, d)
-    _euler_rates(x[X_P], x[X_Q], x[X_R], x[X_THETA], x[X_PHI], d[X_PSI : X_PHI + 1])
-    a, b, c = air_velocity(x[X_V], x[X_BETA], x[X_ALPHA])
+    V, beta, alpha, p, q, r = x[X_V], x[X_BETA], x[X_ALPHA], x[X_P], x[X_Q], x[X_R]
+    st, ct, sf, cf = math.sin(x[X_THETA]), math.cos(x[X_THETA]), math.sin(x[X_PHI]), math.cos(x[X_PHI])
+    cb, sb, ca, sa = math.cos(beta), math.sin(beta), math.cos(alpha), math.sin(alpha)
+    dcm_of_turns(math.sin(x[X_PSI]), math.cos(x[X_PSI]), st, ct, sf, cf, R)
+    loads(V, beta, alpha, cb, sb, ca, sa, p, q, r, u, rho, P, fm)
+    rigid(V, cb, sb, ca, sa, p, q, r, fm, G0 * R[2], G0 * R[5], G0 * R[8], P, d)
+    euler_rates(p, q, r, x[X_THETA], ct, sf, cf, d[X_PSI : X_PHI + 1])
+    a, b, c = V * ca * cb, V * sb, V * sa * cb
     for i in range(3):
         d[X_X + i] = R[i] * a + R[3 + i] * b + R[6 + i] * c + x[X_WN + i]
         d[X_WN + i] = 0.0
@@ -197,7 +103,10 @@ def relative_rates(
     tk [18]: tanker R_BI [9], w_T [3], w_T_dot [3] (tanker axes), v_T (NED) [3]. R [9] <- R_BRBT. Lee (2.16)-(2.29), W_I form.
     x[15:18]: effective rotational wind [rad/s], receiver axes; it changes the rates the aerodynamics see and nothing else.
     """
-    dcm_from_euler(x[X_PSI], x[X_THETA], x[X_PHI], R)
+    V, beta, alpha = x[X_V], x[X_BETA], x[X_ALPHA]
+    st, ct, sf, cf = math.sin(x[X_THETA]), math.cos(x[X_THETA]), math.sin(x[X_PHI]), math.cos(x[X_PHI])
+    cb, sb, ca, sa = math.cos(beta), math.sin(beta), math.cos(alpha), math.sin(alpha)
+    dcm_of_turns(math.sin(x[X_PSI]), math.cos(x[X_PSI]), st, ct, sf, cf, R)
     w0, w1, w2 = tk[TK_P], tk[TK_Q], tk[TK_R]
     # R w_T, and total inertial rates in receiver axes
     t0 = R[0] * w0 + R[1] * w1 + R[2] * w2
@@ -205,12 +114,12 @@ def relative_rates(
     t2 = R[6] * w0 + R[7] * w1 + R[8] * w2
     p, q, r = x[X_P] + t0, x[X_Q] + t1, x[X_R] + t2
     if x.shape[0] > NX:
-        force_moment(x[X_V], x[X_BETA], x[X_ALPHA], p - x[X_PE], q - x[X_QE], r - x[X_RE], u, rho, P, fm)
+        loads(V, beta, alpha, cb, sb, ca, sa, p - x[X_PE], q - x[X_QE], r - x[X_RE], u, rho, P, fm)
     else:
-        force_moment(x[X_V], x[X_BETA], x[X_ALPHA], p, q, r, u, rho, P, fm)
+        loads(V, beta, alpha, cb, sb, ca, sa, p, q, r, u, rho, P, fm)
     g0, g1, g2 = G0 * tk[2], G0 * tk[5], G0 * tk[8]  # gravity in tanker axes
-    _rigid(
-        x[X_V], x[X_BETA], x[X_ALPHA], p, q, r, fm,
+    rigid(
+        V, cb, sb, ca, sa, p, q, r, fm,
         R[0] * g0 + R[1] * g1 + R[2] * g2,
         R[3] * g0 + R[4] * g1 + R[5] * g2,
         R[6] * g0 + R[7] * g1 + R[8] * g2,
@@ -221,8 +130,8 @@ def relative_rates(
     d[X_P] -= -(x[X_Q] * t2 - x[X_R] * t1) + R[0] * e0 + R[1] * e1 + R[2] * e2
     d[X_Q] -= -(x[X_R] * t0 - x[X_P] * t2) + R[3] * e0 + R[4] * e1 + R[5] * e2
     d[X_R] -= -(x[X_P] * t1 - x[X_Q] * t0) + R[6] * e0 + R[7] * e1 + R[8] * e2
-    _euler_rates(x[X_P], x[X_Q], x[X_R], x[X_THETA], x[X_PHI], d[X_PSI : X_PHI + 1])
-    relative_velocity(x, tk, R, d[X_X : X_Z + 1])
+    euler_rates(x[X_P], x[X_Q], x[X_R], x[X_THETA], ct, sf, cf, d[X_PSI : X_PHI + 1])
+    _apart(x, V * ca * cb, V * sb, V * sa * cb, tk, R, d[X_X : X_Z + 1])
     d[X_WN] = d[X_WE] = d[X_WD] = 0.0
 
 
@@ -230,6 +139,12 @@ def relative_rates(
 def relative_velocity(x: np.ndarray, tk: np.ndarray, R: np.ndarray, v: np.ndarray) -> None:
     """v [3] <- d(xi)/dt in tanker axes: R^T u_a + R_BTI (W - v_T) - w_T x xi (Lee 2.23); R [9] = R_BRBT of x."""
     a, b, c = air_velocity(x[X_V], x[X_BETA], x[X_ALPHA])
+    _apart(x, a, b, c, tk, R, v)
+
+
+@jit
+def _apart(x: np.ndarray, a: float, b: float, c: float, tk: np.ndarray, R: np.ndarray, v: np.ndarray) -> None:
+    """As relative_velocity, with u_a = (a, b, c)."""
     n0, n1, n2 = x[X_WN] - tk[TK_VN], x[X_WE] - tk[TK_VE], x[X_WD] - tk[TK_VD]
     w0, w1, w2 = tk[TK_P], tk[TK_Q], tk[TK_R]
     for i in range(3):

@@ -13,6 +13,7 @@ from typing import Protocol
 
 import numpy as np
 
+from flightsw.filters.srukf import SquareRootUKF
 from flightsw.sixdof.coloured_noise import Colour, colour_states
 from flightsw.sixdof.estimator_core import EstimatorCore, NavParams
 from flightsw.sixdof.gust_states import GUSTS, GustStates
@@ -142,6 +143,11 @@ class Parts:
         self._complete = (
             not self.states and not velocity
         )  # a factor of independent errors is all there is to start with
+        # a filter, a motion and sensors, and nothing besides: what a step in one compiled call does
+        self.plain = (
+            type(core.ukf) is SquareRootUKF and self._white and self._complete and self.motion is motion
+            and self.wind_noise.adapter is None
+        )  # fmt: skip
         self._dt = 0.0
 
     def start(self, f: SensorFrame) -> None:

@@ -6,13 +6,16 @@ difference as well (Lee 2011, chapter 5; the accelerometer gives specific force,
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from flightsw.kernels.atmosphere import G0
 from flightsw.kernels.jit import jit, jit_own
-from flightsw.kernels.rotations import dcm_from_euler
+from flightsw.kernels.rotations import dcm_of_turns
+from flightsw.sixdof.forces import loads, rigid
 from flightsw.sixdof.layout import M_VEL, NX, X_ALPHA, X_BETA, X_P, X_PHI, X_PSI, X_Q, X_R, X_THETA, X_V, X_WN, X_X
-from flightsw.sixdof.motion import _euler_rates, _rigid, air_velocity, force_moment
+from flightsw.sixdof.motion import euler_rates, free_rates
 
 
 @jit
@@ -24,15 +27,18 @@ def sensed_rates(
 
     `inertial`: use the angular acceleration of s, else that of the aerodynamic moments. R [9], fm [9] as in free_rates.
     """
-    dcm_from_euler(x[X_PSI], x[X_THETA], x[X_PHI], R)
-    force_moment(x[X_V], x[X_BETA], x[X_ALPHA], x[X_P], x[X_Q], x[X_R], u, rho, P, fm)
+    V, beta, alpha, p, q, r = x[X_V], x[X_BETA], x[X_ALPHA], x[X_P], x[X_Q], x[X_R]
+    st, ct, sf, cf = math.sin(x[X_THETA]), math.cos(x[X_THETA]), math.sin(x[X_PHI]), math.cos(x[X_PHI])
+    cb, sb, ca, sa = math.cos(beta), math.sin(beta), math.cos(alpha), math.sin(alpha)
+    dcm_of_turns(math.sin(x[X_PSI]), math.cos(x[X_PSI]), st, ct, sf, cf, R)
+    loads(V, beta, alpha, cb, sb, ca, sa, p, q, r, u, rho, P, fm)
     fm[0], fm[1], fm[2] = s[0], s[1], s[2]
     fm[6] = fm[7] = 0.0  # already in what the accelerometer felt
-    _rigid(x[X_V], x[X_BETA], x[X_ALPHA], x[X_P], x[X_Q], x[X_R], fm, G0 * R[2], G0 * R[5], G0 * R[8], P, d)
+    rigid(V, cb, sb, ca, sa, p, q, r, fm, G0 * R[2], G0 * R[5], G0 * R[8], P, d)
     if inertial:
         d[X_P], d[X_Q], d[X_R] = s[3], s[4], s[5]
-    _euler_rates(x[X_P], x[X_Q], x[X_R], x[X_THETA], x[X_PHI], d[X_PSI : X_PHI + 1])
-    a, b, c = air_velocity(x[X_V], x[X_BETA], x[X_ALPHA])
+    euler_rates(p, q, r, x[X_THETA], ct, sf, cf, d[X_PSI : X_PHI + 1])
+    a, b, c = V * ca * cb, V * sb, V * sa * cb
     for i in range(3):
         d[X_X + i] = R[i] * a + R[3 + i] * b + R[6 + i] * c + x[X_WN + i]
         d[X_WN + i] = 0.0
@@ -82,13 +88,7 @@ def measure_differenced(
     d = np.empty(NX)
     for k in range(X.shape[0]):
         x = X[k]
-        dcm_from_euler(x[X_PSI], x[X_THETA], x[X_PHI], R)
-        force_moment(x[X_V], x[X_BETA], x[X_ALPHA], x[X_P], x[X_Q], x[X_R], u, rho, P, fm)
-        _rigid(x[X_V], x[X_BETA], x[X_ALPHA], x[X_P], x[X_Q], x[X_R], fm, G0 * R[2], G0 * R[5], G0 * R[8], P, d)
-        _euler_rates(x[X_P], x[X_Q], x[X_R], x[X_THETA], x[X_PHI], d[X_PSI : X_PHI + 1])
-        a, b, c = air_velocity(x[X_V], x[X_BETA], x[X_ALPHA])
-        for i in range(3):
-            d[X_X + i] = R[i] * a + R[3 + i] * b + R[6 + i] * c + x[X_WN + i]
+        free_rates(x, u, rho, P, R, fm, d)
         for j in range(m):
             q = codes[j]
             if q < M_VEL:

@@ -52,7 +52,7 @@ class Printed:
     def __post_init__(self) -> None:
         if bool(self.command) == (self.verdict in (TEXT, OPEN)):
             raise ValueError(f"{self.place}: a command stands with what was tried, and only there")
-        if self.verdict in (NO, OPEN, CORRECTED) and not self.why:
+        if self.verdict in (NO, OPEN, CORRECTED) and not self.why.strip("?"):
             raise ValueError(f"{self.place}: {self.verdict} without why")
         if self.key and self.key.count("/") != 2:
             raise ValueError(f"{self.place}: key = {self.key!r}; allowed study/case/value")

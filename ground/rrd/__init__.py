@@ -1,4 +1,4 @@
-"""Run folder -> `run.rrd`: every series in one column-wise call, blueprint embedded; timelines sim_time and tick.
+"""Run folder -> `run.rrd`: every entity in one column-wise call, blueprint embedded; timelines sim_time and tick.
 
 What every run has is drawn here (ground.rrd.common, ground.rrd.lines, tabs of ground.rrd.blueprint), what a mission adds by its
 view. This package and the views' drawings are the only importers of rerun.
@@ -17,6 +17,7 @@ from ground import run as runs
 from ground.columns import Columns
 from ground.rrd.blueprint import blueprint
 from ground.rrd.common import COMMON
+from ground.rrd.joined import Fit
 from ground.rrd.layout import Look, Tab
 from ground.rrd.palette import STATES, Color
 from ground.rrd.series import TICK_US, Sink
@@ -55,18 +56,20 @@ def convert(
     shown = screen(run, views, laws_of(run), look, tab, failed=failed)
     with path.open("wb"):  # a plain message for a read-only folder, before rerun starts
         pass
-    sink = Sink.file(path, run.title, 0, end, shown.blueprint, tick_us(run))
+    sink = Sink.recording(run.title, 0, end, tick_us(run))
     draw(sink, run, views, shown.states, failed)
-    sink.close()
+    shown.fit(sink.lines)
+    sink.write(path, shown.blueprint)
     return path
 
 
 @dataclass(frozen=True)
 class Screen:
-    """What the viewer begins with, and the colours of states."""
+    """What the viewer begins with, and the colours of states; `fit`: told the lines there are, it makes the plots show them."""
 
     blueprint: rrb.Blueprint
     states: Mapping[str, Color]
+    fit: Fit
 
 
 def screen(
@@ -86,7 +89,8 @@ def screen(
     estimating = [name for s, name in run.names.items() if run.tlm.get(s, "NAV_STATE") is not None]
     states = STATES | {k: v for part in layouts for k, v in part.states.items()}
     names = list(run.names.values())
-    return Screen(blueprint(title or run.title, names, estimating, laws, look, layouts, tab, extra), states)
+    made = blueprint(title or run.title, names, estimating, laws, look, layouts, tab, extra)
+    return Screen(made, states, Fit(made))
 
 
 def draw(sink: Sink, run: Run, views: Mapping[str, View], states: Mapping[str, Color], failed: Failed = None) -> None:
@@ -96,6 +100,7 @@ def draw(sink: Sink, run: Run, views: Mapping[str, View], states: Mapping[str, C
     sink.stand()
     for each in COMMON:
         each(sink, run, states)
+    sink.join()
 
 
 def tick_us(run: Run) -> int:

@@ -195,7 +195,13 @@ class Picture:
         laws = [law for law in flow.laws.values() if law.aircraft in order]
         laws.sort(key=lambda law: (order.index(law.aircraft), law.place))
         self.shown = screen(part, flow.views, laws, look, title=self.title, failed=flow.failed)
+        self.shown.fit(self.sink.lines)
         self.rec.send_blueprint(self.shown.blueprint)
+
+    def _fit(self) -> None:
+        """Send the blueprint again if there are lines now that its plots did not know of."""
+        if self.shown is not None and self.shown.fit(self.sink.lines):
+            self.rec.send_blueprint(self.shown.blueprint)
 
     def catch_up(self) -> None:
         """Send what the run folder has already."""
@@ -209,6 +215,7 @@ class Picture:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", LogDamageWarning)
             draw(self.sink, run, self.flow.views, self.shown.states, self.flow.failed)
+        self._fit()
         self.flow.done(self.flow.reached())
 
     def batch(self, last: bool = False) -> None:
@@ -228,6 +235,9 @@ class Picture:
         for i, each in enumerate(COMMON):
             if last or turn == i + 1:
                 each(self.sink, part, self.shown.states)
+        self.sink.join()
+        if last or turn == TURNS - 1:
+            self._fit()
         if turn == TURNS - 1:
             self.flow.done(self._drawn)
 

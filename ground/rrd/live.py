@@ -69,10 +69,14 @@ class Live(Sink):
         """Whether its look has not been sent."""
         return path not in self._looks
 
+    def begun(self, path: str) -> None:
+        """Remembered."""
+        self._looks.add(path)
+
     def look(self, path: str, shape: rr.AsComponents) -> None:
         """Sent once."""
         if path not in self._looks:
-            self._looks.add(path)
+            self.begun(path)
             super().look(path, shape)
 
     def whole(self, path: str, shape: rr.AsComponents) -> None:

@@ -41,19 +41,11 @@ class Beside(Sink):
 
     def __init__(self, first: Sink, label: str) -> None:
         super().__init__(first.rec, first.start_us, first.end_us, first.tick_us)
-        self.label = label
+        self.lines, self.label = first.lines, label
 
-    def look(self, path: str, shape: rr.AsComponents) -> None:
-        """As a recording's, under its root."""
-        super().look(f"{OTHER}/{path}" if path != "/" else OTHER, shape)
-
-    def whole(self, path: str, shape: rr.AsComponents) -> None:
-        """As a recording's, under its root."""
-        super().whole(f"{OTHER}/{path}", shape)
-
-    def columns(self, path: str, t_us: Times, columns: object) -> None:
-        """As a recording's, under its root."""
-        super().columns(f"{OTHER}/{path}", t_us, columns)
+    def at(self, path: str) -> str:
+        """Under its root."""
+        return f"{OTHER}/{path}" if path != "/" else OTHER
 
     def series(
         self, path: str, t_us: Times, values: Array, name: str, color: Sequence[int], *rest: Any, **more: Any
@@ -145,11 +137,12 @@ def overlay(first: Path, second: Path, out: Path, failed: Failed = None) -> list
     shown = screen(a, views, laws_of(a), look, title=title, extra=tabs, failed=failed)
     with out.open("wb"):
         pass
-    sink = Sink.file(out, title, 0, end, shown.blueprint, tick_us(a))
+    sink = Sink.recording(title, 0, end, tick_us(a))
     document = rr.TextDocument(_document(a.title, b.title, found), media_type=rr.MediaType.MARKDOWN)
     sink.look(DOCUMENT, document)
     _truths(sink, a, b)
     draw(sink, a, views, shown.states, failed)
     draw(Beside(sink, b.title), b, registry.found(b.tlm, failed), shown.states, failed)
-    sink.close()
+    shown.fit(sink.lines)
+    sink.write(out, shown.blueprint)
     return words(a.title, b.title, found)

@@ -1,5 +1,6 @@
 """One picture being made: whole columns on both timelines, styles sent once. A recording gets all rows of a run in one call; a
 live picture the same calls over and over, each with the last stretch of the run, and sends what is new of it (ground.rrd.flow).
+Lines of plots wait for others of their entity (ground.rrd.joined) until `join`.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 
 from flightsw.plugins import VIEWS
 from flightsw.strict import ConfigError
+from ground.rrd.joined import Waiting, line_look
 
 APPLICATION = "wakefield"
 TICK_US = 10_000  # [us] base tick
@@ -31,20 +33,31 @@ def packed(colors: NDArray) -> NDArray[np.uint32]:
 
 
 class Sink:
-    """Where series and shapes go: a recording in a file."""
+    """Where series and shapes go: a recording. `lines`: paths of the lines that have rows."""
 
     def __init__(self, rec: rr.RecordingStream, start_us: int, end_us: int, tick_us: int = TICK_US) -> None:
         self.rec = rec
         self.start_us, self.end_us, self.tick_us = start_us, end_us, tick_us
+        self.lines: set[str] = set()
+        self._waiting = Waiting()
         self._drawn: set[str] = set()
         self._standing: frozenset[str] = frozenset()
 
     @classmethod
-    def file(cls, path: Path, name: str, start_us: int, end_us: int, screen: object, tick_us: int = TICK_US) -> Sink:
-        """A recording `name` in a file, with the blueprint it opens with."""
-        rec = rr.RecordingStream(APPLICATION, recording_id=name)
-        rec.save(str(path), default_blueprint=screen)  # type: ignore[arg-type]
-        return cls(rec, start_us, end_us, tick_us)
+    def recording(cls, name: str, start_us: int, end_us: int, tick_us: int = TICK_US) -> Sink:
+        """A recording `name` that is held until `write`."""
+        return cls(rr.RecordingStream(APPLICATION, recording_id=name), start_us, end_us, tick_us)
+
+    def write(self, path: Path, screen: object = None) -> None:
+        """Write it to a file, behind the blueprint it opens with."""
+        self.join()
+        self.rec.save(str(path), default_blueprint=screen)  # type: ignore[arg-type]
+        self.rec.flush()
+        self.rec.disconnect()
+
+    def at(self, path: str) -> str:
+        """The path in the recording."""
+        return path
 
     def stand(self) -> None:
         """From here on, series and states of a path that is drawn already are left out: what a view drew stands."""
@@ -77,13 +90,16 @@ class Sink:
         """Whether the look of a path is still to be sent: ask before making one that is dear."""
         return True
 
+    def begun(self, path: str) -> None:
+        """The look of a path is on its way: it is not `new` any more, which a recording does not ask twice."""
+
     def look(self, path: str, shape: rr.AsComponents) -> None:
         """What does not change during a run."""
-        self.rec.log(path, shape, static=True)
+        self.rec.log(self.at(path), shape, static=True)
 
     def whole(self, path: str, shape: rr.AsComponents) -> None:
         """A shape made of the whole run so far, behind `due`."""
-        self.rec.log(path, shape, static=True)
+        self.rec.log(self.at(path), shape, static=True)
 
     def ends(self, path: str) -> Times:
         """Times [us] of the rows of what is known for the run as a whole."""
@@ -93,14 +109,14 @@ class Sink:
     def times(self, t_us: Times) -> list[rr.TimeColumn]:
         """Both time columns of rows at t_us [us]."""
         return [
-            rr.TimeColumn("sim_time", duration=t_us * 1e-6),
+            rr.TimeColumn("sim_time", duration=(1000 * t_us).astype("m8[ns]")),
             rr.TimeColumn("tick", sequence=t_us // self.tick_us),
         ]
 
     def columns(self, path: str, t_us: Times, columns: object) -> None:
         """Columns of an archetype as they are, of rows that are `fresh`."""
         if len(t_us):
-            self.rec.send_columns(path, indexes=self.times(t_us), columns=columns)  # type: ignore[arg-type]
+            self.rec.send_columns(self.at(path), indexes=self.times(t_us), columns=columns)  # type: ignore[arg-type]
 
     def rows(self, path: str, t_us: Times, kind: Any, **values: Sequence[object] | NDArray) -> None:
         """Rows of an archetype: one value of each of its components at every time t_us [us], ascending."""
@@ -152,24 +168,25 @@ class Sink:
         step: bool = False,
         settle_us: int = 0,
     ) -> None:
-        """One line (values (n,)) or several lines of one style (values (n,k)) of a plot."""
+        """One line (values (n,)) or several lines of one style (values (n,k)) of a plot, sent by `join`."""
         if not self._plotted(path):
             return
         values = np.asarray(values, dtype=np.float64)
         k = 1 if values.ndim == 1 else values.shape[1]
         new = self.fresh(path, t_us, settle_us)
         if self.new(path):
-            style = rr.SeriesLines(
-                colors=[color] * k,
-                widths=[width] * k,
-                names=[name] * k,
-                interpolation_mode=rr.components.InterpolationMode.StepAfter if step else None,
-                aggregation_policy=rr.components.AggregationPolicy.MinMax,
-            )
-            self.look(path, style)
+            self.begun(path)
+            self._waiting.dress(path, line_look(path, name, color, width, step, k))
         if len(new):
-            scalars = rr.Scalars.columns(scalars=values[new].ravel())
-            self.columns(path, t_us[new], scalars if k == 1 else scalars.partition(lengths=[k] * len(new)))
+            self._waiting.add(path, t_us[new], values[new])
+            self.lines.add(self.at(path))
+
+    def join(self) -> None:
+        """Send looks and rows of lines, those of one entity together."""
+        for entity, looks in self._waiting.looks():
+            self.rec.log(self.at(entity), looks, static=True)
+        for entity, t_us, columns in self._waiting.take():
+            self.columns(entity, t_us, columns)
 
     def marks(self, path: str, t_us: Times, values: Array, name: str, color: Sequence[int]) -> None:
         """Single points of a plot, not joined: where something was the case."""
@@ -196,8 +213,3 @@ class Sink:
     def legend(self, path: str, colors: Mapping[str, Sequence[int]]) -> None:
         """States of a lane and their colours."""
         self.look(path, rr.StateConfiguration(values=list(colors), colors=list(colors.values())))
-
-    def close(self) -> None:
-        """Write everything out."""
-        self.rec.flush()
-        self.rec.disconnect()

@@ -59,7 +59,7 @@ def signature(types: str) -> tuple[Any, ...]:
 
 
 def written(types: tuple[Any, ...]) -> str | None:
-    """The opposite of `signature`, None where a type is neither number, array nor fixed number."""
+    """The opposite of `signature`, None where a type is neither number, array, tuple of numbers nor fixed number."""
     words = []
     for t in types:
         word = str(getattr(t, "literal_value", t)).replace("bool", "boolean")
@@ -68,6 +68,8 @@ def written(types: tuple[Any, ...]) -> str | None:
             if t.layout in "CF":
                 axes[-1 if t.layout == "C" else 0] = "::1"
             word = f"{t.dtype}[{','.join(axes)}]"
+        elif hasattr(t, "count"):  # a tuple of numbers of one type
+            word = f"UniTuple({t.dtype}, {t.count})"
         words.append(word)
     text = ", ".join(words)
     try:

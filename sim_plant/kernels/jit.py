@@ -22,8 +22,8 @@ def jit(func: F) -> F:
 
 
 def jit_own(func: F) -> F:
-    """The same of one that makes arrays of its own; no kernel of `jit` may call it."""
-    return cast(F, _compiler()(func))
+    """The same of one that makes arrays of its own; others may call it."""
+    return cast(F, _compiler(_nrt=True)(func))
 
 
 def _compiler(**more: bool) -> Any:

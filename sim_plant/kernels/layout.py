@@ -40,7 +40,9 @@ P_BELOW, P_FUEL_X, P_FUEL_REF, P_SPOOL_0, P_SPOOL_1 = 65, 66, 67, 68, 69
 P_POWER, P_ARM = 70, 71
 # an ascent's temperature (kernels/air.py): levels (0 = none), where in the tables it begins
 P_WARM, P_WARM_AT = 72, 73
-P_NI, P_NM, P_NH, P_TABLES = 74, 75, 76, 77
+# where coefficients of another form than the derivatives above begin; 0: none
+P_SERIES = 74
+P_NI, P_NM, P_NH, P_TABLES = 75, 76, 77, 78
 
 # observation vector written by eom.observe
 O_F, O_V, O_BETA, O_ALPHA, O_LIFT, O_DRAG, O_RHO, O_PRESS = 0, 3, 4, 5, 6, 7, 8, 9

@@ -110,7 +110,8 @@ def record(cmd: ActuatorCmd, s: Snapshot) -> tuple:
         dataclasses.astuple(cmd),
         dataclasses.astuple(s.nav),
         dataclasses.astuple(s.guid),
-        dataclasses.astuple(s.health),
+        [getattr(s.health, f.name) for f in dataclasses.fields(s.health) if f.name != "judged"],
+        (s.health.refused, s.health.ratios),  # what `judged` is read for
         [dataclasses.astuple(t) for t in s.texts],
         [dataclasses.astuple(a) for a in s.acks],
     )

@@ -6,10 +6,8 @@ from __future__ import annotations
 
 import math
 import sys
-import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 ORDERS = ((10.0, "precontact"), (16.0, "contact"))
 AGAIN = ((20.0, "observation"), (120.0, "precontact"), (270.0, "contact"))  # [s] after the return
@@ -45,10 +43,11 @@ def fly(
 ) -> Flown:
     """Cut aircraft `who` for `seconds` once the receiver is at `where`; fly on for `after_s` s, with the orders of AGAIN if it is
     to rejoin."""
-    from flightsw.process.config import load_flight
+    from flightsw.icd.port import DIRECT, Handed
+    from flightsw.process.config import flight_of
     from flightsw.process.node import Node
-    from hil_scripts.launch.inproc import InProcess
-    from hil_scripts.launch.runfolder import make_folder, resolve
+    from hil_scripts.launch.runfolder import resolve
+    from hil_scripts.studies.integrity.snapshot import HEARD, STATUS, Flying, phase_in, said
     from sim_plant.kernels import layout as n
     from sim_plant.world import AircraftLostError
 
@@ -61,43 +60,40 @@ def fly(
     plan = resolve(
         "refueling", 3, [*near, *([f"plant.event=[{orders}]"] if orders else []), *sets], at_s + alive_s + after_s
     )
-    with tempfile.TemporaryDirectory(prefix="wakefield-cut-") as tmp:
-        run = make_folder(plan, Path(tmp) / "run")
-        f = InProcess(plan, run)
-        server, members = f.server, f.server.world.members
-        out = Flown(0.0, math.inf, math.inf, math.nan, "", "", 0.0)
-        cut, back = round(at_s * 100), round((at_s + seconds) * 100)
-        try:
-            while not server.done:
-                k = server.tick
-                silent = cut <= k < back
-                if k == back and fresh:
-                    name = server.names[who]
-                    f.nodes[who] = Node(load_flight(run / f"flight_{name}.toml"))
-                    out.bank_then_deg = math.degrees(members[who].view.o[n.O_EULER + 2])
-                sent = server.begin_tick()
-                replies = [
-                    b"" if silent and i == who else node.step((d,))
-                    for i, (node, d) in enumerate(zip(f.nodes, sent, strict=True))
-                ]
-                server.end_tick(replies)
-                for i, node in enumerate(f.nodes):
-                    if not (silent and i == who):
-                        for t in node.after():
-                            f.ground.take(t)
-                if k >= cut:
-                    v = members[RECEIVER].view
-                    xi = v.rel[n.R_XI : n.R_XI + 3]
-                    out.bank_deg = max(out.bank_deg, abs(math.degrees(members[who].view.o[n.O_EULER + 2])))
-                    out.highest_m = min(out.highest_m, xi[2])
-                    out.closest_m = min(out.closest_m, math.hypot(*xi))
-                    out.contact_s += 0.01 * (k >= back and v.contact)
-                    if k >= back and math.isnan(out.back_s) and f.nodes[who].app.nav.valid and f.nodes[who].app.tick_no:
-                        out.back_s = (k - back) / 100.0
-        except AircraftLostError as e:
-            out.lost = str(e)
-        out.phase = f.ground.phase.get(2, "")
-        f.close()
+    f = Flying.of(plan)
+    f.hear_only(frozenset(), HEARD)
+    server, members = f.server, f.server.world.members
+    out = Flown(0.0, math.inf, math.inf, math.nan, "", "", 0.0)
+    cut, back = round(at_s * 100), round((at_s + seconds) * 100)
+    try:
+        while not server.done:
+            k = server.tick
+            silent = cut <= k < back
+            if k == back and fresh:
+                f.nodes[who] = Node(flight_of(plan.flights[who].config, server.names[who]), port=DIRECT)
+                f.hear_only(frozenset(), HEARD)
+                out.bank_then_deg = math.degrees(members[who].view.o[n.O_EULER + 2])
+            sent = server.begin_tick()
+            replies: list[Handed] = [
+                () if silent and i == who else node.step((d,))
+                for i, (node, d) in enumerate(zip(f.nodes, sent, strict=True))
+            ]
+            server.end_tick(replies)
+            for i, node in enumerate(f.nodes):
+                if not (silent and i == who):
+                    for kind, fields in said(node.after()):
+                        out.phase = phase_in(fields).upper() if kind == STATUS and i == RECEIVER else out.phase
+            if k >= cut:
+                v = members[RECEIVER].view
+                xi = v.rel[n.R_XI : n.R_XI + 3]
+                out.bank_deg = max(out.bank_deg, abs(math.degrees(members[who].view.o[n.O_EULER + 2])))
+                out.highest_m = min(out.highest_m, xi[2])
+                out.closest_m = min(out.closest_m, math.hypot(*xi))
+                out.contact_s += 0.01 * (k >= back and v.contact)
+                if k >= back and math.isnan(out.back_s) and f.nodes[who].app.nav.valid and f.nodes[who].app.tick_no:
+                    out.back_s = (k - back) / 100.0
+    except AircraftLostError as e:
+        out.lost = str(e)
     return out
 
 

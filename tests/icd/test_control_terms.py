@@ -10,6 +10,7 @@ from flightsw.aircraft import load_aircraft
 from flightsw.icd.codec_terms import control_terms, refuse_unknown
 from flightsw.icd.dialect import HOUSE
 from flightsw.icd.wire import Sender
+from flightsw.sixdof.actuators import surface_limits
 from flightsw.sixdof.command import ControlCore, ScheduleParams, lqr_terms
 from flightsw.strict import ConfigError
 from flightsw.terms import Controlled, LawTerms, Output, Scheduled
@@ -46,7 +47,7 @@ def test_saturation_and_anti_windup_of_the_scheduled_laws_are_told() -> None:
     u, _ = core.limit(parts.sum(axis=0), 7000.0, 195.0, parts)
     elevator = law.outputs[1]
     assert law.closed and core.saturated and (elevator.limits, elevator.proportional) == (terms.HIGH, 9.0)
-    assert elevator.sent == pytest.approx(u[1]) and elevator.cut == pytest.approx(9.0 - core.lim[1, 1])
+    assert elevator.sent == pytest.approx(u[1]) and elevator.cut == pytest.approx(9.0 - surface_limits(ac)[1, 1])
     assert [o.limits for o in law.outputs] == [0, terms.HIGH, 0, 0]
     core.integrate(np.array([30.0, -2.0]), 0.05)
     assert [(c.integral, c.limits) for c in law.controlled] == [(1.0, terms.HELD), (pytest.approx(0.0), 0)]

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from flightsw.missions.rendezvous import bank as kb
-from flightsw.missions.rendezvous import meeting as km
+from flightsw.missions.rendezvous import meeting_vectors as kv
 from flightsw.missions.rendezvous import range_filter as k3
 from flightsw.missions.rendezvous import range_rules as kr
 from flightsw.missions.rendezvous.guidance import (
@@ -86,9 +86,14 @@ def turn(r: Rng) -> np.ndarray:
 
 
 RULES = rules_vector(
-    RendezvousNavParams(gate_nis=25.0, rules=RangeRules(believed=2, repeat_m=0.1, young_z=3.7, open=True))
+    RendezvousNavParams(
+        gate_nis=25.0,
+        rules=RangeRules(
+            believed=2, repeat_m=0.1, young_z=3.7, open=True, open_back=4, open_turn_deg=40.0, open_speed_mps=30.0
+        ),
+    )
 )
-MEET = RendezvousGuidanceParams(offset_bank_deg=24.5, meeting=MeetingParams(on=True))
+MEET = RendezvousGuidanceParams(offset_bank_deg=24.5, meeting=MeetingParams(on=True, straight=True, doubt=True))
 GP, MP = guidance_vector(MEET), meeting_vector(MEET.meeting)
 
 
@@ -101,17 +106,41 @@ def window(r: Rng) -> np.ndarray:
 
 def judged_args(r: Rng) -> Args:
     m, P, lw = bank(r)
-    rs = np.array([float(r.integers(1, 8)), float(r.integers(2)), r.normal() * 3e3, 5e4, 0.0])
+    rs = np.array([float(r.integers(1, 8)), float(r.integers(2)), r.normal() * 3e3, 5e4, 0.0, float(r.integers(8))])
     z0 = r.choice([4.8e4, 5e4, 6e4]) + r.normal() * 300.0
-    head = [rs, RULES, m, P, lw, window(r), z0, 2000.0, -17e3, 0.0, 1852.0, 3.5, 1.0]
+    head = [rs, RULES, m, P, lw, window(r), *memory(r), 80.0, z0, 2000.0, -17e3, 0.0, 1852.0, 3.5, 1.0]
     return [*head, bool(r.integers(2)), E8, z(M, 8), z(8), z(2)]
 
 
+def memory(r: Rng) -> Args:
+    """Four estimates kept, 40 to 70 s old."""
+    kept, keptP = z(4, M, 10), z(4, M, 8, 8)
+    for i in range(4):
+        m, P, lw = bank(r)
+        kept[i, :, :8], kept[i, :, 8], kept[i, :, 9], keptP[i] = m, lw, 10.0 * (i + 1), P
+    return [kept, keptP]
+
+
+def ranked(r: Rng) -> np.ndarray:
+    return np.array([3.0, 0.0, 0.0, 5e4, 0.0, float(r.integers(8))])
+
+
+def cov4(r: Rng) -> np.ndarray:
+    a = r.normal(size=(4, 4)) * np.array([[300.0], [10.0], [300.0], [10.0]])
+    return a @ a.T
+
+
+def late(r: Rng) -> np.ndarray:
+    """A tanker in its turn, 10 NM abeam."""
+    return np.array([0.0, 0.0, r.uniform(0.5, 2.5), 0.4, r.uniform(190, 215), 3.0, 2.0, 0.01])
+
+
 def meeting_state(r: Rng) -> np.ndarray:
-    ms = z(km.M_N)
-    ms[km.M_SIDE] = r.choice([-1.0, 0.0, 1.0])
-    ms[km.M_AWAY] = float(r.integers(2)) if ms[km.M_SIDE] else 0.0
-    ms[km.M_OUT] = float(r.integers(2))
+    ms = z(kv.M_N)
+    ms[kv.M_SIDE] = r.choice([-1.0, 0.0, 1.0])
+    ms[kv.M_AWAY] = float(r.integers(2)) if ms[kv.M_SIDE] else 0.0
+    ms[kv.M_OUT] = float(r.integers(2))
+    ms[kv.M_WAY] = float(r.integers(3))
     return ms
 
 
@@ -121,7 +150,8 @@ def meeting_args(r: Rng) -> Args:
     gs[9] = r.uniform(0.0, 400.0)
     o = own(r)
     o[2] = r.uniform(-3.1, 3.1)
-    out = [meeting_state(r), gs, o, target(r), 300.0, 700.0, bool(r.integers(2)), 3e4, 0.5, GP, MP]
+    told = [bool(r.integers(2)), bool(r.integers(2))]
+    out = [meeting_state(r), gs, o, target(r), cov4(r), *told, 3e4, 0.5, GP, MP]
     return [*out, z(9), z(2), z(8), z(4), z(8), z(4)]
 
 
@@ -303,9 +333,20 @@ CASES: dict[str, Callable[[Rng], Args]] = {
     "missions.rendezvous.range_rules.rules_reset": lambda r: [r.normal(size=kr.RS_N), 5e4],
     "missions.rendezvous.range_rules.window_reset": lambda r: [window(r)],
     "missions.rendezvous.range_rules.young_alarm": lambda r: [window(r), 3.7],
-    "missions.rendezvous.range_rules.open_up": lambda r: [*bank(r)[1:], RULES],
+    "missions.rendezvous.range_rules.open_up": lambda r: [*bank(r)[1:], RULES, 20.0],
+    "missions.rendezvous.range_rules.fan_out": lambda r: [
+        *bank(r),
+        0.7,
+        30.0,
+        int(r.choice([0, M - 2])),
+        r.uniform(10, 40),
+        100.0,
+        E8,
+    ],
+    "missions.rendezvous.range_rules.keep": lambda r: [*bank(r), 50.0, ranked(r), *memory(r)],
+    "missions.rendezvous.range_rules.leave_plan": lambda r: [*bank(r), 80.0, RULES, ranked(r), *memory(r), E8],
     "missions.rendezvous.range_rules.judged_range": judged_args,
-    "missions.rendezvous.meeting.meeting_reset": lambda r: [r.normal(size=km.M_N)],
+    "missions.rendezvous.meeting.meeting_reset": lambda r: [r.normal(size=kv.M_N)],
     "missions.rendezvous.meeting.own_course": lambda r: [
         own(r),
         target(r),
@@ -316,16 +357,15 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         z(4),
     ],
     "missions.rendezvous.meeting.choose_side": lambda r: [meeting_state(r), own(r), target(r), GP, MP],
-    "missions.rendezvous.meeting.outside": lambda r: [*r.normal(size=2) * 2e3, 300.0, 700.0, MP],
-    "missions.rendezvous.meeting.beyond": lambda r: [*r.normal(size=2) * 1e3, 0.5, MP],
-    "missions.rendezvous.meeting.less": lambda r: [r.normal() * 1e3, 800.0],
-    "missions.rendezvous.meeting.judge_turn": lambda r: [
+    "missions.rendezvous.judging.outside": lambda r: [*r.normal(size=2) * 2e3, 300.0, 700.0, MP],
+    "missions.rendezvous.judging.beyond": lambda r: [*r.normal(size=2) * 1e3, 0.5, MP],
+    "missions.rendezvous.judging.less": lambda r: [r.normal() * 1e3, 800.0],
+    "missions.rendezvous.judging.judge_turn": lambda r: [
         meeting_state(r),
         r.uniform(0, 10),
         own(r),
         target(r),
-        300.0,
-        700.0,
+        cov4(r),
         GP,
         MP,
         z(9),
@@ -333,6 +373,32 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         z(4),
     ],
     "missions.rendezvous.meeting.tight_speed": lambda r: [own(r), target(r), turn(r), GP],
-    "missions.rendezvous.meeting.fly_leg": lambda r: [meeting_state(r), z(13), own(r), target(r), GP, MP],
+    "missions.rendezvous.leg.fly_leg": lambda r: [meeting_state(r), z(13), own(r), target(r), GP, MP],
     "missions.rendezvous.meeting.meeting_step": meeting_args,
+    "missions.rendezvous.judging.missed": lambda r: [*r.normal(size=2) * 3e3, 3704.0, bool(r.integers(2)), MP],
+    "missions.rendezvous.judging.spread": lambda r: [cov4(r), r.normal(), 100.0, z(2)],
+    "missions.rendezvous.straight.behind": lambda r: [late(r), target(r), 0.52, 3704.0, 0.087, 9.80665],
+    "missions.rendezvous.straight.arc": lambda r: [r.uniform(0, 3), 3.1, 7e3, 204.0, -200.0, 5.0, z(2)],
+    "missions.rendezvous.straight.straight_course": lambda r: [
+        late(r),
+        target(r),
+        r.choice([195.0, 214.0]),
+        0.52,
+        0.43,
+        0.15,
+        3704.0,
+        0.087,
+        9.80665,
+        z(2),
+    ],
+    "missions.rendezvous.straight.late_turn": lambda r: [
+        meeting_state(r),
+        z(13),
+        late(r),
+        target(r),
+        turn(r),
+        GP,
+        z(2),
+    ],
+    "missions.rendezvous.straight.leg_angle": lambda r: [*r.normal(size=2) * 3e3, -204.0, 3.0, 0.02, 214.0],
 }

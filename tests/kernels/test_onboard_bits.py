@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import copy
 import importlib
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -16,6 +17,7 @@ from flightsw.aircraft import load_aircraft
 from flightsw.missions.receiver.airdata.wake_model import WakeParams, stations, wake_vector
 from flightsw.sixdof.actuators import surface_limits
 from flightsw.sixdof.params import parameter_vector
+from tests.kernels.estimator_cases import CASES as ESTIMATOR
 from tests.kernels.fdi_cases import CASES as FDI
 from tests.kernels.gust_bank_cases import CASES as GUST_BANK
 from tests.kernels.gust_cases import CASES as GUST_MISSION
@@ -58,6 +60,11 @@ def free_state(r: Rng) -> np.ndarray:
     x[3:6], x[6:9] = r.uniform(-0.2, 0.2, 3), r.uniform(-0.5, 0.5, 3)
     x[9:12], x[12:15] = r.uniform(-100, 100, 3), r.uniform(-15, 15, 3)
     return x
+
+
+def turns(r: Rng, angles: int) -> list[float]:
+    """Cosine and sine of each of so many small angles."""
+    return [f(a) for a in r.uniform(-0.3, 0.3, angles) for f in (math.cos, math.sin)]
 
 
 def controls(r: Rng) -> np.ndarray:
@@ -104,6 +111,7 @@ def correct_args(r: Rng) -> Args:
         z(m, m),
         z(n, 2 * n + 1 + m),
         z(n, 2 * n + 1 + m),
+        z(m, 2 * n + 1),
     ]
 
 
@@ -117,6 +125,7 @@ def codes(r: Rng, top: int) -> np.ndarray:
 
 
 CASES: dict[str, Callable[[Rng], Args]] = {
+    **ESTIMATOR,
     **FDI,
     **GUST_MISSION,
     **GUST_BANK,
@@ -157,6 +166,7 @@ CASES: dict[str, Callable[[Rng], Args]] = {
     "kernels.linalg.forward_sub": lambda r: [lower(r, 12), 12, r.normal(size=12)],
     "kernels.linalg.backward_sub_t": lambda r: [lower(r, 12), 12, r.normal(size=12)],
     "kernels.rotations.dcm_from_euler": lambda r: [*r.uniform(-1.5, 1.5, 3), z(9)],
+    "kernels.rotations.dcm_of_turns": lambda r: [*turns(r, 3), z(9)],
     "kernels.rotations.euler_from_dcm": lambda r: [unit9(r), z(3)],
     "kernels.rotations.dcm_from_quat": lambda r: [r.normal(size=4), z(9)],
     "kernels.rotations.quat_from_euler": lambda r: [*r.uniform(-1.5, 1.5, 3), z(4)],
@@ -272,7 +282,7 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         1.2,
         0.01,
     ],
-    "sixdof.motion.force_moment": lambda r: [
+    "sixdof.forces.force_moment": lambda r: [
         r.uniform(150, 220),
         *r.uniform(-0.1, 0.1, 2),
         *r.uniform(-0.2, 0.2, 3),
@@ -281,7 +291,7 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         P,
         z(9),
     ],
-    "sixdof.motion.moment_rates": lambda r: [
+    "sixdof.forces.moment_rates": lambda r: [
         r.uniform(150, 220),
         *r.uniform(-0.1, 0.1, 2),
         r.uniform(-0.2, 0.2, 3),
@@ -290,10 +300,20 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         P,
         z(9),
     ],
-    "sixdof.motion._spin": lambda r: [*r.normal(size=3), *r.uniform(-0.2, 0.2, 3), P],
-    "sixdof.motion._rigid": lambda r: [
+    "sixdof.forces.spin": lambda r: [*r.normal(size=3), *r.uniform(-0.2, 0.2, 3), P],
+    "sixdof.forces.loads": lambda r: [
         r.uniform(150, 220),
         *r.uniform(-0.1, 0.1, 2),
+        *turns(r, 2),
+        *r.uniform(-0.2, 0.2, 3),
+        controls(r),
+        0.59,
+        P,
+        z(9),
+    ],
+    "sixdof.forces.rigid": lambda r: [
+        r.uniform(150, 220),
+        *turns(r, 2),
         *r.uniform(-0.2, 0.2, 3),
         r.normal(size=9),
         *r.normal(size=3),
@@ -333,10 +353,11 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         0.05,
         z(31, 15),
     ],
-    "sixdof.motion._euler_rates": lambda r: [*r.uniform(-0.3, 0.3, 3), *r.uniform(-1, 1, 2), z(3)],
+    "sixdof.motion.euler_rates": lambda r: [*r.uniform(-0.3, 0.3, 3), r.uniform(-1, 1), 0.8, *turns(r, 1), z(3)],
     "sixdof.motion.free_rates": lambda r: [free_state(r), controls(r), 0.59, P, z(9), z(9), z(15)],
     "sixdof.motion.relative_rates": lambda r: [free_state(r), controls(r), 0.59, P, stage(r), z(9), z(9), z(15)],
     "sixdof.motion.relative_velocity": lambda r: [free_state(r), stage(r), unit9(r), z(3)],
+    "sixdof.motion._apart": lambda r: [free_state(r), *r.uniform(-10, 200, 3), stage(r), unit9(r), z(3)],
     "sixdof.motion.propagate_free": lambda r: [points(r), controls(r), 0.59, P, 0.05, z(5, 15)],
     "sixdof.motion.propagate_relative": lambda r: [
         points(r),

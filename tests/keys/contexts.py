@@ -252,6 +252,9 @@ CONTEXTS = (
                     "tanker.rendezvous.track.estimator.rules.believed=0",
                     "tanker.rendezvous.track.estimator.rules.repeat_m=0.0",
                     "tanker.rendezvous.track.estimator.rules.open=false",
+                    "tanker.rendezvous.track.estimator.rules.open_back=0",
+                    "tanker.rendezvous.track.estimator.rules.open_turn_deg=0.0",
+                    "tanker.rendezvous.track.estimator.rules.open_speed_mps=0.0",
                 ),
                 2.0,
             ),
@@ -300,8 +303,13 @@ CONTEXTS = (
                 ("plant.aircraft.0.start.pos_n_m=[-5000.0, 0.0, -7010.0]",),
             ),
             Situation(
+                "a receiver that turns away",
+                r".*rules\.open_(back|turn_deg|speed_mps)|.*meeting\.straight",
+                ("plant.traffic.manoeuvre_at_s=60.0", "plant.traffic.turn_deg=-20.0"),
+            ),
+            Situation(
                 "a receiver that slows at once",
-                r".*rules\.(open.*|young_z)",
+                r".*rules\.(open|open_v._mps|open_._m|young_z)",
                 ("plant.traffic.manoeuvre_at_s=15.0", "plant.traffic.speed_change_mps=-40.0"),
             ),
             Situation(

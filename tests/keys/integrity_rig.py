@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -43,15 +44,12 @@ SCENES = (
 )
 
 
-def integrity(p: IntegrityParams) -> Iterator[Any]:
-    """Every scene after the other: what is said of the position, who is left out, what is handed on, the reason to leave."""
+def _scene(seed: int, p: IntegrityParams) -> Iterator[Any]:
+    """What is said of the position, who is left out, what is handed on, the reason to leave."""
     if not p.on:
         return
-    for seed, s in enumerate(SCENES):
-        yield from _through(Integrity(p, load_aircraft("kc135r"), load_aircraft("learjet24"), s.wake), s, seed)
-
-
-def _through(bank: Integrity, s: Scene, seed: int) -> Iterator[Any]:
+    s = SCENES[seed]
+    bank = Integrity(p, load_aircraft("kc135r"), load_aircraft("learjet24"), s.wake)
     n = round(s.seconds / DT)
     t = np.arange(n) * DT
     true = PLACES[s.phase] + 0.3 * np.sin(t[:, None] * np.array([0.2, 0.25, 0.3]))
@@ -68,3 +66,6 @@ def _through(bank: Integrity, s: Scene, seed: int) -> Iterator[Any]:
         o = bank.out
         yield (o.pl, o.al, o.sigma, o.pos, o.ratio, o.used, o.excluded, o.undecided)
         yield (g.rel_pos_t, g.rel_vel_t, handed, bank.over, len(bank.texts))
+
+
+INTEGRITY = tuple(partial(_scene, seed) for seed in range(len(SCENES)))

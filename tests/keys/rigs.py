@@ -1,6 +1,7 @@
 """Keys that act late in a flight, in rigs that get there at once: guidance on point masses, a rendezvous without the aircraft.
 
-A rig turns a record into the numbers its component gives, one after the other; another value of a field must give others.
+A rig turns a record into the numbers its component gives, one after the other; another value of a field must give others. Those
+of a record are flights by themselves: what shows in one is not flown in the others.
 """
 
 from __future__ import annotations
@@ -8,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -26,7 +28,7 @@ from flightsw.types import UPD_FUEL, NavState, SensorFrame
 from hil_scripts.launch.runfolder import resolve
 from hil_scripts.studies.rivard.six_dof_flight import fly_twin
 from tests.component.test_onboard_guidance import Flight as Refuelling
-from tests.keys.integrity_rig import integrity
+from tests.keys.integrity_rig import INTEGRITY
 from tests.unit.test_joinup import Flight as Joining
 from tests.unit.windcal_synth import Errors, fly
 
@@ -80,32 +82,39 @@ def refuelling(p: RefuelParams) -> Iterator[Any]:
     yield from waiting.path[::10]
 
 
-def joining(p: JoinUpParams) -> Iterator[Any]:
-    """From far behind on both sides, from ahead, with the tanker turning at first and lost from sight for a while."""
-    for start in (
-        {},
-        {"x": -900.0, "y": -150.0, "z": 200.0},
-        {"x": -40.0, "y": 120.0, "z": 250.0},
-        {"x": -150.0, "y": 66.0, "z": 8.0},
-    ):
-        f = Joining(p=p, rate_bias=1e-4, heading_error=0.15, **start)  # type: ignore[arg-type]
-        f.turn_rate = math.radians(0.9)
-        f.fly(6.0)
-        f.turn_rate = 0.0
-        for seconds, seen in ((30.0, True), (3.4, False), (140.0 if start.get("x") == -150.0 else 40.0, True)):
-            f.seen = seen
-            for _ in range(round(seconds / 0.1)):
-                f.step()
-                yield (f.track[-1], f.g.ready, f.g.phase)
-        f.wind = (f.wind[0] + 20.0, f.wind[1])
-        yield from f.fly(20.0)[-100:].tolist()
-    for start, push in (({"x": -2500.0, "y": -300.0, "z": 250.0}, 0.0), ({"x": -150.0, "y": 20.0, "z": 10.0}, 40.0)):
-        f = Joining(p=p, **start)  # type: ignore[arg-type]
-        f.fly(10.0)
-        f.turn_rate, f.V = math.radians(2.5), f.V + push  # beyond what it turns itself, and driven at the tanker
-        yield from f.fly(40.0)[::5].tolist()
-        f.turn_rate = 0.0
-        yield from f.fly(90.0)[::5].tolist()
+def joining(start: dict[str, float], seconds: float, p: JoinUpParams) -> Iterator[Any]:
+    """With the tanker turning at first and lost from sight for a while, then seen for `seconds`."""
+    f = Joining(p=p, rate_bias=1e-4, heading_error=0.15, **start)  # type: ignore[arg-type]
+    f.turn_rate = math.radians(0.9)
+    f.fly(6.0)
+    f.turn_rate = 0.0
+    for lasts, seen in ((30.0, True), (3.4, False), (seconds, True)):
+        f.seen = seen
+        for _ in range(round(lasts / 0.1)):
+            f.step()
+            yield (f.track[-1], f.g.ready, f.g.phase)
+    f.wind = (f.wind[0] + 20.0, f.wind[1])
+    yield from f.fly(20.0)[-100:].tolist()
+
+
+def outturned(start: dict[str, float], push: float, p: JoinUpParams) -> Iterator[Any]:
+    """By a tanker that turns faster than the receiver does itself, `push` [m/s] too fast."""
+    f = Joining(p=p, **start)  # type: ignore[arg-type]
+    f.fly(10.0)
+    f.turn_rate, f.V = math.radians(2.5), f.V + push
+    yield from f.fly(40.0)[::5].tolist()
+    f.turn_rate = 0.0
+    yield from f.fly(90.0)[::5].tolist()
+
+
+JOINING: tuple[Rig, ...] = (  # from far behind on both sides, from ahead, from near
+    partial(joining, {}, 40.0),
+    partial(joining, {"x": -900.0, "y": -150.0, "z": 200.0}, 40.0),
+    partial(joining, {"x": -40.0, "y": 120.0, "z": 250.0}, 40.0),
+    partial(joining, {"x": -150.0, "y": 66.0, "z": 8.0}, 140.0),
+    partial(outturned, {"x": -2500.0, "y": -300.0, "z": 250.0}, 0.0),
+    partial(outturned, {"x": -150.0, "y": 20.0, "z": 10.0}, 40.0),
+)
 
 
 def sequence(p: SequenceParams) -> Iterator[Any]:
@@ -159,14 +168,14 @@ def wind_calibration(p: WindCalParams) -> Iterator[Any]:
         yield (s.nav.wind_n, s.nav.wind_sigma, s.nav.wind_valid)
 
 
-RIGS: dict[type, tuple[Any, Rig]] = {
-    RefuelParams: (RefuelParams(), refuelling),
-    JoinUpParams: (JoinUpParams(track_deg=23.0, track_point_m=(6500.0, -21400.0)), joining),
-    SequenceParams: (SequenceParams(fuel_kg=800.0), sequence),
-    RacetrackParams: (RacetrackParams(), racetrack),
-    ConditionParams: (ConditionParams(), condition),
-    WindCalParams: (WindCalParams(on=True), wind_calibration),
-    IntegrityParams: (IntegrityParams(on=True), integrity),
+RIGS: dict[type, tuple[Any, tuple[Rig, ...]]] = {
+    RefuelParams: (RefuelParams(), (refuelling,)),
+    JoinUpParams: (JoinUpParams(track_deg=23.0, track_point_m=(6500.0, -21400.0)), JOINING),
+    SequenceParams: (SequenceParams(fuel_kg=800.0), (sequence,)),
+    RacetrackParams: (RacetrackParams(), (racetrack,)),
+    ConditionParams: (ConditionParams(), (condition,)),
+    WindCalParams: (WindCalParams(on=True), (wind_calibration,)),
+    IntegrityParams: (IntegrityParams(on=True), INTEGRITY),
 }
 
 

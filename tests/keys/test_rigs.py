@@ -42,19 +42,42 @@ VALUES: dict[str, tuple[Any, ...]] = {
     "RefuelParams.path": ("tests.keys.own:Refuelling",),
     "JoinUpParams.path": ("tests.keys.own:Joining",),
     "JoinUpParams.clear_m": (80.0, 1500.0),
+    "JoinUpParams.V_max_mps": (160.0,),
+}
+# where a field shows soonest if it is not the first of the rigs of its record: that one is flown first
+SOONEST: dict[str, int] = {
+    **dict.fromkeys(("JoinUpParams.v_slow_mps", "JoinUpParams.a_close_mps2", "JoinUpParams.stay_back_m"), 1),
+    **dict.fromkeys(("JoinUpParams.climb_slope", "JoinUpParams.climb_gap_m", "JoinUpParams.k_alt_ps"), 1),
+    "JoinUpParams.v_back_mps": 2,
+    **dict.fromkeys(("JoinUpParams.corridor_y_m", "JoinUpParams.keep_out_m", "JoinUpParams.clear_m"), 3),
+    **dict.fromkeys(
+        ("JoinUpParams.handover_m", "JoinUpParams.handover_error_m", "JoinUpParams.handover_closure_mps"), 3
+    ),
+    "JoinUpParams.turning_degps": 4,
+    **dict.fromkeys(("JoinUpParams.follow_m", "JoinUpParams.follow_turn_degps"), 5),
+    "IntegrityParams.again_sigma": 1,
+    "IntegrityParams.spikes": 2,
+    **dict.fromkeys(("IntegrityParams.accel_blind", "IntegrityParams.al_closing_m"), 3),
+    **dict.fromkeys(("IntegrityParams.over_s", "IntegrityParams.live_s"), 4),
+    **dict.fromkeys(("IntegrityParams.coast_s", "IntegrityParams.stand_in_s"), 4),
+    "IntegrityParams.al_observation_m": 5,
+    **dict.fromkeys(("IntegrityParams.wake", "IntegrityParams.wake_walk"), 6),
+    **dict.fromkeys(("IntegrityParams.wake_fast_m", "IntegrityParams.wake_fast_tau_s"), 6),
 }
 
 
 @pytest.mark.parametrize("cls", list(RIGS), ids=lambda c: c.__name__)
 def test_every_field_changes_the_output_of_its_rig(cls: type) -> None:
-    base, rig = RIGS[cls]
-    before = list(rig(base))
-    assert before == list(rig(replace(base)))  # the rig itself is repeatable
+    base, rigs = RIGS[cls]
+    before = [list(rig(base)) for rig in rigs]
+    assert before == [list(rig(replace(base))) for rig in rigs]  # a rig itself is repeatable
     dead = []
     for k in leaves("p", base):
         tries = (*VALUES.get(f"{cls.__name__}.{k.field}", ()), *others(k)[:2])
         assert tries, k.name
-        if not any(_differs(rig, base, k.field, v, before) for v in tries):
+        soonest = SOONEST.get(f"{cls.__name__}.{k.field}", 0)
+        order = sorted(range(len(rigs)), key=lambda i: (i != soonest, i))
+        if not any(_differs(rigs[i], base, k.field, v, before[i]) for v in tries for i in order):
             dead.append(k.field)
     assert not dead, f"{cls.__name__}: {', '.join(dead)} do nothing"
     assert len(list(leaves("p", base))) == len(fields(cls))

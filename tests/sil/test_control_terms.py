@@ -11,6 +11,7 @@ from ground import run as runs
 from ground.columns import match
 from ground.rrd import convert, terms
 from ground.run import Run
+from tests.drawn import rows
 from tests.sil.conftest import Flown
 
 FLOWN = {
@@ -78,9 +79,8 @@ def test_errors_are_those_of_the_estimate_to_the_reference(flown: Flown) -> None
 
 
 def test_they_are_in_the_recording(flown: Flown, tmp_path: Path) -> None:
-    from rerun.chunk import RrdReader
-
     run = run_of(flown, "windshear")
     path = convert(run.folder, tmp_path / "run.rrd", tab="controller")
-    found = {str(c.entity_path) for c in RrdReader(str(path)).stream()}
-    assert {"/ctrl/twinjet/inversion/elevator/proportional", "/ctrl/twinjet/inversion/error/airspeed"} <= found
+    assert {"/ctrl/twinjet/inversion/elevator/proportional", "/ctrl/twinjet/inversion/error/airspeed"} <= set(
+        rows(path)
+    )

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from ground.run import load
+from tests.drawn import rows
 from tests.sil.launch import TIMEOUT_S
 
 EXAMPLE = Path(__file__).resolve().parents[1] / "data" / "example_plugin"
@@ -69,10 +70,7 @@ def test_it_flies_and_its_view_gives_figures(run: Path) -> None:
 
 
 def test_its_tab_is_in_the_recording(run: Path) -> None:
-    from rerun.chunk import RrdReader
-
-    found = {str(c.entity_path) for c in RrdReader(str(run / "run.rrd")).stream()}
-    assert {"/nav/navion/triangle/n", "/guid/navion/course_error"} <= found
+    assert {"/nav/navion/triangle/n", "/guid/navion/course_error"} <= set(rows(run / "run.rrd"))
 
 
 def test_replay_repeats_it(site: Path, run: Path) -> None:

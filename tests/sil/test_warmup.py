@@ -116,7 +116,7 @@ LATER = {  # mission -> module and kernels that a flight comes to some time afte
     ),
     "receiver": (
         "flightsw.missions.receiver.integrity.bank",
-        ("kernel.predict", "kernel.innovations", "kernel.correct", "kernel.separation", "kernel.variance"),
+        ("kernel.predict", "kernel.innovations", "kernel.correct", "kernel.spread", "kernel.sigmas", "kernel.ahead"),
     ),
 }
 

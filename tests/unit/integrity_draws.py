@@ -191,37 +191,51 @@ def frames(
     gnss_v = slow(rng, n, 60.0, 0.005 * math.sqrt(2.0)) + 0.002 * math.sqrt(2.0) * rng.standard_normal(3)
     turn = slow(rng, n, 100.0, 0.00175) + 0.00175 * rng.standard_normal(3)
     boom = np.array([0.0035, 0.0035, 0.05]) * rng.standard_normal(3)
-    for i in range(n):
-        noise = rng.standard_normal((7, 3))
-        t_us, j, b = T0 + round(i * DT * 1e6), max(i - REL_LATE, 0), max(i - 1, 0)
-        late, boom_us = T0 + round(j * DT * 1e6), T0 + round(b * DT * 1e6)
-        wrong = {
-            k: fault.error(j * DT) if fault and fault.source == k else (np.zeros(3), np.zeros(3))
-            for k in ("rel", "gnss", "boom")
-        }
-        off = fault.source if fault and fault.off and i * DT >= fault.at_s else ""
-        place = V_T * j * DT + np.array([0.0, 0.0, -7010.0])
-        d = true[b] + arm + wrong["boom"][0]
+    noise = rng.standard_normal((n, 7, 3))
+    now, late, one_late = np.arange(n), np.maximum(np.arange(n) - REL_LATE, 0), np.maximum(np.arange(n) - 1, 0)
+    wrong, wrong_v = (
+        {k: np.zeros((n, 3)) for k in ("rel", "gnss", "boom")},
+        {k: np.zeros((n, 3)) for k in ("rel", "gnss")},
+    )
+    if fault and fault.source in wrong:
+        errors = [fault.error(j * DT) for j in late.tolist()]
+        wrong[fault.source][:] = [e[0] for e in errors]
+        wrong_v |= {fault.source: np.array([e[1] for e in errors])}
+    silent = fault.source if fault and fault.off else ""
+    place, at = V_T * (late[:, None] * DT) + np.array([0.0, 0.0, -7010.0]), true[late]
+    d = true[one_late] + arm + wrong["boom"]
+    acc, heard = tanker_acc, np.zeros((n, 3))
+    heard[1:] = acc[:-1]
+    heard[2:] += acc[:-2]
+    rows = zip(
+        *(a.tolist() for a in (
+            force,
+            at + rel[late] + 0.1 * noise[:, 0] + wrong["rel"], v[late] + rel_v[late] + 0.05 * noise[:, 1] + wrong_v["rel"],
+            place + at + gnss[late] + 0.1 * noise[:, 2] + wrong["gnss"],
+            V_T + v[late] + gnss_v[late] + 0.01 * noise[:, 3] + wrong_v["gnss"],
+            place + 0.1 * noise[:, 4], V_T + 0.01 * noise[:, 5], DT * (2.0 * felt + heard),
+            np.arctan2(-d[:, 2], np.hypot(d[:, 0], d[:, 1])) + boom[0] + 0.00175 * noise[:, 6, 0],
+            np.arctan2(d[:, 1], -d[:, 0]) + boom[1] + 0.00175 * noise[:, 6, 1],
+            np.linalg.norm(d, axis=1) - retracted + boom[2] + 0.02 * noise[:, 6, 2],
+            0.5 * turn, V_T * (now[:, None] * DT),
+        )),
+        strict=True,
+    )  # fmt: skip
+    for i, (f_b, rel_p, rel_w, own_p, own_v, his_p, his_v, felt_v, up, aside, out_m, q, way) in enumerate(rows):
+        t_us, j = T0 + round(i * DT * 1e6), max(i - REL_LATE, 0)
+        late_us, off = T0 + round(j * DT * 1e6), silent if fault and i * DT >= fault.at_s else ""
         f = SensorFrame(
             t_us=t_us,
             gyro_count=5, att_t_us=t_us,
-            acc_mean_b=tuple(force[i]),
+            acc_mean_b=tuple(f_b),
             updated=UPD_IMU | (0 if off == "rel" else UPD_REL) | ((UPD_GNSS | UPD_FIX) if i % 2 == 0 and off != "gnss" else 0),
-            rel_t_us=late, rel_valid=off != "rel",
-            rel_pos_t=tuple(true[j] + rel[j] + 0.1 * noise[0] + wrong["rel"][0]),
-            rel_vel_t=tuple(v[j] + rel_v[j] + 0.05 * noise[1] + wrong["rel"][1]),
-            gnss_t_us=late,
-            gnss_pos_n=tuple(place + true[j] + gnss[j] + 0.1 * noise[2] + wrong["gnss"][0]),
-            gnss_vel_n=tuple(V_T + v[j] + gnss_v[j] + 0.01 * noise[3] + wrong["gnss"][1]),
+            rel_t_us=late_us, rel_valid=off != "rel", rel_pos_t=tuple(rel_p), rel_vel_t=tuple(rel_w),
+            gnss_t_us=late_us, gnss_pos_n=tuple(own_p), gnss_vel_n=tuple(own_v),
             fix=PeerFix(
-                t_us=late, pos_n=tuple(place + 0.1 * noise[4]), vel_n=tuple(V_T + 0.01 * noise[5]),
-                gain=Gain(t_us - 50_000, 2.0 * DT, tuple(DT * (2.0 * felt + tanker_acc[max(i - 2, 0) : i].sum(axis=0))))
-                if told else NO_GAIN,
+                t_us=late_us, pos_n=tuple(his_p), vel_n=tuple(his_v),
+                gain=Gain(t_us - 50_000, 2.0 * DT, tuple(felt_v)) if told else NO_GAIN,
             ),
-            boom_t_us=boom_us, boom_contact=phase == CONTACT and off != "boom",
-            boom_elevation=float(math.atan2(-d[2], math.hypot(d[0], d[1])) + boom[0] + 0.00175 * noise[6, 0]),
-            boom_azimuth=float(math.atan2(d[1], -d[0]) + boom[1] + 0.00175 * noise[6, 1]),
-            boom_extension_m=float(np.linalg.norm(d) - retracted + boom[2] + 0.02 * noise[6, 2]),
+            boom_t_us=T0 + round(max(i - 1, 0) * DT * 1e6), boom_contact=phase == CONTACT and off != "boom",
+            boom_elevation=up, boom_azimuth=aside, boom_extension_m=out_m,
         )  # fmt: skip
-        q = (1.0, *(0.5 * turn[i]))
-        yield f, PeerState(t_us=t_us - 50_000, pos_n=tuple(V_T * i * DT), vel_n=tuple(V_T), q_nb=q)
+        yield f, PeerState(t_us=t_us - 50_000, pos_n=tuple(way), vel_n=tuple(V_T), q_nb=(1.0, *q))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
 import pytest
@@ -10,7 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from flightsw.aircraft import load_aircraft
+from flightsw.filters.covariance import gain
 from flightsw.kernels.atmosphere import sound_speed
+from flightsw.kernels.linalg import backward_sub_t, forward_sub, tria
 from flightsw.missions.receiver.integrity import kernel
 from flightsw.missions.receiver.integrity.layout import AB, NB, ROWS, D, U
 from flightsw.sixdof.actuators import between, thrust_available
@@ -133,3 +136,37 @@ def test_angle_between_attitudes() -> None:
         c, s = math.cos(a), math.sin(a)
         turned = np.array([c, s, 0.0, -s, c, 0.0, 0.0, 0.0, 1.0])
         assert angle(np.eye(3).ravel(), turned) == pytest.approx(a, abs=1e-7)
+
+
+@pytest.mark.parametrize("n", [1, 3, 4, 6, 15])
+def test_rows_side_by_side_are_those_one_by_one(n: int) -> None:
+    """A reflection applied to a row by itself, and a system solved for a row by itself, give the same last digit."""
+    r, k = np.random.default_rng(5), n + 11
+    A, L = r.normal(size=(n, k)), np.zeros((n, n))
+    rows = A.tolist()
+    tria(A, n, k, L)
+    for i, a in enumerate(rows):
+        norm = math.sqrt(_sum(x * x for x in a[i:]))
+        alpha = -norm if a[i] > 0.0 else norm
+        v = [a[i] - alpha, *a[i + 1 :]]
+        length = 2.0 * norm * (norm + abs(a[i]))
+        for b in rows[i + 1 :]:
+            d = 2.0 * _sum(x * y for x, y in zip(v, b[i:], strict=True)) / length
+            b[i:] = [y - d * x for x, y in zip(v, b[i:], strict=True)]
+        a[i:] = [alpha, *[0.0] * (k - i - 1)]
+    assert [[abs(x) for x in row[:n]] for row in rows] == np.abs(L).tolist()
+    K = r.normal(size=(n, n))
+    one = K.copy()
+    gain(K, n, L, n)
+    for row in one:
+        forward_sub(L, n, row)
+        backward_sub_t(L, n, row)
+    assert K.tobytes() == one.tobytes()
+
+
+def _sum(terms: Iterable[float]) -> float:
+    """One after the other; the built-in keeps what rounding loses."""
+    s = 0.0
+    for x in terms:
+        s += x
+    return s

@@ -14,7 +14,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from rerun.chunk import RrdReader
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
@@ -36,7 +35,7 @@ from ground.views.airdata.read import (
     true_position,
     vortices,
 )
-from tests.drawn import are_signals
+from tests.drawn import are_signals, rows
 
 Synth = runpy.run_path(str(Path(__file__).with_name("ground_synth.py")))["Synth"]
 Air = runpy.run_path(str(Path(__file__).with_name("airdata_synth.py")))
@@ -196,8 +195,8 @@ def rrd(run: Path) -> Iterator[Path]:
 
 
 def entities(path: Path) -> set[str]:
-    """Entity paths with data."""
-    return {str(c.entity_path) for c in RrdReader(str(path)).stream()}
+    """Paths with data."""
+    return set(rows(path))
 
 
 def test_recording_has_the_promised_entities(rrd: Path) -> None:

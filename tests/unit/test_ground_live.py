@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import runpy
 from collections import defaultdict
 from pathlib import Path
@@ -38,22 +39,20 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def rows_of(rrd: Path) -> Rows:
-    """Entity path -> time [us] -> numbers of its row, temporal rows only."""
+    """Component -> time [us] -> numbers of its row, temporal rows only."""
     out: Rows = defaultdict(dict)
     for chunk in RrdReader(str(rrd)).stream():
         batch = chunk.to_record_batch()
         if "sim_time" not in batch.schema.names:
             continue
         at = batch.column("sim_time").cast(pa.int64()).to_numpy() // 1000
-        values = [c for n, c in zip(batch.schema.names, batch.columns, strict=True) if ":" in n]
-        for i, t in enumerate(at.tolist()):
-            row: list[float] = []
-            for column in values:
-                flat = column.slice(i, 1)
-                while hasattr(flat, "flatten") and pa.types.is_nested(flat.type):
-                    flat = flat.flatten() if not pa.types.is_struct(flat.type) else pa.concat_arrays(flat.flatten())
-                row += [float(hash(v)) if isinstance(v, str) else float(v) for v in flat.to_pylist() if v is not None]
-            out[str(chunk.entity_path)][t] = row
+        values = {n: c for n, c in zip(batch.schema.names, batch.columns, strict=True) if ":" in n}
+        for (name, column), (i, t) in itertools.product(values.items(), enumerate(at.tolist())):
+            flat = column.slice(i, 1)
+            while hasattr(flat, "flatten") and pa.types.is_nested(flat.type):
+                flat = flat.flatten() if not pa.types.is_struct(flat.type) else pa.concat_arrays(flat.flatten())
+            row = [float(hash(v)) if isinstance(v, str) else float(v) for v in flat.to_pylist() if v is not None]
+            out[f"{chunk.entity_path}:{name}"][t] = row
     return out
 
 
@@ -84,13 +83,16 @@ def test_live_and_recorded_pictures_have_the_same_rows(run: Path, tmp_path: Path
     rec.disconnect()
     live, recorded = rows_of(tmp_path / "live.rrd"), rows_of(convert(run, tmp_path / "run.rrd"))
     whole = {
-        p for p in recorded if p.endswith(("/telemetry_lost", "/box", "/target"))
+        p for p in recorded if p.endswith((":telemetry_lost:scalars", ":box:scalars", ":target:scalars"))
     }  # as long as the run, not rows of it
     assert recorded.keys() <= live.keys() and len(recorded) > 60
     for path in recorded.keys() - whole:
         assert list(live[path]) == list(recorded[path]), path
         for t, row in recorded[path].items():
             assert live[path][t] == pytest.approx(row, abs=1e-9), (path, t)
+    lines = {p for p in recorded if p.endswith(":scalars") and not p.endswith(":Scalars:scalars")}
+    assert {p.removesuffix(":scalars").replace(":", "/").strip("/") for p in lines} == picture.sink.lines
+    assert picture.shown is not None and not picture.shown.fit(picture.sink.lines)  # its plots have been told of all
 
 
 def test_what_is_held_does_not_grow_with_the_run() -> None:

@@ -13,6 +13,7 @@ from ground.rrd import palette
 from ground.rrd.outline import ABOVE, SIDE, placed
 from ground.rrd.series import AXIS
 from ground.settings import differences
+from tests.drawn import rows
 
 DARK, LIGHT = (13, 16, 17), (255, 255, 255)  # backgrounds of the viewer's plots
 
@@ -105,7 +106,7 @@ def test_two_runs_in_one_recording(tmp_path: Path) -> None:
     said = overlay(a, b, tmp_path / "both.rrd")
     assert [line.split() for line in said] == [["a", "|", "b"], ["plant.meta.seed", "1", "|", "2"]]
     reader = RrdReader(str(tmp_path / "both.rrd"))
-    paths = {str(c.entity_path) for c in reader.stream()}
+    paths = set(rows(tmp_path / "both.rrd"))
     assert len(reader.recordings()) == 1 and len(reader.blueprints()) == 1
     own = {p for p in paths if p.startswith(("/truth", "/nav", "/guid", "/timing"))}
     assert len(own) > 60 and {f"/other{p}" for p in own} <= paths

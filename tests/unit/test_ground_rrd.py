@@ -22,6 +22,7 @@ from ground.geometry import euler_quat, quat_conj, quat_euler, quat_mul, quat_ro
 from ground.rrd import convert, picture_time
 from ground.rrd.shot import ScreenshotError, screenshot, viewer
 from ground.views.refueling import scene
+from tests.drawn import rows, tables
 
 Synth = runpy.run_path(str(Path(__file__).with_name("ground_synth.py")))["Synth"]
 
@@ -49,15 +50,11 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def entities(rrd: Path) -> dict[str, int]:
-    """Entity path -> rows in the recording."""
-    out: dict[str, int] = {}
+    """Path -> rows in the recording, of entities and lines."""
     reader = RrdReader(str(rrd))
     assert len(reader.recordings()) == 1
     assert len(reader.blueprints()) == 1
-    for chunk in reader.stream():
-        path = str(chunk.entity_path)
-        out[path] = out.get(path, 0) + chunk.to_record_batch().num_rows
-    return out
+    return rows(rrd)
 
 
 def test_rerun_verifies_the_file(run: Path) -> None:
@@ -66,26 +63,71 @@ def test_rerun_verifies_the_file(run: Path) -> None:
 
 
 def test_promised_entities_are_there(run: Path) -> None:
-    rows = entities(run / "run.rrd")
+    have = entities(run / "run.rrd")
     for name in ("tanker", "receiver"):
         for axis in "ned":
-            assert rows[f"/truth/{name}/wind/{axis}"] > 300
-            assert rows[f"/nav/{name}/wind/{axis}"] > 300
-            assert rows[f"/nav/{name}/wind_3sigma/{axis}"] > 300
+            assert have[f"/truth/{name}/wind/{axis}"] > 300
+            assert have[f"/nav/{name}/wind/{axis}"] > 300
+            assert have[f"/nav/{name}/wind_3sigma/{axis}"] > 300
         for path in (
             "truth/{}/V", "truth/{}/altitude", "truth/{}/bank", "truth/{}/controls/elevator", "ctrl/{}/elevator",
             "guid/{}/phase", "guid/{}/phases", "sensors/{}/health", "timing/{}/exec_mean", "timing/{}/slips",
             "truth/{}/scene/body", "truth/{}/track", "truth/{}/wind_arrow", "nav/{}/wind_arrow", "sensors/{}/air/V",
             "sensors/{}/imu/acc/z",
         ):  # fmt: skip
-            assert rows["/" + path.format(name)] > 0
+            assert have["/" + path.format(name)] > 0
     for axis in "xyz":
-        assert rows[f"/guid/receiver/error/{axis}"] > 300
+        assert have[f"/guid/receiver/error/{axis}"] > 300
     for path in ("boom/envelope", "boom/fixed", "boom/nozzle"):
-        assert rows[f"/truth/tanker/{path}"] > 0
-    assert rows["/guid/receiver/box"] > 1
-    assert rows["/guid/receiver/text"] >= 6
-    assert rows["/guid/receiver/scene/commanded"] > 300
+        assert have[f"/truth/tanker/{path}"] > 0
+    assert have["/guid/receiver/box"] > 1
+    assert have["/guid/receiver/text"] >= 6
+    assert have["/guid/receiver/scene/commanded"] > 300
+
+
+def told(rrd: Path) -> dict[str, set[str]]:
+    """Title of a plot -> lines its blueprint has it draw, by the components they are read from."""
+    reader = RrdReader(str(rrd))
+    [entry] = reader.blueprints()
+    titles: dict[str, str] = {}
+    drawn: dict[str, set[str]] = {}
+    for chunk in reader.stream(store=entry):
+        path, batch = str(chunk.entity_path), chunk.to_record_batch().to_pydict()
+        view, _, below = path.removeprefix("/view/").partition("/ViewContents/overrides/")
+        for name in batch.get("ViewBlueprint:display_name", ()):
+            titles[view] = name[0]
+        for mapping in batch.get("VisualizerInstruction:component_map", ()):
+            sources = {m["target"]: m["source_component"] for m in mapping}
+            entity = below.partition("/visualizers/")[0]
+            drawn.setdefault(view, set()).add(f"/{entity}:{sources['Scalars:scalars']}")
+            line = sources["Scalars:scalars"].removesuffix(":scalars")
+            looks = [v for target, v in sources.items() if target != "Scalars:scalars"]
+            assert looks and all(v.startswith(f"{line}:") for v in looks)
+            drawn[view] |= {f"/{entity}:{v}" for v in looks}
+    return {titles[view]: found for view, found in drawn.items()}
+
+
+def test_plots_draw_the_lines_that_are_there_and_no_others(run: Path) -> None:
+    """The viewer complains of a plot told to draw a component there is none of; one told of too few lacks a line."""
+    have = {f"{entity}:{name}" for entity, batch, _ in tables(run / "run.rrd") for name in batch.schema.names}
+    plots = told(run / "run.rrd")
+    for title, wanted in plots.items():
+        assert wanted <= have, (title, wanted - have)
+    lines = {title: {p for p in wanted if p.endswith(":scalars")} for title, wanted in plots.items()}
+    wind = {f"/{k}/tanker/{w}:d:scalars" for k, w in (("truth", "wind"), ("nav", "wind"), ("nav", "wind_3sigma"))}
+    assert lines["tanker wind down [m/s]"] == wind
+    assert lines["tanker specific force [m/s2]"] == {f"/sensors/tanker/imu/acc:{axis}:scalars" for axis in "xyz"}
+
+
+def test_times_are_stored_once_for_all_lines_of_an_entity(run: Path) -> None:
+    at: dict[str, list[int]] = {}
+    together: dict[str, set[str]] = {}
+    for entity, batch, own in tables(run / "run.rrd"):
+        if own and "Scalars:scalars" not in own:
+            at.setdefault(entity, []).extend(batch.column("sim_time").cast("int64").to_pylist())
+            together.setdefault(entity, set()).update(own)
+    for entity in ("/truth/tanker", "/truth/tanker/controls", "/nav/receiver/wind", "/ctrl/receiver"):
+        assert len(together[entity]) >= 3 and len(at[entity]) == len(set(at[entity])) > 100, entity
 
 
 def test_rebuilding_gives_the_same_entities(run: Path, tmp_path: Path) -> None:

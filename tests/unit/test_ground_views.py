@@ -23,6 +23,7 @@ from ground.metrics import ViewError, compute
 from ground.rrd import convert
 from ground.rrd.blueprint import NoTabError
 from ground.views import registry
+from tests.drawn import rows
 
 GROUND = Path(registry.__file__).parents[1]
 MISSIONS = r"gust|wind.?shear|rendezvous|join.?up|refuel|airdata|tanker|receiver|tacan|microburst"
@@ -135,14 +136,6 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return out
 
 
-def entities(rrd: Path) -> dict[str, int]:
-    """Entity path -> rows."""
-    out: dict[str, int] = {}
-    for chunk in RrdReader(str(rrd)).stream():
-        out[str(chunk.entity_path)] = out.get(str(chunk.entity_path), 0) + chunk.to_record_batch().num_rows
-    return out
-
-
 def blueprint(rrd: Path) -> str:
     """Everything the recording's blueprint says (in the file it is compressed)."""
     reader = RrdReader(str(rrd))
@@ -198,10 +191,10 @@ def test_without_its_view_a_run_has_the_common_figures(run: Path) -> None:
 @pytest.mark.usefixtures("glider")
 def test_tab_lanes_and_entities_of_a_view_are_in_the_recording(run: Path, tmp_path: Path) -> None:
     out = convert(run, tmp_path / "a.rrd", tab="thermals")
-    rows, rows_of = entities(out), HZ * SECONDS + 1
-    assert rows["/nav/glider/climb"] >= rows_of and "/guid/glider/lift" in rows
-    assert rows["/truth/glider/wind/n"] >= rows_of and "/guid/glider/phase" in rows and "/nav/glider/wind/n" in rows
-    assert 3 <= rows["/truth/glider/V"] < 10  # as the view has drawn it, not as the common part would
+    have, rows_of = rows(out), HZ * SECONDS + 1
+    assert have["/nav/glider/climb"] == rows_of and "/guid/glider/lift" in have
+    assert have["/truth/glider/wind/n"] == rows_of and "/guid/glider/phase" in have and "/nav/glider/wind/n" in have
+    assert have["/truth/glider/V"] == 3  # as the view has drawn it, not as the common part would
     assert "Thermals" in blueprint(out) and "climb [m/s]" in blueprint(out)
     with pytest.raises(NoTabError, match="Thermals, Wind, Flight, Controls, Timing and filter, Sensors"):
         convert(run, tmp_path / "b.rrd", tab="nothing")

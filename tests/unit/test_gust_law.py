@@ -22,7 +22,8 @@ P = law.AlleviationParams(wind_triangle=False)
 
 
 def cost(K: np.ndarray, z0: np.ndarray, p: law.AlleviationParams = P) -> float:
-    """Integral of the weighted squares over 60 s from z0, held commands one step late, by fine integration."""
+    """Integral of the weighted squares over 60 s from z0, held commands one step late, by fine integration: over a step it is a
+    quadratic form of the state at its beginning."""
     A, B, row = law.plant_matrices(M, AC, p.low_pass_hz)
     parts = 20
     h = DT / parts
@@ -33,17 +34,18 @@ def cost(K: np.ndarray, z0: np.ndarray, p: law.AlleviationParams = P) -> float:
     for i in range(1, 15):
         term = term @ big / i
         F += term
-    z, total = z0.copy(), 0.0
     weights = [(law.LOW, p.a_z_low), (k.TH, p.Theta), (k.H, p.H), (k.VK, p.V_K)]
+    weighted = np.vstack((row / p.a_z, *(np.eye(14)[i] / s for i, s in weights)))
+    so_far, form = np.eye(16), np.zeros((16, 16))
+    for _ in range(parts):
+        mid = weighted @ (0.5 * (so_far + F @ so_far))[:14]
+        form += h * mid.T @ mid
+        so_far = F @ so_far
+    z, total = z0.copy(), 0.0
     for _ in range(3000):
         u = -K @ z
-        for _ in range(parts):
-            mid = z[:14].copy()
-            z[:14] = (F @ z)[:14]
-            mid = 0.5 * (mid + z[:14])
-            total += h * ((row @ mid / p.a_z) ** 2 + sum((mid[i] / s) ** 2 for i, s in weights))
-        z[14:] = u
-        total += DT * ((u[0] / p.elevator) ** 2 + (u[1] / p.flap) ** 2)
+        total += float(z @ form @ z) + DT * ((u[0] / p.elevator) ** 2 + (u[1] / p.flap) ** 2)
+        z = np.concatenate(((so_far @ z)[:14], u))
     return total
 
 

@@ -153,7 +153,6 @@ def test_every_mission_is_found_and_calls_itself_by_its_name() -> None:
     assert {"tanker", "receiver", "rendezvous", "receiver_rendezvous", "gust", "windshear"} <= set(found)
 
 
-@pytest.mark.parametrize("head", HEAVY)
-def test_what_is_dealt_out_first_exists(head: str) -> None:
-    path, _, name = head.partition("::")
-    assert f"def {name.partition('[')[0]}" in (ROOT / path).read_text(encoding="utf-8")
+@pytest.mark.parametrize("path", HEAVY)
+def test_what_is_dealt_out_first_exists(path: str) -> None:
+    assert "def test_" in (ROOT / path).read_text(encoding="utf-8")

@@ -27,16 +27,18 @@ SYS = Linear(
 P0 = np.diag([4.0, 1.0])
 
 
-def record(sys: Linear, n: int, rng: np.random.Generator, P: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """States [n,k], readings [n,m] and B u [n,k] by (3.21), solved as it stands."""
+def record(
+    sys: Linear, n: int, rng: np.random.Generator, P: np.ndarray, runs: tuple[int, ...] = ()
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """States [n,k], readings [n,m] and B u [n,k] by (3.21), solved as it stands; `runs`: so many records at once, last axis."""
     k, m = len(sys.A), len(sys.s)
-    x, v, x_all, y_all = np.linalg.cholesky(P) @ rng.standard_normal(k), sys.s * rng.standard_normal(m), [], []
-    u = rng.standard_normal((n, k))
+    x, v = np.linalg.cholesky(P) @ rng.standard_normal((k, *runs)), np.diag(sys.s) @ rng.standard_normal((m, *runs))
+    x_all, y_all, u = [], [], rng.standard_normal((n, k, *runs))
     for i in range(n):
         if i:
-            w = np.linalg.cholesky(sys.Q) @ rng.standard_normal(len(sys.Q))
+            w = np.linalg.cholesky(sys.Q) @ rng.standard_normal((len(sys.Q), *runs))
             x = np.linalg.solve(np.eye(k) - T * sys.A, x + T * (u[i] + sys.G @ w))
-            W = np.sqrt(np.diag(sys.R_v)) * rng.standard_normal(m)
+            W = np.sqrt(sys.R_v) @ rng.standard_normal((m, *runs))
             v = np.linalg.solve(np.eye(m) - T * sys.A_v, v + T * W)
         x_all.append(x)
         y_all.append(sys.C @ x + v)
@@ -127,23 +129,22 @@ def test_new_noises_are_uncorrelated_as_the_print_has_it() -> None:
 def test_error_is_as_large_as_said_and_the_reading_is_that_of_the_step() -> None:
     """300 records: NEES in its 99.9 % band, `true` of every form too; with the reading before in u_N it leaves it."""
     rng, runs, steps = np.random.default_rng(4), 300, 40
-    total = dict.fromkeys([*FORMS, "before"], 0.0)
-    claimed = 0.0
-    for _ in range(runs):
-        x, y, u = record(SYS, steps, rng, P0)
-        aug = Augmented(SYS, np.zeros(2), P0)
-        aug.correct(y[0])
-        own = {k: Removal(SYS, aug.x[:2], aug.P[:2, :2], "correlated" if k == "before" else k) for k in total}
-        for k, f in own.items():
-            last = np.zeros(2)
-            for i in range(1, steps):
-                y_N = f.measurement(y[i], y[i - 1], u[i])
-                f.step(y_N, u[i], last if k == "before" and i > 1 else None)
-                last = y_N
-            e = x[-1] - f.x
-            total[k] += e @ np.linalg.solve(f.true, e)
-            if k == "uncorrelated":
-                claimed += e @ np.linalg.solve(f.P, e)
+    total, claimed = {}, 0.0
+    x, y, u = record(SYS, steps, rng, P0, (runs,))  # the covariances are those of every record
+    aug = Augmented(SYS, np.zeros(2), P0)
+    aug.x = np.zeros((4, runs))
+    aug.correct(y[0])
+    for k in (*FORMS, "before"):
+        f = Removal(SYS, aug.x[:2], aug.P[:2, :2], "correlated" if k == "before" else k)
+        last = np.zeros((2, runs))
+        for i in range(1, steps):
+            y_N = f.measurement(y[i], y[i - 1], u[i])
+            f.step(y_N, u[i], last if k == "before" and i > 1 else None)
+            last = y_N
+        e = x[-1] - f.x
+        total[k] = np.sum(e * np.linalg.solve(f.true, e))
+        if k == "uncorrelated":
+            claimed = np.sum(e * np.linalg.solve(f.P, e))
     low, high = chi2.ppf([0.0005, 0.9995], 2 * runs)
     for k in FORMS:
         assert low < total[k] < high

@@ -261,7 +261,7 @@ def test_it_follows_another_kind_to_its_boom(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("kind", "record", "text"),
     [
-        ("balloon", "point", r"aircraft\[0\]\.model = 'balloon': allowed: alexis, jsbsim, point, sixdof, twinjet"),
+        ("balloon", "point", r"aircraft\[0\]\.model = 'balloon': allowed: alexis, jsbsim, point, polynomial, sixdof, twinjet"),
         (f"{HERE}:Table", "point", r"aircraft\.point\.model = .*Table is a type; allowed: a Kind"),
         ("nowhere.at_all:KIND", "point", r"aircraft\.point\.model = 'nowhere.at_all:KIND': cannot be imported"),
         ("point", "balloon", r"point\.toml: meta\.model = 'balloon': allowed: alexis, point, sixdof, twinjet"),

@@ -153,7 +153,7 @@ def test_the_ground_ends_the_run() -> None:
 @pytest.mark.parametrize(
     ("over", "match"),
     [
-        ({"aircraft.alexis.model": "balloon"}, "allowed: alexis, jsbsim, sixdof, twinjet"),
+        ({"aircraft.alexis.model": "balloon"}, "allowed: alexis, jsbsim, polynomial, sixdof, twinjet"),
         ({"aircraft.alexis.boom_to": "reference"}, "boom_to"),
         ({"aircraft.reference.start.relative_to": "alexis"}, "relative_to.*none with model = 'alexis'"),
         ({"aircraft.reference.tacan_to": "alexis"}, "tacan_to"),

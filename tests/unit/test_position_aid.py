@@ -18,7 +18,8 @@ from flightsw.missions.receiver.airdata.repair import repaired
 from flightsw.missions.receiver.airdata.reports import FdiStatus, WakeFix
 from flightsw.missions.receiver.airdata.state import TAUGHT
 from flightsw.missions.receiver.airdata.wake_filter import TRACKING
-from flightsw.missions.receiver.estimator import PEER_COAST_S, REL_MAX_S, RelativeNav
+from flightsw.missions.receiver.estimator import RelativeNav
+from flightsw.missions.receiver.relative_state import PEER_COAST_S, REL_MAX_S
 from flightsw.refusal import REL_POS, GateParams
 from flightsw.sixdof.estimator_core import EstimatorCore, NavParams
 from flightsw.types import UPD_AIR, UPD_ATT, UPD_GNSS, UPD_IMU, UPD_PEER, UPD_REL, Health, PeerState, SensorFrame

@@ -54,6 +54,8 @@ def campaigns(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     root = tmp_path_factory.mktemp("campaigns")
     with pytest.MonkeyPatch.context() as m:
         m.setattr(jing_escape, "LAWS", {name: jing_escape.LAWS[name] for name in FEW})
+        for end in ("CLEAN_S", "BURST_S"):  # a few seconds after the fault
+            m.setattr(jing_sensors, end, jing_sensors.FAULT_S + 5.0)
         return [run_campaign(s, 1, 1, root / s.name, workers=0, progress=False).folder for s in STUDIES]
 
 

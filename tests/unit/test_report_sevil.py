@@ -71,7 +71,9 @@ def campaigns(tmp_path_factory: pytest.TempPathFactory) -> Iterator[list[Path]]:
     table = STUDIES[0].cases + (Case(rough.name, rough.params | SHORT),)
     studies = (replace(STUDIES[0], cases=table), *STUDIES[1:])
     with pytest.MonkeyPatch.context() as m:
-        m.setattr(sevil_dynamic, "fly_air", lambda c, seed: fly_air(replace(c, legs_s=LEGS_S), seed))
+        for module in (sevil_dynamic, sevil_faults):
+            m.setattr(module, "fly_air", lambda c, seed: fly_air(replace(c, legs_s=LEGS_S), seed))
+        m.setattr(sevil_faults, "CONTACT_S", (72.0, 82.0))
         yield [
             run_campaign(s, 3 if s is LOOP else 1, 1, root / s.name, workers=0, progress=False).folder for s in studies
         ]

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from flightsw.aircraft import Aircraft, load_aircraft
 from flightsw.sixdof.estimator_core import NavParams
-from flightsw.sixdof.motion import moment_rates
+from flightsw.sixdof.forces import moment_rates
 from flightsw.sixdof.params import parameter_vector
 from flightsw.sixdof.turning import make_turning
 from flightsw.types import HF_ATT, HF_IMU, UPD_ATT, UPD_IMU, Health, NavState, SensorFrame

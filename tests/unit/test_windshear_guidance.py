@@ -19,12 +19,11 @@ from flightsw.missions.windshear.control import NidParams, WindshearControl
 from flightsw.missions.windshear.guidance import (
     ApproachParams,
     EscapeParams,
-    Hazard,
-    HazardParams,
     WindshearGuidance,
     WindshearGuidanceParams,
     with_law,
 )
+from flightsw.missions.windshear.hazard import Hazard, HazardParams
 from flightsw.missions.windshear.model import PathDemand, parameter_vector
 
 P = parameter_vector(twinjet())
@@ -142,6 +141,28 @@ def test_caution_comes_and_goes_and_abort_stays() -> None:
     for _ in range(60):
         s = quick.step(0.3, DT)
     assert s.abort and s.slow < 0.12
+
+
+def test_sinking_air_aborts_in_the_time_of_its_low_pass() -> None:
+    """A step of the part of F that sinking air makes is above its threshold after -T ln(1 - threshold / step)."""
+    for T in (0.5, 1.0):
+        h = Hazard(HazardParams(settle_s=0.0, sink_s=T, sink_F=0.1))
+        n = next(n for n in range(1, 1000) if h.step(0.0, 0.02, sink=0.15).abort)
+        assert n * 0.02 == pytest.approx(-T * math.log(1.0 - 0.1 / 0.15), abs=0.021)
+    never = Hazard(HazardParams(settle_s=0.0, sink_F=0.0))
+    assert not any(never.step(0.0, 0.02, sink=1.0).abort for _ in range(500))
+
+
+def test_the_loss_that_follows_a_gain_aborts_by_the_quick_value() -> None:
+    """10 s of gain, then loss: with gain_abort the abort comes with the quick low-pass, without it with the slow one; without a
+    gain before it both are alike."""
+    at = {}
+    for gain, early in itertools.product((-0.3, 0.0), (False, True)):
+        h = Hazard(HazardParams(settle_s=0.0, gain_abort=early))
+        for _ in range(500):
+            h.step(gain, 0.02)
+        at[gain, early] = next(n for n in range(1, 2000) if h.step(0.25, 0.02).abort)
+    assert at[-0.3, True] < at[-0.3, False] and at[0.0, True] == at[0.0, False]
 
 
 def test_hazard_index_by_differences_is_that_by_rates() -> None:

@@ -14,6 +14,11 @@ import numpy as np
 import pytest
 
 from flightsw.aircraft import Aircraft, load_aircraft
+from flightsw.strict import ConfigError
+from hil_scripts.launch.runfolder import resolve
+from hil_scripts.studies.sevil.loop_flight import in_process
+from sim_plant.aircraft.polynomial.of import polynomial_of
+from sim_plant.aircraft.polynomial.table import PolynomialTable
 from sim_plant.aircraft.sixdof.aero import loads
 from sim_plant.kernels import layout as n
 from tests.validation.test_equations_of_motion import plant_parameters, plant_state, random_case
@@ -29,25 +34,17 @@ def within(ac: Aircraft) -> Aircraft:
     return dataclasses.replace(ac, aero=dataclasses.replace(ac.aero, **none))
 
 
-def coefficients(ac: Aircraft, alpha: float, de: float) -> dict[str, Any]:
-    """(2.20), (2.26) of an aircraft file, about incidence `alpha` and elevator `de` [rad]. C_D: its polar K CL^2 multiplied out,
-    the product alpha de by its tangent there; C_L, C_N [beta, p, r, da, dr]: turned from stability to body axes there."""
-    a, c, s = ac.aero, math.cos(alpha), math.sin(alpha)
-    cross = 2.0 * a.K * a.CL_alpha * a.CL_de
-    turn = np.array([[c, s], [-s, c]])  # (p, r) in body axes to stability axes
-    static = turn.T @ [[a.Cl_beta, a.Cl_da, a.Cl_dr], [a.Cn_beta, a.Cn_da, a.Cn_dr]]
-    damping = turn.T @ np.array([[a.Cl_p, a.Cl_r], [a.Cn_p, a.Cn_r]]) @ turn
+def coefficients(t: PolynomialTable) -> dict[str, Any]:
+    """(2.20), (2.26) of a table, in the order of `printed`."""
     return {
-        "D": (
-            a.CD0 + a.K * a.CL0**2 - cross * alpha * de, 2.0 * a.K * a.CL0 * a.CL_alpha + cross * de, a.K * a.CL_alpha**2,
-            2.0 * a.K * a.CL0 * a.CL_de + cross * alpha, a.K * a.CL_de**2,
-        ),
-        "S": (0.0, -a.CY_beta, 0.0, -a.CY_dr),
-        "L": (a.CL0, a.CL_alpha, 0.0, 0.0, a.CL_q, a.CL_de),
-        "M": (a.Cm0, a.Cm_alpha, a.Cm_de, a.Cm_q),
-        "roll": (static[0, 0], *damping[0], *static[0, 1:]),
-        "yaw": (static[1, 0], *damping[1], *static[1, 1:]),
-    }  # fmt: skip
+        "D": (t.CD0, t.CD_alpha, t.CD_alpha2, t.CD_de, t.CD_de2, t.CD_ds, t.CD_ds2),
+        "S": (t.CS0, t.CS_beta, t.CS_da, t.CS_dr),
+        "L": (t.CL0, t.CL_alpha, t.CL_alpha2, math.radians(t.alpha_ref_deg), t.CL_q, t.CL_de, t.CL_ds),
+        "M": (t.Cm0, t.Cm_alpha, t.Cm_de, t.Cm_q, t.Cm_ds),
+        "roll": (t.Cl_beta, t.Cl_p, t.Cl_r, t.Cl_da, t.Cl_dr, t.Cl0),
+        "yaw": (t.Cn_beta, t.Cn_p, t.Cn_r, t.Cn_da, t.Cn_dr, t.Cn0),
+        "ds": math.radians(t.stabilizer_deg),
+    }
 
 
 def printed(
@@ -58,24 +55,32 @@ def printed(
     (V, be, al), (p, q, r), (da, de, dr, T), g = air, w, u, ac.geometry
     hb, hc, qs = 0.5 * g.b_m / V, 0.5 * g.c_m / V, 0.5 * rho * V * V * g.S_m2
     d, s, li, m = k["D"], k["S"], k["L"], k["M"]
-    drag = qs * (d[0] + d[1] * al + d[2] * al**2 + d[3] * de + d[4] * de**2)
+    ds = k["ds"]
+    drag = qs * (d[0] + d[1] * al + d[2] * al**2 + d[3] * de + d[4] * de**2 + d[5] * ds + d[6] * ds**2)
     side = qs * (s[0] + s[1] * be + s[2] * da + s[3] * dr)
-    lift = qs * (li[0] + li[1] * al + li[2] * (al - li[3]) ** 2 + li[4] * hc * q + li[5] * de)
+    lift = qs * (li[0] + li[1] * al + li[2] * (al - li[3]) ** 2 + li[4] * hc * q + li[5] * de + li[6] * ds)
     roll, yaw = (
-        qs * g.b_m * (x[0] * be + hb * (x[1] * p + x[2] * r) + x[3] * da + x[4] * dr) for x in (k["roll"], k["yaw"])
+        qs * g.b_m * (x[5] + x[0] * be + hb * (x[1] * p + x[2] * r) + x[3] * da + x[4] * dr)
+        for x in (k["roll"], k["yaw"])
     )
-    pitch = qs * g.c_m * (m[0] + m[1] * al + m[2] * de + m[3] * hc * q)
+    pitch = qs * g.c_m * (m[0] + m[1] * al + m[2] * de + m[3] * hc * q + m[4] * ds)
     tx, ty, tz = T * math.cos(angle), 0.0, -T * math.sin(angle)
     x, y, z = arm
     moment = [roll - z * ty + y * tz, pitch + z * tx + x * tz, yaw - y * tx - x * ty]
     return np.concatenate((r_bw(be, al) @ [-drag, -side, -lift] + [tx, ty, tz], moment))
 
 
-def flown(ac: Aircraft, number: int, seed: int) -> list[tuple[Array, Array, Array, float, Array]]:
-    """Random instants: air (V, beta, alpha), rates relative to the air, controls, density; force and moment [6] of the plant."""
+def flown(
+    ac: Aircraft, number: int, seed: int, table: PolynomialTable | None = None
+) -> list[tuple[Array, Array, Array, float, Array]]:
+    """Random instants: air (V, beta, alpha), rates relative to the air, controls, density; force and moment [6] of the plant, by
+    the derivatives of the file or by a table."""
     rng, par, out = np.random.default_rng(seed), plant_parameters(ac), []
     name, top = ac.meta.name, math.radians(ac.stall.straight_deg) if ac.stall is not None else 0.15
     par[n.P_MACH], par[n.P_BELOW] = 0.0, ac.engine.below_m
+    if table is not None:
+        par[n.P_SERIES] = len(par)
+        par = np.concatenate((par, table.vector()))
     while len(out) < number:
         x, u = random_case(rng, name)
         x[2] = rng.uniform(-0.05, top)
@@ -103,7 +108,7 @@ def test_derivatives_map_one_to_one_at_an_incidence(name: str) -> None:
     """Mapped at the momentary incidence and elevator: force and moment of the plant to rounding, at random states."""
     ac, worst = within(load_aircraft(name)), 0.0
     for air, w, u, rho, want in flown(ac, 200, 1):
-        got = printed(ac, coefficients(ac, air[2], u[1]), air, w, u, rho, thrust_arm(ac), 0.0)
+        got = printed(ac, coefficients(polynomial_of(ac, air[2], u[1])), air, w, u, rho, thrust_arm(ac), 0.0)
         worst = max(worst, float(np.abs((got - want) / scale(ac, air, rho)).max()))
     print(f"{name}: coefficients apart by {worst:.1e}")
     assert worst < 1e-12
@@ -114,7 +119,7 @@ def test_about_one_incidence_what_is_left_over_is_known(name: str) -> None:
     """One set of coefficients for all incidences: lift, side force and pitch exact; drag lacks the product of the deviations of
     alpha and elevator, roll and yaw the turn of the stability axes by the deviation of alpha."""
     ac, a0, de0 = within(load_aircraft(name)), 0.06, -0.03
-    a, k, most = ac.aero, coefficients(ac, 0.06, -0.03), np.zeros(6)
+    a, k, most = ac.aero, coefficients(polynomial_of(ac, 0.06, -0.03)), np.zeros(6)
     for air, w, u, rho, want in flown(ac, 200, 2):
         al = air[2]
         left = (printed(ac, k, air, w, u, rho, thrust_arm(ac), 0.0) - want) / scale(ac, air, rho)
@@ -146,7 +151,7 @@ def test_what_the_forms_have_no_place_for() -> None:
     )
     worst = 0.0
     for air, w, u, rho, want in flown(whole, 100, 3):
-        got = printed(whole, coefficients(whole, air[2], u[1]), air, w, u, rho, thrust_arm(whole), 0.0)
+        got = printed(whole, coefficients(polynomial_of(whole, air[2], u[1])), air, w, u, rho, thrust_arm(whole), 0.0)
         worst = max(worst, float(np.abs((got - want) / scale(whole, air, rho)).max()))
     assert worst > 1e-3
     assert 0.0 < math.degrees(slip) < 0.1 and trim > 2.0 and flat < -2.0
@@ -156,7 +161,7 @@ def test_thrust_angle_and_arm_are_those_of_a_force_at_a_place() -> None:
     """(2.3), (2.25): T (cos, 0, -sin) at Delta_x aft, Delta_y right, Delta_z below. (2.9) of the tanker is Delta_z T: short of it
     by the cosine and by the arm aft."""
     ac, rng = within(load_aircraft("learjet24")), np.random.default_rng(4)
-    k, none = coefficients(ac, 0.05, 0.0), np.zeros(3)
+    k, none = coefficients(polynomial_of(ac, 0.05, 0.0)), np.zeros(3)
     for _ in range(50):
         air, u, angle, arm = (
             np.array([180.0, 0.02, 0.05]),
@@ -170,3 +175,39 @@ def test_thrust_angle_and_arm_are_those_of_a_force_at_a_place() -> None:
         assert np.allclose(with_it[3:] - without[3:], np.cross(arm * [-1.0, 1.0, 1.0], force), atol=1e-8)
         short = arm[2] * u[3] - (with_it - without)[4]
         assert short == pytest.approx(u[3] * (arm[2] * (1.0 - math.cos(angle)) + arm[0] * math.sin(angle)), abs=1e-8)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_plant_flies_a_table_as_printed(name: str) -> None:
+    """Force and moment of the plant with a table of random coefficients, stabilizer setting, thrust angle and arm are
+    (2.19), (2.20), (2.25), (2.26) written down anew."""
+    ac, rng, worst = load_aircraft(name), np.random.default_rng(5), 0.0
+    for _ in range(20):
+        values = {f.name: float(rng.uniform(-1.0, 1.0)) for f in dataclasses.fields(PolynomialTable)}
+        table = PolynomialTable(**values)
+        arm = np.array([table.thrust_aft_m, table.thrust_right_m, table.thrust_below_m])
+        for air, w, u, rho, want in flown(ac, 10, int(rng.integers(1000)), table):
+            got = printed(ac, coefficients(table), air, w, u, rho, arm, math.radians(table.thrust_up_deg))
+            worst = max(worst, float(np.abs((got - want) / scale(ac, air, rho)).max()))
+    assert worst < 1e-12
+
+
+def test_flown_by_the_polynomial_of_its_file_it_flies_like_its_file() -> None:
+    """The mission with the receiver by the table `polynomial_of` makes at its trim: contact is made, and the same place held."""
+    table = polynomial_of(load_aircraft("learjet24"), math.radians(4.0), math.radians(-2.0))
+    sets = ["plant.aircraft.receiver.model='polynomial'"]
+    sets += [f"plant.aircraft.receiver.plant.{k}={v!r}" for k, v in dataclasses.asdict(table).items()]
+    seen = []
+    exact = ["plant.aircraft.receiver.aero_error_frac=0.0"]
+    for given in (exact, exact + sets):
+        with in_process(resolve("refueling", 1, given, 20.0)) as flight:
+            while not flight.server.done:
+                flight.tick()
+            seen.append(flight.server.world.truth(1))
+    assert np.array(seen[0].xi) == pytest.approx(np.array(seen[1].xi), abs=0.5)
+    assert seen[0].alpha != seen[1].alpha  # not the same equations
+
+
+def test_a_table_that_lacks_a_coefficient_is_refused_by_name() -> None:
+    with pytest.raises(ConfigError, match=r"aircraft\.receiver\.plant: CD0: missing"):
+        resolve("refueling", 1, ["plant.aircraft.receiver.model='polynomial'"], 20.0)

@@ -65,6 +65,10 @@ class PositionAid:
         self.samples = self._wilds = 0
         self.offset[:] = 0.0
 
+    def stale(self, age_s: float) -> bool:
+        """Whether the relative sensor's last reading is too old to be alone: age_s [s]."""
+        return age_s > self.p.rel_stale_s
+
     def gnss(
         self,
         core: EstimatorCore,

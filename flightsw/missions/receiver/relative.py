@@ -11,9 +11,11 @@ from flightsw.kernels.atmosphere import density
 from flightsw.kernels.linalg import inner
 from flightsw.kernels.rotations import dcm_from_quat, euler_from_dcm, to_parent
 from flightsw.missions.receiver.aids import STAND_IN_ROWS, WAKE_ROWS
-from flightsw.missions.receiver.relative_aids import attitude_behind
+from flightsw.missions.receiver.relative_kernel import USE_REL_POS, USE_REL_VEL, attitude_behind
 from flightsw.missions.receiver.rotational import differenced_relative, measure_local
+from flightsw.missions.receiver.tanker_link import PeerTracker
 from flightsw.refusal import REL_POS
+from flightsw.sixdof.aids import own_sensors
 from flightsw.sixdof.estimator_core import EstimatorCore, NavParams, channel_sigma
 from flightsw.sixdof.gating import TrustedCore
 from flightsw.sixdof.layout import (
@@ -64,6 +66,21 @@ def altitude(f: SensorFrame) -> float:
     return -f.gnss_pos_n[2] if f.gnss_t_us else f.baro_alt_m
 
 
+def inputs(
+    c: TrustedCore, peer: PeerTracker, f: SensorFrame, stages: tuple[int, int, int], sound: int, fresh: bool, dt: float
+) -> tuple[float, ...]:
+    """Inputs of a step (relative_kernel.py), no rows queued before. stages [us]: its start, middle and end; sound: UPD_* that are
+    new and believed; fresh: the relative reading is taken."""
+    p, (a, b, e) = c.p, stages
+    more = (USE_REL_POS | USE_REL_VEL if p.velocity else USE_REL_POS) if fresh else 0
+    own_vel = p.r_vel if peer.coasting else math.hypot(p.r_vel, p.r_own_vel)
+    return (
+        (a - peer.t_us) * 1e-6, (b - peer.t_us) * 1e-6, (e - peer.t_us) * 1e-6, altitude(f),
+        (f.t_us - f.rel_t_us) * 1e-6, c.drift(REL_POS, 2.0 * p.bias_vel), *f.rel_pos_t, *f.rel_vel_t, 0.0,
+        *own_sensors(c, f, sound, dt, own_vel, p.peer_att, more),
+    )  # fmt: skip
+
+
 def relative_sigma(p: NavParams, probes: int) -> np.ndarray:
     """1-sigma [18] of the measurement channels in code order, or [21 + 3 probes] where each probe is one of its own."""
     own = [math.hypot(p.r_vel, p.r_own_vel)] * 3  # as the estimator queues it
@@ -86,7 +103,7 @@ def swing_floor(p: NavParams, x: np.ndarray, floor: np.ndarray) -> None:
 def first_state(x: np.ndarray, f: SensorFrame, air: np.ndarray, tk: np.ndarray) -> None:
     """First 15 of x [>=15] <- what one reading of every sensor says; air [3] V, beta, alpha, tk [18] the tanker at that time."""
     R, e, w = np.empty(9), np.empty(3), tk[TK_RATE]
-    attitude_behind(f, tk, R)
+    attitude_behind(np.array(f.att_q_nb), tk, R)
     euler_from_dcm(R, e)
     x[AIR], x[EULER], x[POS] = air, e, f.rel_pos_t
     for i in range(3):

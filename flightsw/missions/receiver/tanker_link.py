@@ -107,6 +107,11 @@ class PeerTracker:
         carried(self._R, self._w, self._v, self._a, (t_us - self.t_us) * 1e-6, tk)
 
     @property
+    def sample(self) -> tuple[np.ndarray, ...]:
+        """The sample, as `carried` takes it: R, w, v, a; and its position."""
+        return self._R, self._w, self._v, self._a, self._pos
+
+    @property
     def wind(self) -> np.ndarray:
         """The tanker's own wind estimate [3] NED [m/s]."""
         return self._wind

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from flightsw.missions.rendezvous import meeting as km
+from flightsw.missions.rendezvous import meeting_vectors as kv
 from flightsw.missions.rendezvous.guidance import RendezvousCommand
 from flightsw.types import Text
 
@@ -14,12 +14,12 @@ def announcements(c: RendezvousCommand) -> list[Text]:
     """Texts of what a command announces (SAY_*), misses as predicted or reached; nothing for 0."""
     said, x, y = c.announced, c.miss_x_m / NM, c.miss_y_m / NM
     out = []
-    if said & km.SAY_FAR:
+    if said & kv.SAY_FAR:
         out.append(Text(WARNING, f"rendezvous out of reach, {x:+.1f} {y:+.1f} NM"))
-    elif said & km.SAY_LEG:
+    elif said & kv.SAY_LEG:
         out.append(Text(NOTICE, f"turn ends off the track, {x:+.1f} {y:+.1f} NM: leg"))
-    if said & km.SAY_SPEED:
+    if said & kv.SAY_SPEED:
         out.append(Text(WARNING, "receiver's speed beyond the tanker's"))
-    if said & km.SAY_MISSED:
+    if said & kv.SAY_MISSED:
         out.append(Text(WARNING, f"rendezvous missed by {x:+.2f} {y:+.2f} NM"))
     return out

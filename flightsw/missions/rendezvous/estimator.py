@@ -24,6 +24,7 @@ from flightsw.missions.rendezvous.frame import E_SIZE, E_VX, E_X, E_Y
 from flightsw.missions.rendezvous.params import (
     RendezvousNavParams,
     eight_vector,
+    kept_bank,
     new_window,
     nominal_velocity,
     rules_vector,
@@ -51,6 +52,7 @@ class RendezvousEstimate:
     refused: int = 0
     verdict: int = kr.USED  # what became of the last range
     left_plan: bool = False  # the estimate has been opened: the receiver flies a course of its own
+    sided: bool = False  # the last update had a bearing or the receiver's own position
 
 
 class RangeEstimator:
@@ -66,12 +68,15 @@ class RangeEstimator:
         self.x3, self.P3 = np.zeros(k3.S3_N), np.zeros((k3.S3_N, k3.S3_N))
         self.window = new_window(p)
         self.rules, self.kept = rules_vector(p), np.zeros(kr.RS_N)
+        self.memory, self.memoryP = kept_bank(p, M)
+        self.t = 0.0  # [s] since the start, of the filter's state
         self._prior = np.zeros(2)  # lateral position and sigma [m] of the start
         self.e3, self.e8 = three_vector(p, 0.0), eight_vector(p, 0.0)
         self._wk, self._k, self._nu, self._D = np.zeros((M, k8.H_SIZE)), np.zeros(n), np.zeros(2), np.zeros(k8.D_SIZE)
         self._mean8, self._C8, self._ahead, self._Ca = np.zeros(n), np.zeros((n, n)), np.zeros(n), np.zeros((n, n))
         self._x3a, self._P3a = self.x3.copy(), self.P3.copy()
         self._four, self._P4 = np.zeros(E_SIZE), np.zeros((E_SIZE, E_SIZE))
+        self._last4 = np.zeros((E_SIZE, E_SIZE))
         self.lag = 0.0  # [s] the filter's state is this much behind the present
         self.out = RendezvousEstimate()
         self.set_wind(wind_x, wind_y)
@@ -96,7 +101,7 @@ class RangeEstimator:
         self.window[:] = new_window(self.p)
         kr.rules_reset(self.kept, range_m)
         self._prior[:] = y_hat, sigma_y
-        self.lag = 0.0
+        self.lag = self.t = 0.0
         self.out = RendezvousEstimate(valid=True, reason="", updates=1)
         self._matched()
 
@@ -130,6 +135,7 @@ class RangeEstimator:
             else:
                 kb.bank_predict(self.m, self.P, self.lw, step, self.e8, self._D)
             self.lag -= step
+            self.t += step
         used = False
         if range_m is not None and math.isfinite(range_m):
             used = self._range(range_m, own_x, own_y)
@@ -146,6 +152,7 @@ class RangeEstimator:
             else:
                 kb.bank_position(self.m, self.P, self.lw, *datalink, R, self._wk, self._k, self._nu)
         self.out.age_s = self.lag
+        self.out.sided = bearing_rad is not None or datalink is not None
         self._matched()
         return used
 
@@ -159,8 +166,9 @@ class RangeEstimator:
             y_hat, sigma_y = self._prior.tolist()
             o.verdict = int(
                 kr.judged_range(
-                    self.kept, self.rules, self.m, self.P, self.lw, self.window, z, x, y, y_hat, sigma_y, p.grid_sigma,
-                    1.0 if p.mean_shift else 0.0, p.estimator in ("ukf8", "bank"), self.e8, self._wk, self._k, self._nu,
+                    self.kept, self.rules, self.m, self.P, self.lw, self.window, self.memory, self.memoryP, self.t,
+                    z, x, y, y_hat, sigma_y, p.grid_sigma, 1.0 if p.mean_shift else 0.0,
+                    p.estimator in ("ukf8", "bank"), self.e8, self._wk, self._k, self._nu,
                 )
             )  # fmt: skip
             used = o.verdict not in (kr.REFUSED, kr.STUCK)
@@ -179,6 +187,7 @@ class RangeEstimator:
     def _matched(self) -> None:
         if not self.three:
             kb.bank_match(self.m, self.P, self.lw, self._mean8, self._C8)
+            kb.reduce_four(self._mean8, self._C8, self.e8[k8.E8_U], self._four, self._last4)
         self._carry()
 
     def _carry(self) -> None:
@@ -207,11 +216,9 @@ class RangeEstimator:
         return self.out.mean
 
     @property
-    def spread(self) -> tuple[float, float]:
-        """Sigma [m] of x and y at the last update; (0, 0) of the three-state filter, which does not know its own."""
-        if self.three:
-            return 0.0, 0.0
-        return math.sqrt(self._C8[k8.X, k8.X]), math.sqrt(self._C8[k8.Y, k8.Y])
+    def last_covariance(self) -> np.ndarray:
+        """Covariance [4,4] of `mean` at the last update; zeros of the three-state filter, which does not know its own."""
+        return self._last4
 
     @property
     def covariance(self) -> np.ndarray:
@@ -230,7 +237,7 @@ class RangeEstimator:
     def get_state(self) -> dict[str, np.ndarray]:
         """Copy of everything that changes."""
         o = self.out
-        head = np.array([self.lag, o.valid, o.innovation_m, o.nis, o.alarm, o.updates, o.refused], dtype=np.float64)
+        head = np.array([self.lag, o.valid, o.innovation_m, o.nis, o.alarm, o.updates, o.refused, self.t, o.sided])
         return {
             k: v.copy() for k, v in (("m", self.m), ("P", self.P), ("lw", self.lw), ("x3", self.x3), ("P3", self.P3))
         } | {
@@ -238,17 +245,19 @@ class RangeEstimator:
             "e3": self.e3.copy(),
             "e8": self.e8.copy(),
             "kept": self.kept.copy(),
+            "memory": self.memory.copy(),
+            "memoryP": self.memoryP.copy(),
             "prior": self._prior.copy(),
             "head": head,
         }
 
     def set_state(self, s: dict[str, np.ndarray]) -> None:
         """Restore a copy made by `get_state`."""
-        for name in ("m", "P", "lw", "x3", "P3", "window", "e3", "e8"):
+        for name in ("m", "P", "lw", "x3", "P3", "window", "e3", "e8", "memory", "memoryP"):
             getattr(self, name)[:] = s[name]
         self.kept[:], self._prior[:] = s["kept"], s["prior"]
-        lag, valid, innovation, nis, alarm, updates, refused = s["head"].tolist()
-        self.lag = lag
+        lag, valid, innovation, nis, alarm, updates, refused, t, sided = s["head"].tolist()
+        self.lag, self.t = lag, t
         self.out = RendezvousEstimate(
             valid=bool(valid),
             reason="" if valid else "no range yet",
@@ -261,6 +270,7 @@ class RangeEstimator:
             updates=int(updates),
             refused=int(refused),
             left_plan=bool(self.kept[kr.RS_OPENED] > 0.0),
+            sided=bool(sided),
         )
         if self.out.valid:
             self._matched()

@@ -14,9 +14,10 @@ from typing import Annotated
 import numpy as np
 
 from flightsw.missions.rendezvous import meeting as km
+from flightsw.missions.rendezvous import meeting_vectors as kv
 from flightsw.missions.rendezvous import turn_geometry as kt
 from flightsw.missions.rendezvous import turn_law as kg
-from flightsw.missions.rendezvous.frame import OwnState
+from flightsw.missions.rendezvous.frame import E_SIZE, OwnState
 from flightsw.strict import OneOf, Range
 
 NM = 1852.0
@@ -46,16 +47,19 @@ class MeetingParams:
     leg_tau_s: Annotated[float, Range(1.0)] = 60.0  # over which a miss along track is flown off
     leg_from: Annotated[float, Range(0.0, 1.0)] = 0.5  # share of the box from which on a leg is flown
     leg_to: Annotated[float, Range(0.01, 1.0)] = 0.3  # and at which it is over
+    straight: bool = False  # a late turn, and a leg that is behind, go straight to the place at full trim
+    doubt: bool = False  # announcements of a receiver off its plan allow for its course and the mirror image of ranges
 
 
 def meeting_vector(p: MeetingParams) -> np.ndarray:
     """Parameter vector mp of missions/rendezvous/meeting.py."""
-    m = np.zeros(km.MP_N)
-    m[km.MP_SIDES], m[km.MP_BOX_X], m[km.MP_BOX_Y] = 1.0 if p.both_sides else 0.0, p.box_x_m, p.box_y_m
-    m[km.MP_EDGE], m[km.MP_AHEAD], m[km.MP_SPEED] = p.announce, p.announce_ahead_s, p.speed_margin_mps
-    m[km.MP_HOLD], m[km.MP_SURE] = p.hold_s, p.announce_sigma
-    m[km.MP_LEG], m[km.MP_LEG_ANGLE], m[km.MP_LEG_GAIN] = p.leg_s, math.radians(p.leg_angle_deg), p.leg_gain_radpm
-    m[km.MP_LEG_TAU], m[km.MP_LEG_FROM], m[km.MP_LEG_TO] = p.leg_tau_s, p.leg_from, p.leg_to
+    m = np.zeros(kv.MP_N)
+    m[kv.MP_SIDES], m[kv.MP_BOX_X], m[kv.MP_BOX_Y] = 1.0 if p.both_sides else 0.0, p.box_x_m, p.box_y_m
+    m[kv.MP_EDGE], m[kv.MP_AHEAD], m[kv.MP_SPEED] = p.announce, p.announce_ahead_s, p.speed_margin_mps
+    m[kv.MP_HOLD], m[kv.MP_SURE] = p.hold_s, p.announce_sigma
+    m[kv.MP_LEG], m[kv.MP_LEG_ANGLE], m[kv.MP_LEG_GAIN] = p.leg_s, math.radians(p.leg_angle_deg), p.leg_gain_radpm
+    m[kv.MP_LEG_TAU], m[kv.MP_LEG_FROM], m[kv.MP_LEG_TO] = p.leg_tau_s, p.leg_from, p.leg_to
+    m[kv.MP_STRAIGHT], m[kv.MP_DOUBT] = float(p.straight), float(p.doubt)
     return m
 
 
@@ -136,9 +140,10 @@ class RendezvousGuidance:
         self.p = p
         self.gp = guidance_vector(p)
         self.gs = np.zeros(kg.G_N)
-        self.mp, self.ms = meeting_vector(p.meeting), np.zeros(km.M_N)
+        self.mp, self.ms = meeting_vector(p.meeting), np.zeros(kv.M_N)
         self._own, self._other = np.zeros((2, 8)), np.zeros((2, 4))
         self._o, self._r, self._t, self._radii = np.zeros(8), np.zeros(4), np.zeros(kt.T_N), np.zeros(2)
+        self._known = np.zeros((E_SIZE, E_SIZE))
         self.out = RendezvousCommand()
         self.reset()
 
@@ -154,12 +159,14 @@ class RendezvousGuidance:
         mean: tuple[float, float, float, float],
         range_m: float,
         dt: float,
-        spread: tuple[float, float] = (0.0, 0.0),
+        covariance: np.ndarray | None = None,
         follow: bool = False,
+        sided: bool = False,
     ) -> RendezvousCommand:
         """Advance by dt [s]: own state, estimate (x, v_x, y, v_y over ground), last measured slant range [m] (inf: none yet).
 
-        spread: sigma of x and y [m]; follow: the receiver has left its plan, its own course counts (both: `meeting` only).
+        covariance [4,4] of the estimate (None: known), follow: the receiver has left its plan, its own course counts, sided: not
+        by ranges alone (all three: `meeting` only).
         Not to be called before the estimate is valid. A number that is not finite leaves the last command standing.
         """
         sine = min(max(own.wind_y / self.p.speed_mps, -0.99), 0.99) if math.isfinite(own.wind_y) else 0.0
@@ -174,13 +181,14 @@ class RendezvousGuidance:
         g, chi, side = self.gs, 0.0, 1.0
         if self.p.meeting.on:
             (o2, o3), (r2, r3) = self._own, self._other
+            P4 = self._known if covariance is None else covariance
             c.announced = int(
                 km.meeting_step(
-                    self.ms, g, self._o, self._r, *spread, follow, range_m, dt, self.gp, self.mp, self._t, self._radii,
+                    self.ms, g, self._o, self._r, P4, follow, sided, range_m, dt, self.gp, self.mp, self._t, self._radii,
                     o2, r2, o3, r3,
                 )
             )  # fmt: skip
-            side, chi, delta = float(self.ms[km.M_SIDE]), float(self.ms[km.M_CHI]), float(o2[kt.O_DELTA])
+            side, chi, delta = float(self.ms[kv.M_SIDE]), float(self.ms[kv.M_CHI]), float(o2[kt.O_DELTA])
         else:
             kg.guidance_step(g, self._o, self._r, range_m, dt, self.gp, self._t, self._radii)
         c.phase, c.bank, c.speed = PHASES[int(g[kg.G_PHASE])], float(g[kg.G_BANK]), float(g[kg.G_V])
@@ -191,7 +199,7 @@ class RendezvousGuidance:
         return c
 
     def get_state(self) -> np.ndarray:
-        """Copy of the state [21]: turn law and meeting."""
+        """Copy of the state [23]: turn law and meeting."""
         return np.concatenate((self.gs, self.ms))
 
     def set_state(self, s: np.ndarray) -> None:

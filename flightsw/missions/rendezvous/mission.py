@@ -147,7 +147,9 @@ class RendezvousMission(Mission[ActuatorModel]):
         if nav.valid and r is not None:
             e, seen = self.track.est, r.valid
             range_m = r.range_m if seen else math.inf
-            c = pilot.step(self.track.own, r.mean if seen else None, range_m, dt, e.spread, e.out.left_plan)
+            c = pilot.step(
+                self.track.own, r.mean if seen else None, range_m, dt, e.last_covariance, e.out.left_plan, e.out.sided
+            )
             self.said += announcements(c)
             c.announced = 0
             if pilot.phase == "done":

@@ -17,6 +17,7 @@ NM = 1852.0
 KN = 1852.0 / 3600.0
 FT = 0.3048
 
+SPREAD = 8  # least components that turns and speeds can share
 ESTIMATORS = ("ekf3", "ekf7", "ekf8", "ukf8", "bank")
 
 
@@ -36,6 +37,11 @@ class RangeRules:
     open_vy_mps: Annotated[float, Range(0.0, 200.0)] = 50.0 * KN
     open_x_m: Annotated[float, Range(0.0, 5000.0)] = 100.0
     open_y_m: Annotated[float, Range(0.0, 5000.0)] = 300.0
+    open_back: Annotated[int, Range(0, 10)] = (
+        0  # ranges it is first taken back by, then the bank is spread; 0: it is not
+    )
+    open_turn_deg: Annotated[float, Range(0.0, 90.0)] = 0.0  # over turns up to this
+    open_speed_mps: Annotated[float, Range(0.0, 100.0)] = 0.0  # and over changes of speed up to this
 
 
 @dataclass(frozen=True)
@@ -72,11 +78,20 @@ class RendezvousNavParams:
     rules: RangeRules = field(default_factory=RangeRules)
 
     def __post_init__(self) -> None:
-        """Raises ConfigError where rules are asked of a filter that has none."""
+        """Raises ConfigError where rules are asked of a filter that has none, or cannot obey them."""
         if self.estimator == "ekf3" and (self.rules.believed or self.rules.repeat_m or self.rules.open):
             raise ConfigError(
                 "estimator = 'ekf3': allowed with rules.believed = 0, rules.repeat_m = 0, rules.open = false"
             )
+        r = self.rules
+        wide = (r.open_turn_deg > 0.0, r.open_speed_mps > 0.0)
+        if r.open_back and not (self.estimator == "bank" and self.components >= SPREAD and all(wide)):
+            raise ConfigError(
+                f"rules.open_back = {r.open_back}: allowed with estimator = 'bank', components >= {SPREAD}, "
+                "rules.open_turn_deg > 0, rules.open_speed_mps > 0"
+            )
+        if any(wide) and not r.open_back:
+            raise ConfigError("rules.open_turn_deg, rules.open_speed_mps: allowed with rules.open_back >= 1")
 
 
 def three_vector(p: RendezvousNavParams, u: float) -> np.ndarray:
@@ -114,7 +129,14 @@ def rules_vector(p: RendezvousNavParams) -> np.ndarray:
         r.open_x_m,
         r.open_y_m,
     )
+    q[kr.RP_BACK], q[kr.RP_TURN], q[kr.RP_PACE] = r.open_back, math.radians(r.open_turn_deg), r.open_speed_mps
     return q
+
+
+def kept_bank(p: RendezvousNavParams, M: int) -> tuple[np.ndarray, np.ndarray]:
+    """Room for the estimates of M components that are kept (missions/rendezvous/range_rules.py, keep)."""
+    K = p.rules.open_back
+    return np.zeros((K, M, k8.N8 + 2)), np.zeros((K, M, k8.N8, k8.N8))
 
 
 def new_window(p: RendezvousNavParams) -> np.ndarray:

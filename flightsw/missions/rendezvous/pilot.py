@@ -12,6 +12,8 @@ from collections import deque
 from dataclasses import dataclass, field, replace
 from typing import Annotated
 
+import numpy as np
+
 from flightsw.missions.rendezvous import turn_law as kg
 from flightsw.missions.rendezvous.guidance import (
     LAWS,
@@ -59,18 +61,19 @@ class RendezvousPilot:
         mean: tuple[float, float, float, float] | None,
         range_m: float,
         dt: float,
-        spread: tuple[float, float] = (0.0, 0.0),
+        covariance: np.ndarray | None = None,
         follow: bool = False,
+        sided: bool = False,
     ) -> RendezvousCommand:
-        """Advance by dt [s]; `mean`: estimate of the receiver, None before the first range (wings level); `spread`, `follow` as
-        of RendezvousGuidance.step."""
+        """Advance by dt [s]; `mean`: estimate of the receiver, None before the first range (wings level); `covariance`,
+        `follow`, `sided` as of RendezvousGuidance.step."""
         p, c = self.p, self.guid.out
         if mean is not None:
             ahead = self._ahead(own)
             T = sum(h for _, h in self._given)
             x, vx, y, vy = mean
             there = (x + vx * T, vx, y + vy * T, vy)
-            c = self.guid.step(ahead, there, range_m, dt, spread, follow)
+            c = self.guid.step(ahead, there, range_m, dt, covariance, follow, sided)
         goal, speed = (c.bank, c.speed) if mean is not None else (0.0, p.guidance.speed_mps)
         d = math.radians(p.roll_rate_degps) * dt
         self.bank += min(max(goal - self.bank, -d), d)

@@ -85,7 +85,7 @@ def ekf3_fuse(x: np.ndarray, P: np.ndarray, hx: float, hy: float, nu: float, R: 
     scalar_update(x, P, k, nu, out[NU_VAR])
 
 
-@jit_own
+@jit
 def ekf3_range(
     x: np.ndarray, P: np.ndarray, z: float, x_t: float, y_t: float, gate: float, e: np.ndarray, out: np.ndarray
 ) -> bool:
@@ -117,7 +117,7 @@ def wrap(a: float) -> float:
     return a - 2.0 * math.pi * math.ceil((a - math.pi) / (2.0 * math.pi))
 
 
-@jit_own
+@jit
 def ekf3_bearing(
     x: np.ndarray, P: np.ndarray, z: float, x_t: float, y_t: float, R: float, out: np.ndarray
 ) -> None:  # fmt: skip
@@ -127,7 +127,7 @@ def ekf3_bearing(
     ekf3_fuse(x, P, -Y / d2, X / d2, wrap(z - math.atan2(Y, X)), R, out)
 
 
-@jit_own
+@jit
 def ekf3_position(x: np.ndarray, P: np.ndarray, x_r: float, y_r: float, R: float, out: np.ndarray) -> None:
     """Fuse the receiver's own position (x_r, y_r) [m] from the data link, variance R [m^2] per axis."""
     ekf3_fuse(x, P, 1.0, 0.0, x_r - x[S3_X], R, out)

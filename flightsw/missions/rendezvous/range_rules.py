@@ -2,9 +2,9 @@
 
 One wild range is refused by the gate. Ranges refused in a row that agree with one another are believed against the estimate:
 while it is young it starts again from the newest of them (the first range was bad), later it is opened. A warning of the
-window opens it too: the receiver has done what nobody planned, and the prior no longer holds. A set that repeats its last
-range to the decimetre is stuck; nothing it says is used. Section 2 of docs/sources/rivard.md has no such rules: the source
-takes every range.
+window opens it too: the receiver has done what nobody planned, and the prior no longer holds: its course and speed are
+estimated anew from before that. A set that repeats its last range to the decimetre is stuck; nothing it says is used.
+Section 2 of docs/sources/rivard.md has no such rules: the source takes every range.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ import math
 
 import numpy as np
 
-from flightsw.kernels.jit import jit
-from flightsw.missions.rendezvous.bank import DEAD, bank_range, bank_start
-from flightsw.missions.rendezvous.full_order import VC, VY, X, Y
+from flightsw.kernels.jit import jit, jit_own
+from flightsw.missions.rendezvous.bank import DEAD, OVERLAP, bank_match, bank_predict, bank_range, bank_start
+from flightsw.missions.rendezvous.full_order import D_SIZE, E8_U, N8, VC, VF, VY, X, Y
 from flightsw.missions.rendezvous.range_filter import (
     NU,
     NU_VAR,
@@ -41,16 +41,22 @@ from flightsw.missions.rendezvous.range_filter import (
     RP_OPEN_X,
     RP_OPEN_Y,
     RP_YOUNG,  # normal quantile at which a window not yet full warns; 0: only a full one does
+    RP_BACK,  # ranges the estimate is taken back by then, and spread; 0: it is not
+    RP_TURN,  # [rad] over turns up to this
+    RP_PACE,  # [m/s] and over changes of speed up to this
     RP_N,
-) = range(12)
-# state rs: ranges after the first, refused in a row, innovation of the last refused [m], last range [m], times opened
-RS_COUNT, RS_ROW, RS_NU, RS_LAST, RS_OPENED, RS_N = range(6)
+) = range(15)
+# state rs: ranges after the first, refused in a row, innovation of the last refused [m], last range [m], times opened,
+# estimates kept since
+RS_COUNT, RS_ROW, RS_NU, RS_LAST, RS_OPENED, RS_KEPT, RS_N = range(7)
+KEPT_LW, KEPT_T = N8, N8 + 1  # of a kept component, behind its mean
+_ANY = 0  # component: all are kept at the same time
 USED, REFUSED, STUCK, RESTARTED, OPENED = range(5)
 
 
 @jit
 def rules_reset(rs: np.ndarray, first: float) -> None:
-    """rs [5] <- as after the first range [m]."""
+    """rs [6] <- as after the first range [m]."""
     for i in range(RS_N):
         rs[i] = 0.0
     rs[RS_LAST] = first
@@ -81,28 +87,120 @@ def young_alarm(w: np.ndarray, quantile: float) -> bool:
 
 
 @jit
-def open_up(P: np.ndarray, lw: np.ndarray, rp: np.ndarray) -> None:
-    """Add the variances of a receiver off its plan to every living component P [M,8,8]."""
+def open_up(P: np.ndarray, lw: np.ndarray, rp: np.ndarray, vy: float) -> None:
+    """Add the variances of a receiver off its plan to every living component P [M,8,8]; vy [m/s]: sigma added across track."""
     for i in range(P.shape[0]):
         if lw[i] > DEAD:
             P[i, VC, VC] += rp[RP_OPEN_VX] * rp[RP_OPEN_VX]
-            P[i, VY, VY] += rp[RP_OPEN_VY] * rp[RP_OPEN_VY]
+            P[i, VY, VY] += vy * vy
             P[i, X, X] += rp[RP_OPEN_X] * rp[RP_OPEN_X]
             P[i, Y, Y] += rp[RP_OPEN_Y] * rp[RP_OPEN_Y]
 
 
+@jit_own
+def fan_out(
+    m: np.ndarray, P: np.ndarray, lw: np.ndarray, turn: float, pace: float, turned: int, since: float, var: float,
+    e: np.ndarray,
+) -> None:  # fmt: skip
+    """m [M,8], P [M,8,8], lw [M] <- a receiver that has changed course by up to +-turn [rad], or speed by up to +-pace [m/s].
+
+    The first `turned` components share out the angles, the others the speeds, all from the moments of the mixture, as flown for a
+    time of mean since [s] and variance var [s^2]. Each stands for 0.9 of the spacing to either side, in angle where any has
+    turned, in speed where it is one of the others. A range then says which: one Gaussian over both components of
+    the velocity holds many that neither a turn nor a speed gives and is soon sure of a wrong one.
+    """
+    M = m.shape[0]
+    mean, C = np.zeros(N8), np.zeros((N8, N8))
+    bank_match(m, P, lw, mean, C)
+    vx, vy = e[E8_U] + mean[VC] + mean[VF], mean[VY]
+    v = math.hypot(vx, vy)
+    moved, angle, speed = np.zeros(N8), np.zeros(N8), np.zeros(N8)
+    da = 2.0 * turn / (turned - 1) if turned > 1 else 0.0
+    for i in range(M):
+        a, b, db = -turn + da * i, 0.0, 0.0
+        if i >= turned:
+            db = 2.0 * pace / (M - turned - 1)
+            a, b = 0.0, -pace + db * (i - turned)
+        c, s = math.cos(a), math.sin(a)
+        moved[VC], moved[VY] = (c - 1.0) * vx - s * vy + b * vx / v, s * vx + (c - 1.0) * vy + b * vy / v
+        angle[VC], angle[VY] = -OVERLAP * da * (vy + moved[VY]), OVERLAP * da * (vx + moved[VC])
+        speed[VC], speed[VY] = OVERLAP * db * vx / v, OVERLAP * db * vy / v
+        for d in (moved, angle, speed):
+            d[X], d[Y] = since * d[VC], since * d[VY]
+        for j in range(N8):
+            m[i, j] = mean[j] + moved[j]
+            for k in range(N8):
+                P[i, j, k] = C[j, k] + angle[j] * angle[k] + speed[j] * speed[k]
+        for d in (moved, angle, speed):  # of a product of two that do not depend on one another
+            P[i, X, X] += var * d[VC] * d[VC]
+            P[i, X, Y] += var * d[VC] * d[VY]
+            P[i, Y, X] += var * d[VC] * d[VY]
+            P[i, Y, Y] += var * d[VY] * d[VY]
+        lw[i] = 0.0
+
+
+@jit
+def keep(
+    m: np.ndarray, P: np.ndarray, lw: np.ndarray, t: float, rs: np.ndarray, kept: np.ndarray, keptP: np.ndarray
+) -> None:
+    """Keep m [M,8], P [M,8,8], lw [M] of time t [s] in place of the oldest of kept [K,M,10] (m, lw, t), keptP [K,M,8,8]."""
+    i = int(rs[RS_KEPT]) % kept.shape[0]
+    rs[RS_KEPT] += 1.0
+    for j in range(m.shape[0]):
+        kept[i, j, KEPT_LW], kept[i, j, KEPT_T] = lw[j], t
+        for c in range(N8):
+            kept[i, j, c] = m[j, c]
+            for d in range(N8):
+                keptP[i, j, c, d] = P[j, c, d]
+
+
+@jit_own
+def leave_plan(
+    m: np.ndarray, P: np.ndarray, lw: np.ndarray, t: float, rp: np.ndarray, rs: np.ndarray, kept: np.ndarray,
+    keptP: np.ndarray, e: np.ndarray,
+) -> None:  # fmt: skip
+    """Open the estimate m [M,8], P [M,8,8], lw [M] of time t [s] for a receiver off its plan.
+
+    Without RP_BACK as it stands. With it the estimate is first taken back to the oldest kept: the ranges since have been
+    explained by a receiver on its plan and have dragged it along the ring. From there it is spread over turns (three
+    quarters of it) and speeds (the rest), begun at any time since; while nothing older than the first ranges is kept, over
+    speeds alone, as flown all the time: a receiver too fast or too slow shows at once, one that turns at any time.
+    """
+    K, M, n = kept.shape[0], m.shape[0], int(rs[RS_KEPT])
+    if rp[RP_BACK] == 0.0:
+        open_up(P, lw, rp, rp[RP_OPEN_VY])
+        return
+    i = (n - min(n, K)) % K
+    for j in range(M):
+        lw[j] = kept[i, j, KEPT_LW]
+        for c in range(N8):
+            m[j, c] = kept[i, j, c]
+            for d in range(N8):
+                P[j, c, d] = keptP[i, j, c, d]
+    since = t - kept[i, _ANY, KEPT_T]
+    bank_predict(m, P, lw, since, e, np.zeros(D_SIZE))
+    if n > K:
+        fan_out(m, P, lw, rp[RP_TURN], rp[RP_PACE], M - M // 4, 0.5 * since, since * since / 12.0, e)
+        open_up(P, lw, rp, 0.0)
+    else:
+        fan_out(m, P, lw, rp[RP_TURN], rp[RP_PACE], 0, since, 0.0, e)
+        open_up(P, lw, rp, rp[RP_OPEN_VY])
+
+
 @jit
 def judged_range(
-    rs: np.ndarray, rp: np.ndarray, m: np.ndarray, P: np.ndarray, lw: np.ndarray, w: np.ndarray, z: float, x_t: float,
-    y_t: float, y_hat: float, sigma_y: float, span: float, shift: float, hermite: bool, e: np.ndarray, wk: np.ndarray,
-    k: np.ndarray, nu: np.ndarray,
+    rs: np.ndarray, rp: np.ndarray, m: np.ndarray, P: np.ndarray, lw: np.ndarray, w: np.ndarray, kept: np.ndarray,
+    keptP: np.ndarray, t: float, z: float, x_t: float, y_t: float, y_hat: float, sigma_y: float, span: float, shift: float,
+    hermite: bool, e: np.ndarray, wk: np.ndarray, k: np.ndarray, nu: np.ndarray,
 ) -> int:  # fmt: skip
-    """Take in slant range z [m] at own position [m] by the rules rp [10], state rs [5]; returns what became of it.
+    """Take in slant range z [m] of time t [s] at own position [m] by the rules rp [14], state rs [6]; what became of it.
 
-    m, P, lw, wk, k, nu: as of bank_range; w [7+n] the window; y_hat +- sigma_y [m], span, shift: the prior of bank_start for a
-    new start. nu [2] <- innovation [m] and variance [m^2], of the estimate before it was opened where it was refused.
+    m, P, lw, wk, k, nu: as of bank_range; w [7+n] the window; kept, keptP as of `keep`; y_hat +- sigma_y [m], span, shift: the
+    prior of bank_start for a new start. nu [2] <- innovation [m] and variance [m^2], of the estimate before it was opened.
     """
     rs[RS_COUNT] += 1.0
+    if rp[RP_BACK] > 0.0:
+        keep(m, P, lw, t, rs, kept, keptP)
     repeat = abs(z - rs[RS_LAST]) < rp[RP_STUCK]
     rs[RS_LAST] = z
     if repeat:
@@ -113,7 +211,11 @@ def judged_range(
         alarm = w[W_ALARM] > 0.0 or (rp[RP_YOUNG] > 0.0 and young_alarm(w, rp[RP_YOUNG]))
         if not alarm or rp[RP_OPEN] == 0.0:
             return USED
-        open_up(P, lw, rp)
+        first, variance = nu[NU], nu[NU_VAR]
+        leave_plan(m, P, lw, t, rp, rs, kept, keptP, e)
+        if rp[RP_BACK] > 0.0:  # else it is in the estimate
+            bank_range(m, P, lw, z, x_t, y_t, hermite, 0.0, e, wk, k, nu)
+        nu[NU], nu[NU_VAR] = first, variance
         window_reset(w)
         rs[RS_OPENED] += 1.0
         return OPENED
@@ -128,9 +230,10 @@ def judged_range(
     window_reset(w)
     if rs[RS_COUNT] <= rp[RP_EARLY]:
         bank_start(m, P, lw, z, x_t, y_t, y_hat, sigma_y, span, shift, e)
+        rs[RS_KEPT] = 0.0
         return RESTARTED
     first, variance = nu[NU], nu[NU_VAR]
-    open_up(P, lw, rp)
+    leave_plan(m, P, lw, t, rp, rs, kept, keptP, e)
     bank_range(m, P, lw, z, x_t, y_t, hermite, 0.0, e, wk, k, nu)
     nu[NU], nu[NU_VAR] = first, variance
     rs[RS_OPENED] += 1.0

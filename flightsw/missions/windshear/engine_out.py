@@ -27,7 +27,8 @@ class EngineOutParams:
 
     factor: Annotated[float, Range(0.1, 0.95)] = 0.85  # of the thrust commanded; surely below: an engine is out
     sigma: Annotated[float, Range(0.0, 10.0)] = 2.0  # that make it sure
-    held_s: Annotated[float, Range(0.0, 10.0)] = 0.3  # for so long
+    # for so long: a reading that looks like an engine, a frozen airspeed, is doubted by then
+    held_s: Annotated[float, Range(0.0, 10.0)] = 0.5
     least_kN: Annotated[float, Range(0.0, 100.0)] = (
         8.0  # commanded: near idle nothing tells an engine from a bad reading
     )

@@ -1,9 +1,5 @@
-"""Approach, hazard alerting and escape of the jet transport in wind shear: from the estimate to a demand on the flight path.
-
-Hazard: F of the estimated wind in two low-passes, a quick one for caution and a slow one for the abort, so that turbulence (which
-is in F through the wind's rates) cautions but hardly ever aborts. The rates that enter are differences of the estimated wind: the
-rate states of the estimator follow the smooth part of the wind only, and the later the more turbulence there is beside it.
-Laws: jing.md 3.4, 6.3, 7.2.
+"""Approach and escape of the jet transport in wind shear: from the estimate to a demand on the flight path. When the approach is
+given up: hazard.py. Laws: jing.md 3.4, 6.3, 7.2.
 """
 
 from __future__ import annotations
@@ -16,6 +12,7 @@ import numpy as np
 
 from flightsw.missions.windshear import dynamics as k
 from flightsw.missions.windshear import engine_out as single
+from flightsw.missions.windshear.hazard import Hazard, HazardParams, HazardState
 from flightsw.missions.windshear.model import PathDemand
 from flightsw.plugins import EVERY_KEY, OursOr
 from flightsw.strict import IN_FLIGHT, OneOf, Range
@@ -23,6 +20,7 @@ from flightsw.strict import IN_FLIGHT, OneOf, Range
 Array = np.ndarray
 LAWS = ("managed", "pitch", "climb", "open", "continue")
 PHASES = ("approach", "caution", "escape", "clear")
+LEAST_TARGET_M = 10.0
 
 
 @dataclass(frozen=True)
@@ -41,26 +39,6 @@ class ApproachParams:
 
 
 @dataclass(frozen=True)
-class HazardParams:
-    """Caution and abort thresholds of F in its two low-passes; `rates` says where the wind's rates come from."""
-
-    rates: Annotated[str, OneOf(("differences", "states"))] = "differences"
-    settle_s: Annotated[float, Range(0.0, 60.0), IN_FLIGHT] = (
-        2.0  # after the first valid estimate; nothing is judged before
-    )
-    caution_s: Annotated[float, Range(0.05, 30.0), IN_FLIGHT] = 1.5
-    caution_F: Annotated[float, Range(0.01, 1.0), IN_FLIGHT] = 0.12
-    abort_s: Annotated[float, Range(0.05, 30.0), IN_FLIGHT] = 4.0
-    abort_F: Annotated[float, Range(0.01, 1.0), IN_FLIGHT] = 0.12
-    abort_on: Annotated[str, OneOf(("abort", "caution"))] = "abort"  # "caution": the quick value aborts too
-    release_F: Annotated[float, Range(-1.0, 1.0), IN_FLIGHT] = 0.08  # caution ends below this
-    gain_F: Annotated[float, Range(0.01, 1.0), IN_FLIGHT] = (
-        0.1  # slow F below minus this is caution too: the far side will take it back
-    )
-    gain_hold_s: Annotated[float, Range(0.0, 120.0), IN_FLIGHT] = 20.0  # for this long after
-
-
-@dataclass(frozen=True)
 class EscapeParams:
     """Escape law and its numbers. target_m is a height above ground: terrain clearance is the operator's to set."""
 
@@ -69,7 +47,11 @@ class EscapeParams:
     climb_mps: Annotated[float, Range(-5.0, 20.0), IN_FLIGHT] = 5.0
     target_m: Annotated[float, Range(10.0, 500.0), IN_FLIGHT] = 35.0
     height_gain_1ps: Annotated[float, Range(0.01, 1.0), IN_FLIGHT] = 0.3
-    descent_mps: Annotated[float, Range(0.0, 20.0), IN_FLIGHT] = 15.0
+    descent_mps: Annotated[float, Range(0.0, 30.0), IN_FLIGHT] = 15.0
+    # so much lower in a hard shear, where the air sinks less and the outflow is weaker: from the one to the other peak of quick F
+    deeper_m: Annotated[float, Range(0.0, 100.0), IN_FLIGHT] = 0.0
+    deeper_from_F: Annotated[float, Range(0.0, 2.0), IN_FLIGHT] = 0.45
+    deeper_to_F: Annotated[float, Range(0.0, 2.0), IN_FLIGHT] = 0.60
     rise_mps: Annotated[float, Range(0.0, 20.0), IN_FLIGHT] = 5.0
     after_mps: Annotated[float, Range(0.0, 20.0), IN_FLIGHT] = 8.0  # climb once the shear is behind
     hold_F: Annotated[float, Range(-0.5, 0.5), IN_FLIGHT] = 0.05  # quick F above which the height is managed
@@ -88,6 +70,15 @@ class EscapeParams:
     def __post_init__(self) -> None:
         if self.again_F < self.hold_F:
             raise ValueError(f"again_F = {self.again_F}; allowed: hold_F = {self.hold_F} or more")
+        if not self.deeper_from_F < self.deeper_to_F:
+            raise ValueError(f"deeper_to_F = {self.deeper_to_F}; allowed: above deeper_from_F = {self.deeper_from_F}")
+        if self.target_m - self.deeper_m < LEAST_TARGET_M:
+            raise ValueError(f"deeper_m = {self.deeper_m}; allowed: target_m = {self.target_m} less {LEAST_TARGET_M}")
+
+    def target(self, peak_F: float) -> float:
+        """Height to be managed [m] in a shear whose quick F has peaked at peak_F [-]."""
+        share = (peak_F - self.deeper_from_F) / (self.deeper_to_F - self.deeper_from_F)
+        return self.target_m - self.deeper_m * min(max(share, 0.0), 1.0)
 
 
 @dataclass(frozen=True)
@@ -103,63 +94,6 @@ class WindshearGuidanceParams:
     )
     gravity_mps2: Annotated[float, Range(9.7, 9.9)] = 9.81
     path: Annotated[str, OursOr(("approach",))] = "approach"  # a ShearPath, made from (this table)
-
-
-@dataclass(frozen=True)
-class HazardState:
-    """F as estimated, its quick and slow low-pass, caution now, abort latched."""
-
-    F: float = 0.0
-    quick: float = 0.0
-    slow: float = 0.0
-    caution: bool = False
-    abort: bool = False
-
-
-class Hazard:
-    """Low-passes and thresholds. `state` is the last result; `cautions` counts how often caution came on."""
-
-    def __init__(self, p: HazardParams | None = None) -> None:
-        """Starts clear."""
-        self.p = p or HazardParams()
-        self.state = HazardState()
-        self.cautions = 0
-        self._age = 0.0
-        self._gain_s = 0.0
-        self._wind: tuple[float, float] | None = None
-
-    def lost(self) -> None:
-        """The estimate is interrupted: its next wind is not to be compared with the last, and needs time to settle."""
-        self._wind = None
-        self._age = 0.0
-
-    def index(self, x: Array, F: float, dt: float, gravity: float) -> float:
-        """F [-] of this sample by differences of the wind of the estimate x [15]; F itself at the first sample."""
-        wx, wh = float(x[k.WX]), float(x[k.WH])
-        last, self._wind = self._wind, (wx, wh)
-        if last is None or self.p.rates == "states" or not dt > 0.0:
-            return F
-        gamma = float(x[k.GA])
-        was_x, was_h = last
-        rise = (wx - was_x) * math.cos(gamma) + (wh - was_h) * math.sin(gamma)
-        return rise / (gravity * dt) - wh / float(x[k.VA])
-
-    def step(self, F: float, dt: float, armed: bool = True) -> HazardState:
-        """One sample of F, dt [s] since the last; a value that is not finite leaves everything as it is."""
-        if not (math.isfinite(F) and dt > 0.0):
-            return self.state
-        self._age += dt
-        if self._age < self.p.settle_s:
-            return self.state
-        p, s = self.p, self.state
-        quick = s.quick + (F - s.quick) * -math.expm1(-dt / p.caution_s)
-        slow = s.slow + (F - s.slow) * -math.expm1(-dt / p.abort_s)
-        self._gain_s = p.gain_hold_s if slow < -p.gain_F else max(self._gain_s - dt, 0.0)
-        caution = armed and (quick > p.caution_F or (s.caution and quick > p.release_F) or self._gain_s > 0.0)
-        abort = s.abort or (armed and (slow > p.abort_F or (p.abort_on == "caution" and quick > p.caution_F)))
-        self.cautions += caution and not s.caution
-        self.state = HazardState(F, quick, slow, caution, abort)
-        return self.state
 
 
 class WindshearGuidance:
@@ -180,6 +114,7 @@ class WindshearGuidance:
         self._aim: tuple[float, float] | None = None
         self._told = False
         self._low_s = self._given_s = 0.0
+        self._peak = 0.0  # largest quick F since the approach was given up
         self.demand = PathDemand()
         self._tan = math.tan(math.radians(p.approach.slope_deg))
 
@@ -236,7 +171,8 @@ class WindshearGuidance:
             return self.demand
         if self._aim is None:
             self.aim(float(x[k.X]), float(x[k.H]))
-        s = self.hazard.step(self.hazard.index(x, F, dt, self.p.gravity_mps2), dt)
+        index = self.hazard.index(x, F, dt, self.p.gravity_mps2)
+        s = self.hazard.step(index, dt, sink=-float(x[k.WH]) / float(x[k.VA]))
         low = s.quick <= self.p.escape.hold_F
         self._low_s = self._low_s + dt if low else 0.0
         if self.phase in ("approach", "caution"):
@@ -252,6 +188,7 @@ class WindshearGuidance:
                 self.phase = "clear"
             elif s.quick > self.p.escape.again_F:
                 self.phase = "escape"
+            self._peak = max(self._peak, s.quick)
             self.demand = self._escape(x)
         return self.demand
 
@@ -286,7 +223,7 @@ class WindshearGuidance:
         h, V = float(x[k.H]), float(x[k.VA])
         climb = e.after_mps
         if self.phase == "escape":
-            climb = min(max(e.height_gain_1ps * (e.target_m - h), -e.descent_mps), e.rise_mps)
+            climb = min(max(e.height_gain_1ps * (e.target(self._peak) - h), -e.descent_mps), e.rise_mps)
         if e.protect_mps > V and h > e.protect_above_m:
             climb = min(climb, e.rise_mps - e.protect_gain * (e.protect_mps - V))
         return PathDemand("climb", climb, alpha_max_rad=e.managed_alpha_max_rad)

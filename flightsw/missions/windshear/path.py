@@ -6,7 +6,8 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from flightsw.missions.windshear.guidance import HazardState, WindshearGuidance, WindshearGuidanceParams
+from flightsw.missions.windshear.guidance import WindshearGuidance, WindshearGuidanceParams
+from flightsw.missions.windshear.hazard import HazardState
 from flightsw.missions.windshear.model import PathDemand
 from flightsw.plugins import made, refuse_ignored
 

@@ -23,6 +23,7 @@ Array = np.ndarray
 HEIGHTS = ("barometer", "satellite height", "radio altimeter")
 BARO, SATELLITE, RADIO_SET = range(3)
 SET_S = 3.0  # [s] of both
+OWN_SIGMA = 2.0  # of the estimate's own height, beside what an instrument may be wrong by
 VITAL = (*START, k.Y_RA)  # readings whose absence is said
 
 
@@ -71,7 +72,10 @@ class Trust:
         self._heights(z, ok, satellite_m, dt)
         h = float(x[k.H])
         missing = self._absent(ok, out, h, dt)
-        against = [i for i in range(3) if self._fresh(i) and abs(self._h[i] - h) > self._tolerance(i, h)]
+        # the estimate says itself how far off it may be: at the start it has the height of one instrument, which another that is
+        # as wrong as it may be the other way does not contradict, nor the barometer that was set by that other
+        room = OWN_SIGMA * float(sigma[k.H])
+        against = [i for i in range(3) if self._fresh(i) and abs(self._h[i] - h) > self._tolerance(i, h) + room]
         agree = False
         if len(against) > 1:
             one, other, *_ = against

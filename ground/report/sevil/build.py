@@ -16,6 +16,7 @@ from ground.report.load import Campaign, Stat
 from ground.report.sevil import faults as sevil_faults
 from ground.report.sevil import page as sevil
 from ground.report.sevil import position as sevil_position
+from ground.report.sevil import six_dof as sevil_six_dof
 
 PAGE = "sevil.html"
 LOOP = "sevil_loop"  # studies called so are closed-loop flights
@@ -38,6 +39,7 @@ def _text(campaigns: list[Campaign], pictures: Pictures) -> str:
         ("sweeps", "Position, disturbance sweeps", sevil_position.sweeps(cases)),
         ("algorithms", "Algorithms 1-16", sevil_position.algorithms(cases)),
         ("dynamic", "Position in flight", sevil_position.dynamic(cases)),
+        ("six_dof", "The printed methods on the full aircraft", sevil_six_dof.six_dof(cases)),
         ("mismatch", "Wake unlike the model", sevil_position.mismatch(cases)),
         ("integrated", "Detection and position together", sevil_faults.integrated(cases)),
     ]

@@ -23,7 +23,7 @@ def tables(cases: Cases) -> str:
     shown = "".join(_table(cases, t) for t in FDI_TABLES)
     if not shown:
         return ""
-    return out + shown + _negative(cases) + _portrait(cases)
+    return out + shown + _negative(cases) + _portrait(cases) + _indices(cases)
 
 
 def _table(cases: Cases, t: FdiTable) -> str:
@@ -70,6 +70,21 @@ def _portrait(cases: Cases) -> str:
     )
     text += "Outside the circle without a fault is a false alarm. The faulty probe's direction is 0, 120 or 240 deg."
     return cases.pictures.add("residuals", g.portrait(tr, rows, THRESHOLD), text)
+
+
+def _indices(cases: Cases) -> str:
+    c = cases.named("fdi_solo")
+    tr = c.traces() if c else {}
+    if "angle.V" not in tr:
+        return ""
+    out = cases.pictures.add(
+        "solo_portrait", g.portrait(tr, [("plain", "solo flight")], THRESHOLD), "Solo flight, every second."
+    )
+    text = (
+        "Solo flight, every second: the source's index of the angle between residual and direction of each probe (5.21), alarm, "
+        "and the probe blamed (5.22). Shaded: the fault, on the left probe (V), the nose (sideslip), the right one (incidence)."
+    )
+    return "<h3>Indices over time</h3>" + out + cases.pictures.add("solo_indices", g.indices(tr), text)
 
 
 def sweeps(cases: Cases) -> str:

@@ -116,6 +116,31 @@ def portrait(tr: Mapping[str, Array], rows: Sequence[tuple[str, str]], threshold
     return png_bytes(fig)
 
 
+def indices(tr: Mapping[str, Array]) -> bytes:
+    """Angle index per probe, alarm and probe blamed over time, one column per variable. tr: t [n] s, "angle.<v>" [n,3],
+    "alarm.<v>", "suspect.<v>" and "faulty.<v>" [n]."""
+    fig, axes = new_figure(13.2, 5.6, 3, 3, sharex=True, sharey="row", height_ratios=(2.2, 0.8, 1.2))
+    t = tr["t"]
+    for col, var in zip(axes.T, ("V", "beta", "alpha"), strict=True):
+        bad = t[tr[f"faulty.{var}"].astype(bool)]
+        for ax in col:
+            ax.axvspan(bad[0], bad[-1], color="#d1581b", alpha=0.10, lw=0)
+        for i, name in enumerate(("nose", "left", "right")):
+            col[0].plot(t, tr[f"angle.{var}"][:, i], ".", ms=1.6, color=SPARE[(0, 3, 4)[i]], label=name)
+        col[0].set_title(GREEK[var], fontsize=10, loc="left", color="#3a4550")
+        col[1].plot(t, tr[f"alarm.{var}"], ".", ms=2, color="#1f5fa8")
+        col[2].plot(t, tr[f"suspect.{var}"], ".", ms=2, color="#1f5fa8")
+        col[2].set_xlabel("time [s]", fontsize=9.5)
+    axes[0, 0].set_ylabel("angle index", fontsize=9.5)
+    axes[1, 0].set_ylabel("alarm", fontsize=9.5)
+    axes[1, 0].set_yticks((0, 1))
+    axes[2, 0].set_ylabel("probe blamed", fontsize=9.5)
+    axes[2, 0].set_yticks(range(4), ("none", "nose", "left", "right"))
+    fig.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper right", ncols=3, frameon=False, fontsize=9,
+               markerscale=5)  # fmt: skip
+    return png_bytes(fig)
+
+
 def power(points: Mapping[str, Sequence[tuple[float, float, float]]], xlabel: str) -> bytes:
     """True-alarm percentage, measured (dots) and noncentral chi-square (dashed), per variable: (x, measured, theory)."""
     fig, axes = new_figure(13.2, 3.9, 1, len(points), sharey=True)

@@ -46,9 +46,18 @@ class Flying(Generic[H]):
         settings: tuple[str, ...] = (),
         port: Port[H] = DIRECT,  # type: ignore[assignment]
     ) -> None:
-        plan = runfolder.resolve(scenario, seed, list(settings), None)
+        self._begin(runfolder.resolve(scenario, seed, list(settings), None), port)
+
+    @classmethod
+    def of(cls, plan: runfolder.RunPlan, port: Port[H] = DIRECT) -> Flying[H]:  # type: ignore[assignment]
+        """A plan under way. Raises ConfigError for what cannot be flown."""
+        flight = cls.__new__(cls)
+        flight._begin(plan, port)
+        return flight
+
+    def _begin(self, plan: runfolder.RunPlan, port: Port[H]) -> None:
         built = preflight.build(plan, port)
-        self.server = PlantServer(built.world.scenario, seed, None, built.world, port)
+        self.server = PlantServer(built.world.scenario, plan.seed, None, built.world, port)
         self.nodes = built.nodes
         self.names = [f.name for f in plan.flights]
 

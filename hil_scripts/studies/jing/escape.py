@@ -9,7 +9,8 @@ import numpy as np
 
 from flightsw.missions.windshear import dynamics as k
 from flightsw.missions.windshear.estimator import WindshearParams
-from flightsw.missions.windshear.guidance import HazardParams, WindshearGuidanceParams
+from flightsw.missions.windshear.guidance import WindshearGuidanceParams
+from flightsw.missions.windshear.hazard import HazardParams
 from hil_scripts.campaign.study import Case, RunResult, Study
 from hil_scripts.studies.jing import flight as jf
 from hil_scripts.studies.jing import sensors

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Callable
+from functools import cache
 
+from flightsw.strict import read_toml
 from hil_scripts.campaign.study import Case, RunResult, Study
+from hil_scripts.launch.places import PARAMS
 from hil_scripts.studies.jing.draw import draw
 from hil_scripts.studies.jing.sensor_faults import FAULTS, FIXED, SLOPE_M, Fault, Fixed
 from hil_scripts.studies.jing.sensor_flight import CLEAN, DT, OTHER_AIRCRAFT, PLANT, WHO, SensorFlight
@@ -13,14 +17,22 @@ from sim_plant.failures.script import Event
 
 BURST_S, CLEAN_S = 110.0, 85.0
 PAPER = (f"{WHO}.nav.states=26", f"{WHO}.nav.trust.on=true")  # the filter with error states on the source's sensors
+GUIDANCE = ("hazard", "escape", "engine_out")  # tables of the flight file `windshear`, by which both fly
 FAULT_S, ENGINE_S = 25.0, 30.0
 
 
 def settings(sensors: str, *more: str) -> tuple[str, tuple[str, ...]]:
     """Scenario and settings of a flight with `sensors` "tactical", or "paper", which the same filter flies."""
     if sensors == "paper":
-        return "windshear_paper", (*PAPER, *OTHER_AIRCRAFT, *more)
+        return "windshear_paper", (*PAPER, *_guidance(), *OTHER_AIRCRAFT, *more)
     return "windshear", (*OTHER_AIRCRAFT, *more)
+
+
+@cache
+def _guidance() -> tuple[str, ...]:
+    """Settings of alerting and escape as in the flight file `windshear`: between sensors only sensors differ."""
+    tables = read_toml(PARAMS / "windshear.toml")["guid"]
+    return tuple(f"{WHO}.guid.{t}.{key}={json.dumps(v)}" for t in GUIDANCE for key, v in tables[t].items())
 
 
 def drawn(seed: int) -> tuple[str, ...]:

@@ -14,10 +14,10 @@ from flightsw.missions.windshear.estimator import NO_ACCELEROMETERS, WindshearPa
 from flightsw.missions.windshear.guidance import (
     ApproachParams,
     EscapeParams,
-    HazardParams,
     WindshearGuidanceParams,
     with_law,
 )
+from flightsw.missions.windshear.hazard import HazardParams
 from flightsw.missions.windshear.model import WindshearNoise, WindshearSensors
 from hil_scripts.campaign.study import Case, RunResult, Study
 from hil_scripts.studies.jing import flight as jf

@@ -40,10 +40,15 @@ def filters(s: np.ndarray, wind: str, tau_s: float, gust: float = LIGHT) -> dict
     base = {**EXACT, **sensor_params(s), "q_wind": EXACT["q_wind"] * scale}
     gusts: dict[str, Any] = {"wind_model": "dryden", "gust_sigma": max(gust, 0.05), "q_slow": SLOW[wind]}
     q = base["q_wind"]
-    printed = {
-        **base, "q_V": q, "q_beta": q / 190.0, "q_alpha": q / 190.0, "velocity": False, "cmw": True,
-        "correlated_wind": False, "filter": "srukf_printed",
-    }  # fmt: skip
+    # a wind that walks moves V, beta and alpha, which the source's equations do not say: their Q goes with the wind's
+    walks: dict[str, Any] = {
+        "velocity": False,
+        "correlated_wind": False,
+        "q_V": q,
+        "q_beta": q / 190.0,
+        "q_alpha": q / 190.0,
+    }
+    printed = base | walks | {"cmw": True, "filter": "srukf_printed"}
     ours: dict[str, Any] = {**base, **gusts, "state_form": "velocity"}
     out: dict[str, dict[str, Any]] = {"default": ours, "printed": printed}
     if tau_s > 0.0:
@@ -53,7 +58,7 @@ def filters(s: np.ndarray, wind: str, tau_s: float, gust: float = LIGHT) -> dict
         out["coloured_removed"] = {**base, "colour_tau_s": tau_s, "colour": "removed"}
         out["ignored"] = {**base, **gusts}
         # the source removes the colour; its wind is the calculated one, so that is kept as well
-        out["printed"] = out["coloured_removed"] | {"velocity": False, "correlated_wind": False, "q_V": q}
+        out["printed"] = out["coloured_removed"] | walks
     else:
         out["random_walk"] = base
         out["no_velocity"] = {**base, **gusts, "velocity": False}

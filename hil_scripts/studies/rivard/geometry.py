@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from flightsw.missions.rendezvous import meeting_vectors as kv
 from hil_scripts.campaign.study import Case, RunResult, Study
 from hil_scripts.studies.rivard import geometry_kernel as gk
 from hil_scripts.studies.rivard.figures import proportion
@@ -33,7 +34,7 @@ TURNS = (5.0, 10.0, 20.0, 30.0)
 def _settings() -> dict[str, tuple[str, GeometryCase]]:
     """Kind and setting by name."""
     plan = GeometryCase()
-    out = {"as_planned": ("plan", plan), "state_known": ("plan", changed(plan, perfect=True))}
+    out = {"as_planned": ("plan", plan), "state_known": ("plan", changed(plan, known_s=0.0))}
     for kn in (15.0, 30.0, 45.0, 60.0, 70.0):
         for sign, name in ((1.0, f"cross_{kn:g}"), (-1.0, f"cross_minus_{kn:g}")):
             out[name] = ("wind", changed(plan, truth_wind_y_mps=sign * kn * KN))
@@ -66,6 +67,11 @@ def _settings() -> dict[str, tuple[str, GeometryCase]]:
                     "turn",
                     changed(plan, truth_turn_at_s=60.0, truth_turn_deg=sign * degrees, **more),
                 )
+    for known in (60.0, 80.0):  # what the law makes of a turn known from then on: no sensor tells it sooner
+        out[f"turn_away_30_known_{known:g}"] = (
+            "turn",
+            changed(plan, truth_turn_at_s=60.0, truth_turn_deg=-30.0, known_s=known, **SENSORS["_link"]),
+        )
     faults = {
         "first": Fault(0.0, 1.0, 5000.0),
         "second": Fault(10.0, 1.0, 5000.0),
@@ -109,12 +115,12 @@ def batch(rows: Array, trim: float = math.inf) -> dict[str, float]:
         "warned": np.isfinite(warned),
         "told.before": early,
         "told.outside": out_rolled & early,
-        "told.speed": (before & gk.km.SAY_SPEED) > 0,
+        "told.speed": (before & kv.SAY_SPEED) > 0,
         "told.quiet": quiet,
-        "false.turn": ((before & gk.km.SAY_LEG) > 0) & ~outside(rolled, PLAIN),
-        "false.speed": ((before & gk.km.SAY_SPEED) > 0) & (np.abs(rows[:, gk.R_FASTER]) <= trim),
-        "false.end": ((said & gk.km.SAY_MISSED) > 0) & ~outside(end, PLAIN),
-        "silent.end": out_end & done & ((said & gk.km.SAY_MISSED) == 0),
+        "false.turn": ((before & kv.SAY_LEG) > 0) & ~outside(rolled, PLAIN),
+        "false.speed": ((before & kv.SAY_SPEED) > 0) & (np.abs(rows[:, gk.R_FASTER]) <= trim),
+        "false.end": ((said & kv.SAY_MISSED) > 0) & ~outside(end, PLAIN),
+        "silent.end": out_end & done & ((said & kv.SAY_MISSED) == 0),
         "silent.any": out_end & (said == 0) & ~np.isfinite(warned) & ~quiet,
         "restarted": rows[:, gk.R_RESTARTED] > 0.0,
     }

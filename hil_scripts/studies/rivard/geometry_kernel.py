@@ -15,6 +15,7 @@ import numpy as np
 from flightsw.missions.rendezvous import bank as kb
 from flightsw.missions.rendezvous import full_order as k8
 from flightsw.missions.rendezvous import meeting as km
+from flightsw.missions.rendezvous import meeting_vectors as kv
 from flightsw.missions.rendezvous import range_rules as kr
 from flightsw.missions.rendezvous import turn_law as kg
 from sim_plant.couplings import traffic_kernel as tr
@@ -26,7 +27,7 @@ jit = numba.njit(cache=True, nogil=True, fastmath=False, error_model="numpy")
     SP_MEAS,  # [s] between ranges
     SP_GUID,  # [s] between guidance steps
     SP_TMAX,
-    SP_PERFECT,  # 1: guidance reads the truth
+    SP_KNOWN,  # [s] from which on guidance reads the truth
     SP_BEARING,  # [rad] sigma of a bearing, 0: none; of its constant error; what the software believes
     SP_BEARING_BIAS,
     SP_BEARING_R,
@@ -74,7 +75,7 @@ def miss(
 @jit
 def fly(
     W: np.ndarray, Z: np.ndarray, V: np.ndarray, p: np.ndarray, q: np.ndarray, sp: np.ndarray, e0: np.ndarray, gp: np.ndarray,
-    mp: np.ndarray, rp: np.ndarray, M: int, window0: np.ndarray, out: np.ndarray,
+    mp: np.ndarray, rp: np.ndarray, M: int, window0: np.ndarray, kept: np.ndarray, keptP: np.ndarray, out: np.ndarray,
 ) -> None:  # fmt: skip
     """Fly out.shape[0] meetings. W [n, 8 + 4 steps], Z [n, 3 + 3 steps], V [n, 2] unit normals of receiver, sensors, wind.
 
@@ -83,8 +84,9 @@ def fly(
     """
     m, P, lw = np.zeros((M, 8)), np.zeros((M, 8, 8)), np.zeros(M)
     wk, k, nu, D = np.zeros((M, k8.H_SIZE)), np.zeros(8), np.zeros(2), np.zeros(k8.D_SIZE)
-    mean8, C8, r4, s, c, t13 = np.zeros(8), np.zeros((8, 8)), np.zeros(4), np.zeros(8), np.zeros(5), np.zeros(13)
-    o, gs, ms, rs = np.zeros(8), np.zeros(kg.G_N), np.zeros(km.M_N), np.zeros(kr.RS_N)
+    mean8, C8, r4, P4 = np.zeros(8), np.zeros((8, 8)), np.zeros(4), np.zeros((4, 4))
+    s, c, t13 = np.zeros(8), np.zeros(5), np.zeros(13)
+    o, gs, ms, rs = np.zeros(8), np.zeros(kg.G_N), np.zeros(kv.M_N), np.zeros(kr.RS_N)
     turn, radii, o2, r2, o3, r3, v2, xy = (
         np.zeros(9), np.zeros(2), np.zeros(8), np.zeros(4), np.zeros(8), np.zeros(4), np.zeros(2), np.zeros(2)
     )  # fmt: skip
@@ -107,7 +109,7 @@ def fly(
         c[0], c[1], c[2], c[3], c[4] = 0.0, sp[SP_Y0], sp[SP_PSI0], 0.0, gp[kg.GP_V]
         for j in range(w.shape[0]):
             w[j] = window0[j]
-        t, t_true, t_g, te, z, said, sx, sy = 0.0, 0.0, 0.0, math.inf, 0.0, 0, 0.0, 0.0
+        t, t_true, t_g, te, z, said = 0.0, 0.0, 0.0, math.inf, 0.0, 0
         i_meas, i_guid, i_draw, t_f, t_used = 0, 0, 0, 0.0, 0.0
         while True:
             tm, tg = mdt * i_meas, gdt * i_guid
@@ -132,8 +134,8 @@ def fly(
                     kr.rules_reset(rs, z)
                 elif not silent:
                     verdict = kr.judged_range(
-                        rs, rp, m, P, lw, w, z, c[0], c[1], sp[SP_YHAT], sp[SP_SIGY], sp[SP_SPAN], sp[SP_SHIFT], True, e, wk,
-                        k, nu,
+                        rs, rp, m, P, lw, w, kept, keptP, t, z, c[0], c[1], sp[SP_YHAT], sp[SP_SIGY], sp[SP_SPAN],
+                        sp[SP_SHIFT], True, e, wk, k, nu,
                     )  # fmt: skip
                     row[R_REFUSED] += 1.0 if verdict == kr.REFUSED or verdict == kr.STUCK else 0.0
                     if verdict != kr.REFUSED and verdict != kr.STUCK:
@@ -154,13 +156,13 @@ def fly(
                     z_y = s[3] + sp[SP_LINK_BIAS] * Z[run, 2] + sp[SP_LINK] * Z[run, 5 + 3 * i_meas]
                     kb.bank_position(m, P, lw, z_x, z_y, sp[SP_LINK_R], wk, k, nu)
                 kb.bank_match(m, P, lw, mean8, C8)
-                sx, sy = math.sqrt(C8[k8.X, k8.X]), math.sqrt(C8[k8.Y, k8.Y])
+                kb.reduce_four(mean8, C8, e[k8.E8_U], r4, P4)
                 i_meas += 1
             if not (t >= tg or t >= te):
                 continue
             i_guid += 1 if t >= tg else 0
             ahead = t - t_true
-            if sp[SP_PERFECT] > 0.0:
+            if t >= sp[SP_KNOWN]:
                 tr.manoeuvre_velocity(t_true, p, v2)
                 v = p[tr.P_U] + s[1] + s[2] + v2[0]
                 r4[0], r4[1], r4[2], r4[3] = s[0] + v * ahead, v, s[3] + (s[4] + v2[1]) * ahead, s[4] + v2[1]
@@ -172,23 +174,26 @@ def fly(
                 r4[2], r4[3] = mean8[3] + mean8[4] * ahead, mean8[4]
             o[0], o[1], o[2], o[3], o[4] = c[0], c[1], c[2], c[3], c[4]
             before = gs[kg.G_PHASE]
-            follow = sp[SP_PERFECT] > 0.0 or rs[kr.RS_OPENED] > 0.0
-            new = km.meeting_step(ms, gs, o, r4, sx, sy, follow, z, t - t_g, gp, mp, turn, radii, o2, r2, o3, r3)
+            follow = t >= sp[SP_KNOWN] or rs[kr.RS_OPENED] > 0.0
+            sided = sp[SP_BEARING] > 0.0 or sp[SP_LINK] > 0.0
+            new = km.meeting_step(
+                ms, gs, o, r4, P4, follow, sided, z, t - t_g, gp, mp, turn, radii, o2, r2, o3, r3
+            )  # fmt: skip
             t_g, said = t, said + new
             if before == kg.APPROACH and (gs[kg.G_PHASE] != kg.APPROACH):
                 row[R_TURN], row[R_SAID_BEFORE] = t, said
-                row[R_XP], row[R_YP] = ms[km.M_XP], ms[km.M_YP]
+                row[R_XP], row[R_YP] = ms[kv.M_XP], ms[kv.M_YP]
                 tr.manoeuvre_velocity(t_true, p, v2)
                 pace = math.hypot(p[tr.P_U] + s[1] + s[2] + v2[0] - sp[SP_WX], s[4] + v2[1] - sp[SP_WY])
                 row[R_FASTER] = pace - gp[kg.GP_V]
             te = math.inf
             phase = gs[kg.G_PHASE]
-            if before != phase and (phase == kg.DONE or phase == km.LEG):
+            if before != phase and (phase == kg.DONE or phase == kv.LEG):
                 tr.receiver_step(s, t_true, t - t_true, W[run], 8 + 4 * i_draw, p, t13)
                 t_true = t
                 i_draw += 1
                 miss(s, c, t, p, v2, sep, xy)
-                if before != km.LEG:
+                if before != kv.LEG:
                     row[R_ROLLED], row[R_XR], row[R_YR] = t, xy[0], xy[1]
                 if phase == kg.DONE:
                     row[R_DONE], row[R_END], row[R_X], row[R_Y], row[R_SAID] = 1.0, t, xy[0], xy[1], said

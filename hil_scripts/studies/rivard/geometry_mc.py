@@ -22,6 +22,7 @@ from flightsw.missions.rendezvous.params import (
     RangeRules,
     RendezvousNavParams,
     eight_vector,
+    kept_bank,
     new_window,
     rules_vector,
 )
@@ -31,12 +32,14 @@ from sim_plant.couplings import traffic_kernel as tr
 from sim_plant.rng import generator
 
 Array = np.ndarray
-RULES = RangeRules(believed=2, repeat_m=0.1, young_z=3.719, open=True)
+RULES = RangeRules(
+    believed=2, repeat_m=0.1, young_z=3.719, open=True, open_back=4, open_turn_deg=40.0, open_speed_mps=30.0
+)
 NAV = RendezvousNavParams(
     estimator="bank", components=15, gate_nis=25.0, window_nis=4.64, window_drift=15.1, rules=RULES
 )
 GUIDANCE = RendezvousGuidanceParams(
-    law="two_arc", lead_s=-1.0, offset_bank_deg=24.56, meeting=MeetingParams(on=True)
+    law="two_arc", lead_s=-1.0, offset_bank_deg=24.56, meeting=MeetingParams(on=True, straight=True, doubt=True)
 )  # the product's (flightsw/params/rendezvous.toml), without its aircraft's lag
 LOST_S = 35.0  # TrackParams.lost_s
 TRUTH = Truth(roll_rate_degps=5.0)
@@ -66,7 +69,7 @@ class GeometryCase:
     heading_deg: float = 0.0  # of the tanker at the start, from towards the receiver, to the left
     sigma_y_nm: float = 1.0
     receiver_kn: float = 0.0  # faster than planned
-    perfect: bool = False
+    known_s: float = math.inf  # guidance reads the truth from then on
     bearing_deg: float = 0.0
     bearing_bias_deg: float = 0.0
     link_m: float = 0.0
@@ -80,7 +83,7 @@ def setting_vector(c: GeometryCase) -> Array:
     """Setting vector sp of geometry_kernel.fly."""
     s = np.zeros(gk.SP_N)
     delta = math.asin(c.truth.wind_y_mps / (396.0 * KN))
-    s[gk.SP_MEAS], s[gk.SP_GUID], s[gk.SP_TMAX], s[gk.SP_PERFECT] = c.range_s, c.guidance_s, c.t_max_s, c.perfect
+    s[gk.SP_MEAS], s[gk.SP_GUID], s[gk.SP_TMAX], s[gk.SP_KNOWN] = c.range_s, c.guidance_s, c.t_max_s, c.known_s
     s[gk.SP_BEARING], s[gk.SP_BEARING_BIAS] = math.radians(c.bearing_deg), math.radians(c.bearing_bias_deg)
     s[gk.SP_BEARING_R] = math.radians(c.nav.bearing_sigma_deg) ** 2
     s[gk.SP_LINK], s[gk.SP_LINK_BIAS], s[gk.SP_LINK_R] = c.link_m, c.link_bias_m, c.nav.datalink_sigma_m**2
@@ -122,7 +125,7 @@ def run_geometry(case: GeometryCase, n: int, seed: int = SEED, workers: int = 1)
         W = generator(seed, f"rendezvous.receiver.{b}").standard_normal((BLOCK, 8 + 4 * steps))[: hi - lo]
         Z = generator(seed, f"rendezvous.sensors.{b}").standard_normal((BLOCK, 3 + 3 * steps))[: hi - lo]
         V = generator(seed, f"rendezvous.tanker.{b}").standard_normal((BLOCK, 4))[: hi - lo]
-        gk.fly(W, Z, V, p, q, sp, e, gp, mp, rp, M, w, rows[lo:hi])
+        gk.fly(W, Z, V, p, q, sp, e, gp, mp, rp, M, w, *kept_bank(case.nav, M), rows[lo:hi])
 
     with ThreadPoolExecutor(workers) as pool:
         list(pool.map(block, range((n - 1) // BLOCK + 1)))
@@ -132,13 +135,15 @@ def run_geometry(case: GeometryCase, n: int, seed: int = SEED, workers: int = 1)
 def changed(c: GeometryCase, **changes: object) -> GeometryCase:
     """Copy of a setting with changes; `nav_x`, `guid_x`, `meet_x`, `truth_x` change field x of these parts."""
     own: dict[str, object] = {}
-    parts: dict[str, dict[str, object]] = {"nav": {}, "guid": {}, "truth": {}, "meet": {}}
+    parts: dict[str, dict[str, object]] = {"nav": {}, "guid": {}, "truth": {}, "meet": {}, "rules": {}}
     for key, value in changes.items():
         head, _, tail = key.partition("_")
         if head in parts and tail:
             parts[head][tail] = value
         else:
             own[key] = value
+    if parts["rules"]:
+        parts["nav"]["rules"] = replace(c.nav.rules, **parts["rules"])  # type: ignore[arg-type]
     guid = replace(c.guid, **parts["guid"])  # type: ignore[arg-type]
     guid = replace(guid, meeting=replace(guid.meeting, **parts["meet"]))  # type: ignore[arg-type]
     own |= {"nav": replace(c.nav, **parts["nav"]), "guid": guid, "truth": replace(c.truth, **parts["truth"])}  # type: ignore[arg-type]

@@ -190,7 +190,9 @@ def fly_twin(plan: RunPlan) -> Meeting:
         w.sample(
             t, (own.x, own.y), at, _to_r(sc, receiver.velocity, False), est.mean, cov, est.out.valid, est.out.alarm
         )
-        pilot.step(own, est.mean if est.out.valid else None, seen, dt, est.spread, est.out.left_plan)
+        pilot.step(
+            own, est.mean if est.out.valid else None, seen, dt, est.last_covariance, est.out.left_plan, est.out.sided
+        )
         if pilot.phase == "turn" and math.isnan(w.m.turn_s):
             w.m.turn_s = t
         if pilot.phase in ("rollout", "done") and abs(own.bank) < LEVEL:

@@ -173,7 +173,24 @@ def run_table(case: Case, seed: int) -> RunResult:
             fault = next(x for x in faults if x.variable == v)
             traces[f"faulty.{var}"] = (f.t[pick] >= fault.start_s) & (f.t[pick] < fault.stop_s)
         traces |= {"t": f.t[pick], "leg": f.leg[pick]}
+    else:
+        traces = solo_indices(f.t, wrong, faults)
     return RunResult(values, traces)
+
+
+def solo_indices(t: Arr, Y: Arr, faults: tuple[Fault, ...]) -> dict[str, Any]:
+    """What Figures 6.15 and 6.16 draw, every second of t [N] s from readings Y [N,9] with one fault a variable: "plain.V" [n,2]
+    normalised residuals, "angle.V" [n,3] index (5.21), "alarm.V" [n] and "suspect.V" [n] (5.22, probe from 1; 0: no alarm)."""
+    pick = slice(0, len(t), 20)
+    out: dict[str, Any] = {}
+    for v, var in enumerate(m.VARIABLES):
+        res = parity.plain(np.ascontiguousarray(Y[pick, 3 * v : 3 * v + 3]), m.SIGMA[v])
+        alarm = res.gamma > metrics.threshold(P_SINGLE)
+        fault = next(x for x in faults if x.variable == v)
+        out |= {f"plain.{var}": res.t, f"angle.{var}": isolation.angle_difference(res.t, res.mu), f"alarm.{var}": alarm}
+        out |= {f"suspect.{var}": np.where(alarm, isolation.isolate_printed(res.t, res.mu) + 1, 0)}
+        out |= {f"faulty.{var}": (t[pick] >= fault.start_s) & (t[pick] < fault.stop_s)}
+    return out | {"t": t[pick]}
 
 
 def run_position(case: Case, seed: int) -> RunResult:

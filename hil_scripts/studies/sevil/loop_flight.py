@@ -1,4 +1,5 @@
-"""One closed-loop flight behind the tanker with three air-data probes: every byte of the real link, in process, judged by truth.
+"""One closed-loop flight behind the tanker with three air-data probes, in process, judged by truth: by every byte of the real
+link where logs are kept, else by packets with the same values.
 
 The scenario `airdata`, begun at the pre-contact position instead of the observation position where a case is short. What is
 recorded here is compared with the plant's truth afterwards; nothing of it goes back to the onboard software.
@@ -8,7 +9,6 @@ from __future__ import annotations
 
 import gc
 import math
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -23,6 +23,7 @@ from flightsw.missions.receiver.mission import ReceiverMission
 from flightsw.types import Text
 from hil_scripts.launch.inproc import InProcess
 from hil_scripts.launch.runfolder import RunPlan, make_folder, resolve
+from hil_scripts.studies.integrity.snapshot import Flying
 
 Arr = NDArray[np.float64]
 SCENARIO = "airdata"
@@ -73,7 +74,7 @@ class Track:
 
 
 def fly(s: Setting, seed: int, keep: Path | None = None) -> Track:
-    """Fly it; `keep`: folder for the run's logs, else they are thrown away. Raises ConfigError for a bad setting."""
+    """Fly it; `keep`: folder for the run's logs, else there are none. Raises ConfigError for a bad setting."""
     sets = [
         *(f"{who}.nav.gate.false_alarm=0" for who in ("tanker", "receiver")),
         "receiver.integrity.on=false",
@@ -97,18 +98,20 @@ def fly(s: Setting, seed: int, keep: Path | None = None) -> Track:
 
 
 @contextmanager
-def in_process(plan: RunPlan, keep: Path | None = None) -> Iterator[InProcess]:
-    """The flight of a plan, to be ticked; its logs go to `keep`, or are thrown away."""
-    with tempfile.TemporaryDirectory(prefix="wakefield-loop-") as tmp:
-        flight = InProcess(plan, make_folder(plan, keep or Path(tmp) / "run"))
-        on = gc.isenabled()
-        gc.disable()
-        try:
-            yield flight
-        finally:
+def in_process(plan: RunPlan, keep: Path | None = None) -> Iterator[InProcess | Flying]:
+    """The flight of a plan, to be ticked; its logs go to `keep`. Without there are no bytes, and no telemetry nobody reads."""
+    flight: InProcess | Flying = Flying.of(plan) if keep is None else InProcess(plan, make_folder(plan, keep))
+    if isinstance(flight, Flying):
+        flight.hear_only(frozenset())
+    on = gc.isenabled()
+    gc.disable()
+    try:
+        yield flight
+    finally:
+        if isinstance(flight, InProcess):
             flight.finish() if flight.server.done else flight.close()
-            if on:
-                gc.enable()
+        if on:
+            gc.enable()
 
 
 def command(t_s: float, action: str) -> dict[str, Any]:
@@ -116,7 +119,7 @@ def command(t_s: float, action: str) -> dict[str, Any]:
     return {"t_s": t_s, "kind": "command", "target": "receiver", "action": action}
 
 
-def _record(flight: InProcess) -> Track:
+def _record(flight: InProcess | Flying) -> Track:
     server = flight.server
     world = server.world
     app = flight.nodes[1].app

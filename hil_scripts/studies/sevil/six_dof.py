@@ -30,6 +30,7 @@ ALPHA_T = math.radians(3.3)  # incidence of the tanker at 195 m/s, for commands 
 # [deg] pitch relative to F with which the receiver is trimmed at contact (case hold_contact); maps have 3
 TRIM_DEG = 2.087
 SETTLE_S = 20.0  # [s] of a hold before it counts
+NEAR_M = 0.5  # [m] of error with which a place of the grid counts as found well
 PHASE_LEG = {"observation": 0, "moving": 2, "contact": len(LEG_NAMES) - 1}
 # [s] command to leave the observation position; at contact before it counts as after the manoeuvre
 MANOEUVRE_S = (60.0, 60.0)
@@ -39,6 +40,8 @@ STILL = (
     "plant.wind.constant_mps=[0.0,0.0]",
     "plant.aircraft.tanker.aero_error_frac=0.0", "plant.aircraft.receiver.aero_error_frac=0.0",
     "receiver.integrity.on=false", "tanker.guid.first_leg_s=1e6",
+    # without noise a roll of the wake that grows as it is crossed looks like an aileron that stands still
+    "receiver.recovery.on=false",
 )  # fmt: skip
 
 
@@ -123,13 +126,18 @@ def trimmed() -> Contours:
     return Contours(make_map(replace(load_map("small").spec, theta_deg=TRIM_DEG)))
 
 
-def contour_figures(f: AirFlight, name: str) -> tuple[dict[str, float], dict[str, Arr]]:
-    """Errors of an algorithm ("A11", or "A11_trim" with maps of the trimmed attitude) on 1 s means once a hold has settled, and
-    its positions."""
+def seconds_found(f: AirFlight, name: str) -> tuple[np.ndarray, Arr]:
+    """(samples [k], places y, z [k,2] m) an algorithm, called as in contour_figures, finds on 1 s means; NaN: none."""
     at, y, _, _ = tk.seconds(f)
     number, _, maps = name[1:].partition("_")
     contours = trimmed() if maps else m.contours("small")
-    pos = np.array([locate(int(number), contours, row) or (math.nan, math.nan) for row in y])
+    return at, np.array([locate(int(number), contours, row) or (math.nan, math.nan) for row in y])
+
+
+def contour_figures(f: AirFlight, name: str) -> tuple[dict[str, float], dict[str, Arr]]:
+    """Errors of an algorithm ("A11", or "A11_trim" with maps of the trimmed attitude) on 1 s means once a hold has settled, and
+    its positions."""
+    at, pos = seconds_found(f, name)
     late = f.t[at] >= SETTLE_S
     e = (pos - f.xi[at, 1:])[late]
     values = {f"{name}.{k}": v for k, v in tk.errors(e).items()}
@@ -157,19 +165,27 @@ def run_hold(case: Case, seed: int) -> RunResult:
 
 
 def run_row(case: Case, seed: int) -> RunResult:
-    """Algorithm 11, maps of the trim at contact, at every place of a row of the dynamic grid, one short hold each."""
+    """Algorithm 11 at every place of a row of the dynamic grid, one short hold each: with the print's maps (A11) and with maps of
+    the trim at contact (A11_trim). Traces: grid [n,6], place and error of both, y, z each [m], NaN where none is found."""
     p = case.params
-    found, errors, rows = 0, [], []
+    names = ("A11", "A11_trim")
+    z, rows = float(p["z_m"]), []
+    found: dict[str, list[float]] = {n: [] for n in names}
     for y in p["y_m"]:
-        motion = hold(float(y), float(p["z_m"]), float(p["duration_s"]), seed)
+        motion = hold(float(y), z, float(p["duration_s"]), seed)
         f = fly_air(Conditions(**CALM, sigma=(0.0, 0.0, 0.0)), seed, motion)
-        v, _ = contour_figures(f, "A11_trim")
-        have = v["A11_trim.available_pct"] >= 50.0
-        found += have
-        errors += [v["A11_trim.median_m"]] if have else []
-        rows.append([float(y), float(p["z_m"]), v["A11_trim.mean_m.y"], v["A11_trim.mean_m.z"]])
-    n = len(p["y_m"])
-    values = {"points": float(n), "none_pct": 100.0 * (1.0 - found / n), "ce_m": float(sum(errors))}
+        row = [float(y), z]
+        for name in names:
+            v, _ = contour_figures(f, name)
+            have = v[f"{name}.available_pct"] >= 50.0
+            found[name] += [v[f"{name}.median_m"]] if have else []
+            row += [v[f"{name}.mean_m.{a}"] if have else math.nan for a in "yz"]
+        rows.append(row)
+    n = len(rows)
+    values = {"points": float(n)}
+    for name, errors in found.items():
+        values |= {f"{name}.none_pct": 100.0 * (1.0 - len(errors) / n), f"{name}.ce_m": float(sum(errors))}
+        values |= {f"{name}.near_pct": 100.0 * sum(e < NEAR_M for e in errors) / n}
     return RunResult(values, {"grid": np.array(rows)})
 
 
@@ -204,10 +220,31 @@ def run_tables(case: Case, seed: int) -> RunResult:
         values |= {f"{key}.fap_{k}_pct": v for k, v in share.items()}
         values[f"{key}.fap_pct"] = sum(weights[k] * share[k] for k in weights) / sum(LONG_S)
         values[f"{key}.tap_pct"] = 100.0 * float(np.mean([a.mean() for a in faulty[key]]))
+    # Figure 6.14 has neither noise nor turbulence
+    placed, places = _positions(motion, c if rough else Conditions(**CALM, sigma=(0.0, 0.0, 0.0)), seed)
+    values |= placed
     for k, s in parts.items():
         for i, a in enumerate(("psi", "theta", "phi")):
             values[f"attitude.{a}.{k}_deg"] = float(np.degrees(motion.att[s, i].mean()))
-    return RunResult(values, {"t": motion.t[::4], "xi": motion.xi[::4], "att": motion.att[::4], "leg": motion.leg[::4]})
+    traces: dict[str, Arr] = {"t": motion.t[::4], "true": motion.xi[::4, 1:], "att": motion.att[::4]}
+    return RunResult(values, traces | places)
+
+
+def _positions(motion: Motion, c: Conditions, seed: int) -> tuple[dict[str, float], dict[str, Arr]]:
+    """Where Algorithm 11 finds the receiver on the approach (Figure 6.14): share found before, during, after the manoeuvre and
+    median error, with the print's maps and those of the trim; and the positions."""
+    f = fly_air(c, seed, motion)
+    values: dict[str, float] = {}
+    traces: dict[str, Arr] = {}
+    for name in ("A11", "A11_trim"):
+        at, found = seconds_found(f, name)
+        e = np.hypot(*(found - f.xi[at, 1:]).T)
+        for k, s in fdi.phases(f).items():
+            of = e[s[at]]
+            values[f"{name}.available_{k}_pct"] = 100.0 * float(np.isfinite(of).mean())
+            values[f"{name}.median_{k}_m"] = float(np.nanmedian(of)) if np.isfinite(of).any() else math.nan
+        traces |= {f"{name}.position": found, "second": f.t[at]}
+    return values, traces
 
 
 @cache

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from sim_plant.aircraft.sixdof.series import series_loads
 from sim_plant.aircraft.sixdof.wing import beyond, slope_factor, wave_drag
 from sim_plant.kernels import layout as n
 from sim_plant.kernels.air import air
@@ -38,7 +39,8 @@ def loads(
     static lift CLs = CL0 + CLa alpha + CLde de. Cl, Cm, Cn are in stability axes with stability-axis rates and are
     turned to body by the momentary alpha. Rates are relative to the rotating air, w_b - w_eff. Thrust acts along
     body x, P_BELOW under the cg; S_YAW is the moment of its being unequal. Beyond the straight part of the lift curve,
-    and off the reference Mach number: wing.py; a stalled wing damps roll by the slope it has left. alphadot is that of a
+    and off the reference Mach number: wing.py; a stalled wing damps roll by the slope it has left. With a series in the
+    place of derivatives: series.py. alphadot is that of a
     steady wind (no wind derivative), over a round earth with what turns there (earth.md 7); as it enters CL linearly,
     alphadot = alphadot_0 / (1 + qS CL_alphadot c / (2 V^2 m cos beta)).
     Source: derivative build-up as in Roskam, Airplane Flight Dynamics, with the sign table of the aircraft files.
@@ -61,6 +63,11 @@ def loads(
     qs = 0.5 * rho * v_air * v_air * par[n.P_S]
     hb, hc = 0.5 * par[n.P_B] / v_air, 0.5 * par[n.P_C] / v_air
     pr, qr, rr = p - w[3], q - w[4], r - w[5]
+    if par[n.P_SERIES] > 0.0:
+        fx, fy, fz, mx, my, mz, lift, drag, alphadot = series_loads(
+            x, (da, de, dr), mass, par, (ub, vb, wb, v_air, alpha, beta), (pr, qr, rr), (c20, c22), qs
+        )
+        return fx, fy, fz, mx, my, mz, v_air, beta, alpha, lift, drag, alphadot, rho, a
     ps, rs = pr * ca + rr * sa, rr * ca - pr * sa
 
     damp = fm = 1.0

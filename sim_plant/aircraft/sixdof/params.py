@@ -77,6 +77,7 @@ def parameter_vector(
             stall_vector(ac),
             effects_vector(ac, full),
             [0.0, 0.0],  # no ascent: wind/warmth.py adds one
+            [0.0],  # derivatives; a kind may add a series
             [len(i.mass_kg), nm, nh],
             *columns,
             e.lapse_mach,

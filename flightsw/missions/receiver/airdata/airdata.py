@@ -30,7 +30,8 @@ from flightsw.missions.receiver.airdata.state import SLOW, TURB, X_Y, X_Z
 from flightsw.missions.receiver.airdata.wake_filter import IDLE, TRACKING, WakePosition
 from flightsw.missions.receiver.airdata.wake_kernel import WK_WING_LIFT, WK_WING_X, WK_WING_Z
 from flightsw.missions.receiver.airdata.witness import WakeRows, WakeWitness
-from flightsw.missions.receiver.estimator import REL_MAX_S, RelativeNav
+from flightsw.missions.receiver.estimator import RelativeNav
+from flightsw.missions.receiver.relative_state import REL_MAX_S
 from flightsw.sixdof.estimator_core import failed_bits
 from flightsw.types import UPD_AIR, UPD_GNSS, UPD_IMU, UPD_REL, Health, NavState, SensorFrame, Text
 

@@ -100,8 +100,10 @@ class Bank:
         self.predict(t_us, ZERO3, 0.1)
         self.wildest(rows)
         self.correct(rows)
+        rows.ahead_of(0, (ZERO3, ZERO3), (ZERO3, ZERO3), 1.0)
         self.stand(t_us, ZERO3, np.eye(3).ravel(), 0.1)
         self.judge(3, 3)
+        self.sigma  # noqa: B018 - worked out when asked for
 
     def unlatched(self) -> None:
         """The boom has let go: what was learnt of its error holds no more."""

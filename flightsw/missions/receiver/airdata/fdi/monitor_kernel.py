@@ -69,7 +69,7 @@ def exclude(cnt: np.ndarray, lim: np.ndarray) -> None:
     cnt[TOTAL] += 1
 
 
-@jit_own
+@jit
 def blame(
     r: np.ndarray, C: np.ndarray, h: np.ndarray, inv_c: float, ok: int, settled: int, th: np.ndarray, g: np.ndarray
 ) -> int:
@@ -95,7 +95,7 @@ def blame(
     return d
 
 
-@jit_own
+@jit
 def agrees(
     r: np.ndarray, C: np.ndarray, h: np.ndarray, inv_c: float, rest: int, c: int, th: np.ndarray
 ) -> bool:  # fmt: skip
@@ -114,7 +114,7 @@ def agrees(
     return with_c - subset_fit(r, C, h, inv_c, rest & ~(1 << c))[0] <= limit
 
 
-@jit_own
+@jit
 def signs(r: np.ndarray, C: np.ndarray, h: np.ndarray, inv_c: float, ok: int, d: int) -> int:
     """Mask of the probes in d that read low against what the others (and the virtual sensor) say."""
     rest = ok & ~d

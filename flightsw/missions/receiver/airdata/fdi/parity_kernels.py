@@ -120,7 +120,7 @@ def subset_fit(r: np.ndarray, C: np.ndarray, h: np.ndarray, inv_c: float, mask: 
     return (g if g > 0.0 else 0.0), ab / bb
 
 
-@jit_own
+@jit
 def subset_gammas(r: np.ndarray, C: np.ndarray, h: np.ndarray, inv_c: float, ok: int, g: np.ndarray) -> None:
     """g [8] <- for each set s of suspects: the statistic of the other probes of `ok`; inf where s is not within `ok`."""
     for s in range(8):
