@@ -28,6 +28,7 @@ SENSORS = {
     "_bearing": {"bearing_deg": 1.0, "bearing_bias_deg": 0.3, "nav_bearing_sigma_deg": 1.1},
     "_link": {"link_m": 100.0, "link_bias_m": 5.0},
 }
+OWN = {"bearing_s": 1.0, "bearing_tau_s": 5.0, "link_s": 1.0, "link_tau_s": 5.0, "link_late_s": 0.15, "link_gone": 0.01}
 TURNS = (5.0, 10.0, 20.0, 30.0)
 
 
