@@ -14,8 +14,8 @@ import math
 import numpy as np
 
 from flightsw.kernels.jit import jit, jit_own
-from flightsw.missions.rendezvous.bank import bank_axis, bank_bearing, bank_predict, bank_range
-from flightsw.missions.rendezvous.full_order import D_SIZE
+from flightsw.missions.rendezvous.bank import DEAD, bank_axis, bank_bearing, bank_predict, bank_range
+from flightsw.missions.rendezvous.full_order import D_SIZE, VC, VY
 from flightsw.missions.rendezvous.range_filter import NU, NU_VAR, W_ALARM
 from flightsw.missions.rendezvous.range_rules import (
     OPENED,
@@ -38,28 +38,43 @@ from flightsw.missions.rendezvous.range_rules import (
 )
 
 # parameters fp: limit of a sum in sigma (0: nothing is judged), time it forgets in [s], time the estimate is taken back by [s],
-# white variance of a bearing [rad^2] and of a position [m^2]
-FP_LIMIT, FP_FADE, FP_BACK, FP_RB, FP_RL, FP_N = range(6)
-# state fs: heard in all; of bearing, x and y their sum, its variance, time of the last [s]
+# white variance of a bearing [rad^2] and of a position [m^2], noise of the velocity once opened [m^2/s^3] and for how long [s]
+FP_LIMIT, FP_FADE, FP_BACK, FP_RB, FP_RL, FP_STIR, FP_SETTLE, FP_N = range(8)
+# state fs: heard in all; of bearing, x and y their sum, its variance, time of the last [s]; the velocity is noisy until [s], was
+# stirred last [s]
 FS_COUNT = 0
 FS_SUM, FS_VAR, FS_LAST = (1, 2, 3), (4, 5, 6), (7, 8, 9)
-FS_N = 10
+FS_UNTIL, FS_STIRRED, FS_N = 10, 11, 12
 BEARING, ALONG, ACROSS = 0, 1, 2  # sums
 # what was heard: time [s], kind, value (range [m], line of sight [rad], x [m]) and y [m], own position [m]
 F_T, F_KIND, F_Z, F_Y, F_OX, F_OY, F_N = range(7)
-IS_NOTHING, IS_RANGE, IS_BEARING, IS_POSITION = range(4)
+IS_REFUSED, IS_RANGE, IS_BEARING, IS_POSITION = range(4)
 
 
 @jit
 def fixes_reset(fs: np.ndarray) -> None:
-    """fs [10] <- nothing heard."""
+    """fs [12] <- nothing heard."""
     for i in range(FS_N):
         fs[i] = 0.0
 
 
 @jit
+def stir(fs: np.ndarray, fp: np.ndarray, P: np.ndarray, lw: np.ndarray, t: float) -> None:
+    """Up to t [s] add what the velocity may have changed by to P [M,8+,8+], for some time after it was opened: a turn that was
+    noticed is still going on."""
+    q = fp[FP_STIR] * (t - fs[FS_STIRRED])
+    fs[FS_STIRRED] = t
+    if t > fs[FS_UNTIL]:
+        return
+    for i in range(P.shape[0]):
+        if lw[i] > DEAD:
+            P[i, VC, VC] += q
+            P[i, VY, VY] += q
+
+
+@jit
 def sum_push(fs: np.ndarray, c: int, e: float, t: float, fade: float) -> float:
-    """Enter the normalised innovation e [-] of time t [s] into sum c of fs [10]; returns the sum over its own sigma, squared.
+    """Enter the normalised innovation e [-] of time t [s] into sum c of fs [12]; returns the sum over its own sigma, squared.
 
     g <- a g + e, v <- a^2 v + 1 with a = exp(-dt/fade): v is the variance of g while the innovations are white.
     """
@@ -92,13 +107,14 @@ def fuse_heard(
 
 @jit
 def note(
-    fs: np.ndarray, m: np.ndarray, P: np.ndarray, lw: np.ndarray, kept: np.ndarray, keptP: np.ndarray, heard: np.ndarray,
-    t: float, kind: int, z: float, y: float, own_x: float, own_y: float,
+    fs: np.ndarray, fp: np.ndarray, m: np.ndarray, P: np.ndarray, lw: np.ndarray, kept: np.ndarray, keptP: np.ndarray,
+    heard: np.ndarray, t: float, kind: int, z: float, y: float, own_x: float, own_y: float,
 ) -> int:  # fmt: skip
     """Note what was heard at t [s] in place of the oldest of heard [K,6], with the estimate as it was before (kept, keptP as of
     range_rules.keep); returns its number."""
     i = int(fs[FS_COUNT]) % heard.shape[0]
     fs[FS_COUNT] += 1.0
+    stir(fs, fp, P, lw, t)
     keep_as(m, P, lw, t, i, kept, keptP)
     heard[i, F_T], heard[i, F_KIND], heard[i, F_Z], heard[i, F_Y] = t, kind, z, y
     heard[i, F_OX], heard[i, F_OY] = own_x, own_y
@@ -131,12 +147,14 @@ def reopen(
     else:
         fan_out(m, P, lw, rp[RP_TURN], rp[RP_PACE], M - M // 4, 0.0, fp[FP_BACK] * fp[FP_BACK] / 3.0, e)
         open_up(P, lw, rp, 0.0)
-    fixes_D = np.zeros(D_SIZE)
+    fs[FS_STIRRED], fs[FS_UNTIL] = past, t + fp[FP_SETTLE]
+    D = np.zeros(D_SIZE)
     for i in range(j, n):
         f = heard[i % K]
         if f[F_T] > past:
-            bank_predict(m, P, lw, f[F_T] - past, e, fixes_D)
+            bank_predict(m, P, lw, f[F_T] - past, e, D)
             past = f[F_T]
+        stir(fs, fp, P, lw, past)
         keep_as(m, P, lw, past, i % K, kept, keptP)
         fuse_heard(f, fs, fp, m, P, lw, hermite, e, wk, k, nu)
     for c in range(3):
@@ -152,9 +170,9 @@ def heard_fix(
 ) -> int:  # fmt: skip
     """Take in a bearing (z [rad]) or a position (z, y [m]) of time t [s] at own position [m]: USED or OPENED.
 
-    rs, rp, w as of judged_range; fs [10], fp [5], heard [K,6], kept [K,M,14+2], keptP [K,M,14,14]: see above.
+    rs, rp, w as of judged_range; fs [12], fp [7], heard [K,6], kept [K,M,14+2], keptP [K,M,14,14]: see above.
     """
-    i = note(fs, m, P, lw, kept, keptP, heard, t, kind, z, y, own_x, own_y)
+    i = note(fs, fp, m, P, lw, kept, keptP, heard, t, kind, z, y, own_x, own_y)
     top = fuse_heard(heard[i], fs, fp, m, P, lw, hermite, e, wk, k, nu)
     if fp[FP_LIMIT] == 0.0 or top <= fp[FP_LIMIT] * fp[FP_LIMIT]:
         return USED
@@ -170,22 +188,27 @@ def heard_range(
     y_t: float, y_hat: float, sigma_y: float, span: float, shift: float, hermite: bool, e: np.ndarray, wk: np.ndarray,
     k: np.ndarray, nu: np.ndarray,
 ) -> int:  # fmt: skip
-    """As judged_range, of an estimate that bearings or positions help: opened, it is taken back in time as theirs is.
+    """As judged_range, of an estimate that bearings or positions help: opened, it is taken back in time as theirs is, and ranges
+    refused that agree are fused with what was heard between them.
 
     rp_plain: rp without RP_OPEN and RP_BACK.
     """
-    i = note(fs, m, P, lw, kept, keptP, heard, t, IS_RANGE, z, 0.0, x_t, y_t)
+    i = note(fs, fp, m, P, lw, kept, keptP, heard, t, IS_RANGE, z, 0.0, x_t, y_t)
     verdict = judged_range(
         rs, rp_plain, m, P, lw, w, kept, keptP, t, z, x_t, y_t, y_hat, sigma_y, span, shift, hermite, e, wk, k, nu
     )  # fmt: skip
+    warned = verdict == USED and (w[W_ALARM] > 0.0 or (rp[RP_YOUNG] > 0.0 and young_alarm(w, rp[RP_YOUNG])))
     if verdict == REFUSED or verdict == STUCK:
-        heard[i, F_KIND] = IS_NOTHING
+        heard[i, F_KIND] = IS_REFUSED
     elif verdict == RESTARTED:
         fixes_reset(fs)
-    elif verdict == USED and (w[W_ALARM] > 0.0 or (rp[RP_YOUNG] > 0.0 and young_alarm(w, rp[RP_YOUNG]))):
+    elif warned or verdict == OPENED:
+        rs[RS_OPENED] += 1.0 if warned else 0.0
+        for j in range(heard.shape[0]):
+            if heard[j, F_KIND] == IS_REFUSED and not warned:
+                heard[j, F_KIND] = IS_RANGE
         first, variance = nu[NU], nu[NU_VAR]
         reopen(fs, fp, rp, m, P, lw, w, kept, keptP, heard, hermite, e, wk, k, nu)
         nu[NU], nu[NU_VAR] = first, variance
-        rs[RS_OPENED] += 1.0
         verdict = OPENED
     return verdict

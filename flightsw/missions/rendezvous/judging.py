@@ -19,6 +19,7 @@ from flightsw.missions.rendezvous.meeting_vectors import (
     MP_LEG,
     MP_LEG_FROM,
     MP_SPEED,
+    MP_SPEED_SURE,
     MP_SURE,
     SAY_FAR,
     SAY_LEG,
@@ -95,6 +96,14 @@ def spread(P4: np.ndarray, chi: float, after: float, s: np.ndarray) -> None:
 
 
 @jit
+def speed_sigma(P4: np.ndarray, chi: float) -> float:
+    """Sigma [m/s] of the speed along the course of axes turned by chi [rad]; P4 [4,4] covariance of (x, v_x, y, v_y)."""
+    c, s = math.cos(chi), math.sin(chi)
+    v = c * c * P4[E_VX, E_VX] + 2.0 * c * s * P4[E_VX, E_VY] + s * s * P4[E_VY, E_VY]
+    return math.sqrt(max(v, 0.0))
+
+
+@jit
 def less(x: float, reach: float) -> float:
     """What is left of x [m] when up to `reach` [m] of it can be flown off."""
     return math.copysign(max(abs(x) - reach, 0.0), x)
@@ -136,6 +145,6 @@ def judge_turn(
         if mp[MP_LEG] == 0.0 or outside(less(x, gp[GP_TRIM] * (t[T_TIME] + mp[MP_LEG])), 0.0, sx, sy, mp):
             said = SAY_LEG + SAY_FAR
     apart = math.hypot(r[E_VX] - o[O_WX], r[E_VY] - o[O_WY]) - gp[GP_V]
-    if abs(apart) > gp[GP_TRIM] + mp[MP_SPEED]:
+    if abs(apart) > gp[GP_TRIM] + mp[MP_SPEED] + mp[MP_SPEED_SURE] * speed_sigma(P4, ms[M_CHI]):
         said += SAY_SPEED
     return said

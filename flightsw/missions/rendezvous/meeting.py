@@ -16,7 +16,7 @@ import numpy as np
 from flightsw.kernels.jit import jit
 from flightsw.missions.rendezvous.frame import E_VX, E_VY, E_X, E_Y
 from flightsw.missions.rendezvous.judging import beyond, judge_turn, missed
-from flightsw.missions.rendezvous.leg import fly_leg
+from flightsw.missions.rendezvous.leg import fly_leg, leg_limit
 from flightsw.missions.rendezvous.meeting_vectors import (
     LEG,
     M_AWAY,
@@ -161,10 +161,11 @@ def meeting_step(
     said = 0
     if gs[G_PHASE] == LEG:
         gs[G_TIME] += dt
-        fly_leg(ms, gs, o2, r2, gp, mp)
+        limit = leg_limit(ms, gs, o2, r2, sided, gp, mp)
+        fly_leg(ms, gs, o2, r2, limit, gp, mp)
         level = abs(math.pi + o2[O_DELTA] - o2[O_PSI]) < 0.1
         there = level and not beyond(gs[G_XM], gs[G_YM], mp[MP_LEG_TO], mp)
-        if there or gs[G_TIME] - ms[M_SINCE] >= mp[MP_LEG]:
+        if there or gs[G_TIME] - ms[M_SINCE] >= limit:
             gs[G_PHASE] = DONE
     elif ms[M_AWAY] > 0.0:
         if abs(o2[O_PSI]) <= gp[GP_STEER_MAX] + _ROUND:
@@ -194,7 +195,7 @@ def meeting_step(
             if mp[MP_LEG] > 0.0 and beyond(x, y, mp[MP_LEG_FROM], mp):
                 gs[G_PHASE] = LEG
                 ms[M_SINCE] = gs[G_TIME]
-                fly_leg(ms, gs, o2, r2, gp, mp)
+                fly_leg(ms, gs, o2, r2, leg_limit(ms, gs, o2, r2, sided, gp, mp), gp, mp)
     mirror = mp[MP_DOUBT] > 0.0 and follow and not sided
     if gs[G_PHASE] == DONE and missed(gs[G_XM], gs[G_YM], gp[GP_SEP], mirror, mp):
         said += SAY_MISSED
