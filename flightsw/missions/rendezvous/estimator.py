@@ -155,7 +155,7 @@ class RangeEstimator:
             datalink = datalink[0] + vx * (age_s - self.lag), datalink[1] + vy * (age_s - self.lag)
         if range_m is not None and math.isfinite(range_m):
             used = self._range(range_m, own_x, own_y)
-        if bearing_rad is not None and aids:
+        if aids and bearing_rad is not None:
             self._fix(kf.IS_BEARING, bearing_rad, 0.0, own_x, own_y)
         elif bearing_rad is not None:
             R = math.radians(self.p.bearing_sigma_deg) ** 2
@@ -191,9 +191,9 @@ class RangeEstimator:
             k3.window_push(self.window, self._nu[k3.NU] / math.sqrt(self._nu[k3.NU_VAR]))
             o.verdict = kr.USED if used else kr.REFUSED
         else:
+            shift = 1.0 if p.mean_shift else 0.0
             tail = (
-                self.t, z, x, y, *self.prior.tolist(), p.grid_sigma, 1.0 if p.mean_shift else 0.0, self.hermite, self.e8, self._wk,
-                self._k, self._nu,
+                self.t, z, x, y, *self.prior.tolist(), p.grid_sigma, shift, self.hermite, self.e8, self._wk, self._k, self._nu
             )  # fmt: skip
             bank = (self.m, self.P, self.lw, self.window)
             if self.fixes[kf.FS_COUNT] > 0.0:

@@ -15,7 +15,7 @@ import numpy as np
 
 from flightsw.kernels.jit import jit, jit_own
 from flightsw.missions.rendezvous.bank import DEAD, bank_axis, bank_bearing, bank_predict, bank_range
-from flightsw.missions.rendezvous.full_order import D_SIZE, VC, VY
+from flightsw.missions.rendezvous.full_order import D_SIZE, E8_U, VC, VF, VY
 from flightsw.missions.rendezvous.range_filter import NU, NU_VAR, W_ALARM
 from flightsw.missions.rendezvous.range_rules import (
     OPENED,
@@ -49,6 +49,7 @@ BEARING, ALONG, ACROSS = 0, 1, 2  # sums
 # what was heard: time [s], kind, value (range [m], line of sight [rad], x [m]) and y [m], own position [m]
 F_T, F_KIND, F_Z, F_Y, F_OX, F_OY, F_N = range(7)
 IS_REFUSED, IS_RANGE, IS_BEARING, IS_POSITION = range(4)
+_ALONG = 0.1  # share of the noise along the course
 
 
 @jit
@@ -59,17 +60,25 @@ def fixes_reset(fs: np.ndarray) -> None:
 
 
 @jit
-def stir(fs: np.ndarray, fp: np.ndarray, P: np.ndarray, lw: np.ndarray, t: float) -> None:
-    """Up to t [s] add what the velocity may have changed by to P [M,8+,8+], for some time after it was opened: a turn that was
-    noticed is still going on."""
+def stir(
+    fs: np.ndarray, fp: np.ndarray, m: np.ndarray, P: np.ndarray, lw: np.ndarray, t: float, e: np.ndarray
+) -> None:  # fmt: skip
+    """Up to t [s] add what the velocity may have changed by to m [M,8+], P [M,8+,8+], for some time after it was opened.
+
+    A turn that was noticed is still going on: noise across the course, and _ALONG of it along.
+    """
     q = fp[FP_STIR] * (t - fs[FS_STIRRED])
     fs[FS_STIRRED] = t
     if t > fs[FS_UNTIL]:
         return
     for i in range(P.shape[0]):
         if lw[i] > DEAD:
-            P[i, VC, VC] += q
-            P[i, VY, VY] += q
+            vx, vy = e[E8_U] + m[i, VC] + m[i, VF], m[i, VY]
+            v2 = vx * vx + vy * vy
+            P[i, VC, VC] += q * (vy * vy + _ALONG * vx * vx) / v2
+            P[i, VY, VY] += q * (vx * vx + _ALONG * vy * vy) / v2
+            P[i, VC, VY] -= q * (1.0 - _ALONG) * vx * vy / v2
+            P[i, VY, VC] = P[i, VC, VY]
 
 
 @jit
@@ -108,13 +117,13 @@ def fuse_heard(
 @jit
 def note(
     fs: np.ndarray, fp: np.ndarray, m: np.ndarray, P: np.ndarray, lw: np.ndarray, kept: np.ndarray, keptP: np.ndarray,
-    heard: np.ndarray, t: float, kind: int, z: float, y: float, own_x: float, own_y: float,
+    heard: np.ndarray, t: float, kind: int, z: float, y: float, own_x: float, own_y: float, e: np.ndarray,
 ) -> int:  # fmt: skip
     """Note what was heard at t [s] in place of the oldest of heard [K,6], with the estimate as it was before (kept, keptP as of
     range_rules.keep); returns its number."""
     i = int(fs[FS_COUNT]) % heard.shape[0]
     fs[FS_COUNT] += 1.0
-    stir(fs, fp, P, lw, t)
+    stir(fs, fp, m, P, lw, t, e)
     keep_as(m, P, lw, t, i, kept, keptP)
     heard[i, F_T], heard[i, F_KIND], heard[i, F_Z], heard[i, F_Y] = t, kind, z, y
     heard[i, F_OX], heard[i, F_OY] = own_x, own_y
@@ -154,7 +163,7 @@ def reopen(
         if f[F_T] > past:
             bank_predict(m, P, lw, f[F_T] - past, e, D)
             past = f[F_T]
-        stir(fs, fp, P, lw, past)
+        stir(fs, fp, m, P, lw, past, e)
         keep_as(m, P, lw, past, i % K, kept, keptP)
         fuse_heard(f, fs, fp, m, P, lw, hermite, e, wk, k, nu)
     for c in range(3):
@@ -172,7 +181,7 @@ def heard_fix(
 
     rs, rp, w as of judged_range; fs [12], fp [7], heard [K,6], kept [K,M,14+2], keptP [K,M,14,14]: see above.
     """
-    i = note(fs, fp, m, P, lw, kept, keptP, heard, t, kind, z, y, own_x, own_y)
+    i = note(fs, fp, m, P, lw, kept, keptP, heard, t, kind, z, y, own_x, own_y, e)
     top = fuse_heard(heard[i], fs, fp, m, P, lw, hermite, e, wk, k, nu)
     if fp[FP_LIMIT] == 0.0 or top <= fp[FP_LIMIT] * fp[FP_LIMIT]:
         return USED
@@ -193,12 +202,12 @@ def heard_range(
 
     rp_plain: rp without RP_OPEN and RP_BACK.
     """
-    i = note(fs, fp, m, P, lw, kept, keptP, heard, t, IS_RANGE, z, 0.0, x_t, y_t)
+    i = note(fs, fp, m, P, lw, kept, keptP, heard, t, IS_RANGE, z, 0.0, x_t, y_t, e)
     verdict = judged_range(
         rs, rp_plain, m, P, lw, w, kept, keptP, t, z, x_t, y_t, y_hat, sigma_y, span, shift, hermite, e, wk, k, nu
     )  # fmt: skip
     warned = verdict == USED and (w[W_ALARM] > 0.0 or (rp[RP_YOUNG] > 0.0 and young_alarm(w, rp[RP_YOUNG])))
-    if verdict == REFUSED or verdict == STUCK:
+    if verdict in (REFUSED, STUCK):
         heard[i, F_KIND] = IS_REFUSED
     elif verdict == RESTARTED:
         fixes_reset(fs)

@@ -26,12 +26,14 @@ from flightsw.missions.rendezvous.meeting_vectors import (
     M_SIDE,
     M_SINCE,
     M_TURNS,
+    MP_AGAIN,
     MP_AHEAD,
     MP_BOX_X,
     MP_DOUBT,
     MP_HOLD,
     MP_LEG,
     MP_LEG_FROM,
+    MP_LEG_SHARE,
     MP_LEG_TO,
     MP_SIDES,
     MP_STRAIGHT,
@@ -155,7 +157,7 @@ def meeting_step(
     if ms[M_SIDE] == 0.0:
         choose_side(ms, o, r, gp, mp)
     ms[M_CHI] = math.atan2(-r[E_VY], -r[E_VX]) if follow else 0.0
-    side = ms[M_SIDE]
+    side, share = ms[M_SIDE], mp[MP_LEG_SHARE] if sided else 1.0
     own_course(o, r, side, ms[M_CHI] - ms[M_TURNS], gp[GP_V], o2, r2)
     gs[G_BANK] *= side
     said = 0
@@ -164,7 +166,7 @@ def meeting_step(
         limit = leg_limit(ms, gs, o2, r2, sided, gp, mp)
         fly_leg(ms, gs, o2, r2, limit, gp, mp)
         level = abs(math.pi + o2[O_DELTA] - o2[O_PSI]) < 0.1
-        there = level and not beyond(gs[G_XM], gs[G_YM], mp[MP_LEG_TO], mp)
+        there = level and not beyond(gs[G_XM], gs[G_YM], share * mp[MP_LEG_TO], mp)
         if there or gs[G_TIME] - ms[M_SINCE] >= limit:
             gs[G_PHASE] = DONE
     elif ms[M_AWAY] > 0.0:
@@ -184,7 +186,7 @@ def meeting_step(
         if gs[G_PHASE] == APPROACH and gs[G_WAIT] < mp[MP_HOLD]:
             gs[G_BANK] = 0.0
         late = mp[MP_STRAIGHT] > 0.0 and follow and gs[G_PHASE] == TURN
-        late = late and late_turn(ms, gs, o2, r2, t, gp, radii)
+        late = late and late_turn(ms, gs, o2, r2, t, gp, mp[MP_AGAIN] > 0.0, radii)
         if gs[G_PHASE] == TURN and gp[GP_JOIN] > 0.0 and not late:
             past = t[T_LIMITED] > 0.0 and abs(t[T_YM]) > gp[GP_JOIN_FROM]
             if past or (t[T_XM] < -_LATE * mp[MP_BOX_X] and gs[G_BANK] > 0.99 * gp[GP_BANK_MAX]):
@@ -192,7 +194,7 @@ def meeting_step(
         if before != DONE and gs[G_PHASE] == DONE:
             x, y = r2[E_X] - gp[GP_SEP] - o2[O_X], r2[E_Y] - o2[O_Y]
             gs[G_XM], gs[G_YM] = x, y
-            if mp[MP_LEG] > 0.0 and beyond(x, y, mp[MP_LEG_FROM], mp):
+            if mp[MP_LEG] > 0.0 and beyond(x, y, share * mp[MP_LEG_FROM], mp):
                 gs[G_PHASE] = LEG
                 ms[M_SINCE] = gs[G_TIME]
                 fly_leg(ms, gs, o2, r2, leg_limit(ms, gs, o2, r2, sided, gp, mp), gp, mp)

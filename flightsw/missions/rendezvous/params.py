@@ -56,15 +56,19 @@ class Aids:
     bearing_constant_deg: Annotated[float, Range(0.0, 45.0)] = 0.3  # sigma of what stays of it
     link_tau_s: Annotated[float, Range(0.1)] = 5.0
     link_constant_m: Annotated[float, Range(0.0, 5000.0)] = 5.0
-    limit: Annotated[float, Range(0.0, 10.0)] = 4.75  # of a sum of innovations, in sigma: the receiver is off its plan; 0: none
+    limit: Annotated[float, Range(0.0, 10.0)] = (
+        4.75  # of a sum of innovations, in sigma: the receiver is off its plan; 0: none
+    )
     fade_s: Annotated[float, Range(0.1)] = 5.0  # in which the sums forget
-    back_s: Annotated[float, Range(0.0, 60.0)] = 8.0  # the estimate is taken back by when it is opened
+    back_s: Annotated[float, Range(0.0, 60.0)] = 10.0  # the estimate is taken back by when it is opened
     stir_m2ps3: Annotated[float, Range(0.0)] = 50.0  # noise of the velocity then: a turn noticed goes on
     settle_s: Annotated[float, Range(0.0, 120.0)] = 10.0  # for so long
     kept: Annotated[int, Range(2, 200)] = 40  # of what was heard
 
 
-WHITE = 0.01  # share of an error's variance that is left white where it is a state: the states need not explain all of it
+WHITE = (
+    0.01  # share of an error's variance that is left white where it is a state: the states need not explain all of it
+)
 
 
 @dataclass(frozen=True)
@@ -114,10 +118,10 @@ class RendezvousNavParams:
                 f"rules.open_back = {r.open_back}: allowed with estimator = 'bank', components >= {SPREAD}, "
                 "rules.open_turn_deg > 0, rules.open_speed_mps > 0"
             )
-        if self.aids.on and (self.estimator == "ekf3" or not (r.open and r.open_back)):
-            raise ConfigError(
-                f"aids.on = true: allowed with rules.open = true and rules.open_back >= 1, not with estimator = {self.estimator!r}"
-            )
+        if self.aids.on and not (r.open and r.open_back):
+            raise ConfigError("aids.on = true: allowed with rules.open = true and rules.open_back >= 1")
+        if not self.aids.on and self.aids != Aids():
+            raise ConfigError("aids.on = false: allowed with its other keys left out")
         if any(wide) and not r.open_back:
             raise ConfigError("rules.open_turn_deg, rules.open_speed_mps: allowed with rules.open_back >= 1")
 

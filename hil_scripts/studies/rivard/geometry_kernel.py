@@ -195,24 +195,29 @@ def fly(
                         z_b = tr.tacan_bearing(s, c[0], c[1]) + sp[SP_BEARING_BIAS] * Z[run, 0] + own[ko.A_B]
                         kb.bank_predict(m, P, lw, t - t_f, e, D)
                         t_f, new_fix = t, True
-                        opened = kf.OPENED == kf.heard_fix(
+                        verdict = kf.heard_fix(
                             fs, fp, rs, rp, m, P, lw, w, before0, beforeP, heard, t, kf.IS_BEARING, z_b, 0.0, c[0], c[1], True,
                             e, wk, k, nu,
                         )  # fmt: skip
+                        opened = verdict == kf.OPENED
                 if t >= tl:
                     ko.fade(own, ko.A_X, 2, sp[SP_LINK_DT], sp[SP_LINK_TAU], sp[SP_LINK], U[run])
                     i_l += 1
-                    z_x, z_y = s[0] + sp[SP_LINK_BIAS] * Z[run, 1] + own[ko.A_X], s[3] + sp[SP_LINK_BIAS] * Z[run, 2] + own[ko.A_Y]
+                    z_x, z_y = (
+                        s[0] + sp[SP_LINK_BIAS] * Z[run, 1] + own[ko.A_X],
+                        s[3] + sp[SP_LINK_BIAS] * Z[run, 2] + own[ko.A_Y],
+                    )
                     t_sent, t_due = t, t + sp[SP_LINK_LATE] if ko.draw(own, U[run]) > sp[SP_LINK_GONE] else math.inf
                 if t >= t_due:
                     t_due, new_fix = math.inf, True
                     if t_sent > t_f:
                         kb.bank_predict(m, P, lw, t_sent - t_f, e, D)
                         t_f = t_sent
-                    opened = opened or kf.OPENED == kf.heard_fix(
+                    verdict = kf.heard_fix(
                         fs, fp, rs, rp, m, P, lw, w, before0, beforeP, heard, t_sent, kf.IS_POSITION, z_x, z_y, c[0], c[1], True,
                         e, wk, k, nu,
                     )  # fmt: skip
+                    opened = opened or verdict == kf.OPENED
                 if opened:
                     row[R_OPENED] += 1.0
                     if math.isnan(row[R_WARNED]):
