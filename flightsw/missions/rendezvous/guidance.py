@@ -41,7 +41,9 @@ class MeetingParams:
     announce_ahead_s: Annotated[float, Range(0.0, 120.0)] = 10.0  # before the turn its end is judged
     hold_s: Annotated[float, Range(0.0, 60.0)] = 15.0  # before the turn the heading is held
     speed_margin_mps: Annotated[float, Range(0.0, 100.0)] = 5.0 * KN  # beyond the trim: announced
-    speed_sigma: Annotated[float, Range(0.0, 6.0)] = 0.0  # of the receiver's speed, on top
+    speed_sigma: Annotated[float, Range(0.0, 6.0)] = (
+        0.0  # of the receiver's speed, in place of that with a bearing or a data link; 0: that
+    )
     leg_s: Annotated[float, Range(0.0, 900.0)] = 300.0  # longest leg back to the track; 0: none
     leg_sided_s: Annotated[float, Range(0.0, 900.0)] = 0.0  # with a bearing or a data link, while it gains; 0: leg_s
     leg_sided_share: Annotated[float, Range(0.1, 1.0)] = 1.0  # of leg_from and leg_to that counts then

@@ -16,6 +16,7 @@ from flightsw.missions.rendezvous.meeting_vectors import (
     MP_LEG_ANGLE,
     MP_LEG_FROM,
     MP_LEG_GAIN,
+    MP_LEG_SHARE,
     MP_LEG_SIDED,
     MP_LEG_TAU,
     MP_STRAIGHT,
@@ -56,6 +57,12 @@ def leg_limit(
     gain = gp[GP_V] + gp[GP_TRIM] - pace if x < 0.0 else pace - gp[GP_V] + gp[GP_TRIM]
     left = ms[M_SINCE] + mp[MP_LEG_SIDED] - gs[G_TIME]
     return mp[MP_LEG_SIDED] if abs(x) < gain * left else mp[MP_LEG]
+
+
+@jit
+def leg_share(limit: float, mp: np.ndarray) -> float:
+    """Share of the miss from which on, and down to which, a leg of at most `limit` [s] is flown: less of one that gains."""
+    return mp[MP_LEG_SHARE] if limit > mp[MP_LEG] else 1.0
 
 
 @jit

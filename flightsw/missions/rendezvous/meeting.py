@@ -16,7 +16,7 @@ import numpy as np
 from flightsw.kernels.jit import jit
 from flightsw.missions.rendezvous.frame import E_VX, E_VY, E_X, E_Y
 from flightsw.missions.rendezvous.judging import beyond, judge_turn, missed
-from flightsw.missions.rendezvous.leg import fly_leg, leg_limit
+from flightsw.missions.rendezvous.leg import fly_leg, leg_limit, leg_share
 from flightsw.missions.rendezvous.meeting_vectors import (
     LEG,
     M_AWAY,
@@ -33,7 +33,6 @@ from flightsw.missions.rendezvous.meeting_vectors import (
     MP_HOLD,
     MP_LEG,
     MP_LEG_FROM,
-    MP_LEG_SHARE,
     MP_LEG_TO,
     MP_SIDES,
     MP_STRAIGHT,
@@ -157,7 +156,7 @@ def meeting_step(
     if ms[M_SIDE] == 0.0:
         choose_side(ms, o, r, gp, mp)
     ms[M_CHI] = math.atan2(-r[E_VY], -r[E_VX]) if follow else 0.0
-    side, share = ms[M_SIDE], mp[MP_LEG_SHARE] if sided else 1.0
+    side = ms[M_SIDE]
     own_course(o, r, side, ms[M_CHI] - ms[M_TURNS], gp[GP_V], o2, r2)
     gs[G_BANK] *= side
     said = 0
@@ -166,7 +165,7 @@ def meeting_step(
         limit = leg_limit(ms, gs, o2, r2, sided, gp, mp)
         fly_leg(ms, gs, o2, r2, limit, gp, mp)
         level = abs(math.pi + o2[O_DELTA] - o2[O_PSI]) < 0.1
-        there = level and not beyond(gs[G_XM], gs[G_YM], share * mp[MP_LEG_TO], mp)
+        there = level and not beyond(gs[G_XM], gs[G_YM], leg_share(limit, mp) * mp[MP_LEG_TO], mp)
         if there or gs[G_TIME] - ms[M_SINCE] >= limit:
             gs[G_PHASE] = DONE
     elif ms[M_AWAY] > 0.0:
@@ -182,7 +181,7 @@ def meeting_step(
         guidance_step(gs, o2, r2, range_m, dt, gp, t, radii)
         if before == APPROACH and (gs[G_PHASE] != APPROACH or gs[G_WAIT] < mp[MP_AHEAD]):
             left = max(gs[G_WAIT], 0.0) if gs[G_PHASE] == APPROACH else 0.0
-            said = judge_turn(ms, left, o2, r2, P4, gp, mp, t, o3, r3)
+            said = judge_turn(ms, left, o2, r2, P4, sided, gp, mp, t, o3, r3)
         if gs[G_PHASE] == APPROACH and gs[G_WAIT] < mp[MP_HOLD]:
             gs[G_BANK] = 0.0
         late = mp[MP_STRAIGHT] > 0.0 and follow and gs[G_PHASE] == TURN
@@ -194,10 +193,11 @@ def meeting_step(
         if before != DONE and gs[G_PHASE] == DONE:
             x, y = r2[E_X] - gp[GP_SEP] - o2[O_X], r2[E_Y] - o2[O_Y]
             gs[G_XM], gs[G_YM] = x, y
-            if mp[MP_LEG] > 0.0 and beyond(x, y, share * mp[MP_LEG_FROM], mp):
+            ms[M_SINCE] = gs[G_TIME]
+            limit = leg_limit(ms, gs, o2, r2, sided, gp, mp)
+            if mp[MP_LEG] > 0.0 and beyond(x, y, leg_share(limit, mp) * mp[MP_LEG_FROM], mp):
                 gs[G_PHASE] = LEG
-                ms[M_SINCE] = gs[G_TIME]
-                fly_leg(ms, gs, o2, r2, leg_limit(ms, gs, o2, r2, sided, gp, mp), gp, mp)
+                fly_leg(ms, gs, o2, r2, limit, gp, mp)
     mirror = mp[MP_DOUBT] > 0.0 and follow and not sided
     if gs[G_PHASE] == DONE and missed(gs[G_XM], gs[G_YM], gp[GP_SEP], mirror, mp):
         said += SAY_MISSED

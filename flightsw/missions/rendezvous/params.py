@@ -57,7 +57,7 @@ class Aids:
     link_tau_s: Annotated[float, Range(0.1)] = 5.0
     link_constant_m: Annotated[float, Range(0.0, 5000.0)] = 5.0
     limit: Annotated[float, Range(0.0, 10.0)] = (
-        4.75  # of a sum of innovations, in sigma: the receiver is off its plan; 0: none
+        4.6  # of a sum of innovations, in sigma: the receiver is off its plan; 0: none
     )
     fade_s: Annotated[float, Range(0.1)] = 5.0  # in which the sums forget
     back_s: Annotated[float, Range(0.0, 60.0)] = 10.0  # the estimate is taken back by when it is opened
