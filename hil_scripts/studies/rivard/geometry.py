@@ -31,14 +31,14 @@ SENSORS = {
     "_link": {"link_m": 100.0, "link_bias_m": 5.0},
 }
 # at a rate of their own, with errors correlated over 5 s (own_rate.py); of a link that sends ten times a second the software
-# takes one a second. The leg is the product's for a receiver whose side is known
+# takes one a second. The leg is the product's where the side is known
 _MEETING: dict[str, Any] = {
-    "meet_leg_sided_s": 600.0, "meet_leg_sided_share": 0.4, "meet_straight_again": True, "meet_speed_sigma": 2.0, "t_max_s": 1500.0,
-    "nav_aids": Aids(on=True),
+    "meet_leg_sided_s": 600.0, "meet_leg_sided_share": 0.4, "meet_straight_again": True, "meet_speed_sigma": 2.0,
+    "nav_aids": Aids(on=True), "t_max_s": 1500.0,
 }  # fmt: skip
 OWN: dict[str, dict[str, Any]] = {
     "_bearing_own": _MEETING | {
-        "bearing_deg": 1.0, "bearing_bias_deg": 0.3, "bearing_s": 1.0, "bearing_tau_s": 5.0, "nav_bearing_sigma_deg": 1.0,
+        "bearing_deg": 1.0, "bearing_bias_deg": 0.3, "bearing_s": 1.0, "bearing_tau_s": 5.0, "nav_bearing_sigma_deg": 1.0
     },
     "_link_own": _MEETING | {
         "link_m": 100.0, "link_bias_m": 5.0, "link_s": 1.0, "link_tau_s": 5.0, "link_late_s": 0.15, "link_gone": 0.01,

@@ -44,7 +44,7 @@ NAV = RendezvousNavParams(
 )
 GUIDANCE = RendezvousGuidanceParams(
     law="two_arc", lead_s=-1.0, offset_bank_deg=24.56, meeting=MeetingParams(on=True, straight=True, doubt=True)
-)  # the product's (flightsw/params/rendezvous.toml), without its aircraft's lag
+)  # the product's (flightsw/params/rendezvous.toml) by ranges alone, without its aircraft's lag
 LOST_S = 35.0  # TrackParams.lost_s
 TRUTH = Truth(roll_rate_degps=5.0)
 
@@ -111,6 +111,25 @@ def setting_vector(c: GeometryCase) -> Array:
     return s
 
 
+def own_rates(c: GeometryCase) -> list[float]:
+    """Periods [s] of what comes at a rate of its own."""
+    return [dt for dt in (c.bearing_s, c.link_s) if dt > 0.0]
+
+
+def draw(c: GeometryCase, seed: int, b: int) -> tuple[Array, Array, Array, Array]:
+    """Unit normals W, Z, V, U of block b of `seed` as geometry_kernel.fly takes them, BLOCK rows each.
+
+    A receiver looked at more often has more of them behind those of ranges alone: at the start it is the same.
+    """
+    steps = int(c.t_max_s / c.range_s) + 6
+    more = sum(int(c.t_max_s / dt) + 6 for dt in own_rates(c))
+    W = generator(seed, f"rendezvous.receiver.{b}").standard_normal((BLOCK, 8 + 4 * steps))
+    Z = generator(seed, f"rendezvous.sensors.{b}").standard_normal((BLOCK, 3 + 3 * steps))
+    V = generator(seed, f"rendezvous.tanker.{b}").standard_normal((BLOCK, 4))
+    U = generator(seed, f"rendezvous.own_rate.{b}").standard_normal((BLOCK, 3 + 7 * more))
+    return np.hstack([W, U[:, 3 + 3 * more :]]), Z, V, U
+
+
 def run_geometry(case: GeometryCase, n: int, seed: int = SEED, workers: int = 1) -> Array:
     """Rows [n, 20] (geometry_kernel.R_*) of meetings 0 to n - 1 of `seed`, SI.
 
@@ -118,7 +137,7 @@ def run_geometry(case: GeometryCase, n: int, seed: int = SEED, workers: int = 1)
     """
     if n < 1 or workers < 1:
         raise ValueError(f"n={n}, workers={workers}; allowed >= 1")
-    rates = [dt for dt in (case.bearing_s, case.link_s) if dt > 0.0]
+    rates = own_rates(case)
     if rates and not (case.nav.aids.on and case.link_late_s < min(rates)):
         raise ValueError("bearing_s, link_s > 0: allowed with nav.aids.on and link_late_s below both")
     p, q = truth_vectors(
@@ -132,18 +151,12 @@ def run_geometry(case: GeometryCase, n: int, seed: int = SEED, workers: int = 1)
         rules_vector(case.nav),
     )
     e, w, M = eight_vector(case.nav, 0.0), new_window(case.nav), case.nav.components
-    steps = int(case.t_max_s / case.range_s) + 6
     rows = np.zeros((n, gk.R_N))
-    more = sum(int(case.t_max_s / dt) + 6 for dt in rates)  # looks at the receiver
 
     def block(b: int) -> None:
         """Fly the meetings of block b that are asked for."""
         lo, hi = b * BLOCK, min((b + 1) * BLOCK, n)
-        W = generator(seed, f"rendezvous.receiver.{b}").standard_normal((BLOCK, 8 + 4 * steps))[: hi - lo]
-        Z = generator(seed, f"rendezvous.sensors.{b}").standard_normal((BLOCK, 3 + 3 * steps))[: hi - lo]
-        V = generator(seed, f"rendezvous.tanker.{b}").standard_normal((BLOCK, 4))[: hi - lo]
-        U = generator(seed, f"rendezvous.own_rate.{b}").standard_normal((BLOCK, 3 + 7 * more))[: hi - lo]
-        W = np.hstack([W, U[:, 3 + 3 * more :]])  # the same receiver at the start
+        W, Z, V, U = (a[: hi - lo] for a in draw(case, seed, b))
         room = (*kept_bank(case.nav, M), *kept_fixes(case.nav, M))
         gk.fly(W, Z, V, U, p, q, sp, e, gp, mp, rp, plain_rules(rp), fixes_vector(case.nav), M, w, *room, rows[lo:hi])
 
