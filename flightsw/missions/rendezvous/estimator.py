@@ -152,7 +152,8 @@ class RangeEstimator:
         bearing_rad = bearing_rad if bearing_rad is not None and math.isfinite(bearing_rad) else None
         if datalink is not None and age_s > self.lag:
             _, vx, _, vy = self.out.mean
-            datalink = datalink[0] + vx * (age_s - self.lag), datalink[1] + vy * (age_s - self.lag)
+            x, y = datalink
+            datalink = x + vx * (age_s - self.lag), y + vy * (age_s - self.lag)
         if range_m is not None and math.isfinite(range_m):
             used = self._range(range_m, own_x, own_y)
         if aids and bearing_rad is not None:

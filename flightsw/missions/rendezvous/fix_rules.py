@@ -49,6 +49,7 @@ BEARING, ALONG, ACROSS = 0, 1, 2  # sums
 # what was heard: time [s], kind, value (range [m], line of sight [rad], x [m]) and y [m], own position [m]
 F_T, F_KIND, F_Z, F_Y, F_OX, F_OY, F_N = range(7)
 IS_REFUSED, IS_RANGE, IS_BEARING, IS_POSITION = range(4)
+_FIRST = 0  # of what was heard, while it is kept
 _ALONG = 0.1  # share of the noise along the course
 
 
@@ -146,7 +147,7 @@ def reopen(
     j, t = n - 1, heard[(n - 1) % K, F_T]
     while j > first and t - heard[j % K, F_T] < fp[FP_BACK]:
         j -= 1
-    young = first == 0 and heard[0, F_T] <= fp[FP_BACK]
+    young = first == 0 and heard[_FIRST, F_T] <= fp[FP_BACK]
     if young:
         j = 0
     past = restore(m, P, lw, j % K, kept, keptP)
