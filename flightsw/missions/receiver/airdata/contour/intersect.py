@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flightsw.kernels.jit import jit
-from hil_scripts.studies.sevil.airpos.contours import Lines
+from flightsw.missions.receiver.airdata.contour.contours import Lines
 
 Arr = NDArray[np.float64]
 MERGE_M = 1e-6  # [m] crossings of one pair of contours nearer than this are one crossing
