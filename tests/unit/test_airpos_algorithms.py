@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from flightsw.missions.receiver.airdata.contour.algorithms import ALGORITHMS, Crossings, decide, locate
-from flightsw.missions.receiver.airdata.contour.contours import Contours, Lines
+from flightsw.missions.receiver.airdata.contour.contours import Contours
 from flightsw.missions.receiver.airdata.contour.intersect import MERGE_M, im1
+from flightsw.missions.receiver.airdata.contour.lines import Lines
 from flightsw.missions.receiver.airdata.contour.wake_map import load_map
 from hil_scripts.studies.sevil.metrics import evaluate, weights
 from hil_scripts.studies.sevil.wake_map import make_map

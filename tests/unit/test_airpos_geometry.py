@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 from scipy.interpolate import RegularGridInterpolator
 from scipy.spatial.distance import cdist
 
-from flightsw.missions.receiver.airdata.contour.contours import Contours, Lines
+from flightsw.missions.receiver.airdata.contour.contours import Contours
 from flightsw.missions.receiver.airdata.contour.intersect import im1, im2
+from flightsw.missions.receiver.airdata.contour.lines import Lines
 from flightsw.missions.receiver.airdata.contour.wake_map import load_map
 
 

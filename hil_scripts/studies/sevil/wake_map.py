@@ -6,9 +6,9 @@
 
 `make` writes maps of the wake model, `small` (441 nodes) and `extended` (1533 nodes) if no grid is named; `import` one of
 somebody's own (map_table.py has the form); `score` tells what the algorithms make of a map's own readings. A map is .npz (the
-readings) and .toml (provenance: parameters, grid, attitude, hashes). Without aircraft or flight file the wake and probe geometry are those of
-sevil.md section 4, which is what `small` and `extended` in flightsw/missions/receiver/airdata/maps hold. The same parameters give
-the same bytes.
+readings) and .toml (provenance: parameters, grid, attitude, hashes). Without aircraft or flight file the wake and probe geometry
+are those of sevil.md section 4: so are `small` and `extended` of flightsw/missions/receiver/airdata/maps. The same parameters
+give the same bytes.
 """
 
 from __future__ import annotations

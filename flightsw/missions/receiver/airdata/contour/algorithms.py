@@ -15,8 +15,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from flightsw.missions.receiver.airdata.contour.contours import Contours, Lines
+from flightsw.missions.receiver.airdata.contour.contours import Contours
 from flightsw.missions.receiver.airdata.contour.intersect import im1, im2
+from flightsw.missions.receiver.airdata.contour.lines import Lines
 from flightsw.missions.receiver.airdata.contour.wake_map import WakeMap
 
 Arr = NDArray[np.float64]

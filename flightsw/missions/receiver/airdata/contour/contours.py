@@ -3,30 +3,17 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import cast
 
 import contourpy
 import numpy as np
 from numpy.typing import NDArray
 
+from flightsw.missions.receiver.airdata.contour.lines import Lines
 from flightsw.missions.receiver.airdata.contour.wake_map import WakeMap
 
 Arr = NDArray[np.float64]
 Chunks = tuple[list[Arr | None], list[NDArray[np.uint32] | None]]  # what LineType.ChunkCombinedOffset gives
-
-
-@dataclass(frozen=True)
-class Lines:
-    """Polylines: vertices xy [n, 2] = (y, z) [m, F]; polyline k is xy[at[k]:at[k + 1]]. None are joined to each other."""
-
-    xy: Arr
-    at: NDArray[np.int64]
-
-    @property
-    def empty(self) -> bool:
-        """No vertex at all."""
-        return len(self.xy) == 0
 
 
 NOTHING = Lines(np.zeros((0, 2)), np.zeros(1, np.int64))
