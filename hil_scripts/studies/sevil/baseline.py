@@ -1,8 +1,8 @@
 """Sevil (2013) as a baseline in flight: Algorithms 11 and 15 on board in place of the filter, on the same seeds.
 
 Scenario `airdata`, begun 2.4 m from contact: how far the position in the wake is off at contact, how often there is none, and
-whether the station is held by it when the relative sensor falls silent. In calm air without noise, moved across: its lag. That is more than
-half the window: own motion across turns the flow at every vane, which the maps do not know and take for another place.
+whether the station is held by it when the relative sensor falls silent. In calm air without noise, moved across: its lag. That is
+more than half the window: own motion across turns the flow at every vane, which the maps do not know and take for another place.
 """
 
 from __future__ import annotations
