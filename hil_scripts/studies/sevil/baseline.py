@@ -103,7 +103,8 @@ def _cases() -> tuple[Case, ...]:
 
     flown = [Case(name, params(sets, False)) for name, sets in METHODS.items()]
     still = [Case(f"{name}_calm", params(METHODS[name], True)) for name in ("filter", "algorithm_11", "algorithm_15")]
-    return (*flown, *still)
+    single = (*METHODS["algorithm_11"], "receiver.airdata.position.contours.window=1")
+    return (*flown, *still, Case("algorithm_11_sample_calm", params(single, True)))
 
 
 STUDY = Study(
