@@ -390,16 +390,6 @@ CONTEXTS = (
                 3.0,
             ),
             Situation(
-                "sideslip alone",
-                r"airdata\.position\.contours\.epsilon_m",
-                (
-                    *placed(0.3),
-                    BY_CONTOURS,
-                    events(event(t_s=0.8, kind="off", target="receiver", sensor="air", channel="alpha")),
-                ),
-                3.0,
-            ),
-            Situation(
                 "position by contours", r"airdata\.position\.(contours\..*|method)", (*placed(0.3), BY_CONTOURS), 3.0
             ),
         ),

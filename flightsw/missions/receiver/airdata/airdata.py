@@ -160,16 +160,18 @@ class AirData:
 
     def _found(self, y: np.ndarray, use: int) -> WakeFix:
         """The position by the readings y [9] of the mask `use`."""
-        t_us, x, xd = self._air_us, self.frame.x, self.frame.xd
-        if self._wake_known:
-            self.learn.update(y, use)
-            fix = self.wake.update(y, use)
-            return fix if self.contour is None else self.contour.step(t_us, y, use, x, xd)
-        why = "tanker not known"
-        if self.contour is not None:
-            self.contour.reset()
-            return self.contour.without(t_us, x, xd, why)
-        return replace(self.wake.fix, t_us=t_us, valid=False, reason=why, nis_dof=0)
+        if not self._wake_known:
+            return replace(self._lost(self.wake.fix, self._air_us, "tanker not known"), nis_dof=0)
+        self.learn.update(y, use)
+        fix, fr = self.wake.update(y, use), self.frame
+        return fix if self.contour is None else self.contour.step(self._air_us, y, use, fr.x, fr.xd)
+
+    def _lost(self, fix: WakeFix, t_us: int, why: str) -> WakeFix:
+        """What was `fix` and is none any longer at t_us [us], and why; of a mean of readings nothing is left."""
+        if self.contour is None:
+            return replace(fix, t_us=t_us, valid=False, reason=why)
+        self.contour.reset()
+        return self.contour.without(t_us, self.frame.x, self.frame.xd, why)
 
     def _iced(self, f: SensorFrame, nav: NavState, y: np.ndarray, e: np.ndarray, use: int, dt: float) -> bool:
         """Whether every airspeed lies, by readings y [9] of the mask `use` and the expected ones e [9]."""
@@ -188,13 +190,11 @@ class AirData:
 
     def _forget(self) -> None:
         """Without air data nothing is being checked and no position found, whatever the last readings said."""
-        if self.contour is not None:
-            self.contour.reset()
         st, fix = self.status, self.fix
         if st is not None and (st.valid or st.alarm):
             self.status = replace(st, valid=False, alarm=0, isolated=0, negative=0)
         if fix is not None and fix.valid:
-            self.fix = replace(fix, valid=False, reason="no air data")
+            self.fix = self._lost(fix, fix.t_us, "no air data")
             self.texts += self._told.changes(self._told.excluded, False, self.fix.reason, at_once=True)
 
     @property
