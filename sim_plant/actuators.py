@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import deque
 
 import numpy as np
@@ -50,7 +49,8 @@ class CommandPath:
             self.silent = 0
             if cmd.armed:
                 a, e, r, t, flap = cmd.aileron, cmd.elevator, cmd.rudder, cmd.throttle, cmd.flap
-                if math.isfinite(a + e + r + t + flap):
+                some = a + e + r + t + flap
+                if some - some == 0.0:  # finite
                     due = k + self._delay + extra
                     if due > self._last_due:
                         self._last_due = due

@@ -60,6 +60,7 @@ class World:
         self._outages = [self.faults.outage[m.cfg.name] for m in self.members]
         self.orders = Orders(scenario, self.members, self.faults)
         self._frames = [m.frame for m in self.members]
+        self._steered = [(m.path, m.unit, m.view, out) for m, out in zip(self.members, self._outages, strict=True)]
         scene = Scene(self.members, self.air, self.couplings, self.watches, self.rate_hz, self._block)
         whole = kinds[0].together(scene) if together and all(k == kinds[0] for k in kinds) else None
         self._flown: Flown = Apart(scene) if whole is None else whole
@@ -94,13 +95,12 @@ class World:
         if not self._sensed:
             self.sense()
         tick = self.tick
-        for m, cmd, out in zip(self.members, cmds, self._outages, strict=True):
-            path = m.path
+        for (path, unit, view, out), cmd in zip(self._steered, cmds, strict=True):
             path.push(tick, cmd)
-            if path.silent > m.unit.after:
-                path.current = m.unit.command(path.current, m.view)
+            if path.silent > unit.after:
+                path.current = unit.command(path.current, view)
             if out.bent:
-                path.current = bend(path.current, out.bent, m.view)
+                path.current = bend(path.current, out.bent, view)
         self._flown.advance(self._outages)
         self.tick = tick + 1
         self._sensed = False

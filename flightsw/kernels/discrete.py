@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from flightsw.kernels.jit import jit
+from flightsw.kernels.jit import jit, jit_own
 from flightsw.kernels.linalg import product, solve
 
 
@@ -103,7 +103,7 @@ def _symmetric_sum(H: np.ndarray, D: np.ndarray) -> float:
     return change / size if size > 0.0 else 0.0
 
 
-@jit
+@jit_own
 def riccati(A: np.ndarray, G: np.ndarray, H: np.ndarray) -> float:
     """H [n,n] <- X, the stabilising solution of X = H + A^T X (I + G X)^-1 A, by structured doubling.
 
@@ -160,7 +160,7 @@ def riccati(A: np.ndarray, G: np.ndarray, H: np.ndarray) -> float:
     return left
 
 
-@jit
+@jit_own
 def spectral_radius(M: np.ndarray) -> float:
     """Largest magnitude of an eigenvalue of M [n,n] (overwritten): |M^(2^k)|^(1/2^k) for k = 40 (Gelfand's formula).
 

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from flightsw.kernels.jit import jit
+from flightsw.kernels.jit import jit, jit_own
 
 Vec3 = tuple[float, float, float]
 
@@ -130,7 +130,7 @@ def rotate_dcm(R: np.ndarray, w: np.ndarray, dt: float, out: np.ndarray) -> None
         out[6 + j] = e6 * b0 + e7 * b1 + e8 * b2
 
 
-@jit
+@jit_own
 def turn(R: np.ndarray, p: float, q: float, r: float, dt: float) -> None:
     """R [9], parent to body, turned on in place at the body rates p, q, r [rad/s] for dt [s]."""
     w, turned = np.empty(3), np.empty(9)

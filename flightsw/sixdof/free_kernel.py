@@ -6,7 +6,7 @@ import numpy as np
 
 from flightsw.filters.srukf import draw, recombine, row_norms
 from flightsw.kernels.atmosphere import density
-from flightsw.kernels.jit import jit
+from flightsw.kernels.jit import jit, jit_own
 from flightsw.kernels.rotations import dcm_from_euler, dcm_from_quat, euler_from_dcm, quat_from_euler
 from flightsw.sixdof.aids import (
     ATT,
@@ -42,7 +42,7 @@ O_SIGMA = O_Q + 4
 FREE_OUT = O_SIGMA + NX
 
 
-@jit
+@jit_own
 def free_rows(
     s: np.ndarray, tune: np.ndarray, x: np.ndarray, d: np.ndarray, fm: np.ndarray, R: np.ndarray,
     pos: np.ndarray, w_air: np.ndarray, air: np.ndarray,

@@ -10,7 +10,7 @@ import numpy as np
 
 from flightsw.aircraft import Aircraft
 from flightsw.kernels.atmosphere import G0, density
-from flightsw.kernels.jit import jit
+from flightsw.kernels.jit import jit_own
 from flightsw.sixdof.forces import force_moment
 from flightsw.sixdof.params import IY, parameter_vector, set_mass
 from flightsw.types import NavState, SensorFrame
@@ -20,7 +20,7 @@ LEAST, MOST = 0.35, 0.6  # [-] of the smallest and largest load factor of the st
 STEP = 0.01  # [rad] the load is straight in the elevator
 
 
-@jit
+@jit_own
 def load_ahead(
     u: np.ndarray, P: np.ndarray, V: float, beta: float, alpha: float, p: float, q: float, r: float, h: float, down: float,
     T: float,

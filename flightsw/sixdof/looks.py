@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from flightsw.kernels.atmosphere import density
-from flightsw.kernels.jit import jit
+from flightsw.kernels.jit import jit, jit_own
 from flightsw.sixdof.forces import moment_rates
 from flightsw.sixdof.moments import LEAST_WILD, WILD, Moments, Step
 from flightsw.types import Vec3
@@ -59,7 +59,7 @@ def apart(
     )
 
 
-@jit
+@jit_own
 def looked(
     ring: np.ndarray, n: int, mx: float, my: float, mz: float, tx: float, ty: float, tz: float, dt: float,
     V: float, beta: float, alpha: float, h: float, u: np.ndarray, windows: np.ndarray, k: float, scatter: float, rate2: float,

@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from flightsw.kernels.jit import jit
+from flightsw.kernels.jit import jit, jit_own
 from flightsw.kernels.rotations import dcm_from_euler
 from flightsw.sixdof.layout import (
     M_EULER,
@@ -38,7 +38,7 @@ from flightsw.sixdof.layout import (
 from flightsw.sixdof.motion import air_velocity, relative_velocity
 
 
-@jit
+@jit_own
 def measure_free(X: np.ndarray, codes: np.ndarray, m: int, Y: np.ndarray) -> None:
     """Y [k,>=m] <- expected measurements of the points X [k,15] for codes [>=m] (inertial velocity = R_BI^T u_a + W)."""
     R = np.empty(9)
@@ -54,7 +54,7 @@ def measure_free(X: np.ndarray, codes: np.ndarray, m: int, Y: np.ndarray) -> Non
             Y[s, j] = x[k] if k < M_VEL else (v[k - M_VEL] if k < M_WIND else x[X_WN + k - M_WIND])
 
 
-@jit
+@jit_own
 def measure_relative(X: np.ndarray, codes: np.ndarray, m: int, tk: np.ndarray, Y: np.ndarray) -> None:
     """Y [k,>=m] <- expected measurements of the relative points X [k,15]; tk [18] tanker now (see layout.py)."""
     R = np.empty(9)

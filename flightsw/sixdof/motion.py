@@ -15,7 +15,7 @@ import math
 import numpy as np
 
 from flightsw.kernels.atmosphere import G0
-from flightsw.kernels.jit import jit
+from flightsw.kernels.jit import jit, jit_own
 from flightsw.kernels.rotations import dcm_of_turns
 from flightsw.sixdof.forces import loads, rigid
 from flightsw.sixdof.layout import (
@@ -197,7 +197,7 @@ def _moves_alike(x: np.ndarray, first: np.ndarray) -> bool:
     return alike == X_X
 
 
-@jit
+@jit_own
 def propagate_free(X: np.ndarray, u: np.ndarray, rho: float, P: np.ndarray, dt: float, W: np.ndarray) -> None:
     """One RK4 step of dt [s] for every row of X [k,15] in place; u [4] held; W [5,15] workspace."""
     R, fm = np.empty(9), np.empty(9)
@@ -234,7 +234,7 @@ def propagate_free(X: np.ndarray, u: np.ndarray, rho: float, P: np.ndarray, dt: 
             x[i] += dt / 6.0 * (W[0, i] + 2.0 * (W[1, i] + W[2, i]) + W[3, i])
 
 
-@jit
+@jit_own
 def propagate_relative(
     X: np.ndarray, u: np.ndarray, rho: float, P: np.ndarray, TKS: np.ndarray, dt: float, W: np.ndarray
 ) -> None:

@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from flightsw.kernels.atmosphere import G0
-from flightsw.kernels.jit import jit
+from flightsw.kernels.jit import jit, jit_own
 from flightsw.kernels.rotations import dcm_of_turns
 from flightsw.sixdof.forces import loads, rigid
 from flightsw.sixdof.layout import M_VEL, NX, X_ALPHA, X_BETA, X_P, X_PHI, X_PSI, X_Q, X_R, X_THETA, X_V, X_WN, X_X
@@ -44,7 +44,7 @@ def sensed_rates(
         d[X_WN + i] = 0.0
 
 
-@jit
+@jit_own
 def propagate_sensed(
     X: np.ndarray, u: np.ndarray, rho: float, P: np.ndarray, s: np.ndarray, inertial: bool, dt: float, W: np.ndarray
 ) -> None:
@@ -67,7 +67,7 @@ def propagate_sensed(
             x[i] += dt / 6.0 * (W[0, i] + 2.0 * (W[1, i] + W[2, i]) + W[3, i])
 
 
-@jit
+@jit_own
 def measure_differenced(
     X: np.ndarray,
     codes: np.ndarray,

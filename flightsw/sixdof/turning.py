@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from flightsw.aircraft import Aircraft
-from flightsw.kernels.jit import jit
+from flightsw.kernels.jit import jit_own
 from flightsw.kernels.rotations import dcm_from_quat, less, mul33_t, rotate_dcm, turn
 from flightsw.sixdof.estimator_core import NavParams
 from flightsw.sixdof.gating import TrustedCore
@@ -38,7 +38,7 @@ LATELY = 3.0  # sigmas of the shortest window, of a gyro whose rates are none of
 LEAST = 0.1  # [-] of nav.r_euler: no reference scatters less
 
 
-@jit
+@jit_own
 def beyond(
     R: np.ndarray, p: float, q: float, r: float, qw: float, qx: float, qy: float, qz: float, age: float
 ) -> tuple[float, float, float]:

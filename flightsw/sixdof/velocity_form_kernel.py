@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from flightsw.kernels.jit import jit
+from flightsw.kernels.jit import jit, jit_own
 from flightsw.kernels.rotations import dcm_from_euler
 from flightsw.sixdof.layout import X_ALPHA, X_BETA, X_PHI, X_PSI, X_THETA, X_V, X_WN
 from flightsw.sixdof.motion import air_velocity
@@ -21,7 +21,7 @@ from flightsw.sixdof.motion import air_velocity
 COLUMNS = (X_V, X_BETA, X_ALPHA, X_PSI, X_THETA, X_PHI)  # states the air velocity NED depends on; columns of A below
 
 
-@jit
+@jit_own
 def exchange(X: np.ndarray, sign: float) -> None:
     """X[:, 12:15] += sign R_BI^T u_a for every row of X [k,>=15], NED: sign +1 wind to inertial velocity, -1 back."""
     R = np.empty(9)
@@ -33,7 +33,7 @@ def exchange(X: np.ndarray, sign: float) -> None:
             x[X_WN + i] += sign * (R[i] * a + R[3 + i] * b + R[6 + i] * c)
 
 
-@jit
+@jit_own
 def air_slope(x: np.ndarray, A: np.ndarray) -> None:
     """A [3,6] <- d(R_BI^T u_a)/d(V, beta, alpha, psi, theta, phi) at the state x [>=9], NED."""
     R = np.empty(9)

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from flightsw.kernels.jit import jit
+from flightsw.kernels.jit import jit, jit_own
 from flightsw.kernels.linalg import solve
 
 G0 = 9.80665  # [m/s^2]
@@ -68,7 +68,7 @@ def measure(X: np.ndarray, R: np.ndarray, C: np.ndarray, codes: np.ndarray, m: i
                 Y[s, j] = R[i] * x[0] + R[3 + i] * x[1] + R[6 + i] * x[2] + x[c]
 
 
-@jit
+@jit_own
 def published(
     x: np.ndarray, S: np.ndarray, prior: np.ndarray, share: np.ndarray, shown: np.ndarray, seen: np.ndarray, z: np.ndarray,
     P: np.ndarray,

@@ -10,7 +10,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_plant.kernels.jit import jit
+from sim_plant.kernels.jit import jit, jit_own
 
 Arr = NDArray[np.float64]
 
@@ -45,7 +45,7 @@ def double_step(f: Arr, q: Arr, w: Arr) -> None:
             f[i, j] = w[i, j]
 
 
-@jit
+@jit_own
 def sample(a: Arr, bbt: Arr, dt: float, f: Arr, q: Arr) -> None:
     """f [n, n] <- exp(a dt), q [n, n] <- int_0^dt exp(a s) bbt exp(a s)^T ds; bbt [n, n] symmetric, per second.
 
@@ -82,7 +82,7 @@ def sample(a: Arr, bbt: Arr, dt: float, f: Arr, q: Arr) -> None:
         double_step(f, q, w)
 
 
-@jit
+@jit_own
 def settle(f: Arr, q: Arr) -> bool:
     """q [n, n] <- stationary covariance p = f p f^T + q by doubling; f [n, n] is overwritten. False if f does not decay."""
     n = f.shape[0]

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_plant.kernels.jit import jit
+from sim_plant.kernels.jit import jit, jit_own
 
 Arr = NDArray[np.float64]
 
@@ -52,7 +52,7 @@ def distance(m: Arr, o: Arr) -> float:
     return best
 
 
-@jit
+@jit_own
 def gap(mine: Arr, other: Arr, lead: Arr, own: Arr, xi: Arr) -> float:
     """Least distance [m] of two bodies; below 0 they touch. mine [n, 7], other [m, 7]: bars (ends, radius [m]) in the leader's
     and in the other's body axes; lead, own [9]: body to navigation axes, row by row; xi [3]: the other's place, leader's axes."""

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flightsw.types import SensorFrame
-from sim_plant.sensors.bank_kernel import APART, AT_BOOM, AT_BOOM_EXACT, EXTRA, readings
+from sim_plant.sensors.bank_kernel import APART, AT_BOOM, AT_BOOM_EXACT, EXTRA, PAIR, readings
 from sim_plant.sensors.base import Sensor, View
-from sim_plant.sensors.errors import NONE, PAIR, Errors, measured, sign
+from sim_plant.sensors.errors import NONE, Errors, measured, sign
 from sim_plant.sensors.faulty import Flicker
 from sim_plant.sensors.rows import Rows, Store
 from sim_plant.sensors.shape_kernel import K_AT, K_FORM, K_WIDTH, W_SIGN

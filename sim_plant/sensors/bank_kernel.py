@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from sim_plant.kernels import layout as n
 from sim_plant.kernels.atmosphere import isa
 from sim_plant.kernels.jit import jit
 from sim_plant.sensors.shape_kernel import (
@@ -19,7 +20,6 @@ from sim_plant.sensors.shape_kernel import (
     LEVER,
     NODE_US,
     W_SIGN,
-    entry,
     told,
 )
 
@@ -28,6 +28,7 @@ Ints = NDArray[np.int64]
 # forms of a reading: none, the sensor is read by itself; truth and errors column by column; the same of the boom, without errors
 # and with; a height, and the pressure there [Pa]; a quaternion turned by the errors; not below zero
 APART, PLAIN, AT_BOOM_EXACT, AT_BOOM, HEIGHT, ATTITUDE, POSITIVE = -1, 0, 1, 2, 3, 4, 5
+PAIR = n.NS + n.NO  # where relative motion lies in what a column is read from (shape_kernel.entry)
 EXTRA = {HEIGHT: 1, ATTITUDE: 1}  # entries of a reading beyond its columns
 
 
@@ -57,7 +58,7 @@ def reading(s: Arr, o: Arr, rel: Arr, boom: Arr, j: int, f: Arr, k: Ints, past: 
     form, m, i, end = k[j, K_FORM], k[j, K_WIDTH], k[j, K_NEXT], at + k[j, K_WIDTH]
     if form == AT_BOOM_EXACT:
         for c in range(m):
-            out[at + c] = entry(s, o, boom, k[j, K_AT + c])
+            out[at + c] = boom[k[j, K_AT + c] - PAIR]
         return end
     k[j, K_NEXT] = i + 1
     if k[j, K_HOW]:
@@ -70,10 +71,14 @@ def reading(s: Arr, o: Arr, rel: Arr, boom: Arr, j: int, f: Arr, k: Ints, past: 
         out[at], out[at + 1], out[at + 2], out[end] = turn(s[0], s[1], s[2], s[3], out[at], out[at + 1], out[at + 2])
         return end + 1
     for c in range(m):
-        if form == AT_BOOM:
-            out[at + c] += f[j, W_SIGN, c] * entry(s, o, boom, k[j, K_AT + c])
-        else:
-            out[at + c] += f[j, W_SIGN, c] * entry(s, o, rel, k[j, K_AT + c])
+        a, x = k[j, K_AT + c], 0.0  # `entry`, whose call takes longer than what it does
+        if a >= PAIR:
+            x = boom[a - PAIR] if form == AT_BOOM else rel[a - PAIR]
+        elif a >= n.NS:
+            x = o[a - n.NS]
+        elif a >= 0:
+            x = s[a]
+        out[at + c] += f[j, W_SIGN, c] * x
     if form == HEIGHT:
         out[end] = isa(out[at])[1]
         return end + 1

@@ -21,6 +21,8 @@ from sim_plant.sensors.faulty import Flicker
 from sim_plant.sensors.rows import Rows, Store
 from sim_plant.sensors.shape_kernel import K_OWNER
 
+Fill = Callable[[SensorFrame, int, Any], None]
+
 
 @dataclass(frozen=True, slots=True)
 class Carrier:
@@ -40,11 +42,11 @@ class Readings:
     rows: list[Rows] = field(default_factory=list)  # their error rows
     frames: list[tuple[SensorFrame, int]] = field(default_factory=list)  # of all aircraft: what is told each time,
     # by these, from and to
-    plain: list[tuple[Sensor, Callable[[SensorFrame, int, Any], None], SensorFrame, int, int]] = field(
-        default_factory=list
-    )
-    # and with more to it: whether the row is the sample as it is; outages
-    rest: list[tuple[Sensor, Carrier, int, int, bool, Flicker | None]] = field(default_factory=list)
+    plain: list[tuple[Sensor, Fill, SensorFrame, int, int]] = field(default_factory=list)
+    # by those who make their sample of it, or none
+    made: list[tuple[Sensor, Carrier, int, int]] = field(default_factory=list)
+    # and those with outages, or whose samples wait
+    rest: list[tuple[Sensor, Carrier, int, int, Flicker | None]] = field(default_factory=list)
 
     def draw(self) -> None:
         """Draw error rows for those who have none left."""
@@ -93,12 +95,13 @@ class Banks:
                 which.append(c.bank.number[s])
                 end = at + entries(s, self.store.k[which[-1]])
                 flicker = s.graded.flicker if s.graded is not None else None
-                as_it_is = type(s).made is Sensor.made
-                if as_it_is and flicker is None and not s.latency_us and not s.waiting:
+                if flicker is not None or s.latency_us or s.waiting:
+                    plan.rest.append((s, c, at, end, flicker))
+                elif type(s).made is Sensor.made:
                     plan.plain.append((s, s.fill, c.frame, at, end))
                     bits[i] |= s.bit
                 else:
-                    plan.rest.append((s, c, at, end, as_it_is, flicker))
+                    plan.made.append((s, c, at, end))
                 plan.rows += [r for r in (s.graded, s.noise) if r is not None]
                 at = end
         plan.which, plan.out = np.array(which, dtype=np.int64), np.zeros(at)
@@ -112,19 +115,27 @@ class Banks:
             if f.commands:
                 f.commands = []
         late = self._late  # as it was: one with a spike has had its turn when it has stepped
+        if self._by_bank or self._apart:
+            self._by_themselves(k, t_us)
+        values = tuple(plan.out.tolist())
+        for s, fill, frame, begin, end in plan.plain:
+            s.last = row = values[begin:end]
+            fill(frame, t_us, row)
+        for s, c, begin, end in plan.made:
+            sample = s.made(values[begin:end], c.view)
+            if sample is not None:
+                s.last = sample
+                s.fill(c.frame, t_us, sample)
+                c.frame.updated |= s.bit
+        for s, c, begin, end, flicker in plan.rest:
+            if flicker is None or not flicker.lost():
+                s.take(t_us, s.made(values[begin:end], c.view), c.frame)
+        for s, frame in late:
+            if s.ready_us <= t_us:
+                s.deliver(t_us, frame)
+
+    def _by_themselves(self, k: int, t_us: int) -> None:
         for c in self._by_bank:
             c.bank.read(k, t_us, c.view, c.frame)
         for c, sensors in self._apart:
             c.bank.one_by_one(sensors, k, t_us, c.view, c.frame)
-        if plan.rows or plan.rest:
-            values = tuple(plan.out.tolist())
-            for s, fill, frame, begin, end in plan.plain:
-                s.last = row = values[begin:end]
-                fill(frame, t_us, row)
-            for s, c, begin, end, as_it_is, flicker in plan.rest:
-                if flicker is None or not flicker.lost():
-                    row = values[begin:end]
-                    s.take(t_us, row if as_it_is else s.made(row, c.view), c.frame)
-        for s, frame in late:
-            if s.ready_us <= t_us:
-                s.deliver(t_us, frame)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from sim_plant.kernels import layout as n
 from sim_plant.rng import BLOCK, generator
+from sim_plant.sensors.bank_kernel import PAIR
 from sim_plant.sensors.base import View
 from sim_plant.sensors.faulty import Flicker
 from sim_plant.sensors.rows import Rows
@@ -48,11 +49,7 @@ NEAR_M = 50.0  # [m] within which another aircraft blocks part of the sky (our c
 
 
 NONE = np.zeros(n.NR)  # in place of relative motion, for those who measure none
-STATE, FLOW, PAIR = (
-    0,
-    n.NS,
-    n.NS + n.NO,
-)  # where state, observation and relative motion lie in what a column is read from
+STATE, FLOW = 0, n.NS  # where state and observation lie in what a column is read from; relative motion behind them
 
 
 def measured(group: str, probes: int) -> list[int]:

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_plant.kernels.jit import jit
+from sim_plant.kernels.jit import jit, jit_own
 
 Arr = NDArray[np.float64]
 
@@ -25,7 +25,7 @@ def gauss_markov_block(x: Arr, e: float, noise: Arr) -> None:
             noise[k, j] = x[j]
 
 
-@jit
+@jit_own
 def linear_block(x: Arr, phi: Arr, chol: Arr, c: Arr, noise: Arr, tmp: Arr, out: Arr) -> None:
     """Run x' = phi x + chol n, y = c x over the rows of `noise` [m, nx]; `out` [m, ny] is filled, `x` carried on.
 
@@ -56,7 +56,7 @@ def linear_block(x: Arr, phi: Arr, chol: Arr, c: Arr, noise: Arr, tmp: Arr, out:
             x[i] = tmp[i]
 
 
-@jit
+@jit_own
 def linear_mix(h: Arr, x: Arr, out: Arr) -> None:
     """out [m, lines, c] <- filters even in time: sum over l <= j, n of h[c, j, l, |n|] x[c, l, t + n]; line 0 is copied.
 

@@ -131,7 +131,10 @@ class AirMass:
 
     def begin(self) -> None:
         """Go to the next tick; before the first `step` of it."""
-        self._next_slow()
+        self.slow_at += 1
+        if self.slow_at >= BLOCK:
+            self.slow_at = 0
+            self._next_slow()
 
     def step(self, m: Member, k: int) -> None:
         """Wind on `m` at tick k: fills m.calm, m.free, m.wind, m.probe_wake. In scenario order; each observes before the next."""
@@ -159,10 +162,6 @@ class AirMass:
             d.over(m)
 
     def _next_slow(self) -> None:
-        self.slow_at += 1
-        if self.slow_at < BLOCK:
-            return
-        self.slow_at = 0
         if self._slow_cfg.sigma_mps > 0.0:
             unit = self._slow_rng.standard_normal((BLOCK, 2))
             gauss_markov_block(self._slow_x, self._slow_e, unit)

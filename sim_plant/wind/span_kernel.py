@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_plant.kernels.jit import jit
+from sim_plant.kernels.jit import jit, jit_own
 
 Arr = NDArray[np.float64]
 KARMAN = 1.339  # [-] MIL-F-8785C 3.7.1.2
@@ -30,7 +30,7 @@ def bessel(z: float, by: Arr) -> tuple[float, float]:
     return STEP * third, STEP * two
 
 
-@jit
+@jit_own
 def correlate(karman: bool, y: Arr, step_m: float, L: float, out: Arr) -> None:
     """out [3, len(y), m] <- correlation [-] of u, v, w between lines y [m] apart, i * step_m [m] along; scale length L [m].
 

@@ -52,10 +52,12 @@ def sources() -> list[Path]:
 
 
 def compiled(tree: ast.Module) -> set[ast.AST]:
-    """Nodes inside functions under the `jit` decorator: their np.sin is the C library's, element by element."""
+    """Nodes inside functions under a `jit` decorator: their np.sin is the C library's, element by element."""
     found: set[ast.AST] = set()
     for f in ast.walk(tree):
-        if isinstance(f, ast.FunctionDef) and any(isinstance(d, ast.Name) and d.id == "jit" for d in f.decorator_list):
+        if isinstance(f, ast.FunctionDef) and any(
+            isinstance(d, ast.Name) and d.id in ("jit", "jit_own") for d in f.decorator_list
+        ):
             found.update(ast.walk(f))
     return found
 

@@ -9,7 +9,7 @@ import numpy as np
 from flightsw import refusal as rd
 from flightsw.filters.srukf import draw, recombine, row_norms
 from flightsw.kernels.atmosphere import density
-from flightsw.kernels.jit import jit
+from flightsw.kernels.jit import jit, jit_own
 from flightsw.kernels.rotations import (
     dcm_from_euler,
     dcm_from_quat,
@@ -90,7 +90,7 @@ def inertial_rates(x: np.ndarray, R: np.ndarray, tk: np.ndarray, out: np.ndarray
         out[i] = x[X_P + i] + R[3 * i] * p + R[3 * i + 1] * q + R[3 * i + 2] * r
 
 
-@jit
+@jit_own
 def attitude_behind(q: np.ndarray, tk: np.ndarray, out: np.ndarray) -> None:
     """out [9] <- R_BRI R_BTI^T: the own attitude reference q [4] relative to the tanker, tk [18] of now."""
     R = np.empty(9)
@@ -98,7 +98,7 @@ def attitude_behind(q: np.ndarray, tk: np.ndarray, out: np.ndarray) -> None:
     mul33_t(R, tk[:TK_P], out)
 
 
-@jit
+@jit_own
 def relative_rows(
     s: np.ndarray, tune: np.ndarray, x: np.ndarray, d: np.ndarray, fm: np.ndarray, R: np.ndarray, Rn: np.ndarray,
     tk: np.ndarray, pos: np.ndarray, w_air: np.ndarray, air: np.ndarray,
@@ -141,7 +141,7 @@ def relative_rows(
     return m, n
 
 
-@jit
+@jit_own
 def relative_told(
     x: np.ndarray, d: np.ndarray, fm: np.ndarray, R: np.ndarray, Rn: np.ndarray, tk: np.ndarray, at: np.ndarray,
     w_air: np.ndarray, out: np.ndarray,
@@ -211,7 +211,7 @@ def relative_step(
     out[O_M], out[O_PROBES], out[O_END], out[O_SIFTED], out[O_NIS], out[O_RHO] = m, probes, end, sifted, nis, rho
     if end == DONE:
         relative_rates(x, u, rho, P, tk, R, fm, d)
-        at, t = np.empty(3), s[STAGES + TK_END]
+        at, t = W[0], s[STAGES + TK_END]  # the propagation's work space, which it needs no more
         for i in range(3):
             at[i] = tpos[i] + tv[i] * t + 0.5 * ta[i] * t * t
         relative_told(x, d, fm, R, Rn, tk, at, w_air, out)

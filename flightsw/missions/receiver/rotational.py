@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from flightsw.kernels.atmosphere import G0
-from flightsw.kernels.jit import jit
+from flightsw.kernels.jit import jit, jit_own
 from flightsw.kernels.rotations import dcm_from_euler
 from flightsw.sixdof.layout import (
     M_OWN_VEL,
@@ -73,7 +73,7 @@ def probe_flow(x: np.ndarray, rot: bool, R: np.ndarray, tk: np.ndarray, pos: np.
     out[2] = math.atan2(c, a)
 
 
-@jit
+@jit_own
 def measure_local(
     X: np.ndarray, rot: bool, codes: np.ndarray, first: int, m: int, tk: np.ndarray, pos: np.ndarray, Y: np.ndarray
 ) -> None:
@@ -99,7 +99,7 @@ def measure_local(
                 Y[s, j] = v[k - PROBE_CODE - 3 * i]
 
 
-@jit
+@jit_own
 def differenced_relative(
     X: np.ndarray, nx: int, codes: np.ndarray, m: int, u: np.ndarray, rho: float, P: np.ndarray, tk: np.ndarray,
     a_t: np.ndarray, cf: float, cx: float, Y: np.ndarray,

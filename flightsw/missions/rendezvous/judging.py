@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from flightsw.kernels.jit import jit
+from flightsw.kernels.jit import jit, jit_own
 from flightsw.missions.rendezvous.frame import E_SIZE, E_VX, E_VY, E_X, E_Y
 from flightsw.missions.rendezvous.meeting_vectors import (
     M_CHI,
@@ -100,7 +100,7 @@ def less(x: float, reach: float) -> float:
     return math.copysign(max(abs(x) - reach, 0.0), x)
 
 
-@jit
+@jit_own
 def judge_turn(
     ms: np.ndarray, left: float, o: np.ndarray, r: np.ndarray, P4: np.ndarray, gp: np.ndarray, mp: np.ndarray,
     t: np.ndarray, o2: np.ndarray, r2: np.ndarray,

@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from flightsw.filters.correction import scalar_update
-from flightsw.kernels.jit import jit
+from flightsw.kernels.jit import jit, jit_own
 
 # parameter vector of the three-state filter
 E3_U = 0  # nominal along-track ground velocity of the receiver [m/s], negative
@@ -74,7 +74,7 @@ def ekf3_predict(x: np.ndarray, P: np.ndarray, dt: float, e: np.ndarray) -> None
     P[S3_Y, S3_Y] += e[E3_QY] * dt
 
 
-@jit
+@jit_own
 def ekf3_fuse(x: np.ndarray, P: np.ndarray, hx: float, hy: float, nu: float, R: float, out: np.ndarray) -> None:
     """Fuse one innovation nu of variance R whose row has slopes hx, hy in x and y; out [2] <- nu and its variance."""
     k = np.empty(S3_N)

@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from flightsw.kernels.jit import jit
+from flightsw.kernels.jit import jit, jit_own
 from flightsw.missions.rendezvous.bank import DEAD, OVERLAP, bank_match, bank_predict, bank_range, bank_start
 from flightsw.missions.rendezvous.full_order import D_SIZE, E8_U, N8, VC, VF, VY, X, Y
 from flightsw.missions.rendezvous.range_filter import (
@@ -97,7 +97,7 @@ def open_up(P: np.ndarray, lw: np.ndarray, rp: np.ndarray, vy: float) -> None:
             P[i, Y, Y] += rp[RP_OPEN_Y] * rp[RP_OPEN_Y]
 
 
-@jit
+@jit_own
 def fan_out(
     m: np.ndarray, P: np.ndarray, lw: np.ndarray, turn: float, pace: float, turned: int, since: float, var: float,
     e: np.ndarray,
@@ -154,7 +154,7 @@ def keep(
                 keptP[i, j, c, d] = P[j, c, d]
 
 
-@jit
+@jit_own
 def leave_plan(
     m: np.ndarray, P: np.ndarray, lw: np.ndarray, t: float, rp: np.ndarray, rs: np.ndarray, kept: np.ndarray,
     keptP: np.ndarray, e: np.ndarray,

@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from flightsw.kernels.jit import jit
+from flightsw.kernels.jit import jit, jit_own
 from flightsw.missions.rendezvous.frame import E_VX, E_VY, E_X, E_Y
 from flightsw.missions.rendezvous.meeting_vectors import LAST, M_WAY, STRAIGHT, WIDE
 from flightsw.missions.rendezvous.turn_geometry import (
@@ -83,7 +83,7 @@ def arc(psi: float, to: float, radius: float, v: float, ux: float, uy: float, xy
     xy[DY] = radius * (math.cos(psi) - math.cos(to)) - uy * t
 
 
-@jit
+@jit_own
 def straight_course(
     o: np.ndarray, r: np.ndarray, speed: float, phi_first: float, phi_last: float, near: float, separation: float,
     roll_rate: float, g: float, out: np.ndarray,

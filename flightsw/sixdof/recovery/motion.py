@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from flightsw.kernels.atmosphere import G0
-from flightsw.kernels.jit import jit
+from flightsw.kernels.jit import jit, jit_own
 from flightsw.kernels.rotations import turn
 from flightsw.types import Vec3
 
@@ -30,7 +30,7 @@ def gain(R: np.ndarray, force: np.ndarray, dt: float, v: np.ndarray) -> None:
         v[i] += dt * (R[i] * force[0] + R[3 + i] * force[1] + R[6 + i] * force[2] + (G0 if i == 2 else 0.0))
 
 
-@jit
+@jit_own
 def carry(
     R: np.ndarray, by_gyro: np.ndarray, by_reference: np.ndarray, reference: np.ndarray,
     p: float, q: float, r: float, x: float, y: float, z: float, dt: float,

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from flightsw.kernels.jit import jit
+from flightsw.kernels.jit import jit, jit_own
 from flightsw.kernels.rotations import dcm_from_quat
 from flightsw.sixdof.windcal.layout import (
     ALPHA,
@@ -129,7 +129,7 @@ def predict(x: np.ndarray, P: np.ndarray, f: np.ndarray, q: np.ndarray) -> None:
         P[i, i] = P[i, i] * f[i] * f[i] + q[i] * q[i]
 
 
-@jit
+@jit_own
 def expected(x: np.ndarray, v: np.ndarray, R: np.ndarray, h: np.ndarray, H: np.ndarray) -> None:
     """h [3] <- what the probes are to read (V, beta, alpha) in state x [22 or 25], H [3,n] its derivative.
 
@@ -164,7 +164,7 @@ def expected(x: np.ndarray, v: np.ndarray, R: np.ndarray, h: np.ndarray, H: np.n
     h[Z_ALPHA] = math.atan2(u[2], u[0]) + x[ALPHA] + x[ALPHA_GM]
 
 
-@jit
+@jit_own
 def _derivative(u: np.ndarray, y: np.ndarray, x: np.ndarray, R: np.ndarray, behind: bool, H: np.ndarray) -> None:
     """H [3,n] <- derivative of `expected` at the air velocity u [3] = (1 + [a]x) y, y [3] as the attitude reference has it."""
     n = x.shape[0]
@@ -202,7 +202,7 @@ def _derivative(u: np.ndarray, y: np.ndarray, x: np.ndarray, R: np.ndarray, behi
     H[Z_ALPHA, ALPHA] = H[Z_ALPHA, ALPHA_GM] = 1.0
 
 
-@jit
+@jit_own
 def correct(
     x: np.ndarray, P: np.ndarray, H: np.ndarray, nu: np.ndarray, r: np.ndarray, use: np.ndarray, gate: float, W: np.ndarray
 ) -> float:  # fmt: skip
@@ -244,7 +244,7 @@ def correct(
     return nis
 
 
-@jit
+@jit_own
 def total(
     x: np.ndarray, P: np.ndarray, f: np.ndarray, q: np.ndarray, R: np.ndarray, w: np.ndarray, C: np.ndarray
 ) -> None:

@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from flightsw.kernels.atmosphere import density
-from flightsw.kernels.jit import jit
+from flightsw.kernels.jit import jit, jit_own
 from flightsw.sixdof import params as pv
 from flightsw.sixdof.layout import NX, X_ALPHA, X_BETA, X_P, X_PHI, X_PSI, X_Q, X_R, X_THETA, X_V, X_WN, X_X, X_Z
 from flightsw.sixdof.motion import air_jacobian, air_velocity, free_rates
@@ -26,7 +26,7 @@ def _available(V: float, h: float, engine: np.ndarray) -> float:
     return engine[T_MOST] + engine[T_V] * (V - engine[T_V0]) + engine[T_H] * (h - engine[T_H0])
 
 
-@jit
+@jit_own
 def lead(
     x: np.ndarray, thrust: float, aero: np.ndarray, surf: np.ndarray, throttle: np.ndarray, mass: np.ndarray, engine: np.ndarray,
     shear: np.ndarray, air: np.ndarray, probes: np.ndarray, P: np.ndarray, dt: float, out: np.ndarray,

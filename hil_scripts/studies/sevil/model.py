@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flightsw.aircraft import Aircraft, load_aircraft
-from flightsw.kernels.jit import jit
+from flightsw.kernels.jit import jit_own
 from flightsw.missions.receiver.airdata.contour.contours import Contours
 from flightsw.missions.receiver.airdata.contour.wake_map import SEVIL_PROBES, load_map
 from flightsw.missions.receiver.airdata.wake_kernel import probe_readings
@@ -43,7 +43,7 @@ def contours(name: str) -> Contours:
     return Contours(load_map(name))
 
 
-@jit
+@jit_own
 def _series(xi: Arr, att: Arr, xi_dot: Arr, omega: Arr, probes: Arr, wk: Arr, V: float, rho: float, out: Arr) -> None:
     none = np.zeros(3)
     for i in range(xi.shape[0]):

@@ -88,7 +88,7 @@ def look(
     finite = True
     for i in range(n.NS):
         held[i] = s[i]
-        finite &= math.isfinite(s[i])
+        finite &= s[i] - s[i] == 0.0  # as math.isfinite, which is called
     load, rate = -out[2] / n.G0, max(abs(s[n.S_W]), abs(s[n.S_W + 1]), abs(s[n.S_W + 2]))
     return (
         finite

@@ -70,6 +70,7 @@ class Together:
         self._acting = [c for c in rest if type(c).act is not Coupling.act]
         self._moving = [c for c in rest if type(c).advance is not Coupling.advance]
         self._views = [m.view for m in members]
+        self._steered = [(m, m.path, m.view) for m in members]
         self._banks = Banks([Carrier(m.bank, m.view, m.frame) for m in members])
 
     def _row(self, m: object) -> int:
@@ -123,10 +124,10 @@ class Together:
     def advance(self, outages: Sequence[Outage]) -> None:
         """See Flown."""
         put, told, at = PUT.pack_into, self._told, 0
-        for m, out in zip(self._members, outages, strict=True):
-            a, e, r, t, _, _ = m.path.current
+        for (m, path, view), out in zip(self._steered, outages, strict=True):
+            a, e, r, t, _, _ = path.current
             j0, j1, j2 = out.jam
-            put(told, at, a, e, r, t, j0, j1, j2, m.view.transfer_kgps - m.leak_kgps)  # type: ignore[arg-type]
+            put(told, at, a, e, r, t, j0, j1, j2, view.transfer_kgps - m.leak_kgps)  # type: ignore[arg-type]
             at += PUT.size
         k.advance_all(self._block.rows, self._ints, told, self._dt)
         for c in self._moving:

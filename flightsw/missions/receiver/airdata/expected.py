@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from flightsw.kernels.jit import jit
+from flightsw.kernels.jit import jit, jit_own
 from flightsw.kernels.rotations import dcm_from_euler
 from flightsw.missions.receiver.airdata.wake_kernel import (
     WK_NU,
@@ -53,7 +53,7 @@ def surface_wind(
     return horseshoe(x, y, z, 0.5 * wk[at + WK_WING_SPACING], wk[at + WK_WING_CORE], gamma, wk[WK_NU], V)
 
 
-@jit
+@jit_own
 def expected(
     p: np.ndarray, g: np.ndarray, probes: np.ndarray, wk: np.ndarray, jac: bool, h: np.ndarray, J: np.ndarray
 ) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 
 from flightsw.filters.correction import cross_covariance, innovation_covariance, joseph
 from flightsw.filters.covariance import gain, norm_by
-from flightsw.kernels.jit import jit
+from flightsw.kernels.jit import jit, jit_own
 from flightsw.kernels.linalg import backward_sub_t, cholesky, product
 from flightsw.missions.receiver.airdata.expected import G_X, M_READ, expected
 from flightsw.missions.receiver.airdata.state import X_OFF, X_X, X_Y, X_Z, N, linearise, point_of
@@ -47,7 +47,7 @@ def spread(
     innovation_covariance(H, PH, m, S)
 
 
-@jit
+@jit_own
 def foresee(
     x: np.ndarray, P: np.ndarray, g: np.ndarray, r_att: float, probes: np.ndarray, wk: np.ndarray, e: np.ndarray,
     S: np.ndarray,
@@ -62,7 +62,7 @@ def foresee(
     spread(P, H, idx, M_READ, np.zeros(3), r_att, none, np.empty((N, M_READ)), np.empty((M_READ, M_READ)), S)
 
 
-@jit
+@jit_own
 def correct(
     x: np.ndarray, P: np.ndarray, y: np.ndarray, ok: np.ndarray, sig: np.ndarray, g: np.ndarray, r_att: float,
     probes: np.ndarray, wk: np.ndarray, iters: int, again: float, gate: float, fixed: np.ndarray, own: np.ndarray,

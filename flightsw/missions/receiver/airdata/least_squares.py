@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from flightsw.kernels.jit import jit
+from flightsw.kernels.jit import jit, jit_own
 from flightsw.kernels.linalg import backward_sub_t, cholesky, forward_sub
 from flightsw.missions.receiver.airdata.expected import J_Y, M_READ, P_KT, P_KW, P_Y, P_Z, expected
 
@@ -40,7 +40,7 @@ def weigh(r: np.ndarray, ok: np.ndarray, sig: np.ndarray, com: np.ndarray) -> No
             r[j] = (r[j] - s) / sig[v] if ok[j] != 0 else 0.0
 
 
-@jit
+@jit_own
 def weighted_cost(
     p: np.ndarray, y: np.ndarray, ok: np.ndarray, sig: np.ndarray, com: np.ndarray, g: np.ndarray, probes: np.ndarray,
     wk: np.ndarray, r: np.ndarray,
@@ -57,7 +57,7 @@ def weighted_cost(
     return s
 
 
-@jit
+@jit_own
 def scan(
     p: np.ndarray, y: np.ndarray, ok: np.ndarray, sig: np.ndarray, com: np.ndarray, g: np.ndarray, probes: np.ndarray,
     wk: np.ndarray, ys: np.ndarray, zs: np.ndarray, first: int, last: int, cost: np.ndarray,
@@ -72,7 +72,7 @@ def scan(
         cost[k] = weighted_cost(q, y, ok, sig, com, g, probes, wk, r)
 
 
-@jit
+@jit_own
 def information(
     p: np.ndarray, ok: np.ndarray, sig: np.ndarray, com: np.ndarray, g: np.ndarray, probes: np.ndarray, wk: np.ndarray,
     inf0: np.ndarray, h: np.ndarray, A: np.ndarray, B: np.ndarray,
@@ -98,7 +98,7 @@ def information(
             A[a, c] = s
 
 
-@jit
+@jit_own
 def descend(
     p: np.ndarray, y: np.ndarray, ok: np.ndarray, sig: np.ndarray, com: np.ndarray, g: np.ndarray, probes: np.ndarray,
     wk: np.ndarray, mean0: np.ndarray, inf0: np.ndarray, free: int, iters: int,

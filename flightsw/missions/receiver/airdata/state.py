@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from flightsw.filters.covariance import chol_psd
-from flightsw.kernels.jit import jit
+from flightsw.kernels.jit import jit, jit_own
 from flightsw.missions.receiver.airdata.expected import (
     G_X,
     J_H,
@@ -108,7 +108,7 @@ def point_of(x: np.ndarray, p: np.ndarray) -> None:
         p[P_W + a] = x[X_TURB + a] + x[X_SLOW + a]
 
 
-@jit
+@jit_own
 def linearise(x: np.ndarray, g: np.ndarray, probes: np.ndarray, wk: np.ndarray, h: np.ndarray, H: np.ndarray) -> None:
     """h [9] <- expected readings (missions/receiver/airdata/expected.py) at state x [28]; H [9,28] <- their Jacobian."""
     p = np.empty(10)
@@ -133,7 +133,7 @@ def linearise(x: np.ndarray, g: np.ndarray, probes: np.ndarray, wk: np.ndarray, 
         h[j] += x[X_OFF + j]
 
 
-@jit
+@jit_own
 def be_taught(x: np.ndarray, P: np.ndarray, what: np.ndarray, covariance: np.ndarray) -> None:
     """State x [28], P [28,28], whose states TAUGHT are considered, take over what another filter has made of these since: values
     what [12], their covariance [12,12].

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from flightsw.kernels.jit import jit
+from flightsw.kernels.jit import jit, jit_own
 from flightsw.kernels.rotations import dcm_from_euler
 
 # layout of the wake vector `wk`: per surface, position of the bound vortex in F [m], vortex spacing [m], core radius
@@ -99,7 +99,7 @@ def wake_wind(
     out[2] = w + wt
 
 
-@jit
+@jit_own
 def probe_readings(
     xi: np.ndarray,
     e: np.ndarray,

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from flightsw.aircraft import Aircraft
 from flightsw.kernels.atmosphere import G0
-from flightsw.kernels.jit import jit
+from flightsw.kernels.jit import jit_own
 from flightsw.kernels.rotations import dcm_from_euler, to_parent
 from flightsw.missions.receiver.airdata import wake_kernel as k
 from flightsw.strict import Range
@@ -85,7 +85,7 @@ def circulation(wk: Arr, V: float, rho: float) -> tuple[float, float]:
 EW_P, EW_Q, EW_R = 3, 4, 5  # effective wind [6]: three of wind [m/s, F], then rotation [rad/s]
 
 
-@jit
+@jit_own
 def effective_wind(
     xi: np.ndarray,
     e: np.ndarray,

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from flightsw.kernels.jit import jit
+from flightsw.kernels.jit import jit, jit_own
 from flightsw.kernels.linalg import product, solve
 from flightsw.missions.receiver.airdata.expected import J_KW, J_W, J_X, J_Y, M_READ
 
@@ -16,7 +16,7 @@ LEAST = 4  # readings, more than a wind has components
 Y, Z = 0, 1  # rows, across and down
 
 
-@jit
+@jit_own
 def choose(good: np.ndarray, J: np.ndarray, var: np.ndarray, N: np.ndarray) -> bool:
     """N [2,9] <- rows of the readings good [m] that give y and z by least squares with a free common wind, turned so that their
     noises are independent; False, N as it was: these readings do not tell. J [9,9]: Jacobian, var [9]: noise, of all readings.
@@ -72,7 +72,7 @@ def noise(N: np.ndarray, var: np.ndarray, own: np.ndarray, r: np.ndarray) -> flo
     return max(r[Y], r[Z])
 
 
-@jit
+@jit_own
 def tell(
     N: np.ndarray, J: np.ndarray, off: np.ndarray, x: np.ndarray, R_nf: np.ndarray, offsets: np.ndarray, learnt: np.ndarray,
     y: np.ndarray, H: np.ndarray, lasting: np.ndarray,

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from flightsw.kernels.jit import jit
+from flightsw.kernels.jit import jit, jit_own
 from flightsw.missions.receiver.integrity.layout import B_AB, B_D, B_U
 
 
@@ -71,7 +71,7 @@ def innovations(
     return worst
 
 
-@jit
+@jit_own
 def correct(
     X: np.ndarray, P: np.ndarray, L: np.ndarray, left_out: np.ndarray, bit: int,
     H: np.ndarray, y: np.ndarray, r: np.ndarray, k: int,

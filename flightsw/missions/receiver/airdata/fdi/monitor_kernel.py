@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from flightsw.kernels.jit import jit
+from flightsw.kernels.jit import jit, jit_own
 from flightsw.missions.receiver.airdata.fdi.parity_kernels import (
     collapse,
     popcount,
@@ -126,7 +126,7 @@ def signs(r: np.ndarray, C: np.ndarray, h: np.ndarray, inv_c: float, ok: int, d:
     return low
 
 
-@jit
+@jit_own
 def monitor_variable(
     R: np.ndarray, H: np.ndarray, val: np.ndarray, use: np.ndarray, first: int, span: int, ok: int, bad: int,
     excluded: int, hint: int, var: np.ndarray, S: np.ndarray, inv_c: float, th: np.ndarray, lim: np.ndarray,
@@ -207,7 +207,7 @@ def monitor_variable(
     return span, excluded, gamma
 
 
-@jit
+@jit_own
 def window_record(
     r: np.ndarray, h: np.ndarray, var: np.ndarray, S: np.ndarray, n: int, th: np.ndarray, mean: np.ndarray,
     dirn: np.ndarray, cov: np.ndarray, gamma: np.ndarray,

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from flightsw.kernels.jit import jit
+from flightsw.kernels.jit import jit, jit_own
 
 
 @jit
@@ -71,7 +71,7 @@ def whiten(r: np.ndarray, C: np.ndarray, V: np.ndarray, t: np.ndarray, mu: np.nd
     return True
 
 
-@jit
+@jit_own
 def subset_fit(r: np.ndarray, C: np.ndarray, h: np.ndarray, inv_c: float, mask: int) -> tuple[float, float]:
     """(gamma, x): how badly the probes of `mask` disagree on one common value, and that value.
 
@@ -153,7 +153,7 @@ def smallest_set(g: np.ndarray, ok: int, within: int, extra: int, start: int, h:
     return -1
 
 
-@jit
+@jit_own
 def collapse(
     r: np.ndarray, h: np.ndarray, first: int, n: int, use: np.ndarray, C1: np.ndarray, S: np.ndarray, ok: int,
     jump: np.ndarray, calm: np.ndarray,
@@ -251,7 +251,7 @@ def take_off_rotation(y: np.ndarray, w: np.ndarray, probes: np.ndarray, out: np.
         out[6 + i] = math.atan2(ww, u)
 
 
-@jit
+@jit_own
 def cusum_record(
     t: np.ndarray, mu: np.ndarray, delta: float, h: float, cap: float, reset: bool, out: np.ndarray
 ) -> None:
