@@ -21,8 +21,8 @@ class ContourParams:
         20  # [sample] moving mean of the readings: 1 s at 20 Hz, half of it their lag
     )
     epsilon_m: Annotated[float, Range(1e-3, 10.0)] = 0.1  # [m] crossings of one variable nearer than this are one place
-    # [m] 1-sigma of y and z. The method has none of its own; largest RMS error of five flights at contact in light turbulence
-    # with a window of 1 s (study sevil_baseline)
+    # [m] 1-sigma of y and z. The method has none of its own: RMS error of Algorithm 11 over twenty flights at contact in light
+    # turbulence with a window of 1 s, rounded up (study sevil_baseline)
     sigma_m: Annotated[tuple[float, float], Range(1e-3, 100.0)] = (1.1, 1.1)
     # [m] a relative estimate farther than this outside the map's grid: no position is asked for. Far away the contours cross
     # inside the map as well, at places that are none
