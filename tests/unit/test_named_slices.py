@@ -20,7 +20,7 @@ FOLDERS = (
     "flightsw/missions/rendezvous",
     "flightsw/missions/windshear",
 )
-# vectors in space, points of a plane, direction cosines, bases of a null space, first row of a workspace, the ends of a queue or list
+# vectors in space, points of a plane, direction cosines, bases of a null space, first row of a workspace, ends of a queue or list
 ARITHMETIC = {
     "flightsw/filters/augmented.py": {"U"},
     "flightsw/filters/kalman.py": {"W"},
