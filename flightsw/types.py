@@ -37,6 +37,8 @@ UPD_TACAN = 1024
 UPD_RADAR = 2048
 UPD_RADALT = 4096
 UPD_FIX = 8192
+UPD_BEARING = 16384
+UPD_POSITION = 32768
 
 
 @dataclass(slots=True)
@@ -173,6 +175,11 @@ class SensorFrame:
     tacan_range_m: float | None = None  # slant range; None: none in this reply
     tacan_bearing: float | None = None  # [rad] clockwise from the own nose; None: the set gives none
     tacan_link: tuple[float, float] | None = None  # [m] the other's own position north, east; None: it sends none
+    # of a set, or a data link, that gives them at a rate of its own
+    bearing_t_us: int = 0  # time of validity
+    bearing: float = 0.0  # [rad] clockwise from the own nose
+    position_t_us: int = 0
+    position: tuple[float, float] = (0.0, 0.0)  # [m] the other's own position north, east
     # what the crew read off the radar
     radar_t_us: int = 0
     radar_y_m: float = 0.0  # [m] receiver off the refuelling track, left of +x (rendezvous frame)

@@ -85,6 +85,9 @@ def _aircraft(a: AircraftCfg) -> None:
     refuse(f"{at}.mismatch", a.mismatch, f"with model = {a.model!r}", kind_of(a).mismatch)
 
 
+OF_THEIR_OWN = {"bearing_dt_s": ("bearing_tau_s",), "link_dt_s": ("link_tau_s", "link_latency_ms", "link_loss")}
+
+
 def _sensors(sc: Scenario, a: AircraftCfg) -> None:
     """Groups an aircraft does not carry."""
     have = sc.groups(a)
@@ -108,6 +111,13 @@ def _sensors(sc: Scenario, a: AircraftCfg) -> None:
             stands, kept = replaced_by_grade(group), {f.name for f in fields(cfg)}
             why = f"with {at} of grade {grade!r}, which stands in its place; set it as one of {at}.terms"
             refuse(at, cfg, why, tuple(sorted(kept - set(stands))))
+    t, at = suite.tacan, f"sensors.{a.name}.tacan"
+    for std, own in (("bearing_std_deg", "bearing_dt_s"), ("link_std_m", "link_dt_s")):
+        if getattr(t, std) == 0.0:
+            refuse(f"{at}.{own}", getattr(t, own), f"with {std} = 0: there is none", default=0.0)
+        if getattr(t, own) == 0.0:
+            for key in OF_THEIR_OWN[own]:
+                refuse(f"{at}.{key}", getattr(t, key), f"with {own} = 0: one comes with every range", default=0.0)
     if sc.traffic.on and a.tacan_to == sc.traffic.name:
         refuse(
             f"sensors.{a.name}.radar.sigma_m", suite.radar.sigma_m, "of a receiver in [traffic]: its y_sigma_m is the reading's",

@@ -20,11 +20,13 @@ from flightsw.types import (
     UPD_AIR,
     UPD_ATT,
     UPD_BARO,
+    UPD_BEARING,
     UPD_BOOM,
     UPD_FUEL,
     UPD_GNSS,
     UPD_IMU,
     UPD_MAG,
+    UPD_POSITION,
     UPD_RADALT,
     UPD_RADAR,
     UPD_REL,
@@ -132,6 +134,10 @@ class PlantCodec(Generic[D]):
             d, b, at = frame.tacan_range_m, frame.tacan_bearing, frame.tacan_link
             flags = (1 if d is not None else 0) | (2 if b is not None else 0) | (4 if at is not None else 0)
             out.append(self.send.pack(_TACAN, frame.tacan_t_us, d or 0.0, b or 0.0, *(at or (0.0, 0.0)), flags))
+        if up & UPD_BEARING:
+            out.append(self.send.pack(_TACAN, frame.bearing_t_us, 0.0, frame.bearing, 0.0, 0.0, 2))
+        if up & UPD_POSITION:
+            out.append(self.send.pack(_TACAN, frame.position_t_us, 0.0, 0.0, *frame.position, 4))
         if up & UPD_RADAR:
             out.append(self.send.pack(_RADAR, frame.radar_t_us, frame.radar_y_m, frame.radar_sigma_m))
         if up & UPD_RADALT:

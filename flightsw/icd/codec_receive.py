@@ -22,6 +22,7 @@ from flightsw.types import (
     UPD_AIR,
     UPD_ATT,
     UPD_BARO,
+    UPD_BEARING,
     UPD_BOOM,
     UPD_FIX,
     UPD_FUEL,
@@ -29,6 +30,7 @@ from flightsw.types import (
     UPD_IMU,
     UPD_MAG,
     UPD_PEER,
+    UPD_POSITION,
     UPD_RADALT,
     UPD_RADAR,
     UPD_REL,
@@ -270,8 +272,18 @@ class FlightReceiver(Generic[D]):
         if s - s != 0.0 or distance < 0.0:
             self.count.non_finite += 1
             return
-        t = self._stamp(p[0].id, t)
+        alone = flags & 7 if not flags & 1 else 0
+        # what comes by itself is a kind of its own: it may be older than a range, and is in order all the same
+        t = self._stamp(p[0].id + (alone << 24), t)
         if t < 0:
+            return
+        if alone:
+            if alone & 2:
+                f.bearing_t_us, f.bearing = t, bearing
+                f.updated |= UPD_BEARING
+            if alone & 4:
+                f.position_t_us, f.position = t, (north, east)
+                f.updated |= UPD_POSITION
             return
         f.tacan_t_us = t
         f.tacan_range_m = distance if flags & 1 else None

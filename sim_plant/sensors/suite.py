@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from sim_plant.aircraft.kind import OWN
@@ -20,7 +21,7 @@ from sim_plant.sensors.onboard import (
 )
 from sim_plant.sensors.pair import BoomSensor, RelSensor
 from sim_plant.sensors.rows import NoiseRows
-from sim_plant.sensors.tacan import RadarSensor, TacanSensor
+from sim_plant.sensors.tacan import BearingSensor, PositionSensor, RadarSensor, TacanSensor
 from sim_plant.sensors.terms import PAPER, grade_of, group_terms
 
 if TYPE_CHECKING:
@@ -119,13 +120,25 @@ def _paper(seed: int, at: str, cfg: Any, common: NoiseCfg, std: list[float], bia
 def tacan_sensors(
     name: str, suite: Suite, common: NoiseCfg, base_hz: int, seed: int, known_sigma_m: float
 ) -> list[Sensor]:
-    """TACAN of aircraft `name` and its crew's radar reading. known_sigma_m >= 0: the truth is spread about the reading by
-    that much already. Raises ConfigError for an interval or latency that does not fit."""
+    """TACAN of aircraft `name`, what it gives at a rate of its own, and its crew's radar reading. known_sigma_m >= 0: the truth
+    is spread about the reading by that much already. Raises ConfigError for an interval or latency that does not fit."""
     c = suite.tacan
     noise = NoiseRows(
         seed, f"{name}.tacan", [c.std_m * common.scale], [c.bias_std_m * common.bias_scale], c.tau_s, c.interval_s
     )
-    out: list[Sensor] = [TacanSensor(name, c, base_hz, noise, seed)]
+    own = TacanSensor(name, c, base_hz, noise, seed)
+    out: list[Sensor] = [own]
+    if c.bearing_std_deg > 0.0 and c.bearing_dt_s > 0.0:
+        std, bias = (
+            math.radians(x) * k
+            for x, k in ((c.bearing_std_deg, common.scale), (c.bearing_bias_std_deg, common.bias_scale))
+        )
+        rows = NoiseRows(seed, f"{name}.bearing", [std], [bias], c.bearing_tau_s, c.bearing_dt_s)
+        out.append(BearingSensor(name, c, base_hz, rows, own))
+    if c.link_std_m > 0.0 and c.link_dt_s > 0.0:
+        std, bias = c.link_std_m * common.scale, c.link_bias_std_m * common.bias_scale
+        rows = NoiseRows(seed, f"{name}.position", [std] * 2, [bias] * 2, c.link_tau_s, c.link_dt_s)
+        out.append(PositionSensor(name, c, base_hz, rows, seed))
     sigma = known_sigma_m if known_sigma_m >= 0.0 else suite.radar.sigma_m
     if sigma > 0.0:
         out.append(RadarSensor(name, suite.radar, base_hz, seed, sigma))

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
+from flightsw.missions.rendezvous import fix_rules as kf
 from flightsw.missions.rendezvous.frame import E_Y
-from flightsw.missions.rendezvous.params import RangeRules, RendezvousNavParams
+from flightsw.missions.rendezvous.params import Aids, RangeRules, RendezvousNavParams
 from flightsw.missions.rendezvous.track import ReceiverTrack, RendezvousFrameParams, TrackParams
 from flightsw.types import NavState
 from sim_plant.scenario import load_scenario
@@ -21,20 +23,20 @@ EVERY = {"sensors.tanker.tacan.interval_s": 2.0}
 
 
 def track(
-    seconds: float, over: dict[str, Any], *faults: dict[str, Any], **params: Any
+    seconds: float, over: dict[str, Any], *faults: dict[str, Any], nav: RendezvousNavParams = NAV, **params: Any
 ) -> tuple[ReceiverTrack, list[str], Any]:
     """The track after so long, what it said, and the receiver's true place in R; navigation is perfect."""
     events = [{"target": "tanker", "sensor": "tacan", **f} for f in faults]
     w = World(load_scenario("rendezvous", EVERY | over | ({"event": events} if events else {})), 1)
-    t = ReceiverTrack(TrackParams(NAV, RendezvousFrameParams(heading_deg=90.0), lost_s=5.0, **params))
+    t = ReceiverTrack(TrackParams(nav, RendezvousFrameParams(heading_deg=90.0), lost_s=5.0, **params))
     said: list[str] = []
     for k in range(round(seconds * 100)):
         f = w.sense()[0]
         bits = f.updated if k % 5 == 0 else bits | f.updated  # type: ignore[has-type]  # noqa: F821
         if k % 5 == 4:
             own = w.truth(0)
-            nav = NavState(valid=True, V=own.V, pos_n=own.pos_n, vel_n=own.vel_n, wind_n=own.wind_n, euler=own.euler)
-            t.step(f, nav, bits)
+            now = NavState(valid=True, V=own.V, pos_n=own.pos_n, vel_n=own.vel_n, wind_n=own.wind_n, euler=own.euler)
+            t.step(f, now, bits)
             said += [x.text for x in t.texts]
             t.texts = []
         w.step([w.trim_cmd(i) for i in range(len(w.members))])
@@ -57,6 +59,28 @@ def test_a_spike_is_refused_and_told() -> None:
 def test_a_bias_that_comes_for_good_is_warned_of() -> None:
     _, said, _ = track(24.0, {}, {"t_s": 12.0, "kind": "bias", "value": [2000.0]})
     assert "receiver not as planned: check course and speed" in said
+
+
+OWN = replace(NAV, rules=replace(NAV.rules, open_back=4, open_turn_deg=40.0, open_speed_mps=30.0), aids=Aids(on=True))
+
+
+@pytest.mark.parametrize("sensor", ["bearing", "link"])
+def test_what_comes_by_itself_is_used_between_the_ranges(sensor: str) -> None:
+    at = "sensors.tanker.tacan."
+    over = {
+        "bearing": {f"{at}bearing_std_deg": 0.5, f"{at}bearing_dt_s": 0.1, f"{at}bearing_tau_s": 5.0},
+        "link": {f"{at}link_std_m": 50.0, f"{at}link_dt_s": 0.1, f"{at}link_tau_s": 5.0, f"{at}link_latency_ms": 150.0},
+    }[sensor] | {f"{at}interval_s": 20.0}
+    nav = replace(OWN, bearing_sigma_deg=0.5, datalink_sigma_m=50.0)
+    t, _, where = track(14.0, over, nav=nav)
+    assert t.out.updates == 1 and t.est.out.sided
+    assert t.est.fixes[kf.FS_COUNT] == 13  # one a second from the first range on, at 1 s
+    sigma = math.sqrt(t.est.last_covariance[E_Y, E_Y])
+    assert sigma < 450.0 and abs(t.out.mean[2] - where[1]) < 3.5 * sigma
+    every, _, _ = track(14.0, over, nav=nav, aid_every_s=0.0)
+    assert every.est.fixes[kf.FS_COUNT] > 125  # each
+    none, _, _ = track(14.0, over, nav=nav, use_bearing=False, use_link=False)
+    assert none.est.fixes[kf.FS_COUNT] == 0 and not none.est.out.sided
 
 
 @pytest.mark.parametrize("sensor", ["bearing", "link"])

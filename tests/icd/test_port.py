@@ -96,7 +96,8 @@ def frame(draw: st.DrawFn) -> SensorFrame:
         boom_elevation=draw(SMALL), boom_azimuth=draw(SMALL), boom_extension_m=draw(SMALL), tacan_t_us=max(t - past, 0),
         tacan_range_m=draw(st.none() | SMALL), tacan_bearing=draw(st.none() | SMALL),
         tacan_link=draw(st.none() | st.tuples(SMALL, SMALL)), radar_t_us=max(t - past, 0), radar_y_m=draw(SMALL),
-        radar_sigma_m=draw(SMALL), radalt_t_us=max(t - past, 0), radalt_m=draw(whole),
+        bearing_t_us=max(t - past, 0), bearing=draw(SMALL), position_t_us=max(t - past, 0),
+        position=draw(st.tuples(SMALL, SMALL)), radar_sigma_m=draw(SMALL), radalt_t_us=max(t - past, 0), radalt_m=draw(whole),
     )  # fmt: skip
 
 

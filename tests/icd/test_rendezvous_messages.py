@@ -10,10 +10,12 @@ import pytest
 from flightsw.aircraft import load_aircraft
 from flightsw.icd import wire
 from flightsw.icd.codec import FlightCodec, PlantCodec
-from flightsw.icd.wire import Sender
+from flightsw.icd.wire import Counters, Sender
 from flightsw.missions.rendezvous.reports import CLOUD_PART, CLOUD_PARTS, REPORTS, RendezvousState
 from flightsw.types import (
+    UPD_BEARING,
     UPD_IMU,
+    UPD_POSITION,
     UPD_RADAR,
     UPD_TACAN,
     NavState,
@@ -50,6 +52,37 @@ def test_position_sent_with_a_reply_comes_through() -> None:
     assert f.tacan_link is None
     codec, f = heard(sent(50_000, tacan_range_m=4e4, tacan_link=(math.nan, 0.0)))
     assert not f.updated & UPD_TACAN and codec.count.non_finite == 1
+
+
+def alone(t_us: int, bits: int, **fields: object) -> bytes:
+    return PlantCodec(TANKER, 1).sensors(
+        SensorFrame(t_us=t_us, updated=UPD_IMU | bits, acc_b=(0.0, 0.0, -9.8), **fields)
+    )
+
+
+def test_bearing_and_position_by_themselves_leave_the_last_reply_as_it_is() -> None:
+    codec, f = heard(sent(50_000, tacan_range_m=4e4, tacan_bearing=0.5, tacan_link=(1.0, 2.0)))
+    both = UPD_BEARING | UPD_POSITION
+    codec.decode(
+        alone(60_000, both, bearing_t_us=60_000, bearing=-0.25, position_t_us=10_000, position=(1250.5, -4.0)), f
+    )
+    assert f.updated == UPD_IMU | both
+    assert (f.bearing_t_us, f.bearing, f.position_t_us, f.position) == (60_000, -0.25, 10_000, (1250.5, -4.0))
+    assert (f.tacan_t_us, f.tacan_range_m, f.tacan_bearing, f.tacan_link) == (30_000, 4e4, 0.5, (1.0, 2.0))
+    assert codec.count == Counters()  # older than the bearing, in an order of its own
+
+
+def test_positions_out_of_order_and_rubbish_by_itself_are_dropped_and_counted() -> None:
+    codec, f = heard(
+        alone(60_000, UPD_POSITION, position_t_us=40_000, position=(1.0, 1.0)),
+        alone(70_000, UPD_POSITION, position_t_us=30_000, position=(2.0, 2.0)),
+    )
+    assert not f.updated & UPD_POSITION and f.position == (1.0, 1.0) and codec.count.out_of_order == 1
+    codec.decode(alone(80_000, UPD_POSITION, position_t_us=80_000, position=(math.nan, 2.0)), f)
+    codec.decode(alone(90_000, UPD_BEARING, bearing_t_us=90_000, bearing=math.inf), f)
+    assert not f.updated & (UPD_POSITION | UPD_BEARING) and codec.count.non_finite == 2
+    codec.decode(alone(100_000, UPD_BEARING, bearing_t_us=900_000, bearing=0.1), f)
+    assert not f.updated & UPD_BEARING and codec.count.ahead == 1
 
 
 def test_reading_of_the_radar_comes_through() -> None:

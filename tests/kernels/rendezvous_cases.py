@@ -93,7 +93,12 @@ RULES = rules_vector(
         ),
     )
 )
-MEET = RendezvousGuidanceParams(offset_bank_deg=24.5, meeting=MeetingParams(on=True, straight=True, doubt=True))
+MEET = RendezvousGuidanceParams(
+    offset_bank_deg=24.5,
+    meeting=MeetingParams(
+        on=True, straight=True, straight_again=True, doubt=True, leg_sided_s=600.0, leg_sided_share=0.4, speed_sigma=2.0
+    ),
+)
 GP, MP = guidance_vector(MEET), meeting_vector(MEET.meeting)
 
 
@@ -243,6 +248,7 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         np.array([[0.9, 0.3, 0.0, 1.0, 1.0, 5e4 + 50 * r.normal(), 0.0, 4e4, 0.0] for _ in range(M)]),
         z(8),
         z(2),
+        0,
     ],
     "missions.rendezvous.bank.bank_range": lambda r: [
         *bank(r),
@@ -268,6 +274,7 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         z(2),
     ],
     "missions.rendezvous.bank.bank_position": lambda r: [*bank(r), 4.5e4, 300.0, 1e4, z(M, 8), z(8), z(2)],
+    "missions.rendezvous.bank.bank_axis": lambda r: [*bank(r), bool(r.integers(2)), 300.0, 1e4, z(M, 8), z(8), z(2)],
     "missions.rendezvous.bank.bank_match": lambda r: [*bank(r), z(8), z(8, 8)],
     "missions.rendezvous.bank.bank_mean": lambda r: [bank(r)[0], bank(r)[2], z(8)],
     "missions.rendezvous.bank.reduce_four": lambda r: [*one(r), U, z(4), z(4, 4)],
@@ -344,6 +351,8 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         E8,
     ],
     "missions.rendezvous.range_rules.keep": lambda r: [*bank(r), 50.0, ranked(r), *memory(r)],
+    "missions.rendezvous.range_rules.keep_as": lambda r: [*bank(r), 50.0, int(r.integers(4)), *memory(r)],
+    "missions.rendezvous.range_rules.restore": lambda r: [*bank(r), int(r.integers(4)), *memory(r)],
     "missions.rendezvous.range_rules.leave_plan": lambda r: [*bank(r), 80.0, RULES, ranked(r), *memory(r), E8],
     "missions.rendezvous.range_rules.judged_range": judged_args,
     "missions.rendezvous.meeting.meeting_reset": lambda r: [r.normal(size=kv.M_N)],
@@ -366,6 +375,7 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         own(r),
         target(r),
         cov4(r),
+        bool(r.integers(2)),
         GP,
         MP,
         z(9),
@@ -373,10 +383,21 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         z(4),
     ],
     "missions.rendezvous.meeting.tight_speed": lambda r: [own(r), target(r), turn(r), GP],
-    "missions.rendezvous.leg.fly_leg": lambda r: [meeting_state(r), z(13), own(r), target(r), GP, MP],
+    "missions.rendezvous.leg.fly_leg": lambda r: [meeting_state(r), z(13), own(r), target(r), 300.0, GP, MP],
+    "missions.rendezvous.leg.leg_limit": lambda r: [
+        meeting_state(r),
+        z(13),
+        own(r),
+        target(r),
+        bool(r.integers(2)),
+        GP,
+        MP,
+    ],
+    "missions.rendezvous.leg.leg_share": lambda r: [float(r.choice([300.0, 600.0])), MP],
     "missions.rendezvous.meeting.meeting_step": meeting_args,
     "missions.rendezvous.judging.missed": lambda r: [*r.normal(size=2) * 3e3, 3704.0, bool(r.integers(2)), MP],
     "missions.rendezvous.judging.spread": lambda r: [cov4(r), r.normal(), 100.0, z(2)],
+    "missions.rendezvous.judging.speed_sigma": lambda r: [cov4(r), r.normal()],
     "missions.rendezvous.straight.behind": lambda r: [late(r), target(r), 0.52, 3704.0, 0.087, 9.80665],
     "missions.rendezvous.straight.arc": lambda r: [r.uniform(0, 3), 3.1, 7e3, 204.0, -200.0, 5.0, z(2)],
     "missions.rendezvous.straight.straight_course": lambda r: [
@@ -398,6 +419,7 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         target(r),
         turn(r),
         GP,
+        bool(r.integers(2)),
         z(2),
     ],
     "missions.rendezvous.straight.leg_angle": lambda r: [*r.normal(size=2) * 3e3, -204.0, 3.0, 0.02, 214.0],

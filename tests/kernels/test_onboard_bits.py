@@ -17,6 +17,7 @@ from flightsw.aircraft import load_aircraft
 from flightsw.missions.receiver.airdata.wake_model import WakeParams, stations, wake_vector
 from flightsw.sixdof.actuators import surface_limits
 from flightsw.sixdof.params import parameter_vector
+from tests.kernels.aided_cases import CASES as AIDED
 from tests.kernels.estimator_cases import CASES as ESTIMATOR
 from tests.kernels.fdi_cases import CASES as FDI
 from tests.kernels.gust_bank_cases import CASES as GUST_BANK
@@ -137,6 +138,7 @@ CASES: dict[str, Callable[[Rng], Args]] = {
     **GUST_MISSION,
     **GUST_BANK,
     **RENDEZVOUS,
+    **AIDED,
     **WAKE_POSITION,
     **WINDCAL,
     **WINDSHEAR,

@@ -284,6 +284,7 @@ CONTEXTS = (
                     "tanker.rendezvous.track.estimator.estimator=ekf3",
                     "tanker.rendezvous.track.estimator.rules.believed=0",
                     "tanker.rendezvous.track.estimator.rules.repeat_m=0.0",
+                    "tanker.rendezvous.track.estimator.aids.on=false",
                     "tanker.rendezvous.track.estimator.rules.open=false",
                     "tanker.rendezvous.track.estimator.rules.open_back=0",
                     "tanker.rendezvous.track.estimator.rules.open_turn_deg=0.0",

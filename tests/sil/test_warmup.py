@@ -112,7 +112,7 @@ print(early, "scipy.linalg" in sys.modules)
 LATER = {  # mission -> module and kernels that a flight comes to some time after its start
     "rendezvous": (
         "flightsw.missions.rendezvous.estimator",
-        ("kb.bank_predict", "kb.bank_bearing", "kb.bank_position", "kr.judged_range"),
+        ("kb.bank_predict", "kf.heard_fix", "kf.heard_range", "kr.judged_range"),
     ),
     "receiver": (
         "flightsw.missions.receiver.integrity.bank",

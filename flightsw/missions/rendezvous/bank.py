@@ -1,7 +1,8 @@
 """A bank of Gaussian components over the receiver's lateral position: the ring a single range leaves, kept as a sum.
 
 m [M,8], P [M,8,8], lw [M] log weights (largest zero), wk [M,8] scratch: rows of the measurement (H_*). M = 1 is the plain
-seven- or eight-state filter. Alspach and Sorenson (1972); components as in missions/rendezvous/full_order.py.
+seven- or eight-state filter. With 14 states instead of 8 the errors of a bearing and a data link are estimated too
+(aid_errors.py). Alspach and Sorenson (1972); components as in missions/rendezvous/full_order.py.
 """
 
 from __future__ import annotations
@@ -11,6 +12,16 @@ import math
 import numpy as np
 
 from flightsw.kernels.jit import jit
+from flightsw.missions.rendezvous.aid_errors import (
+    BC,
+    LXC,
+    LYC,
+    NONE,
+    aided_fuse,
+    aided_variance,
+    errors_predict,
+    errors_start,
+)
 from flightsw.missions.rendezvous.frame import E_SIZE, E_VX, E_VY, E_X, E_Y
 from flightsw.missions.rendezvous.full_order import (
     E8_R,
@@ -54,12 +65,14 @@ def bank_start(
     M = m.shape[0]
     if M == 1:
         eight_start(m[ONLY], P[ONLY], d, x_t, y_t, y_hat, sigma_y, shift, e)
+        errors_start(P[ONLY], e)
         lw[ONLY] = 0.0
         return
     step = 2.0 * span / (M - 1)
     for i in range(M):
         z = -span + step * i
         eight_start(m[i], P[i], d, x_t, y_t, y_hat + z * sigma_y, OVERLAP * step * sigma_y, shift, e)
+        errors_start(P[i], e)
         lw[i] = -0.5 * z * z
 
 
@@ -70,14 +83,16 @@ def bank_predict(m: np.ndarray, P: np.ndarray, lw: np.ndarray, dt: float, e: np.
     for i in range(m.shape[0]):
         if lw[i] > DEAD:
             eight_predict(m[i], P[i], dt, e[E8_U], D)
+            errors_predict(m[i], P[i], dt, e)
 
 
 @jit
 def _fuse_all(
     m: np.ndarray, P: np.ndarray, lw: np.ndarray, z: float, angle: bool, gate: float, wk: np.ndarray, k: np.ndarray,
-    nu: np.ndarray,
+    nu: np.ndarray, at: int,
 ) -> bool:  # fmt: skip
-    """Second half of an update: mixture innovation nu [2] <- (value, variance), gate, correction and weights."""
+    """Second half of an update: mixture innovation nu [2] <- (value, variance), gate, correction and weights; `at`: the
+    measurement's errors among the states (NONE: they are not)."""
     M = m.shape[0]
     sw, sz, szz = 0.0, 0.0, 0.0
     for i in range(M):
@@ -97,7 +112,10 @@ def _fuse_all(
             r = wrap(z - wk[i, H_MEAN]) if angle else z - wk[i, H_MEAN]
             S = wk[i, H_VAR]
             lw[i] -= 0.5 * (r * r / S + math.log(S))
-            eight_fuse(m[i], P[i], wk[i], r, S, k)
+            if at == NONE:
+                eight_fuse(m[i], P[i], wk[i], r, S, k)
+            else:
+                aided_fuse(m[i], P[i], wk[i], r, S, k, at)
             if lw[i] > top:
                 top = lw[i]
     for i in range(M):
@@ -123,7 +141,7 @@ def bank_range(
             else:
                 range_ekf(m[i], P[i], x_t, y_t, e, wk[i])
             wk[i, H_VAR] = innovation_variance(P[i], wk[i], e[E8_R])
-    return _fuse_all(m, P, lw, z, False, gate, wk, k, nu)
+    return _fuse_all(m, P, lw, z, False, gate, wk, k, nu, NONE)
 
 
 @jit
@@ -131,12 +149,30 @@ def bank_bearing(
     m: np.ndarray, P: np.ndarray, lw: np.ndarray, z: float, x_t: float, y_t: float, R: float, gate: float,
     wk: np.ndarray, k: np.ndarray, nu: np.ndarray,
 ) -> bool:  # fmt: skip
-    """Fuse the line-of-sight angle z [rad], counter-clockwise from +x at own position, variance R [rad^2]."""
+    """Fuse the line-of-sight angle z [rad], counter-clockwise from +x at own position, variance R [rad^2] of what is white."""
+    at = BC if m.shape[1] > N8 else NONE
     for i in range(m.shape[0]):
         if lw[i] > DEAD:
             quadrature(m[i], P[i], x_t, y_t, True, 0.0, 1.0, wk[i])
-            wk[i, H_VAR] = innovation_variance(P[i], wk[i], R)
-    return _fuse_all(m, P, lw, z, True, gate, wk, k, nu)
+            wk[i, H_VAR] = aided_variance(m[i], P[i], wk[i], R, at)
+    return _fuse_all(m, P, lw, z, True, gate, wk, k, nu, at)
+
+
+@jit
+def bank_axis(
+    m: np.ndarray, P: np.ndarray, lw: np.ndarray, along: bool, z: float, R: float, wk: np.ndarray, k: np.ndarray,
+    nu: np.ndarray,
+) -> None:  # fmt: skip
+    """Fuse x (along) or y [m] of the receiver's own position from the data link, variance R [m^2] of what is white."""
+    at = NONE if m.shape[1] == N8 else (LXC if along else LYC)
+    for i in range(m.shape[0]):
+        if lw[i] > DEAD:
+            for j in range(H_SIZE):
+                wk[i, j] = 0.0
+            wk[i, H_X if along else H_Y] = 1.0
+            wk[i, H_MEAN] = m[i, X] if along else m[i, Y]
+            wk[i, H_VAR] = aided_variance(m[i], P[i], wk[i], R, at)
+    _fuse_all(m, P, lw, z, False, 0.0, wk, k, nu, at)
 
 
 @jit
@@ -144,49 +180,42 @@ def bank_position(
     m: np.ndarray, P: np.ndarray, lw: np.ndarray, x: float, y: float, R: float, wk: np.ndarray, k: np.ndarray,
     nu: np.ndarray,
 ) -> None:  # fmt: skip
-    """Fuse the receiver's own position (x, y) [m] from the data link, variance R [m^2] per axis."""
-    for axis in range(2):
-        for i in range(m.shape[0]):
-            if lw[i] > DEAD:
-                for j in range(H_SIZE):
-                    wk[i, j] = 0.0
-                wk[i, H_X if axis == 0 else H_Y] = 1.0
-                wk[i, H_MEAN] = m[i, X] if axis == 0 else m[i, Y]
-                wk[i, H_VAR] = innovation_variance(P[i], wk[i], R)
-        _fuse_all(m, P, lw, x if axis == 0 else y, False, 0.0, wk, k, nu)
+    """Fuse the receiver's own position (x, y) [m] from the data link, variance R [m^2] per axis of what is white."""
+    bank_axis(m, P, lw, True, x, R, wk, k, nu)
+    bank_axis(m, P, lw, False, y, R, wk, k, nu)
 
 
 @jit
 def bank_mean(m: np.ndarray, lw: np.ndarray, mean: np.ndarray) -> float:
-    """mean [8] <- mean of the mixture; returns the sum of the weights."""
-    sw = 0.0
-    for j in range(N8):
+    """mean [8+] <- mean of the mixture; returns the sum of the weights."""
+    sw, n = 0.0, m.shape[1]
+    for j in range(n):
         mean[j] = 0.0
     for i in range(m.shape[0]):
         if lw[i] > DEAD:
             w = math.exp(lw[i])
             sw += w
-            for j in range(N8):
+            for j in range(n):
                 mean[j] += w * m[i, j]
-    for j in range(N8):
+    for j in range(n):
         mean[j] /= sw
     return sw
 
 
 @jit
 def bank_match(m: np.ndarray, P: np.ndarray, lw: np.ndarray, mean: np.ndarray, C: np.ndarray) -> None:
-    """mean [8], C [8,8] <- first two moments of the mixture."""
-    sw = bank_mean(m, lw, mean)
-    for j in range(N8):
-        for c in range(N8):
+    """mean [8+], C [8+,8+] <- first two moments of the mixture."""
+    sw, n = bank_mean(m, lw, mean), m.shape[1]
+    for j in range(n):
+        for c in range(n):
             C[j, c] = 0.0
     for i in range(m.shape[0]):
         if lw[i] > DEAD:
             w = math.exp(lw[i]) / sw
-            for j in range(N8):
+            for j in range(n):
                 for c in range(j + 1):
                     C[j, c] += w * (P[i, j, c] + (m[i, j] - mean[j]) * (m[i, c] - mean[c]))
-    for j in range(N8):
+    for j in range(n):
         for c in range(j):
             C[c, j] = C[j, c]
 

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flightsw.missions.rendezvous import bank as kb
+from flightsw.missions.rendezvous import fix_rules as kf
 from flightsw.missions.rendezvous import full_order as k8
 from flightsw.missions.rendezvous import range_filter as k3
 from flightsw.missions.rendezvous import range_rules as kr
@@ -24,13 +25,20 @@ from flightsw.missions.rendezvous.frame import E_SIZE, E_VX, E_X, E_Y
 from flightsw.missions.rendezvous.params import (
     RendezvousNavParams,
     eight_vector,
+    fixes_vector,
     kept_bank,
+    kept_fixes,
     new_window,
     nominal_velocity,
+    plain_rules,
     rules_vector,
+    states,
     three_vector,
 )
 
+CHANGING = (
+    "m", "P", "lw", "x3", "P3", "window", "e3", "e8", "kept", "memory", "memoryP", "fixes", "heard", "before", "beforeP", "prior",
+)  # fmt: skip
 THREE = [E_Y, E_VX, E_X]  # where the states of the three-state filter stand in the estimate: k3.S3_Y, S3_V, S3_X
 
 
@@ -61,16 +69,18 @@ class RangeEstimator:
     def __init__(self, p: RendezvousNavParams, wind_x: float = 0.0, wind_y: float = 0.0) -> None:
         """Wind [m/s] in R sets the receiver's nominal ground velocity; change it later with `set_wind`."""
         self.p = p
-        self.three = p.estimator == "ekf3"
+        self.three, self.hermite = p.estimator == "ekf3", p.estimator in ("ukf8", "bank")
         M = p.components if p.estimator == "bank" else 1
-        n = k8.N8
+        n = states(p)
         self.m, self.P, self.lw = np.zeros((M, n)), np.zeros((M, n, n)), np.zeros(M)
         self.x3, self.P3 = np.zeros(k3.S3_N), np.zeros((k3.S3_N, k3.S3_N))
         self.window = new_window(p)
         self.rules, self.kept = rules_vector(p), np.zeros(kr.RS_N)
         self.memory, self.memoryP = kept_bank(p, M)
+        self.plain, self.fp, self.fixes = plain_rules(self.rules), fixes_vector(p), np.zeros(kf.FS_N)
+        self.heard, self.before, self.beforeP = kept_fixes(p, M)
         self.t = 0.0  # [s] since the start, of the filter's state
-        self._prior = np.zeros(2)  # lateral position and sigma [m] of the start
+        self.prior = np.zeros(2)  # lateral position and sigma [m] of the start
         self.e3, self.e8 = three_vector(p, 0.0), eight_vector(p, 0.0)
         self._wk, self._k, self._nu, self._D = np.zeros((M, k8.H_SIZE)), np.zeros(n), np.zeros(2), np.zeros(k8.D_SIZE)
         self._mean8, self._C8, self._ahead, self._Ca = np.zeros(n), np.zeros((n, n)), np.zeros(n), np.zeros((n, n))
@@ -100,7 +110,8 @@ class RangeEstimator:
             )
         self.window[:] = new_window(self.p)
         kr.rules_reset(self.kept, range_m)
-        self._prior[:] = y_hat, sigma_y
+        kf.fixes_reset(self.fixes)
+        self.prior[:] = y_hat, sigma_y
         self.lag = self.t = 0.0
         self.out = RendezvousEstimate(valid=True, reason="", updates=1)
         self._matched()
@@ -124,7 +135,8 @@ class RangeEstimator:
         """Fuse what was measured age_s [s] ago at own position (own_x, own_y) [m] of that moment; True: range used.
 
         bearing_rad: line of sight in R, counter-clockwise from +x. datalink: the receiver's own position [m]. An age greater
-        than the time since the last update counts as that time (ranges out of order are fused at the filter's own time).
+        than the time since the last update counts as that time (what is out of order is fused at the filter's own time, a
+        position carried on to it with the velocity last estimated).
         """
         if not self.out.valid:
             return False
@@ -136,25 +148,42 @@ class RangeEstimator:
                 kb.bank_predict(self.m, self.P, self.lw, step, self.e8, self._D)
             self.lag -= step
             self.t += step
-        used = False
+        used, aids = False, self.p.aids.on
+        bearing_rad = bearing_rad if bearing_rad is not None and math.isfinite(bearing_rad) else None
+        if datalink is not None and age_s > self.lag:
+            _, vx, _, vy = self.out.mean
+            x, y = datalink
+            datalink = x + vx * (age_s - self.lag), y + vy * (age_s - self.lag)
         if range_m is not None and math.isfinite(range_m):
             used = self._range(range_m, own_x, own_y)
-        if bearing_rad is not None and math.isfinite(bearing_rad):
+        if aids and bearing_rad is not None:
+            self._fix(kf.IS_BEARING, bearing_rad, 0.0, own_x, own_y)
+        elif bearing_rad is not None:
             R = math.radians(self.p.bearing_sigma_deg) ** 2
             if self.three:
                 k3.ekf3_bearing(self.x3, self.P3, bearing_rad, own_x, own_y, R, self._nu)
             else:
                 kb.bank_bearing(self.m, self.P, self.lw, bearing_rad, own_x, own_y, R, 0.0, self._wk, self._k, self._nu)
-        if datalink is not None:
+        if datalink is not None and aids:
+            self._fix(kf.IS_POSITION, *datalink, own_x, own_y)
+        elif datalink is not None:
             R = self.p.datalink_sigma_m**2
             if self.three:
                 k3.ekf3_position(self.x3, self.P3, *datalink, R, self._nu)
             else:
                 kb.bank_position(self.m, self.P, self.lw, *datalink, R, self._wk, self._k, self._nu)
         self.out.age_s = self.lag
-        self.out.sided = bearing_rad is not None or datalink is not None
+        told = bearing_rad is not None or datalink is not None
+        self.out.sided = told or (aids and self.fixes[kf.FS_COUNT] > 0.0 and self.out.sided)
         self._matched()
         return used
+
+    def _fix(self, kind: int, z: float, y: float, own_x: float, own_y: float) -> None:
+        kf.heard_fix(
+            self.fixes, self.fp, self.kept, self.rules, self.m, self.P, self.lw, self.window, self.before, self.beforeP,
+            self.heard, self.t, kind, z, y, own_x, own_y, self.hermite, self.e8, self._wk, self._k, self._nu,
+        )  # fmt: skip
+        self._warned()
 
     def _range(self, z: float, x: float, y: float) -> bool:
         p, o = self.p, self.out
@@ -163,26 +192,31 @@ class RangeEstimator:
             k3.window_push(self.window, self._nu[k3.NU] / math.sqrt(self._nu[k3.NU_VAR]))
             o.verdict = kr.USED if used else kr.REFUSED
         else:
-            y_hat, sigma_y = self._prior.tolist()
-            o.verdict = int(
-                kr.judged_range(
-                    self.kept, self.rules, self.m, self.P, self.lw, self.window, self.memory, self.memoryP, self.t,
-                    z, x, y, y_hat, sigma_y, p.grid_sigma, 1.0 if p.mean_shift else 0.0,
-                    p.estimator in ("ukf8", "bank"), self.e8, self._wk, self._k, self._nu,
-                )
+            shift = 1.0 if p.mean_shift else 0.0
+            tail = (
+                self.t, z, x, y, *self.prior.tolist(), p.grid_sigma, shift, self.hermite, self.e8, self._wk, self._k, self._nu
             )  # fmt: skip
+            bank = (self.m, self.P, self.lw, self.window)
+            if self.fixes[kf.FS_COUNT] > 0.0:
+                head = (self.fixes, self.fp, self.kept, self.rules, self.plain, *bank)
+                o.verdict = int(kf.heard_range(*head, self.before, self.beforeP, self.heard, *tail))
+            else:
+                o.verdict = int(kr.judged_range(self.kept, self.rules, *bank, self.memory, self.memoryP, *tail))
             used = o.verdict not in (kr.REFUSED, kr.STUCK)
         nu, S = self._nu.tolist()
         o.innovation_m, o.nis = nu, nu * nu / S if S > 0.0 else 0.0
-        w = self.window
-        o.window_nis, o.window_drift = float(w[k3.W_SQUARE]), float(w[k3.W_DRIFT])
-        o.left_plan = bool(self.kept[kr.RS_OPENED] > 0.0)
-        # opened, it warns until a full window fits again
-        young = w[k3.W_COUNT] < w.shape[0] - k3.W_HEAD
-        o.alarm = bool(w[k3.W_ALARM] > 0.0 or (o.left_plan and young))
+        self._warned()
         o.updates += 1 if used else 0
         o.refused += 0 if used else 1
         return used
+
+    def _warned(self) -> None:
+        """Whether it warns: by the window, and once opened until a full one fits again."""
+        o, w = self.out, self.window
+        o.window_nis, o.window_drift = float(w[k3.W_SQUARE]), float(w[k3.W_DRIFT])
+        o.left_plan = bool(self.kept[kr.RS_OPENED] > 0.0)
+        young = w[k3.W_COUNT] < w.shape[0] - k3.W_HEAD
+        o.alarm = bool(w[k3.W_ALARM] > 0.0 or (o.left_plan and young))
 
     def _matched(self) -> None:
         if not self.three:
@@ -238,24 +272,12 @@ class RangeEstimator:
         """Copy of everything that changes."""
         o = self.out
         head = np.array([self.lag, o.valid, o.innovation_m, o.nis, o.alarm, o.updates, o.refused, self.t, o.sided])
-        return {
-            k: v.copy() for k, v in (("m", self.m), ("P", self.P), ("lw", self.lw), ("x3", self.x3), ("P3", self.P3))
-        } | {
-            "window": self.window.copy(),
-            "e3": self.e3.copy(),
-            "e8": self.e8.copy(),
-            "kept": self.kept.copy(),
-            "memory": self.memory.copy(),
-            "memoryP": self.memoryP.copy(),
-            "prior": self._prior.copy(),
-            "head": head,
-        }
+        return {name: getattr(self, name).copy() for name in CHANGING} | {"head": head}
 
     def set_state(self, s: dict[str, np.ndarray]) -> None:
         """Restore a copy made by `get_state`."""
-        for name in ("m", "P", "lw", "x3", "P3", "window", "e3", "e8", "memory", "memoryP"):
+        for name in CHANGING:
             getattr(self, name)[:] = s[name]
-        self.kept[:], self._prior[:] = s["kept"], s["prior"]
         lag, valid, innovation, nis, alarm, updates, refused, t, sided = s["head"].tolist()
         self.lag, self.t = lag, t
         self.out = RendezvousEstimate(

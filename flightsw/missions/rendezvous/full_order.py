@@ -2,7 +2,8 @@
 
 State m [8]: x [m], constant and fluctuating along-track velocity deviation [m/s], y [m], cross-track drift [m/s], altitude
 error [m], constant and correlated range error [m]; the receiver's truth model of Rivard (1982), section III. The seven-state
-filter is the same with the last state's sigma zero and its variance in R. Frame R (see range_filter.py), SI units.
+filter is the same with the last state's sigma zero and its variance in R. Behind them may stand the errors of a bearing and
+of a data link (aid_errors.py): whatever goes over all states goes over those too. Frame R (see range_filter.py), SI units.
 """
 
 from __future__ import annotations
@@ -32,7 +33,9 @@ E8_TN, E8_SN = 6, 7  # of the correlated range error [s], [m]
 E8_QY = 8  # random walk of y [m^2/s]
 # sigma at the start: constant velocity, drift [m/s], altitude, range error [m]
 E8_SC, E8_SY, E8_SA, E8_SB = 9, 10, 11, 12
-E8_N = 13
+# errors of a bearing [rad] and of the position a data link sends [m]: constant, correlated, correlation time [s]
+E8_BC, E8_BS, E8_BT, E8_LC, E8_LS, E8_LT = 13, 14, 15, 16, 17, 18
+E8_N = 19
 
 _SMALL = 0.02  # step over correlation time below which the series is the more exact form
 
@@ -79,14 +82,15 @@ def eight_mean(m: np.ndarray, dt: float, u: float, D: np.ndarray) -> None:
 
 @jit
 def eight_predict(m: np.ndarray, P: np.ndarray, dt: float, u: float, D: np.ndarray) -> None:
-    """Propagate mean m [8], covariance P [8,8] by dt [s] with discretisation D [8]; u nominal along-track velocity [m/s]."""
+    """Propagate mean m [8+], covariance P [8+,8+] by dt [s], discretisation D [8]; u nominal along-track velocity [m/s]."""
     eight_mean(m, dt, u, D)
-    for j in range(N8):
+    n = m.shape[0]
+    for j in range(n):
         P[X, j] += dt * P[VC, j] + D[D_XF] * P[VF, j]
         P[VF, j] *= D[D_F]
         P[Y, j] += dt * P[VY, j]
         P[N, j] *= D[D_N]
-    for i in range(N8):
+    for i in range(n):
         P[i, X] += dt * P[i, VC] + D[D_XF] * P[i, VF]
         P[i, VF] *= D[D_F]
         P[i, Y] += dt * P[i, VY]
@@ -104,7 +108,7 @@ def eight_start(
     m: np.ndarray, P: np.ndarray, d: float, x_t: float, y_t: float, y: float, sigma_y: float, shift: float,
     e: np.ndarray,
 ) -> None:  # fmt: skip
-    """m [8], P [8,8] <- estimate from the first slant range d [m] at own position, lateral position y +- sigma_y [m].
+    """m [8+], P [8+,8+] <- estimate from the first slant range d [m] at own position, lateral position y +- sigma_y [m].
 
     x follows from d with its correlation to y, altitude error and both range errors; shift = 1 adds the second-order mean
     -sigma_y^2 (1/X + Y^2/X^3)/2, 0 leaves it out.
@@ -112,9 +116,9 @@ def eight_start(
     Yr = y - y_t
     a = e[E8_A0] + d * d / (2.0 * e[E8_RE])
     Xr = ahead(d, Yr, a)
-    for i in range(N8):
+    for i in range(m.shape[0]):
         m[i] = 0.0
-        for j in range(N8):
+        for j in range(m.shape[0]):
             P[i, j] = 0.0
     v = sigma_y * sigma_y
     m[X] = x_t + Xr - shift * 0.5 * v * (1.0 / Xr + Yr * Yr / (Xr * Xr * Xr))
@@ -216,8 +220,8 @@ def innovation_variance(P: np.ndarray, h: np.ndarray, R: float) -> float:
 
 @jit
 def eight_fuse(m: np.ndarray, P: np.ndarray, h: np.ndarray, nu: float, S: float, k: np.ndarray) -> None:
-    """Correct m [8], P [8,8] with innovation nu of variance S and the row h [8]; k [8] scratch. P stays symmetric."""
+    """Correct m [8+], P [8+,8+] with innovation nu of variance S and the row h [8]; k [8+] scratch. P stays symmetric."""
     hx, hy, ha, hb, hn = h[H_X], h[H_Y], h[H_A], h[H_B], h[H_N]
-    for i in range(N8):
+    for i in range(m.shape[0]):
         k[i] = hx * P[i, X] + hy * P[i, Y] + ha * P[i, AE] + hb * P[i, B] + hn * P[i, N]
     scalar_update(m, P, k, nu, S)

@@ -41,13 +41,19 @@ class MeetingParams:
     announce_ahead_s: Annotated[float, Range(0.0, 120.0)] = 10.0  # before the turn its end is judged
     hold_s: Annotated[float, Range(0.0, 60.0)] = 15.0  # before the turn the heading is held
     speed_margin_mps: Annotated[float, Range(0.0, 100.0)] = 5.0 * KN  # beyond the trim: announced
+    speed_sigma: Annotated[float, Range(0.0, 6.0)] = (
+        0.0  # of the receiver's speed, in place of that with a bearing or a data link; 0: that
+    )
     leg_s: Annotated[float, Range(0.0, 900.0)] = 300.0  # longest leg back to the track; 0: none
+    leg_sided_s: Annotated[float, Range(0.0, 900.0)] = 0.0  # with a bearing or a data link, while it gains; 0: leg_s
+    leg_sided_share: Annotated[float, Range(0.1, 1.0)] = 1.0  # of leg_from and leg_to that counts then
     leg_angle_deg: Annotated[float, Range(1.0, 45.0)] = 26.0
     leg_gain_radpm: Annotated[float, Range(0.0)] = 0.25 / NM
     leg_tau_s: Annotated[float, Range(1.0)] = 60.0  # over which a miss along track is flown off
     leg_from: Annotated[float, Range(0.0, 1.0)] = 0.5  # share of the box from which on a leg is flown
     leg_to: Annotated[float, Range(0.01, 1.0)] = 0.3  # and at which it is over
     straight: bool = False  # a late turn, and a leg that is behind, go straight to the place at full trim
+    straight_again: bool = False  # also from the arc onto the track, where an estimate that has changed asks for it
     doubt: bool = False  # announcements of a receiver off its plan allow for its course and the mirror image of ranges
 
 
@@ -57,6 +63,8 @@ def meeting_vector(p: MeetingParams) -> np.ndarray:
     m[kv.MP_SIDES], m[kv.MP_BOX_X], m[kv.MP_BOX_Y] = 1.0 if p.both_sides else 0.0, p.box_x_m, p.box_y_m
     m[kv.MP_EDGE], m[kv.MP_AHEAD], m[kv.MP_SPEED] = p.announce, p.announce_ahead_s, p.speed_margin_mps
     m[kv.MP_HOLD], m[kv.MP_SURE] = p.hold_s, p.announce_sigma
+    m[kv.MP_LEG_SIDED], m[kv.MP_SPEED_SURE] = p.leg_sided_s, p.speed_sigma
+    m[kv.MP_LEG_SHARE], m[kv.MP_AGAIN] = p.leg_sided_share, float(p.straight_again)
     m[kv.MP_LEG], m[kv.MP_LEG_ANGLE], m[kv.MP_LEG_GAIN] = p.leg_s, math.radians(p.leg_angle_deg), p.leg_gain_radpm
     m[kv.MP_LEG_TAU], m[kv.MP_LEG_FROM], m[kv.MP_LEG_TO] = p.leg_tau_s, p.leg_from, p.leg_to
     m[kv.MP_STRAIGHT], m[kv.MP_DOUBT] = float(p.straight), float(p.doubt)

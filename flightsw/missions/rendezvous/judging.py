@@ -19,6 +19,7 @@ from flightsw.missions.rendezvous.meeting_vectors import (
     MP_LEG,
     MP_LEG_FROM,
     MP_SPEED,
+    MP_SPEED_SURE,
     MP_SURE,
     SAY_FAR,
     SAY_LEG,
@@ -95,6 +96,14 @@ def spread(P4: np.ndarray, chi: float, after: float, s: np.ndarray) -> None:
 
 
 @jit
+def speed_sigma(P4: np.ndarray, chi: float) -> float:
+    """Sigma [m/s] of the speed along the course of axes turned by chi [rad]; P4 [4,4] covariance of (x, v_x, y, v_y)."""
+    c, s = math.cos(chi), math.sin(chi)
+    v = c * c * P4[E_VX, E_VX] + 2.0 * c * s * P4[E_VX, E_VY] + s * s * P4[E_VY, E_VY]
+    return math.sqrt(max(v, 0.0))
+
+
+@jit
 def less(x: float, reach: float) -> float:
     """What is left of x [m] when up to `reach` [m] of it can be flown off."""
     return math.copysign(max(abs(x) - reach, 0.0), x)
@@ -102,13 +111,15 @@ def less(x: float, reach: float) -> float:
 
 @jit_own
 def judge_turn(
-    ms: np.ndarray, left: float, o: np.ndarray, r: np.ndarray, P4: np.ndarray, gp: np.ndarray, mp: np.ndarray,
+    ms: np.ndarray, left: float, o: np.ndarray, r: np.ndarray, P4: np.ndarray, sided: bool, gp: np.ndarray, mp: np.ndarray,
     t: np.ndarray, o2: np.ndarray, r2: np.ndarray,
 ) -> int:  # fmt: skip
     """Announcements about a turn to begin in `left` [s] on the present heading; ms keeps the misses it is predicted to end with.
 
     o [8], r [4] in the axes of the turn, P4 [4,4] covariance of the receiver in R; t [9], o2 [8], r2 [4] scratch. The speed trim
-    is counted on over the turn and the leg. A course of its own (M_CHI) is as unsure as the velocity: MP_DOUBT counts it.
+    is counted on over the turn and the leg. A course of its own (M_CHI) is as unsure as the velocity: MP_DOUBT counts it. Sided,
+    the receiver's speed is known well enough for its sigma to be the margin (MP_SPEED_SURE); by ranges alone, whose sigma is as
+    large as what is to be told, that would tell fewer.
     """
     for i in range(8):
         o2[i] = o[i]
@@ -136,6 +147,9 @@ def judge_turn(
         if mp[MP_LEG] == 0.0 or outside(less(x, gp[GP_TRIM] * (t[T_TIME] + mp[MP_LEG])), 0.0, sx, sy, mp):
             said = SAY_LEG + SAY_FAR
     apart = math.hypot(r[E_VX] - o[O_WX], r[E_VY] - o[O_WY]) - gp[GP_V]
-    if abs(apart) > gp[GP_TRIM] + mp[MP_SPEED]:
+    margin = mp[MP_SPEED]
+    if sided and mp[MP_SPEED_SURE] > 0.0:
+        margin = mp[MP_SPEED_SURE] * speed_sigma(P4, ms[M_CHI])
+    if abs(apart) > gp[GP_TRIM] + margin:
         said += SAY_SPEED
     return said

@@ -16,6 +16,8 @@ from flightsw.missions.rendezvous.meeting_vectors import (
     MP_LEG_ANGLE,
     MP_LEG_FROM,
     MP_LEG_GAIN,
+    MP_LEG_SHARE,
+    MP_LEG_SIDED,
     MP_LEG_TAU,
     MP_STRAIGHT,
 )
@@ -42,8 +44,32 @@ _TURNS_S = 60.0  # [s] of a leg that its turns and its last stretch take
 
 
 @jit
-def fly_leg(ms: np.ndarray, gs: np.ndarray, o: np.ndarray, r: np.ndarray, gp: np.ndarray, mp: np.ndarray) -> None:
-    """Bank and airspeed of the leg: heading to the track by the distance from it, speed by the miss along it.
+def leg_limit(
+    ms: np.ndarray, gs: np.ndarray, o: np.ndarray, r: np.ndarray, sided: bool, gp: np.ndarray, mp: np.ndarray
+) -> float:
+    """Longest leg [s] o [8], r [4] allow: MP_LEG, or MP_LEG_SIDED where the place is met within it at full trim.
+
+    Only if sided: by ranges alone, in trail, the distance across the track is lost. One that does not gain is not worth it.
+    """
+    if not sided or mp[MP_LEG_SIDED] <= mp[MP_LEG]:
+        return mp[MP_LEG]
+    x, pace = r[E_X] - gp[GP_SEP] - o[O_X], math.hypot(r[E_VX] - o[O_WX], r[E_VY] - o[O_WY])
+    gain = gp[GP_V] + gp[GP_TRIM] - pace if x < 0.0 else pace - gp[GP_V] + gp[GP_TRIM]
+    left = ms[M_SINCE] + mp[MP_LEG_SIDED] - gs[G_TIME]
+    return mp[MP_LEG_SIDED] if abs(x) < gain * left else mp[MP_LEG]
+
+
+@jit
+def leg_share(limit: float, mp: np.ndarray) -> float:
+    """Share of the miss from which on, and down to which, a leg of at most `limit` [s] is flown: less of one that gains."""
+    return mp[MP_LEG_SHARE] if limit > mp[MP_LEG] else 1.0
+
+
+@jit
+def fly_leg(
+    ms: np.ndarray, gs: np.ndarray, o: np.ndarray, r: np.ndarray, limit: float, gp: np.ndarray, mp: np.ndarray
+) -> None:
+    """Bank and airspeed of a leg of at most `limit` [s]: heading to the track by the distance from it, speed by the miss along.
 
     Further ahead than the way back costs, it first leads away from the track: each metre of it costs tan(angle/2) along track
     twice, out and back, where the speed trim alone would take minutes. With MP_STRAIGHT a leg that is behind goes to the track
@@ -53,7 +79,7 @@ def fly_leg(ms: np.ndarray, gs: np.ndarray, o: np.ndarray, r: np.ndarray, gp: np
     tan_half = math.tan(0.5 * mp[MP_LEG_ANGLE])
     ahead = x - abs(y) * tan_half
     way = (abs(y) + ahead / tan_half) / (o[O_V] * math.sin(mp[MP_LEG_ANGLE]))  # out and back
-    if ahead > mp[MP_LEG_FROM] * mp[MP_BOX_X] and way + _TURNS_S < ms[M_SINCE] + mp[MP_LEG] - gs[G_TIME]:
+    if ahead > mp[MP_LEG_FROM] * mp[MP_BOX_X] and way + _TURNS_S < ms[M_SINCE] + limit - gs[G_TIME]:
         ms[M_OUT] = 1.0
     elif ahead <= 0.0:
         ms[M_OUT] = 0.0
@@ -62,7 +88,7 @@ def fly_leg(ms: np.ndarray, gs: np.ndarray, o: np.ndarray, r: np.ndarray, gp: np
     most = mp[MP_LEG_ANGLE]
     if mp[MP_STRAIGHT] > 0.0:
         # the track is reached within the leg all the same
-        left = max(ms[M_SINCE] + mp[MP_LEG] - _TURNS_S - gs[G_TIME], _TURNS_S)
+        left = max(ms[M_SINCE] + limit - _TURNS_S - gs[G_TIME], _TURNS_S)
         soon = math.asin(min(abs(y) / (fast * left), 1.0))
         most = min(most, max(leg_angle(x, y, ux, uy, o[O_DELTA], fast), soon))
     a = min(max(mp[MP_LEG_GAIN] * y, -most), most)

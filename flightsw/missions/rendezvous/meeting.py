@@ -16,7 +16,7 @@ import numpy as np
 from flightsw.kernels.jit import jit
 from flightsw.missions.rendezvous.frame import E_VX, E_VY, E_X, E_Y
 from flightsw.missions.rendezvous.judging import beyond, judge_turn, missed
-from flightsw.missions.rendezvous.leg import fly_leg
+from flightsw.missions.rendezvous.leg import fly_leg, leg_limit, leg_share
 from flightsw.missions.rendezvous.meeting_vectors import (
     LEG,
     M_AWAY,
@@ -26,6 +26,7 @@ from flightsw.missions.rendezvous.meeting_vectors import (
     M_SIDE,
     M_SINCE,
     M_TURNS,
+    MP_AGAIN,
     MP_AHEAD,
     MP_BOX_X,
     MP_DOUBT,
@@ -161,10 +162,11 @@ def meeting_step(
     said = 0
     if gs[G_PHASE] == LEG:
         gs[G_TIME] += dt
-        fly_leg(ms, gs, o2, r2, gp, mp)
+        limit = leg_limit(ms, gs, o2, r2, sided, gp, mp)
+        fly_leg(ms, gs, o2, r2, limit, gp, mp)
         level = abs(math.pi + o2[O_DELTA] - o2[O_PSI]) < 0.1
-        there = level and not beyond(gs[G_XM], gs[G_YM], mp[MP_LEG_TO], mp)
-        if there or gs[G_TIME] - ms[M_SINCE] >= mp[MP_LEG]:
+        there = level and not beyond(gs[G_XM], gs[G_YM], leg_share(limit, mp) * mp[MP_LEG_TO], mp)
+        if there or gs[G_TIME] - ms[M_SINCE] >= limit:
             gs[G_PHASE] = DONE
     elif ms[M_AWAY] > 0.0:
         if abs(o2[O_PSI]) <= gp[GP_STEER_MAX] + _ROUND:
@@ -179,11 +181,11 @@ def meeting_step(
         guidance_step(gs, o2, r2, range_m, dt, gp, t, radii)
         if before == APPROACH and (gs[G_PHASE] != APPROACH or gs[G_WAIT] < mp[MP_AHEAD]):
             left = max(gs[G_WAIT], 0.0) if gs[G_PHASE] == APPROACH else 0.0
-            said = judge_turn(ms, left, o2, r2, P4, gp, mp, t, o3, r3)
+            said = judge_turn(ms, left, o2, r2, P4, sided, gp, mp, t, o3, r3)
         if gs[G_PHASE] == APPROACH and gs[G_WAIT] < mp[MP_HOLD]:
             gs[G_BANK] = 0.0
         late = mp[MP_STRAIGHT] > 0.0 and follow and gs[G_PHASE] == TURN
-        late = late and late_turn(ms, gs, o2, r2, t, gp, radii)
+        late = late and late_turn(ms, gs, o2, r2, t, gp, mp[MP_AGAIN] > 0.0, radii)
         if gs[G_PHASE] == TURN and gp[GP_JOIN] > 0.0 and not late:
             past = t[T_LIMITED] > 0.0 and abs(t[T_YM]) > gp[GP_JOIN_FROM]
             if past or (t[T_XM] < -_LATE * mp[MP_BOX_X] and gs[G_BANK] > 0.99 * gp[GP_BANK_MAX]):
@@ -191,10 +193,11 @@ def meeting_step(
         if before != DONE and gs[G_PHASE] == DONE:
             x, y = r2[E_X] - gp[GP_SEP] - o2[O_X], r2[E_Y] - o2[O_Y]
             gs[G_XM], gs[G_YM] = x, y
-            if mp[MP_LEG] > 0.0 and beyond(x, y, mp[MP_LEG_FROM], mp):
+            ms[M_SINCE] = gs[G_TIME]
+            limit = leg_limit(ms, gs, o2, r2, sided, gp, mp)
+            if mp[MP_LEG] > 0.0 and beyond(x, y, leg_share(limit, mp) * mp[MP_LEG_FROM], mp):
                 gs[G_PHASE] = LEG
-                ms[M_SINCE] = gs[G_TIME]
-                fly_leg(ms, gs, o2, r2, gp, mp)
+                fly_leg(ms, gs, o2, r2, limit, gp, mp)
     mirror = mp[MP_DOUBT] > 0.0 and follow and not sided
     if gs[G_PHASE] == DONE and missed(gs[G_XM], gs[G_YM], gp[GP_SEP], mirror, mp):
         said += SAY_MISSED

@@ -22,8 +22,12 @@ LEG = 4  # phase after roll-out, besides those of the turn law
     MP_HOLD,  # [s] before the turn from which on the heading is held, so that it begins with wings level
     MP_STRAIGHT,  # 1: a late turn, and a leg that is behind, go straight to the place ahead of the receiver
     MP_DOUBT,  # 1: what is announced of a receiver off its plan allows for its course and for the mirror image of ranges
+    MP_LEG_SIDED,  # [s] longest leg where the side is known and the place is met by then; no more than MP_LEG: no longer
+    MP_SPEED_SURE,  # sigma of the receiver's speed that count in place of MP_SPEED where the side is known; 0: MP_SPEED
+    MP_LEG_SHARE,  # of MP_LEG_FROM and MP_LEG_TO that counts for such a leg
+    MP_AGAIN,  # 1: the last arc of a late turn may be broken off
     MP_N,
-) = range(17)
+) = range(21)
 # state ms: side (0 not chosen, 1 as printed, -1 mirrored), whole turns added to the heading [rad], rotation of the axes [rad],
 # start of the leg [s], announcements, predicted misses at the roll-out [m], 1 while turning towards the receiver first, 1
 # while a leg leads away from the track, way of a late turn (WIDE, STRAIGHT, LAST)

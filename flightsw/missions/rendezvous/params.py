@@ -8,9 +8,11 @@ from typing import Annotated
 
 import numpy as np
 
+from flightsw.missions.rendezvous import fix_rules as kf
 from flightsw.missions.rendezvous import full_order as k8
 from flightsw.missions.rendezvous import range_filter as k3
 from flightsw.missions.rendezvous import range_rules as kr
+from flightsw.missions.rendezvous.aid_errors import N14
 from flightsw.strict import ConfigError, OneOf, Range
 
 NM = 1852.0
@@ -45,6 +47,31 @@ class RangeRules:
 
 
 @dataclass(frozen=True)
+class Aids:
+    """Bearings and positions at a rate of their own (missions/rendezvous/fix_rules.py): their errors as states. Their sigmas,
+    `bearing_sigma_deg` and `datalink_sigma_m`, are then those of the correlated part. Off: white, one with every range."""
+
+    on: bool = False
+    bearing_tau_s: Annotated[float, Range(0.1)] = 5.0  # correlation time of a bearing's error
+    bearing_constant_deg: Annotated[float, Range(0.0, 45.0)] = 0.3  # sigma of what stays of it
+    link_tau_s: Annotated[float, Range(0.1)] = 5.0
+    link_constant_m: Annotated[float, Range(0.0, 5000.0)] = 5.0
+    limit: Annotated[float, Range(0.0, 10.0)] = (
+        4.6  # of a sum of innovations, in sigma: the receiver is off its plan; 0: none
+    )
+    fade_s: Annotated[float, Range(0.1)] = 5.0  # in which the sums forget
+    back_s: Annotated[float, Range(0.0, 60.0)] = 10.0  # the estimate is taken back by when it is opened
+    stir_m2ps3: Annotated[float, Range(0.0)] = 50.0  # noise of the velocity then: a turn noticed goes on
+    settle_s: Annotated[float, Range(0.0, 120.0)] = 10.0  # for so long
+    kept: Annotated[int, Range(2, 200)] = 40  # of what was heard
+
+
+WHITE = (
+    0.01  # share of an error's variance that is left white where it is a state: the states need not explain all of it
+)
+
+
+@dataclass(frozen=True)
 class RendezvousNavParams:
     """Choice and tuning of the estimator; the defaults are Rivard's population of receivers and TACAN sets."""
 
@@ -71,6 +98,7 @@ class RendezvousNavParams:
     mean_shift: bool = True  # second-order mean of the first along-track position
     bearing_sigma_deg: Annotated[float, Range(0.01, 45.0)] = 2.0
     datalink_sigma_m: Annotated[float, Range(0.1, 5000.0)] = 100.0  # receiver's own position, per axis
+    aids: Aids = field(default_factory=Aids)
     gate_nis: Annotated[float, Range(0.0)] = 0.0  # a range with a larger NIS is refused; 0: none is
     window: Annotated[int, Range(2, 60)] = 6  # innovations judged together
     window_nis: Annotated[float, Range(1.0)] = 3.75  # mean NIS that warns: chi-square, 6 degrees, 1 in 1000
@@ -90,6 +118,10 @@ class RendezvousNavParams:
                 f"rules.open_back = {r.open_back}: allowed with estimator = 'bank', components >= {SPREAD}, "
                 "rules.open_turn_deg > 0, rules.open_speed_mps > 0"
             )
+        if self.aids.on and not (r.open and r.open_back):
+            raise ConfigError("aids.on = true: allowed with rules.open = true and rules.open_back >= 1")
+        if not self.aids.on and self.aids != Aids():
+            raise ConfigError("aids.on = false: allowed with its other keys left out")
         if any(wide) and not r.open_back:
             raise ConfigError("rules.open_turn_deg, rules.open_speed_mps: allowed with rules.open_back >= 1")
 
@@ -115,7 +147,31 @@ def eight_vector(p: RendezvousNavParams, u: float) -> np.ndarray:
     e[k8.E8_TN], e[k8.E8_SN] = p.range_noise_tau_s, 0.0 if seven else p.range_noise_sigma_m
     e[k8.E8_QY], e[k8.E8_SC], e[k8.E8_SY] = p.walk_m2ps, p.velocity_sigma_mps, p.drift_sigma_mps
     e[k8.E8_SA], e[k8.E8_SB] = p.altitude_sigma_m, p.range_bias_sigma_m
+    a = p.aids
+    e[k8.E8_BC], e[k8.E8_BS] = math.radians(a.bearing_constant_deg), math.radians(p.bearing_sigma_deg)
+    e[k8.E8_LC], e[k8.E8_LS] = a.link_constant_m, p.datalink_sigma_m
+    e[k8.E8_BT], e[k8.E8_LT] = a.bearing_tau_s, a.link_tau_s
     return e
+
+
+def states(p: RendezvousNavParams) -> int:
+    """States of a component."""
+    return N14 if p.aids.on else k8.N8
+
+
+def fixes_vector(p: RendezvousNavParams) -> np.ndarray:
+    """Parameter vector fp of missions/rendezvous/fix_rules.py."""
+    q = np.zeros(kf.FP_N)
+    q[kf.FP_LIMIT], q[kf.FP_FADE], q[kf.FP_BACK] = p.aids.limit, p.aids.fade_s, p.aids.back_s
+    q[kf.FP_STIR], q[kf.FP_SETTLE] = p.aids.stir_m2ps3, p.aids.settle_s
+    q[kf.FP_RB], q[kf.FP_RL] = WHITE * math.radians(p.bearing_sigma_deg) ** 2, WHITE * p.datalink_sigma_m**2
+    return q
+
+
+def kept_fixes(p: RendezvousNavParams, M: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Room for what M components heard, and their estimates before it (missions/rendezvous/fix_rules.py, note)."""
+    K, n = p.aids.kept if p.aids.on else 0, states(p)
+    return np.zeros((K, kf.F_N)), np.zeros((K, M, n + 2)), np.zeros((K, M, n, n))
 
 
 def rules_vector(p: RendezvousNavParams) -> np.ndarray:
@@ -133,10 +189,17 @@ def rules_vector(p: RendezvousNavParams) -> np.ndarray:
     return q
 
 
+def plain_rules(rp: np.ndarray) -> np.ndarray:
+    """Copy of rp by which a range does not itself open the estimate (missions/rendezvous/fix_rules.py, heard_range)."""
+    q = rp.copy()
+    q[kr.RP_OPEN] = q[kr.RP_BACK] = 0.0
+    return q
+
+
 def kept_bank(p: RendezvousNavParams, M: int) -> tuple[np.ndarray, np.ndarray]:
     """Room for the estimates of M components that are kept (missions/rendezvous/range_rules.py, keep)."""
-    K = p.rules.open_back
-    return np.zeros((K, M, k8.N8 + 2)), np.zeros((K, M, k8.N8, k8.N8))
+    K, n = p.rules.open_back, states(p)
+    return np.zeros((K, M, n + 2)), np.zeros((K, M, n, n))
 
 
 def new_window(p: RendezvousNavParams) -> np.ndarray:

@@ -15,7 +15,7 @@ import numpy as np
 
 from flightsw.kernels.jit import jit, jit_own
 from flightsw.missions.rendezvous.bank import DEAD, OVERLAP, bank_match, bank_predict, bank_range, bank_start
-from flightsw.missions.rendezvous.full_order import D_SIZE, E8_U, N8, VC, VF, VY, X, Y
+from flightsw.missions.rendezvous.full_order import D_SIZE, E8_U, VC, VF, VY, X, Y
 from flightsw.missions.rendezvous.range_filter import (
     NU,
     NU_VAR,
@@ -49,7 +49,7 @@ from flightsw.missions.rendezvous.range_filter import (
 # state rs: ranges after the first, refused in a row, innovation of the last refused [m], last range [m], times opened,
 # estimates kept since
 RS_COUNT, RS_ROW, RS_NU, RS_LAST, RS_OPENED, RS_KEPT, RS_N = range(7)
-KEPT_LW, KEPT_T = N8, N8 + 1  # of a kept component, behind its mean
+KEPT_LW, KEPT_T = -2, -1  # of a kept component, behind its mean
 _ANY = 0  # component: all are kept at the same time
 USED, REFUSED, STUCK, RESTARTED, OPENED = range(5)
 
@@ -109,12 +109,12 @@ def fan_out(
     turned, in speed where it is one of the others. A range then says which: one Gaussian over both components of
     the velocity holds many that neither a turn nor a speed gives and is soon sure of a wrong one.
     """
-    M = m.shape[0]
-    mean, C = np.zeros(N8), np.zeros((N8, N8))
+    M, n = m.shape
+    mean, C = np.zeros(n), np.zeros((n, n))
     bank_match(m, P, lw, mean, C)
     vx, vy = e[E8_U] + mean[VC] + mean[VF], mean[VY]
     v = math.hypot(vx, vy)
-    moved, angle, speed = np.zeros(N8), np.zeros(N8), np.zeros(N8)
+    moved, angle, speed = np.zeros(n), np.zeros(n), np.zeros(n)
     da = 2.0 * turn / (turned - 1) if turned > 1 else 0.0
     for i in range(M):
         a, b, db = -turn + da * i, 0.0, 0.0
@@ -127,9 +127,9 @@ def fan_out(
         speed[VC], speed[VY] = OVERLAP * db * vx / v, OVERLAP * db * vy / v
         for d in (moved, angle, speed):
             d[X], d[Y] = since * d[VC], since * d[VY]
-        for j in range(N8):
+        for j in range(n):
             m[i, j] = mean[j] + moved[j]
-            for k in range(N8):
+            for k in range(n):
                 P[i, j, k] = C[j, k] + angle[j] * angle[k] + speed[j] * speed[k]
         for d in (moved, angle, speed):  # of a product of two that do not depend on one another
             P[i, X, X] += var * d[VC] * d[VC]
@@ -143,15 +143,37 @@ def fan_out(
 def keep(
     m: np.ndarray, P: np.ndarray, lw: np.ndarray, t: float, rs: np.ndarray, kept: np.ndarray, keptP: np.ndarray
 ) -> None:
-    """Keep m [M,8], P [M,8,8], lw [M] of time t [s] in place of the oldest of kept [K,M,10] (m, lw, t), keptP [K,M,8,8]."""
+    """Keep m [M,8], P [M,8,8], lw [M] of time t [s] in place of the oldest of kept [K,M,8+2] (m, lw, t), keptP [K,M,8,8]."""
     i = int(rs[RS_KEPT]) % kept.shape[0]
     rs[RS_KEPT] += 1.0
+    keep_as(m, P, lw, t, i, kept, keptP)
+
+
+@jit
+def keep_as(
+    m: np.ndarray, P: np.ndarray, lw: np.ndarray, t: float, i: int, kept: np.ndarray, keptP: np.ndarray
+) -> None:  # fmt: skip
+    """Keep m [M,8], P [M,8,8], lw [M] of time t [s] as number i of kept [K,M,8+2] (m, lw, t), keptP [K,M,8,8]."""
     for j in range(m.shape[0]):
         kept[i, j, KEPT_LW], kept[i, j, KEPT_T] = lw[j], t
-        for c in range(N8):
+        for c in range(m.shape[1]):
             kept[i, j, c] = m[j, c]
-            for d in range(N8):
+            for d in range(m.shape[1]):
                 keptP[i, j, c, d] = P[j, c, d]
+
+
+@jit
+def restore(
+    m: np.ndarray, P: np.ndarray, lw: np.ndarray, i: int, kept: np.ndarray, keptP: np.ndarray
+) -> float:  # fmt: skip
+    """m [M,8], P [M,8,8], lw [M] <- those kept as number i (see `keep`); returns their time [s]."""
+    for j in range(m.shape[0]):
+        lw[j] = kept[i, j, KEPT_LW]
+        for c in range(m.shape[1]):
+            m[j, c] = kept[i, j, c]
+            for d in range(m.shape[1]):
+                P[j, c, d] = keptP[i, j, c, d]
+    return kept[i, _ANY, KEPT_T]
 
 
 @jit_own
@@ -170,14 +192,7 @@ def leave_plan(
     if rp[RP_BACK] == 0.0:
         open_up(P, lw, rp, rp[RP_OPEN_VY])
         return
-    i = (n - min(n, K)) % K
-    for j in range(M):
-        lw[j] = kept[i, j, KEPT_LW]
-        for c in range(N8):
-            m[j, c] = kept[i, j, c]
-            for d in range(N8):
-                P[j, c, d] = keptP[i, j, c, d]
-    since = t - kept[i, _ANY, KEPT_T]
+    since = t - restore(m, P, lw, (n - min(n, K)) % K, kept, keptP)
     bank_predict(m, P, lw, since, e, np.zeros(D_SIZE))
     if n > K:
         fan_out(m, P, lw, rp[RP_TURN], rp[RP_PACE], M - M // 4, 0.5 * since, since * since / 12.0, e)

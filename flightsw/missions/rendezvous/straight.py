@@ -50,6 +50,7 @@ COURSE, LASTS = 0, 1  # of a straight part: heading, time
 _HALVINGS = 24  # of a bracket of at most 4 rad: a microradian
 _BACK = 0.5  # [rad] of heading the course may lie behind the present one
 _AGAIN = 0.49  # [rad] behind it from which on the tanker is no longer late
+_MUCH = 10.0  # [s] of a straight part for which the last arc is broken off
 _SLOW = 1.0  # [m/s] across the track below which it is never reached
 
 
@@ -122,19 +123,27 @@ def straight_course(
 
 @jit
 def late_turn(
-    ms: np.ndarray, gs: np.ndarray, o: np.ndarray, r: np.ndarray, t: np.ndarray, gp: np.ndarray, out: np.ndarray
+    ms: np.ndarray,
+    gs: np.ndarray,
+    o: np.ndarray,
+    r: np.ndarray,
+    t: np.ndarray,
+    gp: np.ndarray,
+    again: bool,
+    out: np.ndarray,
 ) -> bool:
     """Bank and airspeed gs of a turn t [9] that is late; False: it is not, and nothing is changed. ms keeps the way it goes.
 
     o [8], r [4] in the axes of the turn; out [2] scratch. Begun where two arcs come out behind; given up where an estimate
-    that has changed asks for a heading already passed. From the straight part onto the track by the bank that ends on it.
+    that has changed asks for a heading already passed. From the straight part onto the track by the bank that ends on it; with
+    again, back to the straight part where an estimate that has changed leaves much of it after all.
     """
     if ms[M_WAY] == WIDE:
         if t[T_LIMITED] > 0.0 or t[T_DPSI] < gp[GP_NEAR]:
             return False
         if behind(o, r, gp[GP_BANK_MAX], gp[GP_SEP], gp[GP_ROLL], gp[GP_G]) >= 0.0:
             return False
-    if ms[M_WAY] != LAST:
+    if ms[M_WAY] != LAST or (again and t[T_DPSI] > gp[GP_NEAR]):
         fast = gp[GP_V] + gp[GP_TRIM]
         straight_course(
             o,
@@ -153,7 +162,8 @@ def late_turn(
             return False
         # both rolls, out of the first arc and into the last, are part of the straight
         rolls = ramp_straight(o[O_PHI], gp[GP_ROLL]) + ramp_straight(gp[GP_STEER_BANK], gp[GP_ROLL])
-        ms[M_WAY] = STRAIGHT if out[LASTS] > rolls else LAST
+        longer = rolls if ms[M_WAY] != LAST else rolls + _MUCH
+        ms[M_WAY] = STRAIGHT if out[LASTS] > longer else LAST
         if ms[M_WAY] == STRAIGHT:
             gs[G_BANK] = heading_bank(out[COURSE] - o[O_PSI], o[O_V], gp[GP_HEADING_GAIN], gp[GP_BANK_MAX], gp[GP_G])
             gs[G_V] = fast

@@ -1,7 +1,8 @@
 """The tanker's side of the range-only estimator: TACAN replies and the crew's radar reading in, receiver in frame R out.
 
 Own course and speed are those through the air (inertial velocity less the slowly varying wind), because the path of a turn
-hangs on them and not on where the nose points. A reply is fused at the own position of its time of validity.
+hangs on them and not on where the nose points. A reply is fused at the own position of its time of validity, and so is a bearing
+or a position that comes at a rate of its own.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from flightsw.missions.rendezvous.params import ESTIMATORS, NM, RendezvousNavPar
 from flightsw.missions.rendezvous.range_rules import REFUSED, RESTARTED, STUCK, USED
 from flightsw.missions.rendezvous.reports import RendezvousState
 from flightsw.strict import Range
-from flightsw.types import UPD_RADAR, UPD_TACAN, NavState, SensorFrame, Text
+from flightsw.types import UPD_BEARING, UPD_POSITION, UPD_RADAR, UPD_TACAN, NavState, SensorFrame, Text
 
 KEEP_S = 6.0  # [s] of own positions; an older reply is refused
 WARNING, NOTICE, INFO = 4, 5, 6
@@ -55,6 +56,7 @@ class TrackParams:
     wind_tau_s: Annotated[float, Range(0.1)] = 20.0  # smoothing of the own wind estimate
     use_bearing: bool = True  # of a set that gives one
     use_link: bool = True  # the receiver's own position, where it sends it
+    aid_every_s: Annotated[float, Range(0.0, 60.0)] = 1.0  # of those that come by themselves one in so long is fused
     lost_s: Annotated[float, Range(1.0)] = 35.0  # without a range: the crew is told
 
 
@@ -81,7 +83,8 @@ class ReceiverTrack:
         self._wind: tuple[float, float] | None = None
         self._radar: tuple[float, float] | None = None
         self._t_us = self._since_us = -1
-        self._lost, self._verdict = False, USED
+        self._aid_us = {UPD_BEARING: -(1 << 62), UPD_POSITION: -(1 << 62)}  # of the last fused that came by itself
+        self._lost, self._alarm, self._verdict = False, False, USED
         self.closed = False  # the meeting is over: ranges are no longer fused, nor missed
         self._upper = np.triu_indices(E_SIZE)
 
@@ -103,15 +106,20 @@ class ReceiverTrack:
             self._own(f.t_us, nav, dt)
             if updated & UPD_TACAN and f.tacan_range_m is not None and not self.closed:
                 self._reply(f)
+            if self.ready and not self.closed:
+                if updated & UPD_BEARING and self.p.use_bearing and self._due(UPD_BEARING, f.bearing_t_us):
+                    self._aid(f, f.bearing_t_us, f.bearing, None)
+                if updated & UPD_POSITION and self.p.use_link and self._due(UPD_POSITION, f.position_t_us):
+                    self._aid(f, f.position_t_us, None, f.position)
         if not self.closed:
             self._watch(f)
         return self._publish(f)
 
     def exercise(self) -> None:
-        """Fuse a range, a bearing and a position in an estimator of its own: the warm-up comes to the first range at most."""
+        """Fuse ranges, bearings and positions in an estimator of its own: the warm-up comes to the first range at most."""
         est, x = RangeEstimator(self.p.estimator), 50.0 * NM
         est.start(x, 0.0, 0.0, self.p.y_hat_m, self.p.sigma_y_m)
-        for bearing, link in ((None, None), (0.0, None), (0.0, (x, 0.0))):
+        for bearing, link in ((None, None), (0.0, None), (0.0, (x, 0.0)), (None, None)):
             est.predict(1.0)
             est.update(x, 0.0, 0.0, 0.0, bearing, link)
 
@@ -181,22 +189,44 @@ class ReceiverTrack:
             self.texts.append(Text(INFO, f"TACAN: receiver at {distance / NM:.1f} NM"))
         else:
             self.est.set_wind(self.own.wind_x, self.own.wind_y)
-            before = self.out.alarm
             used = self.est.update(distance, x, y, age, los, self._sent(f))
             verdict = self.est.out.verdict
             if verdict != self._verdict and verdict in VERDICTS:  # told once while it lasts
                 self.texts.append(VERDICTS[verdict])
             self._verdict = verdict
-            if self.est.out.alarm and not before:
-                self.texts.append(Text(WARNING, "receiver not as planned: check course and speed"))
-            elif before and not self.est.out.alarm:
-                self.texts.append(Text(NOTICE, "receiver: ranges fit the estimate again"))
+            self._warn()
             if not used:
                 return
         o = self.out
         o.range_m, o.fix_us = distance, f.t_us
         w, at, _ = self.est.components()
         o.weights, o.xs, o.ys = (tuple(float(v) for v in a) for a in (w, *at.T))
+
+    def _due(self, kind: int, t_us: int) -> bool:
+        """Whether one of this time is to be fused; it is then the last."""
+        if t_us - self._aid_us[kind] < self.p.aid_every_s * 1e6:
+            return False
+        self._aid_us[kind] = t_us
+        return True
+
+    def _aid(self, f: SensorFrame, t_us: int, bearing: float | None, position: tuple[float, float] | None) -> None:
+        """Fuse a bearing or a position that came by itself, taken at t_us."""
+        then = self._then(t_us)
+        if then is None:
+            return
+        x, y, heading = then
+        los = None if bearing is None else self.frame.line_of_sight(bearing, heading)
+        link = None if position is None else self.frame.to_r(*position)
+        self.est.update(None, x, y, max((f.t_us - t_us) * 1e-6, 0.0), los, link)
+        self._warn()
+
+    def _warn(self) -> None:
+        before, now = self._alarm, self.est.out.alarm
+        if now and not before:
+            self.texts.append(Text(WARNING, "receiver not as planned: check course and speed"))
+        elif before and not now:
+            self.texts.append(Text(NOTICE, "receiver: ranges fit the estimate again"))
+        self._alarm = now
 
     def _sent(self, f: SensorFrame) -> tuple[float, float] | None:
         """The receiver's own position [m] in R, where its data link sends one and it is used."""

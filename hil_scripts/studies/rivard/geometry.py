@@ -8,10 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
 from flightsw.missions.rendezvous import meeting_vectors as kv
+from flightsw.missions.rendezvous.params import Aids
 from hil_scripts.campaign.study import Case, RunResult, Study
 from hil_scripts.studies.rivard import geometry_kernel as gk
 from hil_scripts.studies.rivard.figures import proportion
@@ -28,7 +30,49 @@ SENSORS = {
     "_bearing": {"bearing_deg": 1.0, "bearing_bias_deg": 0.3, "nav_bearing_sigma_deg": 1.1},
     "_link": {"link_m": 100.0, "link_bias_m": 5.0},
 }
+# at a rate of their own, with errors correlated over 5 s (own_rate.py); of a link that sends ten times a second the software
+# takes one a second. The leg is the product's where the side is known
+_MEETING: dict[str, Any] = {
+    "meet_leg_sided_s": 600.0, "meet_leg_sided_share": 0.4, "meet_straight_again": True, "meet_speed_sigma": 2.0,
+    "nav_aids": Aids(on=True), "t_max_s": 1500.0,
+}  # fmt: skip
+OWN: dict[str, dict[str, Any]] = {
+    "_bearing_own": _MEETING | {
+        "bearing_deg": 1.0, "bearing_bias_deg": 0.3, "bearing_s": 1.0, "bearing_tau_s": 5.0, "nav_bearing_sigma_deg": 1.0
+    },
+    "_link_own": _MEETING | {
+        "link_m": 100.0, "link_bias_m": 5.0, "link_s": 1.0, "link_tau_s": 5.0, "link_late_s": 0.15, "link_gone": 0.01,
+    },
+}  # fmt: skip
 TURNS = (5.0, 10.0, 20.0, 30.0)
+
+
+def _own_rate(plan: GeometryCase) -> dict[str, tuple[str, GeometryCase]]:
+    """Bearing and data link at rates of their own."""
+    out = {}
+    for sensor, more in OWN.items():
+        own = changed(plan, **more)
+        out[f"as_planned{sensor}"] = ("plan", own)
+        for degrees in TURNS:
+            for sign, name in ((1.0, "turn_towards"), (-1.0, "turn_away")):
+                out[f"{name}_{degrees:g}{sensor}"] = (
+                    "turn",
+                    changed(own, truth_turn_at_s=60.0, truth_turn_deg=sign * degrees),
+                )
+        for kn, name in ((60.0, "faster_60"), (-60.0, "slower_60")):
+            out[f"{name}{sensor}"] = ("speed", changed(own, receiver_kn=kn))
+            out[f"{name}_trim_60{sensor}"] = (
+                "authority",
+                changed(own, receiver_kn=kn, guid_trim_mps=60.0 * KN, nav_velocity_sigma_mps=30.0 * KN),
+            )
+    link = changed(plan, truth_turn_at_s=60.0, truth_turn_deg=-30.0, **OWN["_link_own"])
+    out["turn_away_30_known_60_own"] = ("turn", changed(link, known_s=60.0))
+    for tau in (1.0, 20.0, 60.0):  # errors that fade sooner or later than the least favourable
+        out[f"turn_away_30_link_own_tau_{tau:g}"] = (
+            "turn",
+            changed(link, link_tau_s=tau, nav_aids=Aids(on=True, link_tau_s=tau)),
+        )
+    return out
 
 
 def _settings() -> dict[str, tuple[str, GeometryCase]]:
@@ -67,6 +111,7 @@ def _settings() -> dict[str, tuple[str, GeometryCase]]:
                     "turn",
                     changed(plan, truth_turn_at_s=60.0, truth_turn_deg=sign * degrees, **more),
                 )
+    out |= _own_rate(plan)
     for known in (60.0, 80.0):  # what the law makes of a turn known from then on: no sensor tells it sooner
         out[f"turn_away_30_known_{known:g}"] = (
             "turn",

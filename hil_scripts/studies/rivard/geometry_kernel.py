@@ -1,8 +1,8 @@
 """Many meetings of any geometry, compiled: the plant's truth kernels and the onboard steps with their rules, one event loop.
 
-Beside the loop of the printed tables (kernel.py): faults of the TACAN, bearings and a data link with errors that stay, the
-leg after the turn, and what is announced. The onboard steps are those of RangeEstimator and RendezvousGuidance,
-kernel for kernel.
+Beside the loop of the printed tables (kernel.py): faults of the TACAN, bearings and a data link with errors that stay, with
+every range or at rates of their own (own_rate.py), the leg after the turn, and what is announced. The onboard steps are those of
+RangeEstimator and RendezvousGuidance, kernel for kernel.
 """
 
 from __future__ import annotations
@@ -13,11 +13,13 @@ import numba
 import numpy as np
 
 from flightsw.missions.rendezvous import bank as kb
+from flightsw.missions.rendezvous import fix_rules as kf
 from flightsw.missions.rendezvous import full_order as k8
 from flightsw.missions.rendezvous import meeting as km
 from flightsw.missions.rendezvous import meeting_vectors as kv
 from flightsw.missions.rendezvous import range_rules as kr
 from flightsw.missions.rendezvous import turn_law as kg
+from hil_scripts.studies.rivard import own_rate as ko
 from sim_plant.couplings import traffic_kernel as tr
 
 jit = numba.njit(cache=True, nogil=True, fastmath=False, error_model="numpy")
@@ -50,8 +52,14 @@ jit = numba.njit(cache=True, nogil=True, fastmath=False, error_model="numpy")
     SP_STUCK,
     SP_SILENT,
     SP_LOST,  # [s] without a range that is used: told
+    SP_BEARING_DT,  # [s] between bearings, correlation time of their error; 0: one with every range, white
+    SP_BEARING_TAU,
+    SP_LINK_DT,  # [s] the same of the position
+    SP_LINK_TAU,
+    SP_LINK_LATE,  # [s] until it is there
+    SP_LINK_GONE,  # normal quantile of the share of positions that never are
     SP_N,
-) = range(27)
+) = range(33)
 # result row; R_DONE 1 finished, 0 out of time. Misses in axes of the receiver's course: at the roll-out, at the end, as
 # estimated at the end, as predicted at the turn; R_FASTER: true airspeed of the receiver less the tanker's at the turn
 (
@@ -74,17 +82,22 @@ def miss(
 
 @jit
 def fly(
-    W: np.ndarray, Z: np.ndarray, V: np.ndarray, p: np.ndarray, q: np.ndarray, sp: np.ndarray, e0: np.ndarray, gp: np.ndarray,
-    mp: np.ndarray, rp: np.ndarray, M: int, window0: np.ndarray, kept: np.ndarray, keptP: np.ndarray, out: np.ndarray,
+    W: np.ndarray, Z: np.ndarray, V: np.ndarray, U: np.ndarray, p: np.ndarray, q: np.ndarray, sp: np.ndarray, e0: np.ndarray,
+    gp: np.ndarray, mp: np.ndarray, rp: np.ndarray, plain: np.ndarray, fp: np.ndarray, M: int, window0: np.ndarray,
+    kept: np.ndarray, keptP: np.ndarray, heard: np.ndarray, before0: np.ndarray, beforeP: np.ndarray, out: np.ndarray,
 ) -> None:  # fmt: skip
-    """Fly out.shape[0] meetings. W [n, 8 + 4 steps], Z [n, 3 + 3 steps], V [n, 2] unit normals of receiver, sensors, wind.
+    """Fly out.shape[0] meetings. W [n, 8 + 4 steps], Z [n, 3 + 3 steps], V [n, 2] unit normals of receiver, sensors, wind; U
+    [n, 3 + draws] of what comes at a rate of its own (own_rate.py).
 
-    p [20], q [7] truth of receiver and tanker; sp [26] setting; e0 [13], gp, mp, rp, window0 onboard parameters; M components.
-    out [n, 20]: R_*, SI.
+    p [20], q [7] truth of receiver and tanker; sp [32] setting; e0 [19], gp, mp, rp, plain, fp, window0 onboard parameters; M
+    components; kept to beforeP: room for estimates, their last size that of a component. out [n, 20]: R_*, SI.
     """
-    m, P, lw = np.zeros((M, 8)), np.zeros((M, 8, 8)), np.zeros(M)
-    wk, k, nu, D = np.zeros((M, k8.H_SIZE)), np.zeros(8), np.zeros(2), np.zeros(k8.D_SIZE)
-    mean8, C8, r4, P4 = np.zeros(8), np.zeros((8, 8)), np.zeros(4), np.zeros((4, 4))
+    n = kept.shape[2] - 2
+    m, P, lw = np.zeros((M, n)), np.zeros((M, n, n)), np.zeros(M)
+    wk, k, nu, D = np.zeros((M, k8.H_SIZE)), np.zeros(n), np.zeros(2), np.zeros(k8.D_SIZE)
+    mean8, C8, r4, P4 = np.zeros(n), np.zeros((n, n)), np.zeros(4), np.zeros((4, 4))
+    fs, own = np.zeros(kf.FS_N), np.zeros(ko.A_N)
+    b_own, l_own = sp[SP_BEARING_DT] > 0.0, sp[SP_LINK_DT] > 0.0
     s, c, t13 = np.zeros(8), np.zeros(5), np.zeros(13)
     o, gs, ms, rs = np.zeros(8), np.zeros(kg.G_N), np.zeros(kv.M_N), np.zeros(kr.RS_N)
     turn, radii, o2, r2, o3, r3, v2, xy = (
@@ -111,9 +124,14 @@ def fly(
             w[j] = window0[j]
         t, t_true, t_g, te, z, said = 0.0, 0.0, 0.0, math.inf, 0.0, 0
         i_meas, i_guid, i_draw, t_f, t_used = 0, 0, 0, 0.0, 0.0
+        ko.start(own, U[run], sp[SP_BEARING], sp[SP_LINK])
+        kf.fixes_reset(fs)
+        i_b, i_l, t_sent, t_due, z_x, z_y = 0, 0, 0.0, math.inf, 0.0, 0.0
         while True:
             tm, tg = mdt * i_meas, gdt * i_guid
-            tn = min(min(tm, tg), te)
+            tb = sp[SP_BEARING_DT] * i_b if b_own else math.inf
+            tl = sp[SP_LINK_DT] * i_l if l_own else math.inf
+            tn = min(min(min(tm, tg), te), min(min(tb, tl), t_due))
             if tn > sp[SP_TMAX]:
                 break
             tr.tanker_step(c, gs[kg.G_BANK], gs[kg.G_V], tn - t, q)
@@ -124,7 +142,7 @@ def fly(
                 i_draw += 1
                 t_true = t
                 if i_meas > 0:
-                    kb.bank_predict(m, P, lw, mdt, e, D)
+                    kb.bank_predict(m, P, lw, t - t_f if b_own or l_own else mdt, e, D)
                 t_f = t
                 if not (faulty and sp[SP_STUCK] > 0.0):
                     z = tr.tacan_range(s, c[0], c[1], p) + (sp[SP_ADD] if faulty else 0.0)
@@ -133,10 +151,16 @@ def fly(
                     kb.bank_start(m, P, lw, z, c[0], c[1], sp[SP_YHAT], sp[SP_SIGY], sp[SP_SPAN], sp[SP_SHIFT], e)
                     kr.rules_reset(rs, z)
                 elif not silent:
-                    verdict = kr.judged_range(
-                        rs, rp, m, P, lw, w, kept, keptP, t, z, c[0], c[1], sp[SP_YHAT], sp[SP_SIGY], sp[SP_SPAN],
-                        sp[SP_SHIFT], True, e, wk, k, nu,
-                    )  # fmt: skip
+                    if fs[kf.FS_COUNT] > 0.0:
+                        verdict = kf.heard_range(
+                            fs, fp, rs, rp, plain, m, P, lw, w, before0, beforeP, heard, t, z, c[0], c[1], sp[SP_YHAT],
+                            sp[SP_SIGY], sp[SP_SPAN], sp[SP_SHIFT], True, e, wk, k, nu,
+                        )  # fmt: skip
+                    else:
+                        verdict = kr.judged_range(
+                            rs, rp, m, P, lw, w, kept, keptP, t, z, c[0], c[1], sp[SP_YHAT], sp[SP_SIGY], sp[SP_SPAN],
+                            sp[SP_SHIFT], True, e, wk, k, nu,
+                        )  # fmt: skip
                     row[R_REFUSED] += 1.0 if verdict == kr.REFUSED or verdict == kr.STUCK else 0.0
                     if verdict != kr.REFUSED and verdict != kr.STUCK:
                         t_used = t
@@ -147,17 +171,60 @@ def fly(
                             row[R_WARNED] = t
                 if t - t_used > sp[SP_LOST]:
                     row[R_SILENT] = 1.0
-                if sp[SP_BEARING] > 0.0 and not silent:
+                if sp[SP_BEARING] > 0.0 and not (silent or b_own):
                     z_b = tr.tacan_bearing(s, c[0], c[1]) + sp[SP_BEARING_BIAS] * Z[run, 0]
                     z_b += sp[SP_BEARING] * Z[run, 3 + 3 * i_meas]
                     kb.bank_bearing(m, P, lw, z_b, c[0], c[1], sp[SP_BEARING_R], 0.0, wk, k, nu)
-                if sp[SP_LINK] > 0.0:
+                if sp[SP_LINK] > 0.0 and not l_own:
                     z_x = s[0] + sp[SP_LINK_BIAS] * Z[run, 1] + sp[SP_LINK] * Z[run, 4 + 3 * i_meas]
                     z_y = s[3] + sp[SP_LINK_BIAS] * Z[run, 2] + sp[SP_LINK] * Z[run, 5 + 3 * i_meas]
                     kb.bank_position(m, P, lw, z_x, z_y, sp[SP_LINK_R], wk, k, nu)
                 kb.bank_match(m, P, lw, mean8, C8)
                 kb.reduce_four(mean8, C8, e[k8.E8_U], r4, P4)
                 i_meas += 1
+            if t >= min(min(tb, tl), t_due):
+                new_fix, opened = False, False
+                if t >= min(tb, tl) and t > t_true:
+                    tr.receiver_step(s, t_true, t - t_true, W[run], 8 + 4 * i_draw, p, t13)
+                    i_draw += 1
+                    t_true = t
+                if t >= tb:
+                    ko.fade(own, ko.A_B, 1, sp[SP_BEARING_DT], sp[SP_BEARING_TAU], sp[SP_BEARING], U[run])
+                    i_b += 1
+                    if not (sp[SP_FAULT0] <= t < sp[SP_FAULT1] and sp[SP_SILENT] > 0.0):
+                        z_b = tr.tacan_bearing(s, c[0], c[1]) + sp[SP_BEARING_BIAS] * Z[run, 0] + own[ko.A_B]
+                        kb.bank_predict(m, P, lw, t - t_f, e, D)
+                        t_f, new_fix = t, True
+                        verdict = kf.heard_fix(
+                            fs, fp, rs, rp, m, P, lw, w, before0, beforeP, heard, t, kf.IS_BEARING, z_b, 0.0, c[0], c[1], True,
+                            e, wk, k, nu,
+                        )  # fmt: skip
+                        opened = verdict == kf.OPENED
+                if t >= tl:
+                    ko.fade(own, ko.A_X, 2, sp[SP_LINK_DT], sp[SP_LINK_TAU], sp[SP_LINK], U[run])
+                    i_l += 1
+                    z_x, z_y = (
+                        s[0] + sp[SP_LINK_BIAS] * Z[run, 1] + own[ko.A_X],
+                        s[3] + sp[SP_LINK_BIAS] * Z[run, 2] + own[ko.A_Y],
+                    )
+                    t_sent, t_due = t, t + sp[SP_LINK_LATE] if ko.draw(own, U[run]) > sp[SP_LINK_GONE] else math.inf
+                if t >= t_due:
+                    t_due, new_fix = math.inf, True
+                    if t_sent > t_f:
+                        kb.bank_predict(m, P, lw, t_sent - t_f, e, D)
+                        t_f = t_sent
+                    verdict = kf.heard_fix(
+                        fs, fp, rs, rp, m, P, lw, w, before0, beforeP, heard, t_sent, kf.IS_POSITION, z_x, z_y, c[0], c[1], True,
+                        e, wk, k, nu,
+                    )  # fmt: skip
+                    opened = opened or verdict == kf.OPENED
+                if opened:
+                    row[R_OPENED] += 1.0
+                    if math.isnan(row[R_WARNED]):
+                        row[R_WARNED] = t
+                if new_fix:
+                    kb.bank_match(m, P, lw, mean8, C8)
+                    kb.reduce_four(mean8, C8, e[k8.E8_U], r4, P4)
             if not (t >= tg or t >= te):
                 continue
             i_guid += 1 if t >= tg else 0

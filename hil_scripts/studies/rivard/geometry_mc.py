@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
+from statistics import NormalDist
 
 import numpy as np
 
@@ -22,8 +23,11 @@ from flightsw.missions.rendezvous.params import (
     RangeRules,
     RendezvousNavParams,
     eight_vector,
+    fixes_vector,
     kept_bank,
+    kept_fixes,
     new_window,
+    plain_rules,
     rules_vector,
 )
 from hil_scripts.studies.rivard import geometry_kernel as gk
@@ -40,7 +44,7 @@ NAV = RendezvousNavParams(
 )
 GUIDANCE = RendezvousGuidanceParams(
     law="two_arc", lead_s=-1.0, offset_bank_deg=24.56, meeting=MeetingParams(on=True, straight=True, doubt=True)
-)  # the product's (flightsw/params/rendezvous.toml), without its aircraft's lag
+)  # the product's (flightsw/params/rendezvous.toml) by ranges alone, without its aircraft's lag
 LOST_S = 35.0  # TrackParams.lost_s
 TRUTH = Truth(roll_rate_degps=5.0)
 
@@ -72,8 +76,14 @@ class GeometryCase:
     known_s: float = math.inf  # guidance reads the truth from then on
     bearing_deg: float = 0.0
     bearing_bias_deg: float = 0.0
+    bearing_s: float = 0.0  # between bearings; 0: one with every range, white
+    bearing_tau_s: float = 0.0  # correlation time of their error
     link_m: float = 0.0
     link_bias_m: float = 0.0
+    link_s: float = 0.0
+    link_tau_s: float = 0.0
+    link_late_s: float = 0.0
+    link_gone: float = 0.0  # share of the positions lost
     range_s: float = 10.0
     guidance_s: float = 0.5
     t_max_s: float = 1100.0
@@ -94,17 +104,42 @@ def setting_vector(c: GeometryCase) -> Array:
     s[gk.SP_VR] = c.nav.receiver_mps
     f = c.fault
     s[gk.SP_FAULT0], s[gk.SP_FAULT1], s[gk.SP_ADD] = f.at_s, f.at_s + f.for_s, f.add_m
+    s[gk.SP_BEARING_DT], s[gk.SP_BEARING_TAU] = c.bearing_s, c.bearing_tau_s
+    s[gk.SP_LINK_DT], s[gk.SP_LINK_TAU], s[gk.SP_LINK_LATE] = c.link_s, c.link_tau_s, c.link_late_s
+    s[gk.SP_LINK_GONE] = NormalDist().inv_cdf(c.link_gone) if c.link_gone > 0.0 else -math.inf
     s[gk.SP_STUCK], s[gk.SP_SILENT], s[gk.SP_LOST] = f.stuck, f.silent, LOST_S
     return s
+
+
+def own_rates(c: GeometryCase) -> list[float]:
+    """Periods [s] of what comes at a rate of its own."""
+    return [dt for dt in (c.bearing_s, c.link_s) if dt > 0.0]
+
+
+def draw(c: GeometryCase, seed: int, b: int) -> tuple[Array, Array, Array, Array]:
+    """Unit normals W, Z, V, U of block b of `seed` as geometry_kernel.fly takes them, BLOCK rows each.
+
+    A receiver looked at more often has more of them behind those of ranges alone: at the start it is the same.
+    """
+    steps = int(c.t_max_s / c.range_s) + 6
+    more = sum(int(c.t_max_s / dt) + 6 for dt in own_rates(c))
+    W = generator(seed, f"rendezvous.receiver.{b}").standard_normal((BLOCK, 8 + 4 * steps))
+    Z = generator(seed, f"rendezvous.sensors.{b}").standard_normal((BLOCK, 3 + 3 * steps))
+    V = generator(seed, f"rendezvous.tanker.{b}").standard_normal((BLOCK, 4))
+    U = generator(seed, f"rendezvous.own_rate.{b}").standard_normal((BLOCK, 3 + 7 * more))
+    return np.hstack([W, U[:, 3 + 3 * more :]]), Z, V, U
 
 
 def run_geometry(case: GeometryCase, n: int, seed: int = SEED, workers: int = 1) -> Array:
     """Rows [n, 20] (geometry_kernel.R_*) of meetings 0 to n - 1 of `seed`, SI.
 
-    Raises ValueError for n < 1 or workers < 1.
+    Raises ValueError for n < 1 or workers < 1, and for rates of their own that do not fit.
     """
     if n < 1 or workers < 1:
         raise ValueError(f"n={n}, workers={workers}; allowed >= 1")
+    rates = own_rates(case)
+    if rates and not (case.nav.aids.on and case.link_late_s < min(rates)):
+        raise ValueError("bearing_s, link_s > 0: allowed with nav.aids.on and link_late_s below both")
     p, q = truth_vectors(
         RivardCase(truth=case.truth, range_nm=case.range_nm, offset_nm=abs(case.offset_nm), sigma_y_nm=case.sigma_y_nm)
     )
@@ -116,16 +151,14 @@ def run_geometry(case: GeometryCase, n: int, seed: int = SEED, workers: int = 1)
         rules_vector(case.nav),
     )
     e, w, M = eight_vector(case.nav, 0.0), new_window(case.nav), case.nav.components
-    steps = int(case.t_max_s / case.range_s) + 6
     rows = np.zeros((n, gk.R_N))
 
     def block(b: int) -> None:
         """Fly the meetings of block b that are asked for."""
         lo, hi = b * BLOCK, min((b + 1) * BLOCK, n)
-        W = generator(seed, f"rendezvous.receiver.{b}").standard_normal((BLOCK, 8 + 4 * steps))[: hi - lo]
-        Z = generator(seed, f"rendezvous.sensors.{b}").standard_normal((BLOCK, 3 + 3 * steps))[: hi - lo]
-        V = generator(seed, f"rendezvous.tanker.{b}").standard_normal((BLOCK, 4))[: hi - lo]
-        gk.fly(W, Z, V, p, q, sp, e, gp, mp, rp, M, w, *kept_bank(case.nav, M), rows[lo:hi])
+        W, Z, V, U = (a[: hi - lo] for a in draw(case, seed, b))
+        room = (*kept_bank(case.nav, M), *kept_fixes(case.nav, M))
+        gk.fly(W, Z, V, U, p, q, sp, e, gp, mp, rp, plain_rules(rp), fixes_vector(case.nav), M, w, *room, rows[lo:hi])
 
     with ThreadPoolExecutor(workers) as pool:
         list(pool.map(block, range((n - 1) // BLOCK + 1)))

@@ -32,6 +32,7 @@ SEED_LAW = (
     "tanker.rendezvous.track.estimator.gate_nis=0.0", "tanker.rendezvous.track.estimator.window_nis=3.75",
     "tanker.rendezvous.track.estimator.window_drift=10.83", "tanker.rendezvous.track.estimator.rules.believed=0",
     "tanker.rendezvous.track.estimator.rules.repeat_m=0.0", "tanker.rendezvous.track.estimator.rules.young_z=0.0",
+    "tanker.rendezvous.track.estimator.aids.on=false",
     "tanker.rendezvous.track.estimator.rules.open=false", "tanker.rendezvous.track.estimator.rules.open_back=0",
     "tanker.rendezvous.track.estimator.rules.open_turn_deg=0.0", "tanker.rendezvous.track.estimator.rules.open_speed_mps=0.0",
 )  # fmt: skip
