@@ -71,6 +71,11 @@ BY_CONTOURS = "receiver.airdata.position.method=algorithm_11"
 JUMP = events(event(t_s=1.0, kind="bias", target="alexis", sensor="air", channel="alpha", value=[0.1]))
 FLAP_JAMS = events(event(t_s=1.0, kind="jam", target="alexis", surface="aileron"))
 
+_TACAN = "plant.sensors.tanker.tacan."
+OWN_RATE = tuple(
+    f"{_TACAN}{key}" for key in ("bearing_std_deg=1.0", "bearing_dt_s=0.5", "link_std_m=50.0", "link_dt_s=0.5")
+)
+
 CONTEXTS = (
     Context(
         "gust",
@@ -314,8 +319,33 @@ CONTEXTS = (
                 6.0,
             ),
             Situation(
+                "bearing and data link of their own",
+                r".*tacan\.(bearing_tau_s|link_(tau_s|latency_ms|loss))|.*aids\.(on|.*_tau_s|.*_constant_.*)|.*aid_every_s",
+                (*OWN_RATE, "plant.sensors.tanker.tacan.interval_s=1.0"),
+                6.0,
+            ),
+            Situation(
+                "a receiver heard to turn",
+                r".*aids\.(limit|fade_s|back_s|stir_m2ps3|settle_s|kept)",
+                (
+                    *OWN_RATE,
+                    "plant.sensors.tanker.tacan.link_std_m=2.0",
+                    "tanker.rendezvous.track.estimator.datalink_sigma_m=2.0",
+                    "tanker.rendezvous.track.estimator.aids.kept=6",
+                    "plant.traffic.manoeuvre_at_s=6.0",
+                    "plant.traffic.turn_deg=30.0",
+                ),
+                18.0,
+            ),
+            Situation(
+                "a receiver as fast as the trim, heard, near the turn",
+                r".*meeting\.speed_sigma",
+                (*OWN_RATE, "plant.traffic.V_mps=224.0", "plant.traffic.x_m=42000.0"),
+                36.0,
+            ),
+            Situation(
                 "bearing and data link",
-                r".*tacan\.(bearing_bias_std_deg|link_bias_std_m)|.*track\.use_(bearing|link)|.*datalink_sigma_m",
+                r".*tacan\.(bearing_bias_std_deg|link_bias_std_m|(bearing|link)_dt_s)|.*track\.use_(bearing|link)|.*datalink_sigma_m",
                 (
                     "plant.sensors.tanker.tacan.bearing_std_deg=1.0",
                     "plant.sensors.tanker.tacan.link_std_m=50.0",
