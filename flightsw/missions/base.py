@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Generic, Protocol, TypeVar
 
 import numpy as np
@@ -159,6 +160,14 @@ class Mission(Protocol[ActIn]):
         return
 
 
+Files = dict[str, tuple[Path, ...]]
+
+
+def no_data(params: object) -> Files:
+    """Of a mission whose parameters name no data files."""
+    return {}
+
+
 @dataclass(frozen=True)
 class MissionSpec(Generic[A, P, Act]):
     """All that can be said of a mission without one.
@@ -167,7 +176,8 @@ class MissionSpec(Generic[A, P, Act]):
     `phases`: WKF_PHASE it may be in, in the order of a flight; `orders`: the commands it takes and in which of them, any other is
     refused; `controls`: length of a command; `one_rate`: it runs at every base tick
     and at no other; `air_used`: AIR_* bits of health for the air-data readings it takes one by one, 0: whole probes;
-    `sends_relative`: RELATIVE_STATE goes down; `files`: keys of the tables that name aircraft files, kept in run folders.
+    `sends_relative`: RELATIVE_STATE goes down; `files`: keys of the tables that name aircraft files, kept in run folders;
+    `data`: of the parameters, the keys (dotted) that name other files, and which: kept likewise, the key then names the first.
     """
 
     name: str
@@ -184,6 +194,7 @@ class MissionSpec(Generic[A, P, Act]):
     reports: tuple[Report, ...] = ()
     sends_relative: bool = False
     files: tuple[str, ...] = ()
+    data: Callable[[P], Files] = no_data
 
     @property
     def commands(self) -> frozenset[int]:

@@ -138,15 +138,21 @@ OWN = tuple(f.name for f in fields(FlightConfig) if f.name != "tables")  # table
 
 
 def load_flight(path: str | Path, overrides: dict[str, Any] | None = None) -> FlightConfig:
-    """Read a flight file; `overrides` maps dotted keys to values. Aircraft files it names lie beside it, or are known by
+    """Read a flight file; `overrides` maps dotted keys to values. Files it names lie beside it, or are known by
     name. Raises ConfigError naming file, key and what is allowed.
     """
     data = read_toml(path)
     apply_overrides(data, overrides or {}, str(path))
     cfg = flight_of(data, str(path))
-    # a bare name among the tables is that of a file
-    tables = {k: beside(path, v) if isinstance(v, str) else v for k, v in cfg.tables.items()}
-    return replace(cfg, app=replace(cfg.app, aircraft=beside(path, cfg.app.aircraft)), tables=tables)
+    return replace(cfg, app=replace(cfg.app, aircraft=beside(path, cfg.app.aircraft)), tables=_found(path, cfg.tables))
+
+
+def _found(path: str | Path, tables: Tree) -> Tree:
+    """Tables whose words that name a file found beside `path` are where it is."""
+    out = {}
+    for k, v in tables.items():
+        out[k] = _found(path, v) if isinstance(v, dict) else beside(path, v) if isinstance(v, str) else v
+    return out
 
 
 def flight_of(tree: Tree, where: str) -> FlightConfig:

@@ -1,5 +1,6 @@
 """The plant's step today against that of another commit: `python -m hil_scripts.bench.against COMMIT`; whole flights of a
-scenario in one process, all logs written: `... COMMIT --flight SCENARIO`.
+scenario in one process, all logs written: `... COMMIT --flight SCENARIO`; as campaigns fly them, in memory and without logs:
+`--flight SCENARIO --unlogged`.
 
 Both trees step their refuelling world in trim, or fly, in a process of their own, in batches by turns, so that other load on the
 machine falls on both alike; processor time counts. Today's plant is measured as the scenario has it and with every model on.
@@ -69,11 +70,28 @@ with tempfile.TemporaryDirectory(prefix="wakefield-flown-") as tmp:
             flight.tick()
         print((time.process_time() - t0) / n * 1e6, flush=True)
 """
-FLIGHT_WARM, FLIGHT_BATCH, FLIGHT_BATCHES = (
-    1000,
-    100,
-    25,
-)  # [ticks]: navigation is valid, nothing is compiled or loaded any more
+# as FLY; of a flight in memory. A tree whose flights can leave out what nobody reads does
+FLY_UNLOGGED = """
+import os, sys, time
+root, scenario = sys.argv[1:3]
+sys.path.insert(0, root)
+os.chdir(root)
+from hil_scripts.launch import kernel_cache
+kernel_cache.use()
+import flightsw
+from hil_scripts.studies.integrity import snapshot
+assert flightsw.__file__.startswith(root), flightsw.__file__
+flight = snapshot.Flying(scenario, 1)
+if hasattr(flight, "hear_only"):
+    flight.hear_only(snapshot.HEARD)
+for line in sys.stdin:
+    n, t0 = int(line), time.process_time()
+    for _ in range(n):
+        flight.tick()
+    print((time.process_time() - t0) / n * 1e6, flush=True)
+"""
+# [ticks], [ticks], number of them: navigation is valid, nothing is compiled or loaded any more
+FLIGHT_WARM, FLIGHT_BATCH, FLIGHT_BATCHES = 1000, 100, 25
 
 
 class Served:
@@ -121,9 +139,12 @@ def compare(then: Path, now: Path, batches: int = BATCHES, ticks: int = BATCH) -
     )
 
 
-def flights(then: Path, now: Path, scenario: str, batches: int = FLIGHT_BATCHES) -> dict[str, list[float]]:
+def flights(
+    then: Path, now: Path, scenario: str, batches: int = FLIGHT_BATCHES, logged: bool = True
+) -> dict[str, list[float]]:
     """[us] a tick of each batch of a scenario's flight: THEN and NOW, in turns. Raises RuntimeError, OSError."""
-    served = {THEN: Served(then, scenario, FLY), NOW: Served(now, scenario, FLY)}
+    code = FLY if logged else FLY_UNLOGGED
+    served = {THEN: Served(then, scenario, code), NOW: Served(now, scenario, code)}
     return _by_turns(served, FLIGHT_WARM, batches, FLIGHT_BATCH)
 
 
@@ -152,14 +173,17 @@ def main() -> int:
     p = argparse.ArgumentParser(prog="hil_scripts.bench.against", description=__doc__)
     p.add_argument("commit")
     p.add_argument("--flight", metavar="SCENARIO")
+    p.add_argument("--unlogged", action="store_true")
     p.add_argument("--batches", type=int)
     a = p.parse_args()
+    if a.unlogged and a.flight is None:
+        p.error("--unlogged: of which flight? Allowed: with --flight SCENARIO")
     try:
         with tree_of(a.commit) as then:
             if a.flight is None:
                 taken = compare(then, ROOT, a.batches or BATCHES)
             else:
-                taken = flights(then, ROOT, a.flight, a.batches or FLIGHT_BATCHES)
+                taken = flights(then, ROOT, a.flight, a.batches or FLIGHT_BATCHES, not a.unlogged)
     except subprocess.CalledProcessError as e:
         print(f"git archive {a.commit}: {e.stderr.decode().strip()}", file=sys.stderr)
         return 2

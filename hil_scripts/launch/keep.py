@@ -1,5 +1,5 @@
-"""The files a run is flown with, kept in its folder: aircraft and sounding beside the configurations that name them, and the
-dialect its logs are written in.
+"""The files a run is flown with, kept in its folder: aircraft, sounding and data beside the configurations that name them, and
+the dialect its logs are written in.
 
 The tables written to the folder name the copies, so that the run flies again from anywhere, whatever becomes of the originals.
 """
@@ -12,13 +12,15 @@ from pathlib import Path
 from typing import Any
 
 from flightsw import aircraft
+from flightsw.app import check
 from flightsw.icd import dialect
 from flightsw.missions.base import find_mission
+from flightsw.process.config import flight_of
 from flightsw.strict import ConfigError, convert, read_toml, to_dict
 from hil_scripts.launch import tomlout
 from sim_plant.wind.prevailing import sounding_path
 
-AIRCRAFT, SOUNDINGS, DIALECT = "aircraft", "soundings", "dialect"  # folders of a run folder
+AIRCRAFT, SOUNDINGS, DIALECT, DATA = "aircraft", "soundings", "dialect", "data"  # folders of a run folder
 
 
 @dataclass
@@ -61,7 +63,18 @@ def _flight(kept: Kept, f: dict[str, Any]) -> dict[str, Any]:
     spec = find_mission(app["mission"], app["name"])
     for key in spec.files:
         own[key] = _aircraft(kept, f[key] if key in f else to_dict(convert({}, spec.params, app["name"]))[key])
+    cfg = flight_of(f, app["name"])
+    params = check(app["mission"], cfg.tables, cfg.app.base_rate_hz, cfg.app.mission_rate_hz, app["name"]).params
+    for key, paths in spec.data(params).items():
+        first, *_ = [kept.name(DATA, path, path.read_bytes()) for path in paths]
+        own = _with(own, key.split("."), first)
     return own
+
+
+def _with(tree: dict[str, Any], key: list[str], value: str) -> dict[str, Any]:
+    """The tree with one value changed."""
+    head, *rest = key
+    return {**tree, head: _with(tree.get(head, {}), rest, value) if rest else value}
 
 
 def keep(scenario: dict[str, Any], flights: list[dict[str, Any]]) -> tuple[Kept, dict[str, Any], list[dict[str, Any]]]:

@@ -219,7 +219,7 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         0.9,
         z(6),
     ],
-    "hil_scripts.studies.sevil.airpos.intersect.crossings": lambda r: [
+    "missions.receiver.airdata.contour.intersect.crossings": lambda r: [
         r.uniform(-5, 5, (12, 2)),
         np.array([0, 5, 12]),
         r.uniform(-5, 5, (9, 2)),
@@ -227,7 +227,7 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         1e-6,
         z(50, 2),
     ],
-    "hil_scripts.studies.sevil.airpos.intersect.nearest_pair": lambda r: [
+    "missions.receiver.airdata.contour.intersect.nearest_pair": lambda r: [
         r.normal(size=(7, 2)),
         r.normal(size=(5, 2)),
         False,

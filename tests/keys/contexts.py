@@ -57,6 +57,17 @@ NEAR = (
 )  # fmt: skip
 
 
+def placed(y: float) -> tuple[str, ...]:
+    """At contact, y [m] aside."""
+    at = f"[-35.6, {y}, 6.9]"
+    return (
+        f"plant.aircraft.receiver.start.xi_m={at}",
+        f"receiver.guid.observation_m={at}",
+        f"receiver.guid.precontact_m={at}",
+    )
+
+
+BY_CONTOURS = "receiver.airdata.position.method=algorithm_11"
 JUMP = events(event(t_s=1.0, kind="bias", target="alexis", sensor="air", channel="alpha", value=[0.1]))
 FLAP_JAMS = events(event(t_s=1.0, kind="jam", target="alexis", surface="aileron"))
 
@@ -315,7 +326,7 @@ CONTEXTS = (
             ),
             Situation(
                 "a receiver heard to turn",
-                r".*aids\.(limit|fade_s|back_s|stir_m2ps3|settle_s|kept)",
+                r".*aids\.(limit|fade_s|back_s|stir_m2ps3|noisy_s|kept)",
                 (
                     *OWN_RATE,
                     "plant.sensors.tanker.tacan.link_std_m=2.0",
@@ -399,5 +410,20 @@ CONTEXTS = (
         ),
         r"join\..*",
     ),
-    Context("airdata", ("receiver",), (), r"airdata\..*"),
+    Context(
+        "airdata",
+        ("receiver",),
+        (
+            Situation(
+                "at the edge of the map",
+                r"airdata\.position\.contours\.outside_m",
+                (*placed(2.3), BY_CONTOURS),
+                3.0,
+            ),
+            Situation(
+                "position by contours", r"airdata\.position\.(contours\..*|method)", (*placed(0.3), BY_CONTOURS), 3.0
+            ),
+        ),
+        r"airdata\..*",
+    ),
 )

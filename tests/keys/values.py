@@ -19,6 +19,7 @@ ELSEWHERE = {
     "LinkConfig.line": "socket of the onboard process (flightsw.process.plantlink, tests/hil)",
     "LinkConfig.silence": "wall clock of the onboard process (flightsw.process.loop, tests/hil)",
     "LinkConfig.silence_end_s": "wall clock of the onboard process (flightsw.process.loop, tests/hil)",
+    "ContourParams.epsilon_m": "several crossings of one variable alone (tests/unit/test_contour_position.py)",
     **dict.fromkeys(
         [f"MeetingParams.{key}" for key in ("leg_sided_s", "leg_sided_share", "straight_again")],
         "a leg in trail, minutes after an estimate opened late (tests/unit/test_rendezvous_aids.py)",
@@ -132,6 +133,8 @@ VALUES: dict[str, tuple[Any, ...]] = {
     "NavParams.settle_s": (1.0,),
     "GateParams.false_alarm": (0.0,),
     "AirDataParams.gusts_s": (0.0,),
+    "ContourParams.map": ("small",),
+    "ContourParams.outside_m": (0.0,),
     "GateParams.lift_error": (1e-4,),
     "GateParams.wind_sigma_max": (0.01,),
     "GateParams.pos_sigma_max": (0.01,),

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+import tomllib
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from flightsw.strict import ConfigError
 from hil_scripts.launch.replay_cmd import replay_run
 from hil_scripts.studies.sevil.loop_figures import figures
 from hil_scripts.studies.sevil.loop_flight import BREAKAWAY, CONTACT, Setting, Track, fly
@@ -94,6 +96,43 @@ def test_both_lost_breaks_away() -> None:
     assert len(said(tr, "breakaway")) == 1 and tr.phase[-1] == BREAKAWAY, tr.texts
     away = tr.t[np.flatnonzero(tr.phase == BREAKAWAY)[0]]
     assert T0 + 3.5 < away < T0 + 5.0
+
+
+def by(algorithm: str) -> tuple[str, ...]:
+    return (f"receiver.airdata.position.method={algorithm}",)
+
+
+def test_the_algorithms_of_the_print_fly_and_hold_no_station() -> None:
+    """Their positions are told, valid or not, in place of the filter's; 15 finds fewer than 11; as uncertain as they are, they
+    do not stand in for the relative sensor."""
+    share = {}
+    for name in ("algorithm_11", "algorithm_15"):
+        tr = flight(rel_off(29.0), seconds=34.0, sets=by(name))
+        there = (tr.t > 20.0) & (tr.t < 29.0)
+        share[name] = float(tr.valid[there].mean())
+        ok = there & tr.valid
+        assert all((np.isfinite(tr.wake[there, i]) == tr.valid[there]).all() for i in (1, 2))
+        assert np.median(np.hypot(*(tr.wake - tr.xi)[ok, 1:].T)) < 2.5
+        away = said(tr, "breakaway: relative sensor silent")
+        assert len(away) == 1 and 29.0 < away[0] < 32.5 and not tr.held.any(), tr.texts
+    assert 0.05 < share["algorithm_15"] < share["algorithm_11"] < 1.0, share
+
+
+def test_a_flight_by_contours_replays_from_its_readings_and_the_map_in_its_folder(tmp_path: Path) -> None:
+    """What the onboard software is given on its link gives every output again: nothing else went in."""
+    run = tmp_path / "run"
+    tr = fly(Setting(6.0, (), by("algorithm_11"), start_m=(-35.6, 0.0, 6.9)), 4, keep=run)
+    assert tr.valid.any()
+    assert sorted(p.name for p in (run / "data").iterdir()) == ["contact.npz", "contact.toml"]
+    assert (
+        tomllib.loads((run / "flight_receiver.toml").read_text())["airdata"]["position"]["contours"]["map"]
+        == "data/contact.toml"
+    )
+    for name, report in replay_run(run).items():
+        assert report.ok, (name, report.lines())
+    (run / "data" / "contact.npz").unlink()
+    with pytest.raises(ConfigError, match=r"contact\.toml"):
+        replay_run(run)
 
 
 @pytest.fixture(scope="module")

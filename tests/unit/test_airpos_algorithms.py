@@ -8,9 +8,13 @@ import math
 import numpy as np
 import pytest
 
-from hil_scripts.studies.sevil.airpos import ALGORITHMS, Contours, Crossings, Lines, decide, evaluate, locate, weights
-from hil_scripts.studies.sevil.airpos.intersect import MERGE_M, im1
-from hil_scripts.studies.sevil.wake_map import load_map, make_map
+from flightsw.missions.receiver.airdata.contour.algorithms import ALGORITHMS, Crossings, decide, locate
+from flightsw.missions.receiver.airdata.contour.contours import Contours
+from flightsw.missions.receiver.airdata.contour.intersect import MERGE_M, im1
+from flightsw.missions.receiver.airdata.contour.lines import Lines
+from flightsw.missions.receiver.airdata.contour.wake_map import load_map
+from hil_scripts.studies.sevil.metrics import evaluate, weights
+from hil_scripts.studies.sevil.wake_map import make_map
 
 NONE = np.zeros((0, 2))
 ONE = np.array([[1.0, 7.0]])

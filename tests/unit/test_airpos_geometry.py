@@ -9,9 +9,10 @@ from hypothesis import strategies as st
 from scipy.interpolate import RegularGridInterpolator
 from scipy.spatial.distance import cdist
 
-from hil_scripts.studies.sevil.airpos import Contours, Lines
-from hil_scripts.studies.sevil.airpos.intersect import im1, im2
-from hil_scripts.studies.sevil.wake_map import load_map
+from flightsw.missions.receiver.airdata.contour.contours import Contours
+from flightsw.missions.receiver.airdata.contour.intersect import im1, im2
+from flightsw.missions.receiver.airdata.contour.lines import Lines
+from flightsw.missions.receiver.airdata.contour.wake_map import load_map
 
 
 def polyline(*parts: list[tuple[float, float]]) -> Lines:

@@ -7,8 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hil_scripts.studies.sevil.airpos import ALGORITHMS, Algorithm, Contours, Crossings, Metrics, evaluate, locate
-from hil_scripts.studies.sevil.wake_map import expected_readings, load_map
+from flightsw.missions.receiver.airdata.contour.algorithms import ALGORITHMS, Algorithm, Crossings, locate
+from flightsw.missions.receiver.airdata.contour.contours import Contours
+from flightsw.missions.receiver.airdata.contour.wake_map import load_map
+from hil_scripts.studies.sevil.metrics import Metrics, evaluate
+from hil_scripts.studies.sevil.wake_map import expected_readings
 
 SMALL, EXTENDED = load_map("small"), load_map("extended")
 CUT = {"small": Contours(SMALL), "extended": Contours(EXTENDED)}

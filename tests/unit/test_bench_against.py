@@ -30,9 +30,12 @@ def test_what_a_tree_says_at_its_end_is_passed_on(monkeypatch: pytest.MonkeyPatc
         against.compare(Path("then"), Path("now"), batches=1)
 
 
-def test_flights_are_flown_in_turns_by_the_same_scenario(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(against, "FLY", FAKE.replace('{"own": 2.0, "all": 3.0}', '{"gust": 4.0}'))
-    taken = against.flights(Path("then"), Path("now"), "gust", batches=2)
+@pytest.mark.parametrize(("code", "logged"), [("FLY", True), ("FLY_UNLOGGED", False)])
+def test_flights_are_flown_in_turns_by_the_same_scenario(
+    monkeypatch: pytest.MonkeyPatch, code: str, logged: bool
+) -> None:
+    monkeypatch.setattr(against, code, FAKE.replace('{"own": 2.0, "all": 3.0}', '{"gust": 4.0}'))
+    taken = against.flights(Path("then"), Path("now"), "gust", batches=2, logged=logged)
     assert taken == {against.THEN: [2.0 * against.FLIGHT_BATCH] * 2, against.NOW: [4.0 * against.FLIGHT_BATCH] * 2}
 
 
@@ -44,3 +47,4 @@ def test_a_commit_that_is_none_is_named(monkeypatch: pytest.MonkeyPatch, capsys:
 def test_the_code_a_tree_is_asked_by_is_python() -> None:
     compile(against.SERVE, "serve", "exec")
     compile(against.FLY, "fly", "exec")
+    compile(against.FLY_UNLOGGED, "fly", "exec")

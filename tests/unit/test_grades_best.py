@@ -106,7 +106,7 @@ def test_the_published_sigma_is_the_banks_and_the_way_to_it() -> None:
     bank as upon it; the own position moves with it, by the tanker's attitude."""
     guard = Integrity(IntegrityParams(on=True), load_aircraft("kc135r"), load_aircraft("learjet24"))
     guard.ready, rng, still = True, np.random.default_rng(1), (0.0, 0.0, 0.0)
-    guard.horizon._tk[:9] = (0.0, 1.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 1.0)  # heading east
+    guard.horizon._axes[:9] = [0.0, 1.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 1.0]  # heading east
     for upon in (False, True):
         ratio = []
         for k in range(4000):

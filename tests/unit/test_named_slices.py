@@ -20,7 +20,7 @@ FOLDERS = (
     "flightsw/missions/rendezvous",
     "flightsw/missions/windshear",
 )
-# vectors in space, direction cosines, bases of a null space, first row of a workspace, the ends of a queue or of a sorted list
+# vectors in space, points of a plane, direction cosines, bases of a null space, first row of a workspace, ends of a queue or list
 ARITHMETIC = {
     "flightsw/filters/augmented.py": {"U"},
     "flightsw/filters/kalman.py": {"W"},
@@ -29,10 +29,16 @@ ARITHMETIC = {
     "flightsw/missions/gust/design.py": {"sv"},
     "flightsw/missions/gust/servo_bank/nav.py": {"sent"},
     "flightsw/missions/gust/servos.py": {"fifo"},
+    "flightsw/missions/receiver/airdata/contour/algorithms.py": {"one", "p", "probes"},
+    "flightsw/missions/receiver/airdata/contour/contours.py": {"offsets", "points"},
+    "flightsw/missions/receiver/airdata/contour/intersect.py": {"a", "b", "out"},
+    "flightsw/missions/receiver/airdata/contour/position.py": {"pos_f", "y", "z"},
+    "flightsw/missions/receiver/airdata/contour/wake_map.py": {"missing"},
     "flightsw/missions/receiver/airdata/expected.py": {"C"},
     "flightsw/missions/receiver/airdata/fdi/metrics.py": {"a"},
     "flightsw/missions/receiver/airdata/fdi/parity.py": {"T", "V", "u"},
     "flightsw/missions/receiver/airdata/fdi/parity_kernels.py": {"V", "h", "mu", "probes", "t", "w"},
+    "flightsw/missions/receiver/airdata/params.py": {"idle"},
     "flightsw/missions/receiver/airdata/wake_kernel.py": {"C", "W", "e", "omega", "out", "probes", "w", "xi", "xi_dot"},
     "flightsw/missions/receiver/airdata/wake_model.py": {"C", "W", "at", "e", "fuselage", "span", "xi"},
 }

@@ -168,7 +168,7 @@ def test_nothing_is_begun_anew_or_learnt_at_an_unconfirmed_place() -> None:
 def test_without_air_data_neither_monitor_nor_wake_position_is_published_as_valid() -> None:
     air, rel = AirData(LEARJET, AirDataParams(on=True)), RelativeNav(LEARJET, NavParams())
     air.status, air.fix = FdiStatus(t_us=10**7, valid=True, excluded=2), WakeFix(t_us=10**7, valid=True, reason="")
-    air._air_us, air._valid = 10**7, True
+    air._air_us, air._told.valid = 10**7, True
     air.step(SensorFrame(t_us=10**7 + 400_000), rel, Health(), 0)  # a gap is none yet
     assert air.status.valid and air.fix.valid
     for _ in range(2):

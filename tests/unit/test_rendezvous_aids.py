@@ -202,7 +202,7 @@ def test_opened_it_is_what_was_kept_spread_and_fused_again() -> None:
     fs, past, D = est.fixes.copy(), est.heard[j % K, kf.F_T], np.zeros(k8.D_SIZE)
     kr.fan_out(m, C, lw, math.radians(40.0), 30.0, M - M // 4, 0.0, p.aids.back_s**2 / 3.0, est.e8)
     kr.open_up(C, lw, est.rules, 0.0)
-    fs[kf.FS_STIRRED], fs[kf.FS_UNTIL] = past, t + p.aids.settle_s
+    fs[kf.FS_STIRRED], fs[kf.FS_UNTIL] = past, t + p.aids.noisy_s
     for i in range(j, n):
         f = est.heard[i % K]
         if f[kf.F_T] > past:

@@ -21,7 +21,7 @@ NEVER_FLOWN = {
     "flightsw/missions/receiver/airdata/fdi/parity.py",
     "hil_scripts/studies/sevil/two_faults.py",
     "hil_scripts/campaign/consistency.py",
-    "hil_scripts/studies/sevil/airpos/metrics.py",
+    "hil_scripts/studies/sevil/metrics.py",
     "flightsw/missions/gust/design.py",
 }
 YET_USED = {"flightsw.missions.receiver.airdata.fdi.detectors.threshold_table"}  # chi-square quantiles, one by one

@@ -10,9 +10,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from flightsw.aircraft import load_aircraft
+from flightsw.missions.receiver.airdata.contour.wake_map import MAPS, MapSpec, load_map
 from flightsw.strict import ConfigError, read_toml
-from hil_scripts.studies.sevil.wake_map import HERE, SPECS, expected_readings, load_map, main, make_map, spec_for
+from hil_scripts.studies.sevil.wake_map import SPECS, expected_readings, main, make_map, spec_for
 
+ROOT = Path(__file__).resolve().parents[2]
 NAMES = ("small", "extended")
 
 
@@ -38,19 +41,19 @@ def test_stored_map_is_what_its_specification_makes(name: str) -> None:
 
 def test_command_writes_the_same_bytes_every_time(tmp_path: Path) -> None:
     for folder in ("a", "b"):
-        main(["--out", str(tmp_path / folder)])
+        main(["make", "--out", str(tmp_path / folder)])
     for name in NAMES:
         for kind in ("npz", "toml"):
             a, b = ((tmp_path / f / f"{name}.{kind}").read_bytes() for f in ("a", "b"))
             assert a == b
-        again, stored = read_toml(tmp_path / "a" / f"{name}.toml"), read_toml(HERE / f"{name}.toml")
+        again, stored = read_toml(tmp_path / "a" / f"{name}.toml"), read_toml(MAPS / f"{name}.toml")
         assert again["parameters"] == stored["parameters"]
         assert again["parameters_sha256"] == stored["parameters_sha256"]
-        assert stored["data_sha256"] == hashlib.sha256((HERE / f"{name}.npz").read_bytes()).hexdigest()
+        assert stored["data_sha256"] == hashlib.sha256((MAPS / f"{name}.npz").read_bytes()).hexdigest()
 
 
 def test_command_for_other_aircraft(tmp_path: Path) -> None:
-    main(["--out", str(tmp_path), "--tanker", "kc135r", "--receiver", "learjet24", "--mass", "1.1e5"])
+    main(["make", "--out", str(tmp_path), "--tanker", "kc135r", "--receiver", "learjet24", "--mass", "1.1e5"])
     m = load_map("small", tmp_path)
     assert m.spec.probes_m[1] == (-0.5, -5.2, 0.0)
     assert m.spec.wake.mass_kg == 1.1e5
@@ -58,19 +61,56 @@ def test_command_for_other_aircraft(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "args", [["--tanker", "kc135r"], ["--mass", "5"], ["--tanker", "kc135r", "--receiver", "none"]]
+    ("args", "word"),
+    [
+        (["--tanker", "kc135r"], "--tanker and --receiver: give both"),
+        (["--mass", "5"], "--mass = 5.0: allowed 1000"),
+        (["--tanker", "kc135r", "--receiver", "none"], "none"),
+        (
+            ["--tanker", "kc135r", "--receiver", "learjet24", "--flight", "receiver_airdata"],
+            "--flight: allowed without",
+        ),
+        (["--name", "other"], "--name: allowed with --grid"),
+        (["--theta", "60"], "theta_deg = 60.0: allowed -45 to 45"),
+        (["--flight", "nowhere"], "nowhere.toml"),
+    ],
 )
-def test_command_refuses_bad_arguments(tmp_path: Path, args: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+def test_command_refuses_bad_arguments(
+    tmp_path: Path, args: list[str], word: str, capsys: pytest.CaptureFixture[str]
+) -> None:
     with pytest.raises(SystemExit):
-        main(["--out", str(tmp_path), *args])
-    assert any(w in capsys.readouterr().err for w in ("--receiver", "--mass", "kc135r"))
+        main(["make", "--out", str(tmp_path), *args])
+    assert word in capsys.readouterr().err
+
+
+def test_map_of_a_flight_file_has_its_wake_and_the_probes_of_its_aircraft(tmp_path: Path) -> None:
+    main(
+        [
+            "make",
+            "--out",
+            str(tmp_path),
+            "--flight",
+            "receiver_airdata",
+            "--grid",
+            "small",
+            "--name",
+            "mine",
+            "--V",
+            "195",
+        ]
+    )
+    spec = load_map(str(tmp_path / "mine.toml")).spec
+    believed = read_toml(ROOT / "flightsw/params/receiver_airdata.toml")["airdata"]["wake"]
+    assert isinstance(spec, MapSpec) and list(tmp_path.glob("*.npz")) == [tmp_path / "mine.npz"]
+    assert (spec.wake.mass_kg, list(spec.wake.tail_m)) == (believed["mass_kg"], believed["tail_m"])
+    assert (spec.V_mps, spec.probes_m) == (195.0, tuple(p.position_m for p in load_aircraft("learjet24").probe))
 
 
 def test_map_that_is_not_its_provenance_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(ConfigError, match="allowed: extended, small"):
+    with pytest.raises(ConfigError, match=r"allowed: .*extended, small"):
         load_map("large")
     for kind in ("npz", "toml"):
-        shutil.copy(HERE / f"small.{kind}", tmp_path)
+        shutil.copy(MAPS / f"small.{kind}", tmp_path)
     toml = tmp_path / "small.toml"
     text = toml.read_text()
     toml.write_text(text.replace("theta_deg = 3.0", "theta_deg = 2.0"))

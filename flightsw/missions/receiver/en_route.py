@@ -20,7 +20,7 @@ from flightsw.missions.receiver.airdata.reports import REPORTS
 from flightsw.missions.receiver.guidances import make_join_path
 from flightsw.missions.receiver.integrity.report import REPORTS as INTEGRITY
 from flightsw.missions.receiver.joinup import ENROUTE, INIT, JOIN_UP, JoinUpParams, Sight
-from flightsw.missions.receiver.mission import ORDERS, ReceiverMission, ReceiverParams
+from flightsw.missions.receiver.mission import ORDERS, ReceiverMission, ReceiverParams, files_of
 from flightsw.missions.receiver.refuel import NAMES, OBSERVATION, RefuelGuidance
 from flightsw.missions.receiver.sequence import Sequence, SequenceParams
 from flightsw.missions.receiver.station_keeping import StationKeepingLaw
@@ -294,4 +294,5 @@ SPEC = MissionSpec(
     reports=(*REPORTS, *INTEGRITY),
     sends_relative=True,
     files=("tanker",),
+    data=files_of,
 )

@@ -13,9 +13,10 @@ import numpy as np
 from flightsw.aircraft import Aircraft, load_aircraft
 from flightsw.envelope import Envelope
 from flightsw.kernels.rotations import to_parent, vec3
-from flightsw.missions.base import Mission, MissionSpec, Reports, choices
+from flightsw.missions.base import Files, Mission, MissionSpec, Reports, choices
 from flightsw.missions.receiver.airdata.airdata import AirData
 from flightsw.missions.receiver.airdata.airdata_params import AirDataParams
+from flightsw.missions.receiver.airdata.contour.choice import maps_of
 from flightsw.missions.receiver.airdata.reports import REPORTS
 from flightsw.missions.receiver.boom import Surroundings
 from flightsw.missions.receiver.estimator import RelativeNav
@@ -278,6 +279,12 @@ class ReceiverMission(Mission[ActuatorModel]):
         return out if self.wind is None else out + self.wind.tell()
 
 
+def files_of(p: ReceiverParams) -> Files:
+    """Data files the parameters name, by key. Raises ConfigError for one that is not there."""
+    maps = maps_of(p.airdata.position) if p.airdata.on else {}
+    return {f"airdata.position.{key}": paths for key, paths in maps.items()}
+
+
 def _rough_air(p: ReceiverParams, envelope: Envelope) -> RoughAirParams | None:
     """What air is too rough, None: none is. Raises ConfigError for keys nothing would obey, a speed beyond the file's."""
     air = p.rough_air
@@ -309,4 +316,5 @@ SPEC = MissionSpec(
     reports=(*REPORTS, *INTEGRITY),
     sends_relative=True,
     files=("tanker",),
+    data=files_of,
 )

@@ -57,12 +57,12 @@ class Aids:
     link_tau_s: Annotated[float, Range(0.1)] = 5.0
     link_constant_m: Annotated[float, Range(0.0, 5000.0)] = 5.0
     limit: Annotated[float, Range(0.0, 10.0)] = (
-        4.6  # of a sum of innovations, in sigma: the receiver is off its plan; 0: none
+        4.6  # of a sum of innovations, in sigma, beyond which the receiver is off its plan
     )
     fade_s: Annotated[float, Range(0.1)] = 5.0  # in which the sums forget
     back_s: Annotated[float, Range(0.0, 60.0)] = 10.0  # the estimate is taken back by when it is opened
     stir_m2ps3: Annotated[float, Range(0.0)] = 50.0  # noise of the velocity then: a turn noticed goes on
-    settle_s: Annotated[float, Range(0.0, 120.0)] = 10.0  # for so long
+    noisy_s: Annotated[float, Range(0.0, 120.0)] = 10.0  # for so long
     kept: Annotated[int, Range(2, 200)] = 40  # of what was heard
 
 
@@ -163,7 +163,7 @@ def fixes_vector(p: RendezvousNavParams) -> np.ndarray:
     """Parameter vector fp of missions/rendezvous/fix_rules.py."""
     q = np.zeros(kf.FP_N)
     q[kf.FP_LIMIT], q[kf.FP_FADE], q[kf.FP_BACK] = p.aids.limit, p.aids.fade_s, p.aids.back_s
-    q[kf.FP_STIR], q[kf.FP_SETTLE] = p.aids.stir_m2ps3, p.aids.settle_s
+    q[kf.FP_STIR], q[kf.FP_SETTLE] = p.aids.stir_m2ps3, p.aids.noisy_s
     q[kf.FP_RB], q[kf.FP_RL] = WHITE * math.radians(p.bearing_sigma_deg) ** 2, WHITE * p.datalink_sigma_m**2
     return q
 

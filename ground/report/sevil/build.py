@@ -14,6 +14,7 @@ from ground.report.cases import Cases
 from ground.report.chapters import everything
 from ground.report.load import Campaign, Stat
 from ground.report.sevil import faults as sevil_faults
+from ground.report.sevil import on_board as sevil_on_board
 from ground.report.sevil import page as sevil
 from ground.report.sevil import position as sevil_position
 from ground.report.sevil import six_dof as sevil_six_dof
@@ -40,6 +41,7 @@ def _text(campaigns: list[Campaign], pictures: Pictures) -> str:
         ("algorithms", "Algorithms 1-16", sevil_position.algorithms(cases)),
         ("dynamic", "Position in flight", sevil_position.dynamic(cases)),
         ("six_dof", "The printed methods on the full aircraft", sevil_six_dof.six_dof(cases)),
+        ("on_board", "The printed position on board", sevil_on_board.on_board(cases)),
         ("mismatch", "Wake unlike the model", sevil_position.mismatch(cases)),
         ("integrated", "Detection and position together", sevil_faults.integrated(cases)),
     ]

@@ -138,7 +138,8 @@ ORDER = ("sevil", "sevil_static", "sevil_algorithms", "sevil_probes", "sevil_dyn
          "sevil_position_noise", "sevil_two_faults", "sevil_integrated")  # fmt: skip
 
 
-CASE_LABELS = {"all": "all disturbances", "two_none_V": "none, V", "calm": "calm air, perfect attitude"}
+CASE_LABELS = {"all": "all disturbances", "two_none_V": "none, V", "calm": "calm air, perfect attitude",
+               "filter_air_only": "filter, air data only", "algorithm_11_10s": "algorithm 11, mean of 10 s"}  # fmt: skip
 
 
 def label(name: str) -> str:

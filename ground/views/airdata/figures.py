@@ -94,6 +94,8 @@ def position_metrics(truth: Columns, tlm: Columns) -> Flat:
     for name, use in _phases(tlm, at).items():
         stats = position_stats(error[use], cov[use], valid[use], wake["nis"][use])
         out |= {f"airdata.position.{name}.{k}": v for k, v in stats.items()}
+    if not wake["nis_dof"].any():  # a method without innovations
+        out |= {k: None for k in out if k.endswith(".nis_mean")}
     return out
 
 

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from flightsw.aircraft import Aircraft, load_aircraft
 from flightsw.kernels.jit import jit_own
+from flightsw.missions.receiver.airdata.contour.contours import Contours
+from flightsw.missions.receiver.airdata.contour.wake_map import SEVIL_PROBES, load_map
 from flightsw.missions.receiver.airdata.wake_kernel import probe_readings
 from flightsw.missions.receiver.airdata.wake_model import WakeParams, wake_vector
-from hil_scripts.studies.sevil.airpos import Contours
-from hil_scripts.studies.sevil.wake_map import SEVIL_PROBES, load_map
 
 Arr = NDArray[np.float64]
 RHO, V_MPS = 0.58883, 200.0  # [kg/m^3], [m/s] sevil.md section 4

@@ -15,16 +15,17 @@ from typing import Any
 
 import numpy as np
 
+from flightsw.missions.receiver.airdata.contour.algorithms import locate
+from flightsw.missions.receiver.airdata.contour.contours import Contours
 from hil_scripts.campaign.study import Case, RunResult, Study
 from hil_scripts.launch.runfolder import resolve
 from hil_scripts.studies.sevil import fdi
 from hil_scripts.studies.sevil import model as m
 from hil_scripts.studies.sevil import track as tk
-from hil_scripts.studies.sevil.airpos import Contours, locate
 from hil_scripts.studies.sevil.dynamic import CALM
 from hil_scripts.studies.sevil.flight import LEG_NAMES, RATE_HZ, AirFlight, Arr, Conditions, Fault, Motion, fly_air
 from hil_scripts.studies.sevil.loop_flight import CONTACT, EVERY, SCENARIO, in_process
-from hil_scripts.studies.sevil.wake_map import load_map, make_map
+from hil_scripts.studies.sevil.wake_map import SPECS, make_map
 
 ALPHA_T = math.radians(3.3)  # incidence of the tanker at 195 m/s, for commands given in F
 # [deg] pitch relative to F with which the receiver is trimmed at contact (case hold_contact); maps have 3
@@ -123,7 +124,7 @@ def hold(y: float, z: float, duration_s: float, seed: int) -> Motion:
 @cache
 def trimmed() -> Contours:
     """Contours of the small map made with the attitude trimmed at contact."""
-    return Contours(make_map(replace(load_map("small").spec, theta_deg=TRIM_DEG)))
+    return Contours(make_map(replace(SPECS["small"], theta_deg=TRIM_DEG)))
 
 
 def seconds_found(f: AirFlight, name: str) -> tuple[np.ndarray, Arr]:

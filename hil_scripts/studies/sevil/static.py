@@ -11,12 +11,13 @@ from typing import Any
 
 import numpy as np
 
+from flightsw.missions.receiver.airdata.contour.algorithms import ALGORITHMS, Crossings, locate
 from flightsw.missions.receiver.airdata.wake_fix import MlParams
 from flightsw.missions.receiver.airdata.wake_model import WakeParams
 from flightsw.missions.receiver.airdata.wake_search import WakeMl, frame_vector
 from hil_scripts.campaign.study import Case, RunResult, Study
 from hil_scripts.studies.sevil import model as m
-from hil_scripts.studies.sevil.airpos import ALGORITHMS, Crossings, evaluate, locate, weights
+from hil_scripts.studies.sevil.metrics import evaluate, weights
 from hil_scripts.studies.sevil.probe_air import PlantWake, plant_readings
 from sim_plant.rng import generator
 

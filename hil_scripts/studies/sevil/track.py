@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flightsw.missions.receiver.airdata.contour.algorithms import locate
 from flightsw.missions.receiver.airdata.fdi.monitor import Fdi, FdiParams
 from flightsw.missions.receiver.airdata.params import WakePositionParams
 from flightsw.missions.receiver.airdata.wake_filter import WakePosition
@@ -16,7 +17,6 @@ from flightsw.missions.receiver.airdata.wake_fix import MlParams
 from flightsw.missions.receiver.airdata.wake_model import WakeParams
 from flightsw.missions.receiver.airdata.wake_search import WakeMl, frame_vector
 from hil_scripts.studies.sevil import model as m
-from hil_scripts.studies.sevil.airpos import locate
 from hil_scripts.studies.sevil.flight import LEG_NAMES, RATE_HZ, AirFlight
 
 Arr = m.Arr

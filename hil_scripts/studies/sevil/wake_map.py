@@ -1,10 +1,14 @@
 """Wake maps: what the three probes read at every node of a grid of relative positions, at one attitude.
 
-    python -m hil_scripts.studies.sevil.wake_map --out DIR [--tanker kc135r --receiver learjet24 --mass KG]
+    python -m hil_scripts.studies.sevil.wake_map make --out DIR [--flight receiver_airdata --theta DEG --name NAME ...]
+    python -m hil_scripts.studies.sevil.wake_map import FILE.csv --out DIR
+    python -m hil_scripts.studies.sevil.wake_map score --map NAME|FILE.toml [--noise N]
 
-writes `small` (441 nodes) and `extended` (1533 nodes), each as .npz (the readings) and .toml (provenance: parameters,
-grid, attitude, hashes). Without aircraft names the wake and probe geometry are those of sevil.md section 4, which is
-what is stored in hil_scripts/studies/sevil/maps. The same parameters give the same bytes.
+`make` writes maps of the wake model, `small` (441 nodes) and `extended` (1533 nodes) if no grid is named; `import` one of
+somebody's own (map_table.py has the form); `score` tells what the algorithms make of a map's own readings. A map is .npz (the
+readings) and .toml (provenance: parameters, grid, attitude, hashes). Without aircraft or flight file the wake and probe geometry
+are those of sevil.md section 4: so are `small` and `extended` of flightsw/missions/receiver/airdata/maps. The same parameters
+give the same bytes.
 """
 
 from __future__ import annotations
@@ -12,72 +16,30 @@ from __future__ import annotations
 import argparse
 import hashlib
 import math
-from dataclasses import dataclass, field, replace
+import tomllib
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flightsw.aircraft import load_aircraft
+from flightsw.missions.receiver.airdata.airdata_params import AirDataParams
+from flightsw.missions.receiver.airdata.contour.wake_map import V3, Axis, MapSpec, WakeMap, load_map, parameter_text
 from flightsw.missions.receiver.airdata.wake_kernel import probe_readings
 from flightsw.missions.receiver.airdata.wake_model import WakeParams, wake_params_of, wake_vector
-from flightsw.strict import ConfigError, Range, convert, read_toml
+from flightsw.process.config import load_flight
+from flightsw.strict import ConfigError, convert
+from hil_scripts.launch.places import PARAMS
+from hil_scripts.studies.sevil.map_score import score
+from hil_scripts.studies.sevil.map_table import read_table
 
 Arr = NDArray[np.float64]
-V3 = tuple[float, float, float]
-HERE = Path(__file__).parent / "maps"
-SEVIL_PROBES: tuple[V3, V3, V3] = ((6.0, 0.0, 0.0), (1.5, -5.4, 0.2), (1.5, 5.4, 0.2))  # [m, body]
-
-
-@dataclass(frozen=True)
-class Axis:
-    """Evenly spaced nodes first, first + step, ... [m]."""
-
-    first_m: float
-    step_m: Annotated[float, Range(1e-3, 1e3)]
-    count: Annotated[int, Range(2, 10000)]
-
-    def nodes(self) -> Arr:
-        """Node coordinates [count] in metres."""
-        return np.round(self.first_m + self.step_m * np.arange(self.count), 9)
-
-
-@dataclass(frozen=True)
-class MapSpec:
-    """All a map depends on. Positions in F, attitude of the own body relative to F (wake_kernel.py)."""
-
-    y: Axis
-    z: Axis
-    x_m: float = -35.5
-    V_mps: Annotated[float, Range(10.0, 400.0)] = 200.0  # tanker airspeed
-    rho_kgpm3: Annotated[float, Range(0.01, 2.0)] = 0.58883
-    psi_deg: float = 0.0
-    theta_deg: float = 3.0
-    phi_deg: float = 0.0
-    probes_m: tuple[V3, V3, V3] = SEVIL_PROBES
-    wake: WakeParams = field(default_factory=WakeParams)
-
-
 SPECS = {
     "small": MapSpec(Axis(-2.0, 0.2, 21), Axis(6.5, 0.2, 21)),
     "extended": MapSpec(Axis(-4.0, 1.0, 73), Axis(-6.0, 1.0, 21)),
 }
-
-
-@dataclass(frozen=True)
-class WakeMap:
-    """y [ny], z [nz] node coordinates [m, F]; readings [9, nz, ny]: V1..3 [m/s], beta1..3, alpha1..3 [rad]."""
-
-    spec: MapSpec
-    y: Arr
-    z: Arr
-    readings: Arr
-
-    def nodes(self) -> Arr:
-        """Node positions [nz * ny, 2] as (y, z) [m, F], y fastest."""
-        Y, Z = np.meshgrid(self.y, self.z)
-        return np.stack([Y.ravel(), Z.ravel()], axis=1)
+HOLDS = ("x_m", "V_mps", "rho_kgpm3", "psi_deg", "theta_deg", "phi_deg")  # of MapConditions, options of `make`
 
 
 def attitude(spec: MapSpec) -> Arr:
@@ -106,21 +68,8 @@ def make_map(spec: MapSpec) -> WakeMap:
     return replace(empty, readings=np.ascontiguousarray(values.T.reshape(9, len(z), len(y))))
 
 
-def parameter_text(spec: MapSpec) -> str:
-    """The specification as TOML, in one fixed order: what the parameter hash is taken of."""
-
-    def v(x: object) -> str:
-        return "[" + ", ".join(v(i) for i in x) + "]" if isinstance(x, tuple) else repr(x)
-
-    lines = [f"{n} = {v(getattr(spec, n))}" for n in ("x_m", "V_mps", "rho_kgpm3", "psi_deg", "theta_deg", "phi_deg")]
-    lines.append(f"probes_m = {v(spec.probes_m)}")
-    for name in ("y", "z", "wake"):
-        lines += ["", f"[{name}]", *(f"{k} = {v(x)}" for k, x in vars(getattr(spec, name)).items())]
-    return "\n".join(lines) + "\n"
-
-
-def save_map(m: WakeMap, name: str, folder: Path) -> None:
-    """Write `name`.npz and `name`.toml into `folder`. Same map, same bytes."""
+def save_map(m: WakeMap, name: str, folder: Path, table: Path | None = None) -> None:
+    """Write `name`.npz and `name`.toml into `folder`; table: the file it was imported from. Same map, same bytes."""
     data = folder / f"{name}.npz"
     np.savez(data, y=m.y, z=m.z, readings=m.readings)
     text = parameter_text(m.spec)
@@ -128,32 +77,17 @@ def save_map(m: WakeMap, name: str, folder: Path) -> None:
         "# Wake map written by `python -m hil_scripts.studies.sevil.wake_map`; do not edit.\n"
         f'name = "{name}"\n'
         f"nodes = {len(m.y) * len(m.z)}\n"
-        f'parameters_sha256 = "{hashlib.sha256(text.encode()).hexdigest()}"\n'
-        f'data_sha256 = "{hashlib.sha256(data.read_bytes()).hexdigest()}"\n\n[parameters]\n'
+        f'parameters_sha256 = "{_sha256(text.encode())}"\n'
+        f'data_sha256 = "{_sha256(data.read_bytes())}"\n'
     )
+    if table is not None:
+        head += f'table_sha256 = "{_sha256(table.read_bytes())}"\n'
     body = "\n".join(f"[parameters.{line[1:]}" if line.startswith("[") else line for line in text.splitlines())
-    (folder / f"{name}.toml").write_text(head + body + "\n", encoding="utf-8")
+    (folder / f"{name}.toml").write_text(f"{head}\n[parameters]\n{body}\n", encoding="utf-8")
 
 
-def load_map(name: str, folder: Path = HERE) -> WakeMap:
-    """A stored map: "small" (441 nodes) or "extended" (1533), or another one in `folder`.
-
-    Raises ConfigError naming the file if it is missing, or if the data are not those of its provenance file.
-    """
-    path, data = folder / f"{name}.toml", folder / f"{name}.npz"
-    if not path.is_file() or not data.is_file():
-        have = ", ".join(sorted(p.stem for p in folder.glob("*.npz"))) or "none"
-        raise ConfigError(f"name = {name!r}: no such wake map in {folder}; allowed: {have}")
-    meta = read_toml(path)
-    if "parameters" not in meta or "data_sha256" not in meta:
-        raise ConfigError(f"{path}: missing key; needed: parameters, data_sha256")
-    if hashlib.sha256(data.read_bytes()).hexdigest() != meta["data_sha256"]:
-        raise ConfigError(f"{data}: its hash is not data_sha256 of {path.name}; make the map again")
-    spec = convert(meta["parameters"], MapSpec, f"{path}: parameters")
-    if hashlib.sha256(parameter_text(spec).encode()).hexdigest() != meta.get("parameters_sha256"):
-        raise ConfigError(f"{path}: parameters_sha256 is not the hash of the parameters; make the map again")
-    with np.load(data, allow_pickle=False) as f:
-        return WakeMap(spec, f["y"], f["z"], np.ascontiguousarray(f["readings"]))
+def _sha256(data: bytes) -> str:
+    return hashlib.sha256(data).hexdigest()
 
 
 def spec_for(base: MapSpec, tanker: str, receiver: str, mass_kg: float) -> MapSpec:
@@ -161,34 +95,85 @@ def spec_for(base: MapSpec, tanker: str, receiver: str, mass_kg: float) -> MapSp
 
     Raises ConfigError if it has not, or if a record does not exist.
     """
+    return replace(base, wake=wake_params_of(load_aircraft(tanker), mass_kg), probes_m=_probes(receiver))
+
+
+def spec_of_flight(base: MapSpec, flight: str) -> MapSpec:
+    """`base` with the wake a receiver's flight file (a name in flightsw/params, or a path) believes in, and the probes of its
+    aircraft. Raises ConfigError."""
+    cfg = load_flight(Path(flight) if Path(flight).suffix else PARAMS / f"{flight}.toml")
+    p = convert(cfg.tables.get("airdata", {}), AirDataParams, f"{flight}: airdata")
+    return replace(base, wake=p.wake, probes_m=_probes(cfg.app.aircraft))
+
+
+def _probes(receiver: str) -> tuple[V3, V3, V3]:
     ac = load_aircraft(receiver)
     if len(ac.probe) != 3:
         raise ConfigError(f"{receiver}: probe: {len(ac.probe)} entries; allowed: 3")
     a, b, c = (p.position_m for p in ac.probe)
-    return replace(base, wake=wake_params_of(load_aircraft(tanker), mass_kg), probes_m=(a, b, c))
+    return a, b, c
+
+
+def _make(a: argparse.Namespace) -> None:
+    """Command `make`. Raises ConfigError."""
+    if bool(a.tanker) != bool(a.receiver):
+        raise ConfigError("--tanker and --receiver: give both or neither")
+    if a.tanker and a.flight:
+        raise ConfigError("--flight: allowed without --tanker and --receiver")
+    if not (math.isfinite(a.mass) and 1e3 <= a.mass <= 1e6):
+        raise ConfigError(f"--mass = {a.mass}: allowed 1000 to 1000000")
+    if a.name and not a.grid:
+        raise ConfigError("--name: allowed with --grid")
+    given = {k: getattr(a, k) for k in HOLDS if getattr(a, k) is not None}
+    for grid in (a.grid,) if a.grid else SPECS:
+        spec = replace(SPECS[grid], **given)
+        if a.flight:
+            spec = spec_of_flight(spec, a.flight)
+        elif a.tanker:
+            spec = spec_for(spec, a.tanker, a.receiver, a.mass)
+        convert(tomllib.loads(parameter_text(spec)), MapSpec, "make")  # ranges
+        _store(make_map(spec), a.name or grid, a.out)
+
+
+def _store(m: WakeMap, name: str, out: Path, table: Path | None = None) -> None:
+    out.mkdir(parents=True, exist_ok=True)
+    save_map(m, name, out, table)
+    print(f"{out / name}.npz: {len(m.y) * len(m.z)} nodes")
 
 
 def main(argv: list[str] | None = None) -> None:
-    """Command: write both maps."""
-    p = argparse.ArgumentParser(prog="python -m hil_scripts.studies.sevil.wake_map", description="Write the wake maps.")
+    """Commands `make`, `import`, `score`. Exit code 2 with a message naming what is wrong."""
+    top = argparse.ArgumentParser(prog="python -m hil_scripts.studies.sevil.wake_map", description="Wake maps.")
+    sub = top.add_subparsers(dest="command", required=True)
+    p = sub.add_parser("make", help="maps of the wake model")
     p.add_argument("--out", type=Path, required=True, help="folder for the .npz and .toml files")
-    p.add_argument("--tanker", help="aircraft record of the tanker (default: sevil.md section 4)")
+    p.add_argument("--grid", choices=tuple(SPECS), help="only this grid (default: both)")
+    p.add_argument("--name", help="name of the map (default: its grid's)")
+    p.add_argument(
+        "--flight", help="receiver's flight file whose wake and probes are used (default: sevil.md section 4)"
+    )
+    p.add_argument("--tanker", help="aircraft record of the tanker, instead of --flight")
     p.add_argument("--receiver", help="aircraft record whose probes are used (with --tanker)")
     p.add_argument("--mass", type=float, default=WakeParams().mass_kg, help="tanker mass [kg] (with --tanker)")
-    a = p.parse_args(argv)
-    if bool(a.tanker) != bool(a.receiver):
-        p.error("--tanker and --receiver: give both or neither")
-    if not (math.isfinite(a.mass) and 1e3 <= a.mass <= 1e6):
-        p.error(f"--mass = {a.mass}: allowed 1000 to 1000000")
-    a.out.mkdir(parents=True, exist_ok=True)
-    for name, base in SPECS.items():
-        try:
-            spec = spec_for(base, a.tanker, a.receiver, a.mass) if a.tanker else base
-        except ConfigError as e:
-            p.error(str(e))
-        m = make_map(spec)
-        save_map(m, name, a.out)
-        print(f"{a.out / name}.npz: {len(m.y) * len(m.z)} nodes")
+    for key in HOLDS:
+        p.add_argument(f"--{key.partition('_')[0]}", dest=key, type=float, help=f"{key} the map holds for")
+    p = sub.add_parser("import", help="a table of somebody's own: CFD, wind tunnel, flight")
+    p.add_argument("table", type=Path, help="the .csv file, its first lines # and TOML")
+    p.add_argument("--out", type=Path, required=True, help="folder for the .npz and .toml files")
+    p.add_argument("--name", help="name of the map (default: that of the table's file)")
+    p = sub.add_parser("score", help="what Algorithms 1 to 16 make of a map's own readings")
+    p.add_argument("--map", required=True, help="name of a map that comes with the software, or path of its .toml file")
+    p.add_argument("--noise", type=float, default=0.0, help="multiple of the source's noise variance, mean over 1 s")
+    a = top.parse_args(argv)
+    try:
+        if a.command == "make":
+            _make(a)
+        elif a.command == "import":
+            _store(read_table(a.table), a.name or a.table.stem, a.out, a.table)
+        else:
+            print("\n".join(score(load_map(a.map), a.noise)))
+    except ConfigError as e:
+        top.error(str(e))
 
 
 if __name__ == "__main__":

@@ -21,12 +21,14 @@ from flightsw.missions.receiver.aids import VelocityAid
 from flightsw.missions.receiver.airdata import expected as kp
 from flightsw.missions.receiver.airdata.air_path import ALPHA, AirPath, across, cross, rate_slopes
 from flightsw.missions.receiver.airdata.airdata_params import AirDataParams
+from flightsw.missions.receiver.airdata.contour.choice import make_contours
 from flightsw.missions.receiver.airdata.fdi.monitor import Fdi
-from flightsw.missions.receiver.airdata.icing import Icing
+from flightsw.missions.receiver.airdata.icing import Icing, mean_of
 from flightsw.missions.receiver.airdata.own_air import WHITE, OwnAir, spread
 from flightsw.missions.receiver.airdata.repair import repaired
 from flightsw.missions.receiver.airdata.reports import FdiStatus, WakeFix
 from flightsw.missions.receiver.airdata.state import SLOW, TURB, X_Y, X_Z
+from flightsw.missions.receiver.airdata.told import Told
 from flightsw.missions.receiver.airdata.wake_filter import IDLE, TRACKING, WakePosition
 from flightsw.missions.receiver.airdata.wake_kernel import WK_WING_LIFT, WK_WING_X, WK_WING_Z
 from flightsw.missions.receiver.airdata.witness import WakeRows, WakeWitness
@@ -37,6 +39,7 @@ from flightsw.types import UPD_AIR, UPD_GNSS, UPD_IMU, UPD_REL, Health, NavState
 
 ALL, ALL_V = 0x1FF, 0x7
 STRAYED = 40  # samples in a row
+PATIENCE = 20  # samples in a row: positions by contours come and go
 GRACE_S = 0.5  # [s] without the relative sensor in which learning goes on
 CRUISE_MPS = 195.0  # [m/s] airspeed at which gusts are taken to pass the probes
 SILENT_US = 500_000  # [us] without air data
@@ -68,8 +71,7 @@ class AirData:
         self._air_us = 0
         self.fix: WakeFix | None = None  # of the last readings
         self.status: FdiStatus | None = None
-        self._excluded = 0
-        self._valid = self._seen = self._wake_known = False
+        self._seen = self._wake_known = False
         self._astray = 0  # samples in a row
         q = p.position
         noise = q.sigma_V, q.sigma_beta, q.sigma_alpha
@@ -79,6 +81,8 @@ class AirData:
         self._own_window = spread(self.wake.probes, CRUISE_MPS, q.gust_L_m, p.fdi.window)
         self._own_white = WHITE * spread(self.wake.probes, CRUISE_MPS, q.gust_L_m, WHITE)
         self.icing = Icing(ac)
+        self.contour = make_contours(ac, q)  # instead of the filter's position
+        self._told = Told(0 if self.contour is None else PATIENCE)
         self.witness = WakeWitness(self.wake.probes, q)
         self.rows: WakeRows | None = None  # of the last readings
         self._alone_s = 0.0  # [s] since the relative sensor was seen
@@ -146,21 +150,32 @@ class AirData:
             self.rows = self.witness.step(f.air_t_us, y, use, self.wake.g, self.wake.wk, fr.x, own, R_nf)
         if use != ALL:
             f = repaired(f, y, use, self._zero if e is None else e, V)
-        if self._wake_known:
-            learn.update(y, use)
-            fix = w.update(y, use)
-        else:
-            fix = replace(w.fix, t_us=f.air_t_us, valid=False, reason="tanker not known", nis_dof=0)
+        fix = self._found(y, use)
         self.fix, self.status = fix, st
         if self.p.fuse:
             rel.fix, rel.x_f = fix, float(fr.x[kp.AX_X])
             rel.R_ft[:] = fr.R_tf
-        self._report(st.excluded, fix.valid, fix.reason)
+        self.texts += self._told.changes(st.excluded, fix.valid, fix.reason)
         return f
+
+    def _found(self, y: np.ndarray, use: int) -> WakeFix:
+        """The position by the readings y [9] of the mask `use`."""
+        if not self._wake_known:
+            return replace(self._lost(self.wake.fix, self._air_us, "tanker not known"), nis_dof=0)
+        self.learn.update(y, use)
+        fix, fr = self.wake.update(y, use), self.frame
+        return fix if self.contour is None else self.contour.step(self._air_us, y, use, fr.x, fr.xd)
+
+    def _lost(self, fix: WakeFix, t_us: int, why: str) -> WakeFix:
+        """What was `fix` and is none any longer at t_us [us], and why; of a mean of readings nothing is left."""
+        if self.contour is None:
+            return replace(fix, t_us=t_us, valid=False, reason=why)
+        self.contour.reset()
+        return self.contour.without(t_us, self.frame.x, self.frame.xd, why)
 
     def _iced(self, f: SensorFrame, nav: NavState, y: np.ndarray, e: np.ndarray, use: int, dt: float) -> bool:
         """Whether every airspeed lies, by readings y [9] of the mask `use` and the expected ones e [9]."""
-        means = [_mean(y, use, v) for v in (kp.R_V, kp.R_ALPHA)]
+        means = [mean_of(y, use, v) for v in (kp.R_V, kp.R_ALPHA)]
         if None in means:
             return self.icing.bad
         V, alpha = means
@@ -179,8 +194,8 @@ class AirData:
         if st is not None and (st.valid or st.alarm):
             self.status = replace(st, valid=False, alarm=0, isolated=0, negative=0)
         if fix is not None and fix.valid:
-            self.fix = replace(fix, valid=False, reason="no air data")
-            self._report(self._excluded, False, self.fix.reason)
+            self.fix = self._lost(fix, fix.t_us, "no air data")
+            self.texts += self._told.changes(self._told.excluded, False, self.fix.reason, at_once=True)
 
     @property
     def reports(self) -> Reports:
@@ -236,6 +251,8 @@ class AirData:
 
     def exercise(self) -> None:
         """Run start-up search, filters, second opinion and monitor on made-up readings; leaves this object of no further use."""
+        if self.contour is not None:
+            self.contour.exercise()
         att, zero, dt = (0.0, 0.05, 0.0), (0.0, 0.0, 0.0), 0.05
         self.learn.seed(0.0, 9.0, 1.0)
         self.learn.predict(0, att, zero, zero, -35.0, 0.3, 195.0, 0.59, dt)
@@ -290,22 +307,3 @@ class AirData:
             v, s = across(self.frame.to_f(v)), self.p.aid.r_velocity_mps
             for k in (self.wake, self.learn):
                 k.aid(v, (s, s), velocity=True)
-
-    def _report(self, excluded: int, valid: bool, reason: str) -> None:
-        """Texts on what changed."""
-        if excluded != self._excluded:
-            for c in range(9):
-                if (excluded ^ self._excluded) >> c & 1:
-                    name = f"{('V', 'beta', 'alpha')[c // 3]} of probe {c % 3 + 1}"
-                    out = bool(excluded >> c & 1)
-                    self.texts.append(Text(4 if out else 5, f"air data: {name} {'excluded' if out else 'back'}"))
-            self._excluded = excluded
-        if valid != self._valid:
-            self.texts.append(Text(6 if valid else 5, f"wake position {'valid' if valid else f'lost: {reason}'}"[:50]))
-            self._valid = valid
-
-
-def _mean(y: np.ndarray, use: int, first: int) -> float | None:
-    """Mean of those of the readings y [9] of one variable, from `first` on, that are in the mask `use`; None: there is none."""
-    good = [float(y[c]) for c in range(first, first + 3) if use >> c & 1]
-    return math.fsum(good) / len(good) if good else None

@@ -98,3 +98,9 @@ class Icing:
 def _two(said: list[float], limit: float) -> bool:
     """Whether two witnesses say more than `limit`, the same way."""
     return max(sum(c > limit for c in said), sum(c < -limit for c in said)) >= 2
+
+
+def mean_of(y: np.ndarray, use: int, first: int) -> float | None:
+    """Mean of those of the readings y [9] of one variable, from `first` on, that are in the mask `use`; None: there is none."""
+    good = [float(y[c]) for c in range(first, first + 3) if use >> c & 1]
+    return math.fsum(good) / len(good) if good else None

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated
 
+from flightsw.missions.receiver.airdata.contour.params import FILTER, METHODS, ContourParams
 from flightsw.missions.receiver.airdata.wake_fix import MlParams
-from flightsw.strict import Range
+from flightsw.strict import OneOf, Range, changed
 
 Pos = Annotated[float, Range(1e-12)]
 NonNeg = Annotated[float, Range(0.0)]
@@ -16,6 +17,9 @@ NonNeg = Annotated[float, Range(0.0)]
 class WakePositionParams:
     """Noise, priors, gates and restart rules. Defaults: sevil.md section 4 and 8.4, 8.5; rules are our choice."""
 
+    # whose position is told, fused and held a station by: the filter's, or that of an algorithm of Sevil (2013), chapter 4, the
+    # print's method as it stands. What the readings are expected to be, and what is learnt, is the filter's with either
+    method: Annotated[str, OneOf(METHODS)] = FILTER
     sigma_V: Pos = 0.447  # [m/s] per sample and probe
     sigma_beta: Pos = 7.8e-4  # [rad]
     sigma_alpha: Pos = 7.8e-4  # [rad]
@@ -83,3 +87,9 @@ class WakePositionParams:
     start: MlParams = field(
         default_factory=lambda: MlParams(scale_wing_sigma=0.1, scale_tail_sigma=0.5)
     )  # noise and priors are taken from above where scales are estimated
+    contours: ContourParams = field(default_factory=ContourParams)  # of method "algorithm_11", "algorithm_15"
+
+    def __post_init__(self) -> None:
+        if self.method == FILTER and (idle := changed(self.contours, ContourParams())) is not None:
+            others = " or ".join(repr(m) for m in METHODS if m != FILTER)
+            raise ValueError(f"contours.{idle[0]} = {idle[1]!r}: nothing obeys it without method = {others}")

@@ -3,37 +3,25 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import cast
 
 import contourpy
 import numpy as np
 from numpy.typing import NDArray
 
-from hil_scripts.studies.sevil.wake_map import WakeMap
+from flightsw.missions.receiver.airdata.contour.lines import Lines
+from flightsw.missions.receiver.airdata.contour.wake_map import WakeMap
 
 Arr = NDArray[np.float64]
 Chunks = tuple[list[Arr | None], list[NDArray[np.uint32] | None]]  # what LineType.ChunkCombinedOffset gives
-
-
-@dataclass(frozen=True)
-class Lines:
-    """Polylines: vertices xy [n, 2] = (y, z) [m, F]; polyline k is xy[at[k]:at[k + 1]]. None are joined to each other."""
-
-    xy: Arr
-    at: NDArray[np.int64]
-
-    @property
-    def empty(self) -> bool:
-        """No vertex at all."""
-        return len(self.xy) == 0
 
 
 NOTHING = Lines(np.zeros((0, 2)), np.zeros(1, np.int64))
 
 
 class Contours:
-    """The contour generators of one wake map, built once (contour extraction itself allocates).
+    """The contour generators of one wake map, built once (contour extraction itself allocates). They never change: copies share
+    them.
 
     Erratum E10: A_q^beta is the contour of map q of sideslip at the measured sideslip (Sevil 2013, Table 4.1 names the
     other variable), A_q^alpha that of incidence at the measured incidence.
@@ -51,6 +39,10 @@ class Contours:
             )
             for c in range(9)
         ]
+
+    def __deepcopy__(self, memo: dict[int, object]) -> Contours:
+        """Itself: a flight is copied with the map it has."""
+        return self
 
     def lines(self, channel: int, level: float) -> Lines:
         """Contour of map `channel` (0..8: V1..3, beta1..3, alpha1..3) at `level` ([m/s] or [rad]), linear in each cell.

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flightsw.kernels.jit import jit
-from hil_scripts.studies.sevil.airpos.contours import Lines
+from flightsw.missions.receiver.airdata.contour.lines import Lines
 
 Arr = NDArray[np.float64]
 MERGE_M = 1e-6  # [m] crossings of one pair of contours nearer than this are one crossing
@@ -19,7 +19,7 @@ CAPACITY = 512  # crossings of one pair of contours kept at most
 def crossings(a: np.ndarray, at_a: np.ndarray, b: np.ndarray, at_b: np.ndarray, merge: float, out: np.ndarray) -> int:
     """IM-1: every crossing of two sets of polylines, segment by segment; returns how many, out [n, 2] <- where [m].
 
-    a, b vertices [., 2], at_a, at_b offsets (see contours.Lines). Segments are closed (their ends count, with 1e-9
+    a, b vertices [., 2], at_a, at_b offsets (see lines.Lines). Segments are closed (their ends count, with 1e-9
     of their length as allowance for rounding), zero-length and parallel ones are passed over. A crossing within
     `merge` [m] of an earlier one is that one (two segments share each vertex). Order: along a, then along b. Beyond
     the rows of `out` crossings are dropped.

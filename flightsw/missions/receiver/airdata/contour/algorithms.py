@@ -15,9 +15,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hil_scripts.studies.sevil.airpos.contours import Contours, Lines
-from hil_scripts.studies.sevil.airpos.intersect import im1, im2
-from hil_scripts.studies.sevil.wake_map import WakeMap
+from flightsw.missions.receiver.airdata.contour.contours import Contours
+from flightsw.missions.receiver.airdata.contour.intersect import im1, im2
+from flightsw.missions.receiver.airdata.contour.lines import Lines
+from flightsw.missions.receiver.airdata.contour.wake_map import WakeMap
 
 Arr = NDArray[np.float64]
 EPSILON_M = 0.1  # [m]
