@@ -85,7 +85,10 @@ def _aircraft(a: AircraftCfg) -> None:
     refuse(f"{at}.mismatch", a.mismatch, f"with model = {a.model!r}", kind_of(a).mismatch)
 
 
-OF_THEIR_OWN = {"bearing_dt_s": ("bearing_tau_s",), "link_dt_s": ("link_tau_s", "link_latency_ms", "link_loss")}
+OF_THEIR_OWN = {  # period of the TACAN -> keys that belong to it, at their defaults
+    "bearing_dt_s": {"bearing_tau_s": 5.0},
+    "link_dt_s": {"link_tau_s": 5.0, "link_latency_ms": 0.0, "link_loss": 0.0},
+}
 
 
 def _sensors(sc: Scenario, a: AircraftCfg) -> None:
@@ -116,8 +119,8 @@ def _sensors(sc: Scenario, a: AircraftCfg) -> None:
         if getattr(t, std) == 0.0:
             refuse(f"{at}.{own}", getattr(t, own), f"with {std} = 0: there is none", default=0.0)
         if getattr(t, own) == 0.0:
-            for key in OF_THEIR_OWN[own]:
-                refuse(f"{at}.{key}", getattr(t, key), f"with {own} = 0: one comes with every range", default=0.0)
+            for key, value in OF_THEIR_OWN[own].items():
+                refuse(f"{at}.{key}", getattr(t, key), f"with {own} = 0: one comes with every range", default=value)
     if sc.traffic.on and a.tacan_to == sc.traffic.name:
         refuse(
             f"sensors.{a.name}.radar.sigma_m", suite.radar.sigma_m, "of a receiver in [traffic]: its y_sigma_m is the reading's",

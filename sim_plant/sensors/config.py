@@ -180,13 +180,11 @@ class Tacan:
     bearing_std_deg: NonNeg = 0.0  # white; 0: the set gives no bearing
     bearing_bias_std_deg: NonNeg = 0.0  # drawn once per run
     bearing_dt_s: Annotated[float, Range(0.0, 600.0)] = 0.0  # between bearings of their own; 0: one with every range
-    bearing_tau_s: NonNeg = (
-        0.0  # correlation time of the noise of those; 0: white, kinder than a set that turns and is reflected
-    )
+    bearing_tau_s: NonNeg = 5.0  # correlation time of the noise of those; 0: white, kinder than a set that is reflected
     link_std_m: NonNeg = 0.0  # of the other's own position sent with the reply, per axis, white; 0: no data link
     link_bias_std_m: NonNeg = 0.0  # drawn once per run
     link_dt_s: Annotated[float, Range(0.0, 600.0)] = 0.0  # between positions of their own; 0: one with every range
-    link_tau_s: NonNeg = 0.0  # correlation time of the noise of those: ten white ones a second would average to nothing
+    link_tau_s: NonNeg = 5.0  # correlation time of the noise of those: ten white ones a second would average to nothing
     link_latency_ms: Latency = 0.0
     link_loss: Annotated[float, Range(0.0, 0.99)] = 0.0  # share of those that never come
     dropout: Annotated[float, Range(0.0, 1.0)] = 0.0  # share of the replies without an answer

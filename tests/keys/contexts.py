@@ -326,7 +326,7 @@ CONTEXTS = (
             ),
             Situation(
                 "a receiver heard to turn",
-                r".*aids\.(limit|fade_s|back_s|stir_m2ps3|settle_s|kept)",
+                r".*aids\.(limit|fade_s|back_s|stir_m2ps3|noisy_s|kept)",
                 (
                     *OWN_RATE,
                     "plant.sensors.tanker.tacan.link_std_m=2.0",

@@ -80,7 +80,9 @@ def test_errors_have_the_spread_and_the_correlation_they_are_given() -> None:
         e = np.array([s.noise.next()[0] for _ in range(60_000)])
         assert np.corrcoef(e[1:], e[:-1])[0, 1] == pytest.approx(rho, abs=0.01)
         assert np.std(e) == pytest.approx(sigma, rel=0.06)  # 3000 correlation times at least
-    white, _ = sensors(Tacan(bearing_std_deg=2.0, bearing_dt_s=0.5, link_std_m=80.0, link_dt_s=0.1), 3)
+    white, _ = sensors(
+        Tacan(bearing_std_deg=2.0, bearing_dt_s=0.5, bearing_tau_s=0.0, link_std_m=8.0, link_dt_s=0.1), 3
+    )
     assert white.noise is not None
     e = np.array([white.noise.next()[0] for _ in range(20_000)])
     assert np.corrcoef(e[1:], e[:-1])[0, 1] == pytest.approx(0.0, abs=0.03)
@@ -122,7 +124,7 @@ def test_a_bearing_is_clockwise_from_the_nose() -> None:
 @pytest.mark.parametrize(("over", "key"), [
     ({f"{T}bearing_dt_s": 1.0}, "bearing_dt_s"),
     ({f"{T}bearing_std_deg": 1.0, f"{T}bearing_dt_s": 0.333}, "bearing_dt_s"),
-    ({f"{T}bearing_std_deg": 1.0, f"{T}bearing_tau_s": 5.0}, "bearing_tau_s"),
+    ({f"{T}bearing_std_deg": 1.0, f"{T}bearing_tau_s": 4.0}, "bearing_tau_s"),
     ({f"{T}link_dt_s": 1.0}, "link_dt_s"),
     ({f"{T}link_std_m": 9.0, f"{T}link_latency_ms": 5.0}, "link_latency_ms"),
     ({f"{T}link_std_m": 9.0, f"{T}link_loss": 0.1}, "link_loss"),

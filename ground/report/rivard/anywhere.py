@@ -43,7 +43,8 @@ SHARES = (
 )
 READING = """
 x is positive when the tanker is too far ahead; RMS in NM. Outside is beyond 1 NM along or 0.5 NM across. The leg follows a turn
-that does not end in place and lasts at most 300 s; figures after it are of all meetings, with or without one.
+that does not end in place and lasts at most 300 s (600 s where it gains, in the cases `_own`); figures after it are of all
+meetings, with or without one. `_own`: bearing or data link at a rate of its own, not with the ranges.
 
 Told before the turn: the innovations had warned, or the prediction of the turn had been announced, by its first second. A
 prediction counts as false where the true miss is inside 0.7 of the box, a receiver said to be faster or slower than the tanker

@@ -53,6 +53,7 @@ def _own_rate(plan: GeometryCase) -> dict[str, tuple[str, GeometryCase]]:
     for sensor, more in OWN.items():
         own = changed(plan, **more)
         out[f"as_planned{sensor}"] = ("plan", own)
+        out[f"wind_error_10{sensor}"] = ("wind", changed(own, truth_wind_error_mps=10.0 * KN))
         for degrees in TURNS:
             for sign, name in ((1.0, "turn_towards"), (-1.0, "turn_away")):
                 out[f"{name}_{degrees:g}{sensor}"] = (
@@ -67,7 +68,11 @@ def _own_rate(plan: GeometryCase) -> dict[str, tuple[str, GeometryCase]]:
             )
     link = changed(plan, truth_turn_at_s=60.0, truth_turn_deg=-30.0, **OWN["_link_own"])
     out["turn_away_30_known_60_own"] = ("turn", changed(link, known_s=60.0))
-    for tau in (1.0, 20.0, 60.0):  # errors that fade sooner or later than the least favourable
+    out["turn_away_30_link_own_leg_300"] = ("turn", changed(link, meet_leg_sided_s=0.0))
+    own = changed(plan, **OWN["_link_own"])
+    for tau in (1.0, 20.0, 60.0):  # errors that fade sooner or later than the least favourable, known on board or not
+        out[f"as_planned_link_own_not_told_tau_{tau:g}"] = ("plan", changed(own, link_tau_s=tau))
+        out[f"turn_away_30_link_own_not_told_tau_{tau:g}"] = ("turn", changed(link, link_tau_s=tau))
         out[f"turn_away_30_link_own_tau_{tau:g}"] = (
             "turn",
             changed(link, link_tau_s=tau, nav_aids=Aids(on=True, link_tau_s=tau)),
