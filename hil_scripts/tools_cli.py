@@ -142,7 +142,7 @@ def case(
 
 def bench(
     duration: Annotated[float, typer.Option(help="Simulated length of the lockstep runs in seconds.", min=5.0)] = 120.0,
-    no_realtime: Annotated[bool, typer.Option("--no-realtime", help="Leave out the minute of real time.")] = False,
+    no_realtime: Annotated[bool, typer.Option("--no-realtime", help="Leave out the minutes of real time.")] = False,
     json_: Annotated[bool, typer.Option("--json", help="JSON on stdout instead of tables.")] = False,
 ) -> None:
     """Measure the speed of everything on this machine and print one table."""
@@ -163,7 +163,7 @@ def bench(
             raise typer.Exit(128 + stop.signum if stop else 1)
     with tempfile.TemporaryDirectory(prefix="wakefield-bench-") as tmp:
         try:
-            rows, timing = b.measure(
+            rows, paced = b.measure(
                 Path(tmp),
                 duration,
                 0.0 if no_realtime else b.REALTIME_S,
@@ -172,9 +172,9 @@ def bench(
         except (ValueError, OSError, RuntimeError) as e:
             raise fail(str(e)) from None
     if json_:
-        print(b.as_json(rows, timing))
+        print(b.as_json(rows, paced))
     else:
-        b.show(screen.console(), rows, timing)
+        b.show(screen.console(), rows, paced)
 
 
 def estimate(

@@ -18,6 +18,7 @@ from flightsw.cli import report, tell
 from flightsw.icd.lines import UDP, Line, parse_line
 from flightsw.icd.link import plant_port
 from flightsw.icd.signing import SigningError, security
+from flightsw.preload import preload
 from flightsw.priority import realtime_priority
 from flightsw.strict import ConfigError
 from sim_plant.accounts import accounts
@@ -100,6 +101,8 @@ def fly(
         links = security(signing_key, unsigned, time.time)
         lines = _lines(external or [], server, port_offset)
         link = UdpPlant(server, port_offset, stop.status, _say, lambda: bool(stop.signum), links, lines)
+        if sc.clock.mode == "realtime":
+            preload("sim_plant")
         gc.collect()
         gc.freeze()
         gc.disable()  # nothing here makes reference cycles; a collection would only show as a late tick

@@ -15,6 +15,7 @@ from flightsw.icd.overrun import overrun
 from flightsw.icd.signing import OPEN, TELEMETRY, Security, security
 from flightsw.icd.stream_link import StreamLink
 from flightsw.icd.tlog import TlogError
+from flightsw.preload import preload
 from flightsw.priority import realtime_priority
 from flightsw.process.accounts import accounts
 from flightsw.process.clock import RealtimeClock, monotonic_us, unix_s
@@ -67,6 +68,8 @@ def open_process(
         warmup = getattr(node.app, "warmup", None)
         if warmup is not None:
             warmup()
+        if realtime:
+            preload("flightsw")
     except BaseException:
         plant.close()
         telemetry.close()

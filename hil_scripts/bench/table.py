@@ -15,12 +15,12 @@ from rich.console import Console
 from rich.table import Table
 
 from flightsw import plugins
-from flightsw.icd import wire
-from flightsw.icd.tlog import read
 from hil_scripts.bench import filters as bench_filters
 from hil_scripts.bench import link as bench_link
 from hil_scripts.bench import plant as bench_plant
+from hil_scripts.bench import realtime as bench_realtime
 from hil_scripts.bench import start as bench_start
+from hil_scripts.bench.realtime import Paced
 from hil_scripts.bench.row import Row
 from hil_scripts.launch import ports
 
@@ -28,16 +28,6 @@ TICK_HZ = 100
 REALTIME_S = 60.0
 PING_TICKS = 20_000
 RUN_TIMEOUT_S = 900.0
-LOOP_COLUMNS = {
-    "ticks": "ticks",
-    "slips": "slips",
-    "exec_mean": "exec mean",
-    "exec_max": "max",
-    "late_p50": "late p50",
-    "late_p99": "p99",
-    "late_p999": "p99.9",
-    "late_max": "max",
-}
 
 
 class BenchError(RuntimeError):
@@ -67,8 +57,8 @@ def fly(folder: Path, duration_s: float, *flags: str) -> dict[str, Any]:
 
 def measure(
     folder: Path, duration_s: float, realtime_s: float, say: Callable[[str], None]
-) -> tuple[list[Row], list[dict[str, Any]]]:
-    """All rows, and the timing of the real-time run per aircraft (empty if realtime_s is 0). Raises BenchError."""
+) -> tuple[list[Row], list[Paced]]:
+    """All rows, and real time at every rate (none if realtime_s is 0). Raises BenchError."""
     rows: list[Row] = []
     say(f"lockstep mission, separate processes, {duration_s:.0f} s simulated")
     multi = float(fly(folder / "multi", duration_s)["run.sim_s_per_wall_s"])
@@ -88,12 +78,7 @@ def measure(
     for name in plugins.declared(plugins.BENCHES):
         say(name)
         rows += plugins.part(plugins.BENCHES, name, FunctionType, plugins.BENCHES)()
-    timing: list[dict[str, Any]] = []
-    if realtime_s > 0:
-        say(f"real time, {realtime_s:.0f} s at {TICK_HZ} Hz")
-        fly(folder / "realtime", realtime_s, "--realtime")
-        timing = loop_timing(folder / "realtime" / "tlm.tlog")
-    return rows, timing
+    return rows, bench_realtime.measure(fly, SCENARIO, folder, realtime_s, say) if realtime_s > 0 else []
 
 
 def filter_rows() -> list[Row]:
@@ -159,18 +144,7 @@ def plant_rows() -> list[Row]:
     ]
 
 
-def loop_timing(log: Path) -> list[dict[str, Any]]:
-    """Last LOOP_TIMING of every aircraft in a telemetry log, as flat dicts with `sysid`."""
-    last: dict[int, dict[str, Any]] = {}
-    for _t, _link, packet in read(log):
-        if wire.message_id(packet) != wire.BY_NAME["LOOP_TIMING"].id:
-            continue
-        for spec, values, sysid, *_ in wire.split(packet, wire.SPECS, wire.Counters()):
-            last[sysid] = {"sysid": sysid, **spec.to_dict(values)}
-    return [last[k] for k in sorted(last)]
-
-
-def show(console: Console, rows: list[Row], timing: list[dict[str, Any]]) -> None:
+def show(console: Console, rows: list[Row], paced: list[Paced]) -> None:
     """Print the tables."""
     t = Table(title="sil bench", title_justify="left")
     t.add_column("measured", overflow="fold")
@@ -180,15 +154,9 @@ def show(console: Console, rows: list[Row], timing: list[dict[str, Any]]) -> Non
     for r in rows:
         t.add_row(r.what, f"{r.value:.2f}" if r.value < 100 else f"{r.value:.0f}", r.unit, r.goal)
     console.print(t)
-    if timing:
-        t = Table(title=f"real time at {TICK_HZ} Hz; execution and lateness of the wake-up [us]", title_justify="left")
-        for head in ("aircraft", *LOOP_COLUMNS.values()):
-            t.add_column(head, justify="right")
-        for row in timing:
-            t.add_row(str(row["sysid"]), *(f"{row[k]:.0f}" for k in LOOP_COLUMNS))
-        console.print(t)
+    bench_realtime.show(console, paced)
 
 
-def as_json(rows: list[Row], timing: list[dict[str, Any]]) -> str:
+def as_json(rows: list[Row], paced: list[Paced]) -> str:
     """The same as JSON text."""
-    return json.dumps({"rows": [asdict(r) for r in rows], "realtime": timing}, indent=2)
+    return json.dumps({"rows": [asdict(r) for r in rows], "realtime": [asdict(p) for p in paced]}, indent=2)

@@ -14,7 +14,7 @@ import pytest
 
 from flightsw.icd import wire
 from flightsw.icd.tlog import read
-from hil_scripts.bench.table import loop_timing
+from hil_scripts.bench.realtime import loop_timing
 from tests.sil.launch import Ended, sil, summary
 
 pytestmark = pytest.mark.rt
