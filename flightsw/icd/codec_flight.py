@@ -67,6 +67,10 @@ class FlightCodec(FlightReceiver[D]):
             0xA4 if cmd.armed else 0x24,  # HIL, automatic, and armed
         )
 
+    def actuators_again(self, sent: D, t_us: int) -> D:
+        """`actuators` of the command that was sent last, `sent`, for the tick at t_us [us]. Its mode is never 0."""
+        return self.send.again(_ACTUATORS, sent, t_us)
+
     def peer(self, nav: NavState, flags: int = 0) -> D:
         """FOLLOW_TARGET and WIND_COV of a navigation state, in the plant's time, for the other aircraft; an invalid one says so.
         flags: HF_*, what is wrong on board.

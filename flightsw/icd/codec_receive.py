@@ -8,6 +8,7 @@ one, ahead of the tick or long past is dropped (stamps.py).
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Generic
 
 from flightsw.icd.codec_orders import COMMANDS_MAX, OrdersIn
@@ -114,19 +115,20 @@ class FlightReceiver(Generic[D]):
             BY_NAME["STATUSTEXT"].id: self.orders.text,
         }
 
-    def parse(self, datagram: D) -> list[Packet]:
+    def parse(self, datagram: D) -> Sequence[Packet]:
         """Sound packets of a datagram; the rest is counted."""
         return self.port.packets(datagram, ACCEPT, self.count)
 
     @staticmethod
-    def sensor_time(packets: list[Packet]) -> int:
+    def sensor_time(packets: Sequence[Packet]) -> int:
         """Time stamp [us] of the last HIL_SENSOR of a parsed datagram, or -1 if there is none."""
         for p in reversed(packets):
             if p[0] is HIL_SENSOR:
-                return int(p[1][0])
+                t_us: int = p[1][0]
+                return t_us
         return -1
 
-    def apply(self, packets: list[Packet], frame: SensorFrame, now_us: int) -> None:
+    def apply(self, packets: Sequence[Packet], frame: SensorFrame, now_us: int) -> None:
         """Put parsed packets into `frame`: sets the bits of `updated`, appends commands. Never raises.
 
         now_us [us]: onboard time of the tick they came with; samples far from it are refused.

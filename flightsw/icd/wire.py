@@ -153,6 +153,14 @@ class Sender:
         body = _HEAD(len(payload), 0, 0, seq, self.sysid, self.compid, a, b, c) + payload
         return b"\xfd" + body + _CRC_OUT(_crc(body + spec.extra))
 
+    def again(self, spec: Spec, sent: bytes, t_us: int) -> bytes:
+        """A packet of `spec` anew, with another value of its first field, a uint64_t; a later field of it is not 0."""
+        seq = self.seq
+        self.seq = (seq + 1) & 0xFF
+        payload = t_us.to_bytes(8, "little") + sent[HEADER + 8 : -2]
+        body = sent[1:4] + bytes((seq,)) + sent[5:HEADER] + payload
+        return b"\xfd" + body + _CRC_OUT(_crc(body + spec.extra))
+
     def named(self, name: str, **fields: Any) -> bytes:
         """As `pack`, by message and field name (slower; missing fields are 0). Raises KeyError, ValueError,
         struct.error.
