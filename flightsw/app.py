@@ -7,7 +7,6 @@ in lockstep, in real time, in process and in replay.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -118,7 +117,7 @@ class FlightApp:
         self.tick_no = 0
         self._updated = 0
         self._baro_us = -BARO_AGE_US
-        self._imu: list[tuple[int, Vec3, Vec3]] = []  # stamps, rates, specific forces
+        self._imu: list[tuple[float, ...]] = []  # stamp, rate, specific force
         self._means: tuple[Vec3, Vec3, float] = (ZERO3, ZERO3, 0.0)  # of rate and specific force, and their age [s]
         self._slow_index = -1
         self._slow_t_us = -1
@@ -141,7 +140,7 @@ class FlightApp:
         t_us = f.t_us
         self._updated |= f.updated
         if f.updated & UPD_IMU:
-            self._imu.append((t_us, f.gyro_b, f.acc_b))
+            self._imu.append((t_us, *f.gyro_b, *f.acc_b))
         if self._started:
             self.act.step(self.u, dt_s if dt_s < MAX_STEP_S else MAX_STEP_S)
         index = t_us // self.slow_us
@@ -186,10 +185,10 @@ class FlightApp:
         self._updated = 0
         self.health.watch = self.mission.watch
         self.u[:] = u
-        c = self.cmd
-        c.aileron, c.elevator, c.rudder, c.throttle = float(u[0]), float(u[1]), float(u[2]), throttle
-        if len(u) > FLAP:
-            c.flap = float(u[FLAP])
+        c, said = self.cmd, self.u.tolist()
+        c.aileron, c.elevator, c.rudder, c.throttle = said[0], said[1], said[2], throttle
+        if len(said) > FLAP:
+            c.flap = said[FLAP]
         c.latch = self.guid.latch
         # until navigation has been valid once, or recovery flies without it, the aircraft keeps the trim it came in; afterwards
         # it is never handed back
@@ -224,8 +223,9 @@ class FlightApp:
         last one. Without a sample the last means stay, with a count of 0."""
         n = len(self._imu)
         if n:
-            stamps, rates, forces = zip(*self._imu, strict=True)
-            self._means = _mean(rates), _mean(forces), (f.t_us - sum(stamps) / n) * 1e-6
+            stamps, *channels = zip(*self._imu, strict=True)
+            p, q, r, x, y, z = [math.fsum(c) / n for c in channels]
+            self._means = (p, q, r), (x, y, z), (f.t_us - sum(stamps) / n) * 1e-6
             self._imu = []
         gyro, acc, age = self._means
         out = copied(f)
@@ -306,9 +306,3 @@ class FlightApp:
         else:
             result, why = UNSUPPORTED, f"command {c.command} is not one of this mission"
         return Ack(c.command, result, c.src_system, c.src_component, why)
-
-
-def _mean(v: Sequence[Vec3]) -> Vec3:
-    n = len(v)
-    x, y, z = zip(*v, strict=True)
-    return math.fsum(x) / n, math.fsum(y) / n, math.fsum(z) / n

@@ -112,7 +112,7 @@ class HealthMonitor:
         self.watch, self.air_used = watch, air_used
         self.out = Health()
         self._last_us: dict[int, int] = {}  # of each group its last good sample; from the first frame on
-        self._value: dict[str | int, tuple[float, ...]] = {}  # by channel
+        self._value: dict[str | int, float | tuple[float, ...]] = {}  # by channel
         self._same: dict[str | int, int] = {}
         self._air_bad = 0  # SensorFrame.air_bad of the last air data
         self.texts: list[Text] = []
@@ -227,34 +227,33 @@ class HealthMonitor:
     def _air(self, f: SensorFrame) -> bool:
         """Mark each refused reading; the group is good while one probe is good in all three, or where readings
         are taken one by one, while one that is used is."""
-        p, serving, air_bad = self.p, 0, 0
-        low, high, most, moving = p.V_min_mps, p.V_max_mps, p.flow_max_rad, self._moving
+        p, moving, serving, air_bad = self.p, self._moving, 0, 0
+        low, high, most = p.V_min_mps, p.V_max_mps, p.flow_max_rad
         for i, v in enumerate(f.air_V):
             b, a = f.air_beta[i], f.air_alpha[i]
-            bad = lost = 0
-            if not moving(3 * i, (v,)) or not low <= v <= high:
-                bad, lost = 1, 1
-            if not moving(3 * i + 1, (b,)) or not abs(b) < most:
-                bad, lost = bad | 8, lost | 2
-            if not moving(3 * i + 2, (a,)) or not abs(a) < most:
-                bad, lost = bad | 64, lost | 4
-            air_bad |= bad << i
-            serves = self.air_used & ~lost if self.air_used else not lost
-            serving += bool(serves) and f.air_mask >> i & 1
+            lost = 0  # AIR_*
+            if not moving(3 * i, v) or not low <= v <= high:
+                lost, air_bad = AIR_V, air_bad | 1 << i
+            if not moving(3 * i + 1, b) or not -most < b < most:
+                lost, air_bad = lost | AIR_BETA, air_bad | 8 << i
+            if not moving(3 * i + 2, a) or not -most < a < most:
+                lost, air_bad = lost | AIR_ALPHA, air_bad | 64 << i
+            if self.air_used & ~lost if self.air_used else not lost:
+                serving |= f.air_mask >> i & 1
         self._air_bad = air_bad
         return serving > 0
 
     def _refuses_radalt(self, f: SensorFrame) -> bool:
         """Whether the radio altimeter's new sample is out of range or stuck; said when it begins and ends. No mission depends
         on it, and above its range it is silent: it has no age."""
-        alive = self._moving("radio altimeter", (f.radalt_m,))
+        alive = self._moving("radio altimeter", f.radalt_m)
         bad = not (alive and 0.0 <= f.radalt_m <= RADALT_MAX_M)
         if bad != self.out.radalt_bad:
             self.out.radalt_bad = bad
             self.texts.append(Text(4, "radio altimeter refused") if bad else Text(5, "radio altimeter back"))
         return bad
 
-    def _moving(self, channel: str | int, value: tuple[float, ...]) -> bool:
+    def _moving(self, channel: str | int, value: float | tuple[float, ...]) -> bool:
         """False once the same bits have come `stuck_samples` times in a row: real noise never repeats."""
         if self._value.get(channel) != value:
             self._value[channel] = value

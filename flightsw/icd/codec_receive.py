@@ -337,7 +337,7 @@ class FlightReceiver(Generic[D]):
         peer.t_us = t
         peer.pos_n = self.map.decode(v[1], v[2], v[3])
         peer.vel_n, peer.acc_n, peer.q_nb, peer.w_b = v[4:7], v[7:10], v[10:14], v[14:17]
-        a, b, c = (math.sqrt(s) if 0.0 <= s < math.inf else 0.0 for s in _PEER_COV(p[1]))
+        a, b, c = [math.sqrt(s) if 0.0 <= s < math.inf else 0.0 for s in _PEER_COV(p[1])]
         peer.pos_sigma = (a, b, c)
         peer.flags = _PEER_FLAGS(p[1])
         peer.wind_valid = False  # until the WIND_COV that belongs to it
@@ -369,7 +369,7 @@ class FlightReceiver(Generic[D]):
         fix = f.fix
         fix.t_us = t
         fix.pos_n, fix.vel_n = to_local(lat, lon, alt, self.origin), v[4:7]
-        n, e, d, vn, ve, vd = (s if 0.0 <= s < math.inf else 0.0 for s in _FIX_SIGMAS(p[1]))
+        n, e, d, vn, ve, vd = [s if 0.0 <= s < math.inf else 0.0 for s in _FIX_SIGMAS(p[1])]
         fix.pos_sigma, fix.vel_sigma = (n, e, d), (vn, ve, vd)
         fix.gain = self._gain(_FIX_GAIN(p[1]), t)
         f.updated |= UPD_FIX

@@ -122,6 +122,7 @@ class Node(Generic[D]):
         self._waiting: list[Command] = []  # to the mission, asked without a tick: for the next one
         self._ground: list[bytes] = []  # of the ground, for the next tick
         self._last_datagram = self._last_reply = port.nothing
+        self._torn = 0  # of the plant's packets, so far
         self._held = port.nothing  # the actuator command sent last
         self._said: list[D] = []  # this tick, of which the reply is made
         self.answers = -1
@@ -225,8 +226,9 @@ class Node(Generic[D]):
                 )
         acks = snap.acks + services.acks
         services.acks = []
-        for t in (*(t.text for t in snap.texts), *(a.reason for a in acks)):
-            self.last_text = t or self.last_text
+        if snap.texts or acks:
+            for t in (*(t.text for t in snap.texts), *(a.reason for a in acks)):
+                self.last_text = t or self.last_text
         answers = services.ready(due)
         if self.realtime and tick % self.cfg.app.base_rate_hz == 0:
             costs = self.exec.costs()
@@ -249,20 +251,19 @@ class Node(Generic[D]):
         """Decode one plant datagram into the frame: TICK (its HIL_SENSOR opens one), AGAIN (the tick answered last, in other
         bytes: not taken) or NO_TICK.
         """
-        count, frames = self.codec.count, self.frames
-        torn = count.bad_crc + count.bad_length
-        packets = self.codec.parse(datagram)
-        sound = torn == count.bad_crc + count.bad_length
-        t = self.codec.sensor_time(packets)
+        codec, frames = self.codec, self.frames
+        packets = codec.parse(datagram)
+        torn, self._torn = self._torn, codec.count.bad_crc + codec.count.bad_length
+        t = codec.sensor_time(packets)
         if t == frames.raw and t >= 0:
             return AGAIN
-        if self.codec.port.logged:
-            self._hear(LINK_IN, sound, self.codec.port.as_bytes(datagram))
+        if codec.port.logged:
+            self._hear(LINK_IN, torn == self._torn, codec.port.as_bytes(datagram))
         if t >= 0 and not frames.take(t, self.t_us):
             return NO_TICK
-        self.codec.offset_us = frames.offset
+        codec.offset_us = frames.offset
         now = t + frames.offset if t >= 0 else 0
-        self.codec.apply(packets, self.frame, now if now > self.t_us else self.t_us)
+        codec.apply(packets, self.frame, now if now > self.t_us else self.t_us)
         return TICK if t >= 0 else NO_TICK
 
     def _hear(self, link: int, sound: bool, datagram: bytes) -> None:
