@@ -93,7 +93,7 @@ class FlightReceiver(Generic[D]):
         self.map = WireMap(origin)
         self.offset_us = 0
         self.orders = OrdersIn(sysid, self.count)
-        self._samples = Samples(self.count)
+        self._timely = Samples(self.count).take  # of message id, onboard time [us], time of the tick [us]
         self._now_us = 0
         self._handlers = {
             HIL_SENSOR.id: self._sensor,
@@ -147,11 +147,6 @@ class FlightReceiver(Generic[D]):
         t = self.sensor_time(packets)
         self.apply(packets, frame, t + self.offset_us if t >= 0 else frame.t_us)
 
-    def _stamp(self, kind: int, t_us: int) -> int:
-        """Onboard time [us] of a sample of `kind` (message id) stamped `t_us`, -1 if it is refused and counted."""
-        t_us += self.offset_us
-        return t_us if self._samples.take(kind, t_us, self._now_us) else -1
-
     def _sensor(self, p: Packet, f: SensorFrame) -> None:
         t, ax, ay, az, gx, gy, gz, mx, my, mz, pressure, _, alt, _, fields, _ = p[1]
         t += self.offset_us
@@ -184,8 +179,8 @@ class FlightReceiver(Generic[D]):
 
     def _gps(self, p: Packet, f: SensorFrame) -> None:
         t, fix, lat, lon, alt, vn, ve, vd = _GPS(p[1])
-        t = self._stamp(p[0].id, t)
-        if t < 0 or fix < _GPS_NO_FIX_BELOW:
+        t += self.offset_us
+        if not self._timely(p[0].id, t, self._now_us) or fix < _GPS_NO_FIX_BELOW:
             return
         f.gnss_t_us = t
         f.gnss_pos_n = self.map.decode(lat, lon, alt * 1e-3)
@@ -198,8 +193,8 @@ class FlightReceiver(Generic[D]):
         if norm2 - norm2 != 0.0 or not 0.25 < norm2 < 4.0:  # a rotation, give or take the wire's rounding
             self.count.non_finite += 1
             return
-        t = self._stamp(p[0].id, from_boot_ms(ms, self._now_us - self.offset_us))
-        if t < 0:
+        t = from_boot_ms(ms, self._now_us - self.offset_us) + self.offset_us
+        if not self._timely(p[0].id, t, self._now_us):
             return
         k = 1.0 / math.sqrt(norm2)
         f.att_t_us = t
@@ -210,8 +205,8 @@ class FlightReceiver(Generic[D]):
         v = p[1]
         t, n, mask = v[0], min(v[-2], PROBES), v[-1]
         data = v[_AIR_LEN]
-        t = self._stamp(p[0].id, t)
-        if t < 0:
+        t += self.offset_us
+        if not self._timely(p[0].id, t, self._now_us):
             return
         speed, alpha, beta = data[:n], data[PROBES : PROBES + n], data[2 * PROBES : 2 * PROBES + n]
         mask &= (1 << n) - 1
@@ -232,8 +227,8 @@ class FlightReceiver(Generic[D]):
         if valid and s - s != 0.0:
             self.count.non_finite += 1
             return
-        t = self._stamp(p[0].id, t)
-        if t < 0:
+        t += self.offset_us
+        if not self._timely(p[0].id, t, self._now_us):
             return
         f.rel_t_us = t
         f.rel_valid = bool(valid)
@@ -248,8 +243,8 @@ class FlightReceiver(Generic[D]):
         if s - s != 0.0:
             self.count.non_finite += 1
             return
-        t = self._stamp(p[0].id, t)
-        if t < 0:
+        t += self.offset_us
+        if not self._timely(p[0].id, t, self._now_us):
             return
         f.boom_t_us = t
         f.boom_elevation, f.boom_azimuth, f.boom_extension_m = elevation, azimuth, extension
@@ -276,8 +271,8 @@ class FlightReceiver(Generic[D]):
             return
         alone = flags & 7 if not flags & 1 else 0
         # what comes by itself is a kind of its own: it may be older than a range, and is in order all the same
-        t = self._stamp(p[0].id + (alone << 24), t)
-        if t < 0:
+        t += self.offset_us
+        if not self._timely(p[0].id + (alone << 24), t, self._now_us):
             return
         if alone:
             if alone & 2:
@@ -299,8 +294,8 @@ class FlightReceiver(Generic[D]):
         if s - s != 0.0 or sigma <= 0.0:
             self.count.non_finite += 1
             return
-        t = self._stamp(p[0].id, t)
-        if t < 0:
+        t += self.offset_us
+        if not self._timely(p[0].id, t, self._now_us):
             return
         f.radar_t_us = t
         f.radar_y_m, f.radar_sigma_m = lateral, sigma
@@ -311,8 +306,8 @@ class FlightReceiver(Generic[D]):
         if h is None:
             self.count.unknown += 1
             return
-        t = self._stamp(p[0].id, from_boot_ms(p[1][0], self._now_us - self.offset_us))
-        if t < 0:
+        t = from_boot_ms(p[1][0], self._now_us - self.offset_us) + self.offset_us
+        if not self._timely(p[0].id, t, self._now_us):
             return
         f.radalt_t_us, f.radalt_m = t, h
         f.updated |= UPD_RADALT
@@ -330,8 +325,8 @@ class FlightReceiver(Generic[D]):
         if not finite(v[3:-1]):
             self.count.non_finite += 1
             return
-        t = self._stamp(p[0].id, v[0] * 1000)
-        if t < 0:
+        t = v[0] * 1000 + self.offset_us
+        if not self._timely(p[0].id, t, self._now_us):
             return
         peer = f.peer
         peer.t_us = t
@@ -363,8 +358,8 @@ class FlightReceiver(Generic[D]):
         if not finite(v[1:]) or abs(lat) > 90.0 or abs(lon) > 180.0:
             self.count.non_finite += 1
             return
-        t = self._stamp(p[0].id, v[0])
-        if t < 0:
+        t = v[0] + self.offset_us
+        if not self._timely(p[0].id, t, self._now_us):
             return
         fix = f.fix
         fix.t_us = t
