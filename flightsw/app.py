@@ -117,45 +117,44 @@ class FlightApp:
         self.tick_no = 0
         self._updated = 0
         self._baro_us = -BARO_AGE_US
-        self._imu: tuple[list[int], list[Vec3], list[Vec3]] = [], [], []  # stamps, rates, specific forces
+        self._imu: list[tuple[float, ...]] = []  # stamp, rate, specific force
         self._means: tuple[Vec3, Vec3, float] = (ZERO3, ZERO3, 0.0)  # of rate and specific force, and their age [s]
         self._slow_index = -1
         self._slow_t_us = -1
         self._started = False
+        self._snap = Snapshot(0, 0, SensorFrame(), self.nav, self.guid, self.cmd, self.health.out, self.timing)
 
     def tick(self, f: SensorFrame, dt_s: float) -> tuple[ActuatorCmd, Snapshot]:
         """One base tick: f the frame now, dt_s [s] since the previous tick. Returns the command and what telemetry may send.
 
-        `f` stays as it came; the snapshot holds what was made of it.
+        `f` stays as it came; the snapshot holds what was made of it, until the next tick.
         """
+        snap = self._snap
         texts: list[Text] = []
-        acks = [self._answer(c) for c in f.commands] if f.commands else []
-        settled = [Settled(s, self._set(s)) for s in f.settings] if f.settings else []
+        snap.texts = texts
+        snap.acks = [self._answer(c) for c in f.commands] if f.commands else []
+        snap.settled = [Settled(s, self._set(s)) for s in f.settings] if f.settings else []
         f, h = self.health.step(f)
         f, refused = self.condition.intake(f)
         h.rejected += refused
+        t_us = f.t_us
         self._updated |= f.updated
         if f.updated & UPD_IMU:
-            stamps, rates, forces = self._imu
-            stamps.append(f.t_us)
-            rates.append(f.gyro_b)
-            forces.append(f.acc_b)
+            self._imu.append((t_us, *f.gyro_b, *f.acc_b))
         if self._started:
-            self.act.step(self.u, min(dt_s, MAX_STEP_S))
-        index = f.t_us // self.slow_us
-        fresh = index != self._slow_index
-        if fresh:
+            self.act.step(self.u, dt_s if dt_s < MAX_STEP_S else MAX_STEP_S)
+        index = t_us // self.slow_us
+        snap.commanded = index != self._slow_index
+        if snap.commanded:
             f = self._average_imu(f)
             self._slow(f, texts)
             self._slow_index = index
-        self._guard(texts, fresh)
-        c = self.cmd
-        c.t_us = f.t_us
-        snap = Snapshot(
-            f.t_us, self.tick_no, f, self.nav, self.guid, c, h, self.timing, texts, acks, self.reported, self.laws, settled
-        )  # fmt: skip
+            self._guard(texts)
+            snap.nav, snap.guid, snap.reports, snap.laws = self.nav, self.guid, self.reported, self.laws
+        self.cmd.t_us = t_us
+        snap.t_us, snap.tick, snap.sensors = t_us, self.tick_no, f
         self.tick_no += 1
-        return c, snap
+        return self.cmd, snap
 
     def warmup(self) -> None:
         """Run every code path once on a throw-away copy fed with level flight, so that no first use falls into a deadline."""
@@ -186,10 +185,10 @@ class FlightApp:
         self._updated = 0
         self.health.watch = self.mission.watch
         self.u[:] = u
-        c = self.cmd
-        c.aileron, c.elevator, c.rudder, c.throttle = float(u[0]), float(u[1]), float(u[2]), throttle
-        if len(u) > FLAP:
-            c.flap = float(u[FLAP])
+        c, said = self.cmd, self.u.tolist()
+        c.aileron, c.elevator, c.rudder, c.throttle = said[0], said[1], said[2], throttle
+        if len(said) > FLAP:
+            c.flap = said[FLAP]
         c.latch = self.guid.latch
         # until navigation has been valid once, or recovery flies without it, the aircraft keeps the trim it came in; afterwards
         # it is never handed back
@@ -222,27 +221,24 @@ class FlightApp:
     def _average_imu(self, f: SensorFrame) -> SensorFrame:
         """The frame with mean rate and specific force since the last mission step: five samples of noise are worth more than the
         last one. Without a sample the last means stay, with a count of 0."""
-        stamps, rates, forces = self._imu
-        n = len(stamps)
+        n = len(self._imu)
         if n:
-            self._means = _mean(rates), _mean(forces), (f.t_us - sum(stamps) / n) * 1e-6
-            self._imu = [], [], []
+            stamps, *channels = zip(*self._imu, strict=True)
+            p, q, r, x, y, z = [math.fsum(c) / n for c in channels]
+            self._means = (p, q, r), (x, y, z), (f.t_us - sum(stamps) / n) * 1e-6
+            self._imu = []
         gyro, acc, age = self._means
         out = copied(f)
         out.gyro_count, out.gyro_mean_b, out.acc_mean_b, out.gyro_age_s = n, gyro, acc, age
         return out
 
-    def _guard(self, texts: list[Text], fresh: bool) -> None:
-        """Last look before the actuators: a non-finite value becomes the last good one, and is reported once.
-
-        `fresh`: the command was computed in this tick, so a good one clears the flag.
-        """
+    def _guard(self, texts: list[Text]) -> None:
+        """Last look at a new command before the actuators: a non-finite value becomes the last good one, and is reported once."""
         c = self.cmd
         if math.isfinite(c.aileron + c.elevator + c.rudder + c.throttle + c.flap):
             self._good = (c.aileron, c.elevator, c.rudder, c.throttle, c.flap)
-            if fresh:
-                self.health.out.failed &= ~HF_ACT
-                self._good_u[:] = self.u
+            self.health.out.failed &= ~HF_ACT
+            self._good_u[:] = self.u
             return
         if not self.health.out.failed & HF_ACT:
             texts.append(Text(2, "non-finite actuator command replaced"))
@@ -310,9 +306,3 @@ class FlightApp:
         else:
             result, why = UNSUPPORTED, f"command {c.command} is not one of this mission"
         return Ack(c.command, result, c.src_system, c.src_component, why)
-
-
-def _mean(v: list[Vec3]) -> Vec3:
-    n = len(v)
-    x, y, z = zip(*v, strict=True)
-    return math.fsum(x) / n, math.fsum(y) / n, math.fsum(z) / n

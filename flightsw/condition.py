@@ -56,17 +56,15 @@ class Condition:
 
         `f` itself stays as it came.
         """
-        refused = self._judge(f) if self.capacity_kg > 0.0 else 0
+        refused = 0
+        if self.capacity_kg > 0.0:
+            if f.updated & UPD_FUEL:
+                refused = self._gauge(f)
+            elif self._fuel_us and f.t_us - self._fuel_us > self.p.fuel_age_s * 1e6:
+                self._fuel(HF_FUEL, "lost", Text(4, "fuel gauge lost"))
         if self._doubted:
             f = replace(f, updated=f.updated & ~UPD_FUEL if refused else f.updated, fuel_kg=max(self._fuel_kg, 0.0))
         return f, refused
-
-    def _judge(self, f: SensorFrame) -> int:
-        if f.updated & UPD_FUEL:
-            return self._gauge(f)
-        if self._fuel_us and f.t_us - self._fuel_us > self.p.fuel_age_s * 1e6:
-            self._fuel(HF_FUEL, "lost", Text(4, "fuel gauge lost"))
-        return 0
 
     def _gauge(self, f: SensorFrame) -> int:
         p, kg = self.p, f.fuel_kg

@@ -96,7 +96,8 @@ def _inside(v: Vec3, lim: float) -> bool:
 
 def _unit(q: tuple[float, ...]) -> bool:
     """Whether a quaternion has about unit length (never true of NaN)."""
-    return 0.9 < math.fsum([x * x for x in q]) < 1.1
+    w, x, y, z = q
+    return 0.9 < math.fsum((w * w, x * x, y * y, z * z)) < 1.1
 
 
 class HealthMonitor:
@@ -111,7 +112,7 @@ class HealthMonitor:
         self.watch, self.air_used = watch, air_used
         self.out = Health()
         self._last_us: dict[int, int] = {}  # of each group its last good sample; from the first frame on
-        self._value: dict[str | int, tuple[float, ...]] = {}  # by channel
+        self._value: dict[str | int, float | tuple[float, ...]] = {}  # by channel
         self._same: dict[str | int, int] = {}
         self._air_bad = 0  # SensorFrame.air_bad of the last air data
         self.texts: list[Text] = []
@@ -121,15 +122,15 @@ class HealthMonitor:
         """Judge by other limits from now on."""
         self.p = p
         self._sound_us, self._watched = 0.0, 0  # [us] before it no group of this mask can have been silent for too long
-        # flag, UPD_*, age [us], stamp of a sample [us]: what an IMU tells is of the step that ends now
+        # flag, UPD_*, age [us], stamp of a sample [us], who judges it
         self._groups = (
-            (HF_IMU, UPD_IMU, p.imu_age_s * 1e6, attrgetter("t_us")),
-            (HF_AIR, UPD_AIR, p.air_age_s * 1e6, attrgetter("air_t_us")),
-            (HF_ATT, UPD_ATT, p.att_age_s * 1e6, attrgetter("att_t_us")),
-            (HF_GNSS, UPD_GNSS, p.gnss_age_s * 1e6, attrgetter("gnss_t_us")),
-            (HF_REL, UPD_REL, p.rel_age_s * 1e6, attrgetter("rel_t_us")),
-            (HF_PEER, UPD_PEER, p.peer_age_s * 1e6, attrgetter("peer.t_us")),
+            (HF_AIR, UPD_AIR, p.air_age_s * 1e6, attrgetter("air_t_us"), self._air),
+            (HF_ATT, UPD_ATT, p.att_age_s * 1e6, attrgetter("att_t_us"), self._attitude),
+            (HF_GNSS, UPD_GNSS, p.gnss_age_s * 1e6, attrgetter("gnss_t_us"), self._gnss),
+            (HF_REL, UPD_REL, p.rel_age_s * 1e6, attrgetter("rel_t_us"), self._relative),
+            (HF_PEER, UPD_PEER, p.peer_age_s * 1e6, attrgetter("peer.t_us"), self._peer),
         )
+        self._ages_us = ((HF_IMU, p.imu_age_s * 1e6), *((g[0], g[2]) for g in self._groups))
 
     def step(self, f: SensorFrame) -> tuple[SensorFrame, Health]:
         """The frame without the groups that are refused and with the air data's refused readings marked, and the health. `f`
@@ -139,20 +140,15 @@ class HealthMonitor:
             # a group never seen gets START_S: the tanker's link opens only when its own navigation is valid
             last_us.update(dict.fromkeys(self.NAMES, t_us + START_US))
         updated = new
-        for flag, upd, age_us, stamp in self._groups if new & ~UPD_IMU else self._groups[:1]:
-            if new & upd:
-                if self._judge(f, flag) and t_us - stamp(f) <= age_us:
-                    last_us[flag] = t_us
-                else:
-                    updated &= ~upd
-                    h.rejected += 1
+        if new & UPD_IMU:  # what it tells is of the step that ends now: no sample is too old
+            if self._imu(f):
+                last_us[HF_IMU] = t_us
+            else:
+                updated &= ~UPD_IMU
+                h.rejected += 1
+        if new & ~UPD_IMU:
+            updated = self._others(f, updated)
         failed = 0 if t_us < self._sound_us and watch == self._watched else self._silent(t_us, watch)
-        if new & UPD_RADALT and self._refuses_radalt(f):
-            updated &= ~UPD_RADALT
-            h.rejected += 1
-        if new & UPD_FIX and not self._takes_fix(f.fix):
-            updated &= ~UPD_FIX
-            h.rejected += 1
         before = h.failed & SENSORS
         if failed != before:
             self._report(failed, before)
@@ -164,10 +160,28 @@ class HealthMonitor:
             return sifted, h
         return f, h
 
+    def _others(self, f: SensorFrame, updated: int) -> int:
+        """`updated` without the groups that are refused, all but the IMU."""
+        new, h, t_us = f.updated, self.out, f.t_us
+        for flag, upd, age_us, stamp, good in self._groups:
+            if new & upd:
+                if good(f) and t_us - stamp(f) <= age_us:
+                    self._last_us[flag] = t_us
+                else:
+                    updated &= ~upd
+                    h.rejected += 1
+        if new & UPD_RADALT and self._refuses_radalt(f):
+            updated &= ~UPD_RADALT
+            h.rejected += 1
+        if new & UPD_FIX and not self._takes_fix(f.fix):
+            updated &= ~UPD_FIX
+            h.rejected += 1
+        return updated
+
     def _silent(self, t_us: int, watch: int) -> int:
         """HF_* of the groups in the mask `watch` that have been silent for too long; if none has been, until when none can be."""
         failed, sound_us = 0, math.inf
-        for flag, _, age_us, _ in self._groups:
+        for flag, age_us in self._ages_us:
             if flag & watch:
                 last = self._last_us[flag]
                 failed |= flag if t_us - last > age_us else 0
@@ -175,24 +189,31 @@ class HealthMonitor:
         self._sound_us, self._watched = 0.0 if failed else sound_us, watch
         return failed
 
-    def _judge(self, f: SensorFrame, flag: int) -> bool:
-        """Whether the new sample of a group is in range and alive. Air-data probes are judged one by one."""
+    # Whether the new sample of a group is in range and alive. Every channel is looked at, whatever the others are.
+
+    def _imu(self, f: SensorFrame) -> bool:
+        (p, q, r), (x, y, z), last = f.gyro_b, f.acc_b, self._value
+        if last.get("gyro") != f.gyro_b and last.get("accelerometer") != f.acc_b and not self._same:
+            last["gyro"], last["accelerometer"] = f.gyro_b, f.acc_b  # 100 times a second: as `_moving`, without calls
+        elif not self._moving("gyro", f.gyro_b) & self._moving("accelerometer", f.acc_b):
+            return False
+        w, a = self.p.rate_max_radps, self.p.acc_max_mps2  # and as `_inside`
+        return -w <= p <= w and -w <= q <= w and -w <= r <= w and -a <= x <= a and -a <= y <= a and -a <= z <= a
+
+    def _attitude(self, f: SensorFrame) -> bool:
+        return self._moving("attitude", f.att_q_nb) and _unit(f.att_q_nb)
+
+    def _gnss(self, f: SensorFrame) -> bool:
+        alive = self._moving("gnss", f.gnss_pos_n + f.gnss_vel_n)
+        return alive and _inside(f.gnss_vel_n, self.p.speed_max_mps) and _inside(f.gnss_pos_n, FAR_M)
+
+    def _relative(self, f: SensorFrame) -> bool:
         p = self.p
-        if flag == HF_IMU:
-            alive = self._moving("gyro", f.gyro_b) & self._moving("accelerometer", f.acc_b)
-            return alive and _inside(f.gyro_b, p.rate_max_radps) and _inside(f.acc_b, p.acc_max_mps2)
-        if flag == HF_AIR:
-            return self._judge_air(f)
-        if flag == HF_ATT:
-            return self._moving("attitude", f.att_q_nb) and _unit(f.att_q_nb)
-        if flag == HF_GNSS:
-            alive = self._moving("gnss", f.gnss_pos_n + f.gnss_vel_n)
-            return alive and _inside(f.gnss_vel_n, p.speed_max_mps) and _inside(f.gnss_pos_n, FAR_M)
-        if flag == HF_REL:
-            alive = self._moving("relative", f.rel_pos_t + f.rel_vel_t)
-            inside = _inside(f.rel_pos_t, p.rel_max_m) and _inside(f.rel_vel_t, p.speed_max_mps)
-            return alive and f.rel_valid and inside
-        q = f.peer
+        alive = self._moving("relative", f.rel_pos_t + f.rel_vel_t)
+        return alive and f.rel_valid and _inside(f.rel_pos_t, p.rel_max_m) and _inside(f.rel_vel_t, p.speed_max_mps)
+
+    def _peer(self, f: SensorFrame) -> bool:
+        p, q = self.p, f.peer
         alive = self._moving("peer", q.vel_n + q.q_nb)
         state = _inside(q.vel_n, p.speed_max_mps) and _inside(q.pos_n, FAR_M) and _unit(q.q_nb)
         return alive and state and _inside(q.acc_n, p.acc_max_mps2) and _inside(q.w_b, p.rate_max_radps)
@@ -203,39 +224,41 @@ class HealthMonitor:
         flown = _inside(q.gain.vel_n, self.p.acc_max_mps2 * q.gain.span_s)
         return alive and flown and _inside(q.vel_n, self.p.speed_max_mps) and _inside(q.pos_n, FAR_M)
 
-    def _judge_air(self, f: SensorFrame) -> bool:
+    def _air(self, f: SensorFrame) -> bool:
         """Mark each refused reading; the group is good while one probe is good in all three, or where readings
         are taken one by one, while one that is used is."""
-        p, serving = self.p, 0
-        self._air_bad = 0
+        p, moving, serving, air_bad = self.p, self._moving, 0, 0
+        low, high, most = p.V_min_mps, p.V_max_mps, p.flow_max_rad
         for i, v in enumerate(f.air_V):
-            a, b = f.air_alpha[i], f.air_beta[i]
-            good = (p.V_min_mps <= v <= p.V_max_mps, abs(b) < p.flow_max_rad, abs(a) < p.flow_max_rad)
-            bad = lost = 0
-            for j, x in enumerate((v, b, a)):
-                if not self._moving(3 * i + j, (x,)) or not good[j]:
-                    bad |= 1 << (3 * j + i)
-                    lost |= 1 << j
-            self._air_bad |= bad
-            serves = self.air_used & ~lost if self.air_used else not lost
-            serving += bool(serves) and f.air_mask >> i & 1
+            b, a = f.air_beta[i], f.air_alpha[i]
+            lost = 0  # AIR_*
+            if not moving(3 * i, v) or not low <= v <= high:
+                lost, air_bad = AIR_V, air_bad | 1 << i
+            if not moving(3 * i + 1, b) or not -most < b < most:
+                lost, air_bad = lost | AIR_BETA, air_bad | 8 << i
+            if not moving(3 * i + 2, a) or not -most < a < most:
+                lost, air_bad = lost | AIR_ALPHA, air_bad | 64 << i
+            if self.air_used & ~lost if self.air_used else not lost:
+                serving |= f.air_mask >> i & 1
+        self._air_bad = air_bad
         return serving > 0
 
     def _refuses_radalt(self, f: SensorFrame) -> bool:
         """Whether the radio altimeter's new sample is out of range or stuck; said when it begins and ends. No mission depends
         on it, and above its range it is silent: it has no age."""
-        alive = self._moving("radio altimeter", (f.radalt_m,))
+        alive = self._moving("radio altimeter", f.radalt_m)
         bad = not (alive and 0.0 <= f.radalt_m <= RADALT_MAX_M)
         if bad != self.out.radalt_bad:
             self.out.radalt_bad = bad
             self.texts.append(Text(4, "radio altimeter refused") if bad else Text(5, "radio altimeter back"))
         return bad
 
-    def _moving(self, channel: str | int, value: tuple[float, ...]) -> bool:
+    def _moving(self, channel: str | int, value: float | tuple[float, ...]) -> bool:
         """False once the same bits have come `stuck_samples` times in a row: real noise never repeats."""
         if self._value.get(channel) != value:
             self._value[channel] = value
-            self._same.pop(channel, None)
+            if self._same:
+                self._same.pop(channel, None)
             return True
         same = self._same[channel] = self._same.get(channel, 0) + 1
         return same < self.p.stuck_samples

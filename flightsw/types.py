@@ -402,6 +402,7 @@ class Snapshot:
     )  # what only this mission sends, by the class of the record
     laws: Laws = ()  # what the command is made of, law by law
     settled: list[Settled] = field(default_factory=list)
+    commanded: bool = True  # the command was worked out in this tick; False: it is the last one's, but for its time
 
     def report(self, kind: type[R]) -> R | None:
         """The mission's record of class `kind`; None: it has none now."""

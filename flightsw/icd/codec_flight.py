@@ -67,6 +67,10 @@ class FlightCodec(FlightReceiver[D]):
             0xA4 if cmd.armed else 0x24,  # HIL, automatic, and armed
         )
 
+    def actuators_again(self, sent: D, t_us: int) -> D:
+        """`actuators` of the command that was sent last, `sent`, for the tick at t_us [us]. Its mode is never 0."""
+        return self.send.again(_ACTUATORS, sent, t_us)
+
     def peer(self, nav: NavState, flags: int = 0) -> D:
         """FOLLOW_TARGET and WIND_COV of a navigation state, in the plant's time, for the other aircraft; an invalid one says so.
         flags: HF_*, what is wrong on board.
@@ -96,7 +100,7 @@ class FlightCodec(FlightReceiver[D]):
 
     def fix(self, f: SensorFrame, gained: Gain) -> D:
         """RAW_FIX of a frame's GNSS reading as it came and of the velocity gained, in the plant's time as in `peer`."""
-        t_us, end_us = (max(t - self.offset_us, 0) for t in (f.gnss_t_us, gained.t_us))
+        t_us, end_us = max(f.gnss_t_us - self.offset_us, 0), max(gained.t_us - self.offset_us, 0)
         place = to_geodetic(f.gnss_pos_n, self.origin)
         return self.send.pack(_FIX, t_us, *place, end_us, *f.gnss_vel_n, *_NOT_STATED, gained.span_s, *gained.vel_n)
 

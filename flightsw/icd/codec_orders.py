@@ -37,7 +37,7 @@ class OrdersIn:
         self.left = COMMANDS_MAX  # of this tick; whoever runs the ticks sets it
         self._texts = Joiner()
         self._reasons: dict[int, str] = {}
-        self._answers: list[Ack] = []
+        self.answers: list[Ack] = []  # of the plant to orders handed on to it; for `take`
 
     def command(self, p: Packet, f: SensorFrame) -> None:
         """Append a command to the frame's; one too many is counted."""
@@ -49,14 +49,14 @@ class OrdersIn:
 
     def take(self) -> list[Ack]:
         """What the plant answered to orders handed on to it, since the last call."""
-        out, self._answers = self._answers, []
+        out, self.answers = self.answers, []
         return out
 
     def answer(self, p: Packet, f: SensorFrame) -> None:
         """Keep a COMMAND_ACK, with the reason it names."""
         command, result, system, component, ident = _ACK_FIELDS(p[1])
-        if system in (0, self.sysid) and len(self._answers) < COMMANDS_MAX:
-            self._answers.append(Ack(command, result, system, component, self._reasons.pop(ident, "")))
+        if system in (0, self.sysid) and len(self.answers) < COMMANDS_MAX:
+            self.answers.append(Ack(command, result, system, component, self._reasons.pop(ident, "")))
 
     def text(self, p: Packet, f: SensorFrame) -> None:
         """Keep a text until the answer that names it."""

@@ -8,6 +8,7 @@ one, ahead of the tick or long past is dropped (stamps.py).
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Generic
 
 from flightsw.icd.codec_orders import COMMANDS_MAX, OrdersIn
@@ -92,7 +93,7 @@ class FlightReceiver(Generic[D]):
         self.map = WireMap(origin)
         self.offset_us = 0
         self.orders = OrdersIn(sysid, self.count)
-        self._samples = Samples(self.count)
+        self._timely = Samples(self.count).take  # of message id, onboard time [us], time of the tick [us]
         self._now_us = 0
         self._handlers = {
             HIL_SENSOR.id: self._sensor,
@@ -114,19 +115,20 @@ class FlightReceiver(Generic[D]):
             BY_NAME["STATUSTEXT"].id: self.orders.text,
         }
 
-    def parse(self, datagram: D) -> list[Packet]:
+    def parse(self, datagram: D) -> Sequence[Packet]:
         """Sound packets of a datagram; the rest is counted."""
         return self.port.packets(datagram, ACCEPT, self.count)
 
     @staticmethod
-    def sensor_time(packets: list[Packet]) -> int:
+    def sensor_time(packets: Sequence[Packet]) -> int:
         """Time stamp [us] of the last HIL_SENSOR of a parsed datagram, or -1 if there is none."""
         for p in reversed(packets):
             if p[0] is HIL_SENSOR:
-                return int(p[1][0])
+                t_us: int = p[1][0]
+                return t_us
         return -1
 
-    def apply(self, packets: list[Packet], frame: SensorFrame, now_us: int) -> None:
+    def apply(self, packets: Sequence[Packet], frame: SensorFrame, now_us: int) -> None:
         """Put parsed packets into `frame`: sets the bits of `updated`, appends commands. Never raises.
 
         now_us [us]: onboard time of the tick they came with; samples far from it are refused.
@@ -144,11 +146,6 @@ class FlightReceiver(Generic[D]):
         packets = self.parse(datagram)
         t = self.sensor_time(packets)
         self.apply(packets, frame, t + self.offset_us if t >= 0 else frame.t_us)
-
-    def _stamp(self, kind: int, t_us: int) -> int:
-        """Onboard time [us] of a sample of `kind` (message id) stamped `t_us`, -1 if it is refused and counted."""
-        t_us += self.offset_us
-        return t_us if self._samples.take(kind, t_us, self._now_us) else -1
 
     def _sensor(self, p: Packet, f: SensorFrame) -> None:
         t, ax, ay, az, gx, gy, gz, mx, my, mz, pressure, _, alt, _, fields, _ = p[1]
@@ -182,8 +179,8 @@ class FlightReceiver(Generic[D]):
 
     def _gps(self, p: Packet, f: SensorFrame) -> None:
         t, fix, lat, lon, alt, vn, ve, vd = _GPS(p[1])
-        t = self._stamp(p[0].id, t)
-        if t < 0 or fix < _GPS_NO_FIX_BELOW:
+        t += self.offset_us
+        if not self._timely(p[0].id, t, self._now_us) or fix < _GPS_NO_FIX_BELOW:
             return
         f.gnss_t_us = t
         f.gnss_pos_n = self.map.decode(lat, lon, alt * 1e-3)
@@ -196,8 +193,8 @@ class FlightReceiver(Generic[D]):
         if norm2 - norm2 != 0.0 or not 0.25 < norm2 < 4.0:  # a rotation, give or take the wire's rounding
             self.count.non_finite += 1
             return
-        t = self._stamp(p[0].id, from_boot_ms(ms, self._now_us - self.offset_us))
-        if t < 0:
+        t = from_boot_ms(ms, self._now_us - self.offset_us) + self.offset_us
+        if not self._timely(p[0].id, t, self._now_us):
             return
         k = 1.0 / math.sqrt(norm2)
         f.att_t_us = t
@@ -208,8 +205,8 @@ class FlightReceiver(Generic[D]):
         v = p[1]
         t, n, mask = v[0], min(v[-2], PROBES), v[-1]
         data = v[_AIR_LEN]
-        t = self._stamp(p[0].id, t)
-        if t < 0:
+        t += self.offset_us
+        if not self._timely(p[0].id, t, self._now_us):
             return
         speed, alpha, beta = data[:n], data[PROBES : PROBES + n], data[2 * PROBES : 2 * PROBES + n]
         mask &= (1 << n) - 1
@@ -230,8 +227,8 @@ class FlightReceiver(Generic[D]):
         if valid and s - s != 0.0:
             self.count.non_finite += 1
             return
-        t = self._stamp(p[0].id, t)
-        if t < 0:
+        t += self.offset_us
+        if not self._timely(p[0].id, t, self._now_us):
             return
         f.rel_t_us = t
         f.rel_valid = bool(valid)
@@ -246,8 +243,8 @@ class FlightReceiver(Generic[D]):
         if s - s != 0.0:
             self.count.non_finite += 1
             return
-        t = self._stamp(p[0].id, t)
-        if t < 0:
+        t += self.offset_us
+        if not self._timely(p[0].id, t, self._now_us):
             return
         f.boom_t_us = t
         f.boom_elevation, f.boom_azimuth, f.boom_extension_m = elevation, azimuth, extension
@@ -274,8 +271,8 @@ class FlightReceiver(Generic[D]):
             return
         alone = flags & 7 if not flags & 1 else 0
         # what comes by itself is a kind of its own: it may be older than a range, and is in order all the same
-        t = self._stamp(p[0].id + (alone << 24), t)
-        if t < 0:
+        t += self.offset_us
+        if not self._timely(p[0].id + (alone << 24), t, self._now_us):
             return
         if alone:
             if alone & 2:
@@ -297,8 +294,8 @@ class FlightReceiver(Generic[D]):
         if s - s != 0.0 or sigma <= 0.0:
             self.count.non_finite += 1
             return
-        t = self._stamp(p[0].id, t)
-        if t < 0:
+        t += self.offset_us
+        if not self._timely(p[0].id, t, self._now_us):
             return
         f.radar_t_us = t
         f.radar_y_m, f.radar_sigma_m = lateral, sigma
@@ -309,8 +306,8 @@ class FlightReceiver(Generic[D]):
         if h is None:
             self.count.unknown += 1
             return
-        t = self._stamp(p[0].id, from_boot_ms(p[1][0], self._now_us - self.offset_us))
-        if t < 0:
+        t = from_boot_ms(p[1][0], self._now_us - self.offset_us) + self.offset_us
+        if not self._timely(p[0].id, t, self._now_us):
             return
         f.radalt_t_us, f.radalt_m = t, h
         f.updated |= UPD_RADALT
@@ -328,14 +325,14 @@ class FlightReceiver(Generic[D]):
         if not finite(v[3:-1]):
             self.count.non_finite += 1
             return
-        t = self._stamp(p[0].id, v[0] * 1000)
-        if t < 0:
+        t = v[0] * 1000 + self.offset_us
+        if not self._timely(p[0].id, t, self._now_us):
             return
         peer = f.peer
         peer.t_us = t
         peer.pos_n = self.map.decode(v[1], v[2], v[3])
         peer.vel_n, peer.acc_n, peer.q_nb, peer.w_b = v[4:7], v[7:10], v[10:14], v[14:17]
-        a, b, c = (math.sqrt(s) if 0.0 <= s < math.inf else 0.0 for s in _PEER_COV(p[1]))
+        a, b, c = [math.sqrt(s) if 0.0 <= s < math.inf else 0.0 for s in _PEER_COV(p[1])]
         peer.pos_sigma = (a, b, c)
         peer.flags = _PEER_FLAGS(p[1])
         peer.wind_valid = False  # until the WIND_COV that belongs to it
@@ -361,13 +358,13 @@ class FlightReceiver(Generic[D]):
         if not finite(v[1:]) or abs(lat) > 90.0 or abs(lon) > 180.0:
             self.count.non_finite += 1
             return
-        t = self._stamp(p[0].id, v[0])
-        if t < 0:
+        t = v[0] + self.offset_us
+        if not self._timely(p[0].id, t, self._now_us):
             return
         fix = f.fix
         fix.t_us = t
         fix.pos_n, fix.vel_n = to_local(lat, lon, alt, self.origin), v[4:7]
-        n, e, d, vn, ve, vd = (s if 0.0 <= s < math.inf else 0.0 for s in _FIX_SIGMAS(p[1]))
+        n, e, d, vn, ve, vd = [s if 0.0 <= s < math.inf else 0.0 for s in _FIX_SIGMAS(p[1])]
         fix.pos_sigma, fix.vel_sigma = (n, e, d), (vn, ve, vd)
         fix.gain = self._gain(_FIX_GAIN(p[1]), t)
         f.updated |= UPD_FIX

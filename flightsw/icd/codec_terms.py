@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from operator import attrgetter
 
 from flightsw.icd.dialect import ENUMS, HOUSE
 from flightsw.icd.wire import BY_NAME, Sender
@@ -13,6 +13,9 @@ OUTPUTS, CONTROLLED, SCHEDULED, LAW = 5, 4, 3, 16  # entries of the message, byt
 ENUM = "WKF_QUANTITY"
 _SPEC = BY_NAME["CONTROL_TERMS"]
 _NUMBER = {word: v for v, word in HOUSE.words(ENUM).items()}
+_OUTPUT = attrgetter("proportional", "integral", "feedforward", "cut", "limits", "name")
+_CONTROLLED = attrgetter("error", "integral", "limits", "name")
+_SCHEDULED = attrgetter("value", "limits", "name")
 
 
 def unit(quantity: int) -> str:
@@ -41,11 +44,6 @@ def refuse_unknown(laws: Laws) -> None:
             raise ConfigError(f"law {t.law!r}: allowed: a name of 1 to {LAW} bytes, each once")
 
 
-def _filled(values: Iterable[float], n: int) -> Sequence[float]:
-    out = list(values)
-    return out + [0] * (n - len(out))
-
-
 def control_terms(send: Sender, t_us: int, laws: Laws) -> bytes:
     """CONTROL_TERMS of every law at sample time `t_us` [us]."""
     return b"".join([_packet(send, t_us, k, t) for k, t in enumerate(laws)])
@@ -53,13 +51,17 @@ def control_terms(send: Sender, t_us: int, laws: Laws) -> bytes:
 
 def _packet(send: Sender, t_us: int, place: int, t: LawTerms) -> bytes:
     o, c, s = t.outputs, t.controlled, t.schedule
+    # by columns; entries the law does not have are 0
+    proportional, integral, feedforward, cut, o_limits, o_names = zip(
+        *map(_OUTPUT, o), *[(0.0, 0.0, 0.0, 0.0, 0, "")] * (OUTPUTS - len(o)), strict=True
+    )
+    error, summed, c_limits, c_names = zip(
+        *map(_CONTROLLED, c), *[(0.0, 0.0, 0, "")] * (CONTROLLED - len(c)), strict=True
+    )
+    value, s_limits, s_names = zip(*map(_SCHEDULED, s), *[(0.0, 0, "")] * (SCHEDULED - len(s)), strict=True)
+    number = _NUMBER.get
     return send.pack(
-        _SPEC, t_us, *_filled((x.proportional for x in o), OUTPUTS), *_filled((x.integral for x in o), OUTPUTS),
-        *_filled((x.feedforward for x in o), OUTPUTS), *_filled((x.cut for x in o), OUTPUTS),
-        *_filled((x.error for x in c), CONTROLLED), *_filled((x.integral for x in c), CONTROLLED),
-        *_filled((x.value for x in s), SCHEDULED),
-        *_filled((_NUMBER[x.name] for x in o), OUTPUTS), *_filled((x.limits for x in o), OUTPUTS),
-        *_filled((_NUMBER[x.name] for x in c), CONTROLLED), *_filled((x.limits for x in c), CONTROLLED),
-        *_filled((_NUMBER[x.name] for x in s), SCHEDULED), *_filled((x.limits for x in s), SCHEDULED),
-        place, 1 if t.closed else 0, t.law.encode(),
+        _SPEC, t_us, *proportional, *integral, *feedforward, *cut, *error, *summed, *value,
+        *[number(n, 0) for n in o_names], *o_limits, *[number(n, 0) for n in c_names], *c_limits,
+        *[number(n, 0) for n in s_names], *s_limits, place, 1 if t.closed else 0, t.law.encode(),
     )  # fmt: skip

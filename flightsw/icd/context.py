@@ -42,6 +42,8 @@ class Context:
         new, t = f.updated, f.t_us
         if new & UPD_IMU:
             self.imu_us = t
+            if new == UPD_IMU:  # as in most ticks
+                return
         if new & UPD_MAG:
             self.mag_us = t
         if new & UPD_BARO:

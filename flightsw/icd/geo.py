@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 from flightsw.types import Vec3
 
@@ -24,6 +25,11 @@ class Origin:
     lat_deg: float = 35.18
     lon_deg: float = -97.44
     alt_m: float = 0.0
+
+    @cached_property
+    def scales(self) -> tuple[float, float]:
+        """Metres per degree north and east here [m/deg]."""
+        return scales(self)
 
 
 DEFAULT_ORIGIN = Origin()
@@ -46,13 +52,13 @@ def _wrap(lon_deg: float) -> float:
 
 def to_geodetic(pos_n: Vec3, origin: Origin = DEFAULT_ORIGIN) -> Vec3:
     """Latitude [deg], longitude [deg], altitude [m, + up] of a local position [m, NED]."""
-    kn, ke = scales(origin)
+    kn, ke = origin.scales
     return origin.lat_deg + pos_n[0] / kn, _wrap(origin.lon_deg + pos_n[1] / ke), origin.alt_m - pos_n[2]
 
 
 def to_local(lat_deg: float, lon_deg: float, alt_m: float, origin: Origin = DEFAULT_ORIGIN) -> Vec3:
     """Local position [m, NED] of latitude [deg], longitude [deg], altitude [m, + up]; inverse of `to_geodetic`."""
-    kn, ke = scales(origin)
+    kn, ke = origin.scales
     return (lat_deg - origin.lat_deg) * kn, _wrap(lon_deg - origin.lon_deg) * ke, origin.alt_m - alt_m
 
 
@@ -62,7 +68,7 @@ class WireMap:
     __slots__ = ("alt0", "ke", "kn", "lat0", "lon0")
 
     def __init__(self, origin: Origin) -> None:
-        kn, ke = scales(origin)
+        kn, ke = origin.scales
         self.kn, self.ke = kn * 1e-7, ke * 1e-7  # [m per 1e-7 deg]
         self.lat0, self.lon0 = origin.lat_deg * 1e7, origin.lon_deg * 1e7
         self.alt0 = origin.alt_m

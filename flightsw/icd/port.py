@@ -34,6 +34,10 @@ class Sends(Protocol[D]):
         """See wire.Sender."""
         ...
 
+    def again(self, spec: Spec, sent: D, t_us: int) -> D:
+        """See wire.Sender."""
+        ...
+
     def named(self, name: str, **fields: Any) -> D:
         """See wire.Sender."""
         ...
@@ -61,6 +65,10 @@ class Hand:
         """As wire.Sender, with what it raises."""
         return ((spec, spec.unpack(spec.packer.pack(*values)), self.sysid, self.compid, 0, 0),)
 
+    def again(self, spec: Spec, sent: Handed, t_us: int) -> Handed:
+        """As wire.Sender."""
+        return ((spec, (t_us, *sent[0][1][1:]), self.sysid, self.compid, 0, 0),)
+
     def named(self, name: str, **fields: Any) -> Handed:
         """As wire.Sender, with what it raises."""
         spec = BY_NAME[name]
@@ -81,7 +89,7 @@ class Port(Protocol[D]):
         """Packs the messages of a system and component."""
         ...
 
-    def packets(self, datagram: D, accept: dict[int, Spec], count: Counters) -> list[Packet]:
+    def packets(self, datagram: D, accept: dict[int, Spec], count: Counters) -> Sequence[Packet]:
         """Sound packets of the messages accepted; what is dropped is counted (wire.split)."""
         ...
 
@@ -134,8 +142,13 @@ class Direct:
         """See Port."""
         return Hand(sysid, compid)
 
-    def packets(self, datagram: Handed, accept: dict[int, Spec], count: Counters) -> list[Packet]:
+    def packets(self, datagram: Handed, accept: dict[int, Spec], count: Counters) -> Sequence[Packet]:
         """See Port."""
+        for p in datagram:
+            if p[0].id not in accept:
+                break
+        else:
+            return datagram
         out = [p for p in datagram if p[0].id in accept]
         count.unknown += len(datagram) - len(out)
         return out

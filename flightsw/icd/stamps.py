@@ -49,7 +49,7 @@ class Samples:
             self.count.out_of_order += 1
             return False
         # a stamp ahead of the tick may be wrong: what comes in time afterwards is still new
-        self._old[kind] = min(t_us, now_us)
+        self._old[kind] = t_us if t_us < now_us else now_us
         return True
 
 
@@ -71,7 +71,7 @@ class Frames:
         if t_us >= LIMIT_US:
             self.count.ahead += 1
             return False
-        if self.raw < 0 or max(self._before, self.raw - JUMP_US - 1) < t_us <= self.raw + JUMP_US:
+        if self.raw < 0 or (t_us > self._before and -JUMP_US <= t_us - self.raw <= JUMP_US):
             if t_us > self.raw:
                 self._before = self.raw
             self.raw, self._votes = t_us, 0

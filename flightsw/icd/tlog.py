@@ -62,8 +62,7 @@ class TlogWriter:
         at, end = 0, len(datagram)
         while at < end:
             stop = at + 12 + datagram[at + 1] + (13 if datagram[at + 2] & 1 else 0)
-            buf += stamp
-            buf += datagram[at:stop]
+            buf += stamp + datagram[at:stop]
             at = stop
         if len(buf) >= _FLUSH_BYTES or not 0 <= t_us - self._flushed_us < self._within_us:
             self._flushed_us = t_us

@@ -23,7 +23,12 @@ OVERHEAD = 12  # [byte] header and CRC
 SIGNATURE = 13  # [byte] follows the CRC when the incompatibility flag says so
 SIGNED = 0x01
 _crc: Callable[[bytes], int] = crc16.mcrf4xx
-_HEAD = struct.Struct("<BBBBBBBBB").pack  # header after the magic byte
+_HEAD = struct.Struct(
+    "<BxxBBB3s"
+).pack  # header after the magic byte: length, sequence number, system, component, message id
+_HEAD_IN = struct.Struct(
+    "<BBxxBBHB"
+).unpack_from  # of it length, flag, system, component, low and high part of the message id
 _ZEROS = bytes(256)
 _CRC_OUT = struct.Struct("<H").pack
 
@@ -46,17 +51,18 @@ class Spec:
         "size",
         "slots",
         "unpack",
+        "unpack_from",
     )
 
     def __init__(self, m: Message) -> None:
         self.id: int = m.id
         self.name: str = m.name
         self.packer: struct.Struct = m.packer
-        self.unpack = m.packer.unpack
+        self.unpack, self.unpack_from = m.packer.unpack, m.packer.unpack_from
         self.size: int = m.packer.size
         self.crc_extra: int = m.crc_extra
         self.extra = bytes([m.crc_extra])
-        self.id_bytes = (m.id & 0xFF, m.id >> 8 & 0xFF, m.id >> 16)
+        self.id_bytes = m.id.to_bytes(3, "little")
         self.fields: tuple[str, ...] = tuple(f.name for f in m.fields)
         self.slots: dict[str, tuple[int, int]] = {}
         self.is_text: set[str] = set()
@@ -147,10 +153,17 @@ class Sender:
         payload = spec.packer.pack(*values)
         if not payload[-1]:
             payload = payload.rstrip(b"\0") or b"\0"
-        a, b, c = spec.id_bytes
         seq = self.seq
         self.seq = (seq + 1) & 0xFF
-        body = _HEAD(len(payload), 0, 0, seq, self.sysid, self.compid, a, b, c) + payload
+        body = _HEAD(len(payload), seq, self.sysid, self.compid, spec.id_bytes) + payload
+        return b"\xfd" + body + _CRC_OUT(_crc(body + spec.extra))
+
+    def again(self, spec: Spec, sent: bytes, t_us: int) -> bytes:
+        """A packet of `spec` anew, with another value of its first field, a uint64_t; a later field of it is not 0."""
+        seq = self.seq
+        self.seq = (seq + 1) & 0xFF
+        head = _HEAD(len(sent) - OVERHEAD, seq, self.sysid, self.compid, spec.id_bytes)
+        body = head + t_us.to_bytes(8, "little") + sent[HEADER + 8 : -2]
         return b"\xfd" + body + _CRC_OUT(_crc(body + spec.extra))
 
     def named(self, name: str, **fields: Any) -> bytes:
@@ -199,12 +212,11 @@ def split(data: bytes, accept: dict[int, Spec], count: Counters, limit: int = 1 
     at, end = 0, len(data)
     lost = False  # in a run of rubbish already counted
     tries = 0
-    while at < end:
-        if len(out) >= limit:
-            break
-        tries += lost
-        if tries > TRIES:
-            break
+    while at < end and len(out) < limit:
+        if lost:
+            tries += 1
+            if tries > TRIES:
+                break
         if data[at] != MAGIC:
             if not lost:
                 count.bad_length += 1
@@ -217,15 +229,15 @@ def split(data: bytes, accept: dict[int, Spec], count: Counters, limit: int = 1 
             lost = True
             at += 1
             continue
-        n = data[at + 1]
+        n, signed, sysid, compid, low, high = _HEAD_IN(data, at + 1)
         stop = at + OVERHEAD + n
-        after = stop + SIGNATURE if data[at + 2] else stop
+        after = stop + SIGNATURE if signed else stop
         if after > end:
             count.bad_length += not lost
             lost = True
             at += 1
             continue
-        spec = accept.get(data[at + 7] | data[at + 8] << 8 | data[at + 9] << 16)
+        spec = accept.get(low | high << 16)
         if spec is None:
             if lost:  # inside damage an unknown id is more likely payload than packet
                 at += 1
@@ -238,13 +250,11 @@ def split(data: bytes, accept: dict[int, Spec], count: Counters, limit: int = 1 
             lost = True
             at += 1
             continue
-        size = spec.size
-        payload = data[at + HEADER : stop - 2]
-        if n < size:
-            payload += _ZEROS[: size - n]
-        elif n > size:  # a newer dialect with more extension fields
-            payload = payload[:size]
-        out.append((spec, spec.unpack(payload), data[at + 5], data[at + 6], at, after))
+        if n < spec.size:
+            values = spec.unpack(data[at + HEADER : stop - 2] + _ZEROS[: spec.size - n])
+        else:  # longer: a newer dialect with more extension fields
+            values = spec.unpack_from(data, at + HEADER)
+        out.append((spec, values, sysid, compid, at, after))
         lost = False
         at = after
     return out

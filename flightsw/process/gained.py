@@ -23,7 +23,8 @@ class Gained:
         else:
             dt, (x, y, z) = (f.t_us - self._t_us) * 1e-6, self._v
             self._v = (x + acc[0] * dt, y + acc[1] * dt, z + acc[2] * dt)
-        self._t_us = max(self._t_us, f.t_us)
+        if f.t_us > self._t_us:
+            self._t_us = f.t_us
 
     def take(self) -> Gain:
         """What was gained since the last `take`; span 0 where there is nothing, or something was missing."""

@@ -122,6 +122,8 @@ class Node(Generic[D]):
         self._waiting: list[Command] = []  # to the mission, asked without a tick: for the next one
         self._ground: list[bytes] = []  # of the ground, for the next tick
         self._last_datagram = self._last_reply = port.nothing
+        self._torn = 0  # of the plant's packets, so far
+        self._held = port.nothing  # the actuator command sent last
         self._said: list[D] = []  # this tick, of which the reply is made
         self.answers = -1
         self._ticked = False
@@ -151,8 +153,10 @@ class Node(Generic[D]):
         if self._ticked:  # the frame of the last tick has been read by everyone
             self._ticked = False
             f.updated = 0
-            f.commands.clear()
-            f.settings.clear()
+            if f.commands:
+                f.commands.clear()
+            if f.settings:
+                f.settings.clear()
         new = again = False
         self.answers = -1
         for k, d in enumerate(datagrams):
@@ -171,19 +175,23 @@ class Node(Generic[D]):
                 new, self.answers = True, k
         if f.commands:
             self._own_commands()
-        for a in self.codec.orders.take():
-            self.services.answered(a)
+        if self.codec.orders.answers:
+            for a in self.codec.orders.take():
+                self.services.answered(a)
         if ground:
             room = GROUND_MAX - len(self._ground)
             self._ground += ground[:room]
             self.unread_ground += max(len(ground) - room, 0)
         if not new and not (self.realtime and self.frames.raw >= 0):
             return self._last_reply if again else self.codec.port.nothing
-        for data in self._ground:
-            self._from_ground(data)
-        self._ground.clear()
-        f.commands[:], self._waiting = self._waiting, []
-        f.settings[:] = self.services.parameters.take()
+        if self._ground:
+            for data in self._ground:
+                self._from_ground(data)
+            self._ground.clear()
+        if self._waiting:
+            f.commands[:], self._waiting = self._waiting, []
+        if self.services.parameters.pending:
+            f.settings[:] = self.services.parameters.take()
         self._run(new, dt_s)
         return self._last_reply
 
@@ -202,7 +210,8 @@ class Node(Generic[D]):
         if snap.settled:
             services.parameters.settled(snap.settled)
             self.settled += [(snap.t_us, s) for s in snap.settled if not s.why]
-        snap.texts += services.parameters.told()
+        if services.parameters.texts:
+            snap.texts += services.parameters.told()
         if not (due or snap.texts or snap.acks or services.busy or tel.once):
             return []
         if due:
@@ -217,8 +226,9 @@ class Node(Generic[D]):
                 )
         acks = snap.acks + services.acks
         services.acks = []
-        for t in (*(t.text for t in snap.texts), *(a.reason for a in acks)):
-            self.last_text = t or self.last_text
+        if snap.texts or acks:
+            for t in (*(t.text for t in snap.texts), *(a.reason for a in acks)):
+                self.last_text = t or self.last_text
         answers = services.ready(due)
         if self.realtime and tick % self.cfg.app.base_rate_hz == 0:
             costs = self.exec.costs()
@@ -241,20 +251,19 @@ class Node(Generic[D]):
         """Decode one plant datagram into the frame: TICK (its HIL_SENSOR opens one), AGAIN (the tick answered last, in other
         bytes: not taken) or NO_TICK.
         """
-        count, frames = self.codec.count, self.frames
-        torn = count.bad_crc + count.bad_length
-        packets = self.codec.parse(datagram)
-        sound = torn == count.bad_crc + count.bad_length
-        t = self.codec.sensor_time(packets)
+        codec, frames = self.codec, self.frames
+        packets = codec.parse(datagram)
+        torn, self._torn = self._torn, codec.count.bad_crc + codec.count.bad_length
+        t = codec.sensor_time(packets)
         if t == frames.raw and t >= 0:
             return AGAIN
-        if self.codec.port.logged:
-            self._hear(LINK_IN, sound, self.codec.port.as_bytes(datagram))
+        if codec.port.logged:
+            self._hear(LINK_IN, torn == self._torn, codec.port.as_bytes(datagram))
         if t >= 0 and not frames.take(t, self.t_us):
             return NO_TICK
-        self.codec.offset_us = frames.offset
-        now = max(t + frames.offset, self.t_us) if t >= 0 else max(self.t_us, 0)
-        self.codec.apply(packets, self.frame, now)
+        codec.offset_us = frames.offset
+        now = t + frames.offset if t >= 0 else 0
+        codec.apply(packets, self.frame, now if now > self.t_us else self.t_us)
         return TICK if t >= 0 else NO_TICK
 
     def _hear(self, link: int, sound: bool, datagram: bytes) -> None:
@@ -299,7 +308,7 @@ class Node(Generic[D]):
         before = self.t_us
         at = self.frames.raw + self.frames.offset
         if new:  # time never runs back: after frames that were too early it holds
-            f.t_us = max(at, before)
+            f.t_us = at if at > before else before
         else:  # real time only: it goes on by the step, for a while
             f.t_us = max(min(before + round((dt_s or 0.0) * 1e6), at + MAX_ALONE_US), before)
         self.dt_s = self.clock.advance(f.t_us) if dt_s is None else dt_s
@@ -311,10 +320,14 @@ class Node(Generic[D]):
 
     def _run_app(self) -> None:
         cmd, snap = self.app.tick(self.frame, self.dt_s)
-        cmd.t_us = self.frames.raw
+        cmd.t_us = raw = self.frames.raw
         self._snap = snap
         self.telemetry.ctx.see(self.frame)
-        self._said = [self.codec.actuators(cmd), *map(self.codec.order, self.services.take_orders())]
+        codec = self.codec
+        self._held = held = codec.actuators(cmd) if snap.commanded else codec.actuators_again(self._held, raw)
+        self._said = [held]
+        if self.services.orders:
+            self._said += map(codec.order, self.services.take_orders())
         if self._link_asked:
             acks = [a for a in snap.acks + self.services.acks if self._asked_here(a)]
             self._link_asked.clear()

@@ -32,7 +32,7 @@ TIME_SIZE = 24  # [byte] of a SYSTEM_TIME packet, at most
 OVERHEAD = 12  # [byte] of a packet around its payload
 # figures of the wall clock, whose trailing zeros are not sent: what fits into a datagram must not depend on them, or a replay,
 # which has other ones, would part the same packets otherwise
-_CLOCKED = {bytes(BY_NAME[n].id_bytes): OVERHEAD + BY_NAME[n].size for n in ("LOOP_TIMING", "RATE_GROUP", "SYS_STATUS")}
+_CLOCKED = {BY_NAME[n].id_bytes: OVERHEAD + BY_NAME[n].size for n in ("LOOP_TIMING", "RATE_GROUP", "SYS_STATUS")}
 Maker = Callable[[], bytes]  # packs a packet when its turn comes
 _SYSTEM_TIME = BY_NAME["SYSTEM_TIME"]
 _NOT_SELECTABLE = VALUES["MAV_MODE_PROPERTY_NOT_USER_SELECTABLE"]

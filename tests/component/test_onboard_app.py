@@ -159,6 +159,25 @@ def test_navigation_finds_attitude_airspeed_and_wind(designed: dict[str, FlightA
         assert n.rel_valid and np.abs(np.subtract(n.rel_pos_t, XI)).max() < 0.3
 
 
+@pytest.mark.parametrize("who", ["tanker", "receiver"])
+def test_between_two_steps_of_the_mission_the_command_is_the_last_ones_but_for_its_time(
+    designed: dict[str, FlightApp], who: str
+) -> None:
+    """And the snapshot says which it is."""
+    app, source = copy.deepcopy(designed[who]), Feed(who)
+    said, new = (), []
+    for k in range(400):
+        cmd, snap = app.tick(source.frame(), DT)
+        assert cmd.t_us == snap.t_us == 10_000 * k and snap.commanded == (k % 5 == 0)
+        now = dataclasses.astuple(dataclasses.replace(cmd, t_us=0))
+        if snap.commanded:
+            new.append(now)
+        else:
+            assert now == said
+        said = now
+    assert len(set(new)) > 20  # the law has flown
+
+
 # --- guard -----------------------------------------------------------------------------------------------------------
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
 @pytest.mark.parametrize("where", range(5))

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
+import numpy as np
 import pytest
 
 from flightsw.health import AIR_ALPHA, AIR_V, WHOLE_PROBE, HealthMonitor, HealthParams
@@ -19,6 +21,7 @@ from flightsw.types import (
     UPD_GNSS,
     UPD_IMU,
     UPD_PEER,
+    UPD_RADALT,
     UPD_REL,
     SensorFrame,
 )
@@ -228,3 +231,19 @@ def test_part_of_a_group_stuck_is_not_hidden_by_the_rest(case: str, fields: tupl
     else:
         assert f.updated & UPD_AIR, case
         assert f.air_bad == 0b001001001, case
+
+
+@pytest.mark.parametrize("other", [False, True])
+def test_imu_samples_are_refused_by_the_length_of_their_runs(other: bool) -> None:
+    """Of values that often repeat, gyroscopes and accelerometers apart; with another channel that repeats all the time or not."""
+    r, m = np.random.default_rng(4), HealthMonitor(HealthParams(stuck_samples=3), HF_IMU)
+    drawn = [np.repeat(r.permutation(200) * 1e-3, r.integers(1, 7, 200))[:400].tolist() for _ in range(2)]
+    runs = [[k for _, g in itertools.groupby(d) for k, _ in enumerate(g)] for d in drawn]
+    passed = 0
+    for k, (w, a) in enumerate(zip(*drawn, strict=True)):
+        f = frame(10_000 * k, UPD_IMU | (UPD_RADALT if other else 0))
+        f.gyro_b, f.acc_b, f.radalt_m = (w, 0.0, 0.0), (0.0, a, -9.81), 50.0
+        taken = bool(m.step(f)[0].updated & UPD_IMU)
+        assert taken == (max(run[k] for run in runs) < 3)
+        passed += taken
+    assert 100 < passed < 300

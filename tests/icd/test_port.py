@@ -157,6 +157,28 @@ def test_a_reply_arrives_alike(u: list[float], t: int, latch: bool, armed: bool,
     assert same(*found)
 
 
+@given(
+    st.lists(st.floats(-10.0, 10.0), min_size=5, max_size=5),
+    st.lists(STAMP, min_size=1, max_size=4),
+    st.booleans(),
+    st.booleans(),
+)
+@settings(max_examples=100, deadline=None)
+def test_a_command_that_is_kept_is_sent_as_one_packed_anew(
+    u: list[float], stamps: list[int], latch: bool, armed: bool
+) -> None:
+    """In either form, sequence numbers included."""
+    for port in (WIRE, DIRECT):
+        kept, anew = FlightCodec(AC, 1, port=port), FlightCodec(AC, 1, port=port)
+        cmd = ActuatorCmd(7, *u[:4], latch, armed, u[4])
+        sent = kept.actuators(cmd)
+        assert same(sent, anew.actuators(cmd))
+        for t in stamps:
+            cmd.t_us = t
+            sent = kept.actuators_again(sent, t)
+            assert same(sent, anew.actuators(cmd))
+
+
 def test_bytes_and_packets_are_made_into_each_other() -> None:
     """An order handed on to the plant, and the plant's answer with its reason."""
     direct = Hand(2, 1).named("COMMAND_LONG", target_system=2, command=420, param1=0.1)
