@@ -50,13 +50,18 @@ class BoomCoupling(Coupling):
 
     def act(self) -> None:
         """Contact and flow as of now, into the views of both."""
-        self._acted = True
         lead, r = self.giver.view, self.taker.view
-        self.step(r.boom, self.taker.path.latch)
         lead.boom = r.boom
-        for view in (lead, r):
-            view.contact, view.inside = self.contact, self.inside
-        flow = self.flow_kgps(lead.s[n.S_FUEL], r.s[n.S_FUEL], r.o[n.O_MASS]) if self.contact else 0.0
+        self.see(r.boom, lead.s[n.S_FUEL], r.s[n.S_FUEL], r.o[n.O_MASS])
+
+    def see(self, rel: list[float], giver_fuel_kg: float, taker_fuel_kg: float, taker_mass_kg: float) -> None:
+        """`act` with the relative vector (layout.R_*) of the taker and what is in the tanks, for whoever has them at hand."""
+        self._acted = True
+        self.step(rel, self.taker.path.latch)
+        lead, r = self.giver.view, self.taker.view
+        lead.contact = r.contact = self.contact
+        lead.inside = r.inside = self.inside
+        flow = self.flow_kgps(giver_fuel_kg, taker_fuel_kg, taker_mass_kg) if self.contact else 0.0
         r.transfer_kgps, lead.transfer_kgps = flow, -flow
 
     def step(self, rel: list[float], latch: bool) -> None:

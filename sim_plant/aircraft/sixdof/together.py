@@ -71,6 +71,7 @@ class Together:
         self._moving = [c for c in rest if type(c).advance is not Coupling.advance]
         self._views = [m.view for m in members]
         self._steered = [(m, m.path, m.view) for m in members]
+        self._taker = self._row(boom.taker) if boom is not None else 0
         self._banks = Banks([Carrier(m.bank, m.view, m.frame) for m in members])
 
     def _row(self, m: object) -> int:
@@ -118,7 +119,10 @@ class Together:
         for c in self._acting:
             c.act()
         if boom is not None and (code & k.INSIDE or not boom.idle):
-            boom.act()
+            rows, taker = self._block.rows, self._taker
+            fuel, mass = k.B_HELD + n.S_FUEL, k.B_OBS + n.O_MASS
+            rel = rows[taker, k.B_BOOM : k.B_BOOM + n.NR].tolist()  # the leader's row has it too (`place`)
+            boom.see(rel, rows.item(0, fuel), rows.item(taker, fuel), rows.item(taker, mass))
         banks.tell(plan, tick, t_us)
 
     def advance(self, outages: Sequence[Outage]) -> None:
