@@ -75,7 +75,8 @@ class Reply(Generic[D]):
 
 def _cm16(v: float) -> int:
     """Velocity [m/s] as int16 [cm/s], held at the type's limits."""
-    return max(-32768, min(32767, round(v * 100.0)))
+    x = round(v * 100.0)
+    return x if -32768 <= x <= 32767 else max(-32768, min(32767, x))
 
 
 class PlantCodec(Generic[D]):

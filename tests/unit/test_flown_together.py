@@ -12,6 +12,7 @@ import pytest
 from sim_plant.aircraft.sixdof.together import Together
 from sim_plant.block import Block
 from sim_plant.flown import Apart
+from sim_plant.kernels import layout as n
 from sim_plant.lost import AircraftLostError
 from sim_plant.scenario import load_scenario
 from sim_plant.world import World
@@ -44,12 +45,14 @@ WORLDS: dict[str, dict[str, Any]] = {
 
 
 def seen(w: World) -> str:
-    """All that there is to see at a tick, to the bit."""
+    """All that there is to see at a tick, to the bit; the air at the probes when it is read."""
     frames = [astuple(f) for f in w.sense()]
     truths = [w.truth(i) for i in range(len(w.members))]
     views = [(m.view.contact, m.view.transfer_kgps, m.view.rel, m.view.boom) for m in w.members]
-    arrays = [[a.tolist() for a in (m.s, m.obs, m.wind, m.free, m.calm, m.probe_wake)] for m in w.members]
-    return repr((frames, truths, views, arrays))
+    arrays = [[a.tolist() for a in (m.s, m.obs[: n.O_PROBE], m.wind, m.free, m.calm)] for m in w.members]
+    read = [m for m in w.members if any(s.group == "air" and w.tick % s.div == 0 for s in m.sensors)]
+    probes = [[a.tolist() for a in (m.obs[n.O_PROBE :], m.probe_wake)] for m in read]
+    return repr((frames, truths, views, arrays, probes))
 
 
 def fly(w: World, ticks: int) -> list[str]:
