@@ -11,6 +11,7 @@ from __future__ import annotations
 from flightsw.types import ActuatorCmd, Command, SensorFrame
 from sim_plant.aircraft.kind import Setup, kind_of
 from sim_plant.block import Block
+from sim_plant.couplings.base import Coupling
 from sim_plant.couplings.build import build_couplings
 from sim_plant.failures.actuators import bend
 from sim_plant.failures.orders import Injected, Orders
@@ -46,6 +47,7 @@ class World:
             for k, a, ac in zip(kinds, scenario.aircraft, records, strict=True)
         ]
         self.couplings = build_couplings(scenario, self.members, self.air, self.seed, self.dt_s)
+        self._with_others = [c for c in self.couplings if type(c).others is not Coupling.others]
         named = {m.cfg.name: m for m in self.members}
         for m in self.members:
             to = m.cfg.start.relative_to
@@ -134,5 +136,7 @@ class World:
 
     def others(self) -> list[tuple[int, Truth]]:
         """(sysid, true state) at the current tick of what flies without being a member."""
+        if not self._with_others:
+            return []
         own = self.truth(0)
-        return [x for c in self.couplings for x in c.others(own)]
+        return [x for c in self._with_others for x in c.others(own)]

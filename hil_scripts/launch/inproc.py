@@ -64,7 +64,8 @@ class InProcess:
             telemetry = node.after()
             link.inbound(node.t_us, node.take_heard())
             link.outbound(node.t_us, reply, telemetry)
-            link.settled(node.take_settled())
+            if node.settled:
+                link.settled(node.take_settled())
             for t in telemetry:
                 self.ground.take_sound(frames(t))
             wire.append([d, reply, *telemetry])

@@ -21,6 +21,12 @@ from sim_plant.kernels import layout as n
 from sim_plant.sensors.banks import Banks, Carrier
 from sim_plant.wind.gusts import Gusts
 
+RADIAL, SPEED, FUEL, MASS = (
+    k.B_BOOM + n.R_EXTDOT,
+    k.B_BOOM + n.R_SPEED,
+    k.B_HELD + n.S_FUEL,
+    k.B_OBS + n.O_MASS,
+)  # for the boom
 PUT = struct.Struct(f"{n.NC}d")  # a command into its row: half the time numpy takes
 
 
@@ -120,10 +126,10 @@ class Together:
         for c in self._acting:
             c.act()
         if boom is not None and (code & k.INSIDE or not boom.idle):
-            taker = self._taker
-            fuel, mass = k.B_HELD + n.S_FUEL, k.B_OBS + n.O_MASS
-            rel = rows[taker, k.B_BOOM : k.B_BOOM + n.NR].tolist()  # the leader's row has it too (`place`)
-            boom.see(rel, rows.item(0, fuel), rows.item(taker, fuel), rows.item(taker, mass))
+            i, one = self._taker, rows.item
+            boom.see(
+                code & k.INSIDE != 0, one(i, RADIAL), one(i, SPEED), one(0, FUEL), one(i, FUEL), one(i, MASS)
+            )  # fmt: skip
         banks.tell(plan, tick, t_us)
 
     def advance(self, outages: Sequence[Outage]) -> None:
