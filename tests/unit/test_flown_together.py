@@ -83,6 +83,24 @@ def test_together_all_fly_to_the_bit_as_one_by_one(what: str) -> None:
     assert any(coupled in x for x in first) == (what == "contact")
 
 
+@pytest.mark.parametrize("faulty", [False, True])
+def test_the_air_at_the_probes_is_worked_out_when_air_data_are_due(faulty: bool) -> None:
+    """Also for an instrument with a fault, which is read by itself."""
+    stuck = {"t_s": 0.0, "kind": "stuck", "target": "receiver", "sensor": "air"}
+    w = World(load_scenario("refueling", {"event": [stuck] * faulty}), 1)
+    air = [next(s for s in m.sensors if s.group == "air") for m in w.members]
+    assert [s.div for s in air] == [5, 5]
+    seen_at = []
+    for _ in range(16):
+        w.sense()
+        assert air[1].faulty is faulty
+        seen_at.append([m.obs[n.O_PROBE :].tolist() for m in w.members])
+        w.step([w.trim_cmd(0), w.trim_cmd(1)])
+    for i in range(2):
+        rows = [x[i] for x in seen_at]
+        assert [k for k in range(1, 16) if rows[k] != rows[k - 1]] == [5, 10, 15]
+
+
 def test_who_is_lost_is_lost_at_the_same_tick() -> None:
     said = []
     for together in (True, False):
