@@ -12,7 +12,7 @@ from flightsw.icd.geo import Origin
 from flightsw.icd.port import WIRE, D, Port
 from flightsw.icd.tlog import FLUSH_US, TlogWriter
 from flightsw.strict import ConfigError
-from flightsw.types import ACCEPTED, ActuatorCmd
+from flightsw.types import ACCEPTED
 from sim_plant.couplings.radio import FIXES, Radio
 from sim_plant.failures.desk import CommandDesk
 from sim_plant.scenario import Scenario, dump, load_scenario
@@ -102,17 +102,18 @@ class PlantServer(Generic[D]):
         """This tick's datagrams in scenario order. Calling again before end_tick returns the same ones (repeats)."""
         if self._out:
             return self._out
-        w = self.world
-        frames = w.sense()
+        w, out, receive, answers = self.world, self._out, self.radio.receive, self._answers
+        frames, tick = w.sense(), w.tick
         self.desk.record()
-        for i, (frame, codec) in enumerate(zip(frames, self.codecs, strict=True)):
-            extra = self.radio.receive(i, w.tick, w.link_up(i))
-            for c in frame.commands:
-                extra.append(codec.command(c.command, *c.params))
-            extra += self._answers[i]
-            self._answers[i] = []
-            self._out.append(codec.sensors(frame, extra))
-        if self._log is not None and w.tick % self._truth_div == 0:
+        for i, codec in enumerate(self.codecs):
+            frame, extra = frames[i], receive(i, tick, not w.outages[i].link_down)
+            if frame.commands:
+                extra += [codec.command(c.command, *c.params) for c in frame.commands]
+            if answers[i]:
+                extra += answers[i]
+                answers[i] = []
+            out.append(codec.sensors(frame, extra))
+        if self._log is not None and tick % self._truth_div == 0:
             self._write_truth()
         return self._out
 
@@ -154,15 +155,18 @@ class PlantServer(Generic[D]):
 
         Anything else (duplicate, late, corrupt, without actuator command) is counted in `rejected` and changes nothing.
         """
-        reply = self.codecs[i].decode_reply(datagram)
+        reply, before = self.codecs[i].decode_reply(datagram), self._replies[i]
         cmd = reply.cmd
-        self.stamps[i] = -1 if cmd is None else cmd.t_us
-        late = 0 if cmd is None else self.t_us - cmd.t_us
-        if cmd is None or not 0 <= late <= REPLY_AGE_US or (exact and (late or self._replies[i] is not None)):
-            if cmd is None or cmd.t_us:  # tick 0 is repeated until answered: more than one answer to it is no fault
+        if cmd is None:
+            self.stamps[i] = -1
+            self.rejected[i] += 1
+            return False
+        self.stamps[i] = stamp = cmd.t_us
+        late = self.world.t_us - stamp
+        if not 0 <= late <= REPLY_AGE_US or (exact and (late or before is not None)):
+            if stamp:  # tick 0 is repeated until answered: more than one answer to it is no fault
                 self.rejected[i] += 1
             return False
-        before = self._replies[i]
         if before is not None:  # real time: several replies in one tick; none of their packets may get lost
             reply.link, reply.orders = before.link + reply.link, before.orders + reply.orders
             reply.fixes = before.fixes + reply.fixes
@@ -185,18 +189,20 @@ class PlantServer(Generic[D]):
         for i, d in enumerate(replies or ()):
             if d:
                 self.accept(i, d)
-        cmds: list[ActuatorCmd | None] = []
-        for i, r in enumerate(self._replies):
-            cmds.append(r.cmd if r is not None else None)
-            if r is not None:
-                up = self.world.link_up(i)
-                self.radio.send(i, self.tick, r.link, up)
-                self.radio.send(i, self.tick, r.fixes, up, FIXES)
-                for order in r.orders:
-                    answers = self.desk.take(self.port.as_bytes(order), trusted=True)
-                    self._answers[i] += map(self.port.of_bytes, answers)
-            self._replies[i] = None
-        self.world.step(cmds)
+        w, taken = self.world, self._replies
+        for i, r in enumerate(taken):
+            if r is None:
+                continue
+            if r.link or r.fixes:
+                up = not w.outages[i].link_down
+                self.radio.send(i, w.tick, r.link, up)
+                self.radio.send(i, w.tick, r.fixes, up, FIXES)
+            for order in r.orders:
+                answers = self.desk.take(self.port.as_bytes(order), trusted=True)
+                self._answers[i] += map(self.port.of_bytes, answers)
+        cmds = [None if r is None else r.cmd for r in taken]
+        self._replies = [None] * len(taken)
+        w.step(cmds)
         self._out = []
 
     def shutdown(self) -> list[D]:

@@ -11,6 +11,7 @@ from __future__ import annotations
 from flightsw.types import ActuatorCmd, Command, SensorFrame
 from sim_plant.aircraft.kind import Setup, kind_of
 from sim_plant.block import Block
+from sim_plant.couplings.base import Coupling
 from sim_plant.couplings.build import build_couplings
 from sim_plant.failures.actuators import bend
 from sim_plant.failures.orders import Injected, Orders
@@ -46,6 +47,7 @@ class World:
             for k, a, ac in zip(kinds, scenario.aircraft, records, strict=True)
         ]
         self.couplings = build_couplings(scenario, self.members, self.air, self.seed, self.dt_s)
+        self._with_others = [c for c in self.couplings if type(c).others is not Coupling.others]
         named = {m.cfg.name: m for m in self.members}
         for m in self.members:
             to = m.cfg.start.relative_to
@@ -57,10 +59,10 @@ class World:
             m.check_limits()
         self.watches = Watches(self.members, self.dt_s)
         self.faults = FaultPlan(scenario, self.members, self.seed)
-        self._outages = [self.faults.outage[m.cfg.name] for m in self.members]
+        self.outages = [self.faults.outage[m.cfg.name] for m in self.members]
         self.orders = Orders(scenario, self.members, self.faults)
         self._frames = [m.frame for m in self.members]
-        self._steered = [(m.path, m.unit, m.view, out) for m, out in zip(self.members, self._outages, strict=True)]
+        self._steered = [(m.path, m.unit, m.view, out) for m, out in zip(self.members, self.outages, strict=True)]
         scene = Scene(self.members, self.air, self.couplings, self.watches, self.rate_hz, self._block)
         whole = kinds[0].together(scene) if together and all(k == kinds[0] for k in kinds) else None
         self._flown: Flown = Apart(scene) if whole is None else whole
@@ -82,11 +84,14 @@ class World:
         """
         if self._sensed:
             return self._frames
-        tick = self.tick
-        self.orders.begin(tick)
-        self.faults.step(tick)
+        tick, orders, faults = self.tick, self.orders, self.faults
+        if tick in orders.to_plant:
+            orders.begin(tick)
+        if tick in faults.plan or faults.active:
+            faults.step(tick)
         self._flown.sense(tick, tick * 1_000_000 // self.rate_hz)
-        self.orders.deliver(tick)
+        if tick in orders.to_aircraft:
+            orders.deliver(tick)
         self._sensed = True
         return self._frames
 
@@ -101,7 +106,7 @@ class World:
                 path.current = unit.command(path.current, view)
             if out.bent:
                 path.current = bend(path.current, out.bent, view)
-        self._flown.advance(self._outages)
+        self._flown.advance(self.outages)
         self.tick = tick + 1
         self._sensed = False
 
@@ -121,7 +126,7 @@ class World:
 
     def link_up(self, i: int) -> bool:
         """Whether aircraft i's radio transmits and receives (no link_loss event active)."""
-        return not self._outages[i].link_down
+        return not self.outages[i].link_down
 
     def truth(self, i: int) -> Truth:
         """True state of aircraft i at the current tick."""
@@ -131,5 +136,7 @@ class World:
 
     def others(self) -> list[tuple[int, Truth]]:
         """(sysid, true state) at the current tick of what flies without being a member."""
+        if not self._with_others:
+            return []
         own = self.truth(0)
-        return [x for c in self.couplings for x in c.others(own)]
+        return [x for c in self._with_others for x in c.others(own)]

@@ -56,6 +56,7 @@ _TACAN = BY_NAME["TACAN"]
 _RADAR = BY_NAME["CREW_RADAR"]
 _RADALT = BY_NAME["DISTANCE_SENSOR"]
 _TRUTH = BY_NAME["TRUTH"]
+_IN_HIL_SENSOR = UPD_IMU | UPD_MAG | UPD_BARO  # groups without a packet of their own
 _U16 = 0xFFFF
 _CMD_SHUTDOWN = 246  # MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN
 
@@ -74,7 +75,8 @@ class Reply(Generic[D]):
 
 def _cm16(v: float) -> int:
     """Velocity [m/s] as int16 [cm/s], held at the type's limits."""
-    return max(-32768, min(32767, round(v * 100.0)))
+    x = round(v * 100.0)
+    return x if -32768 <= x <= 32767 else max(-32768, min(32767, x))
 
 
 class PlantCodec(Generic[D]):
@@ -103,6 +105,31 @@ class PlantCodec(Generic[D]):
         Units and frames as in SensorFrame; `frame.peer` is not encoded (the radio relays raw packets in `extra`).
         """
         up = frame.updated
+        out = self._groups(frame, up) if up & ~_IN_HIL_SENSOR else []
+        out.extend(extra)
+        fields = (
+            (IMU_BITS if up & UPD_IMU else 0) | (MAG_BITS if up & UPD_MAG else 0) | (BARO_BITS if up & UPD_BARO else 0)
+        )
+        last = self.send.pack(
+            _SENSOR,
+            frame.t_us,
+            *frame.acc_b,
+            *frame.gyro_b,
+            *frame.mag_b,
+            frame.pressure_pa * 0.01,
+            0.0,
+            frame.baro_alt_m,
+            0.0,
+            fields,
+            0,
+        )
+        if not out:
+            return last
+        out.append(last)
+        return self.send.join(out)
+
+    def _groups(self, frame: SensorFrame, up: int) -> list[D]:
+        """Packets of the groups `up` that have one of their own, in the order of the link."""
         out = []
         if up & UPD_ATT:
             out.append(
@@ -142,26 +169,7 @@ class PlantCodec(Generic[D]):
             out.append(self.send.pack(_RADAR, frame.radar_t_us, frame.radar_y_m, frame.radar_sigma_m))
         if up & UPD_RADALT:
             out.append(self.send.pack(_RADALT, *distance(frame.radalt_t_us, frame.radalt_m)))
-        out.extend(extra)
-        fields = (
-            (IMU_BITS if up & UPD_IMU else 0) | (MAG_BITS if up & UPD_MAG else 0) | (BARO_BITS if up & UPD_BARO else 0)
-        )
-        out.append(
-            self.send.pack(
-                _SENSOR,
-                frame.t_us,
-                *frame.acc_b,
-                *frame.gyro_b,
-                *frame.mag_b,
-                frame.pressure_pa * 0.01,
-                0.0,
-                frame.baro_alt_m,
-                0.0,
-                fields,
-                0,
-            )
-        )
-        return self.send.join(out)
+        return out
 
     def _gps(self, f: SensorFrame) -> D:
         lat, lon, alt = self._map.encode(f.gnss_pos_n)
@@ -211,7 +219,11 @@ class PlantCodec(Generic[D]):
         """Actuator command (SI), data-link packets (raw) and acks with their reasons of one reply. Never raises; rubbish is
         counted.
         """
-        out: Reply[D] = Reply(None, [], [], [], [])
+        cmd: ActuatorCmd | None = None
+        link: list[D] = []
+        fixes: list[D] = []
+        acks: list[Ack] = []
+        orders: list[D] = []
         k = self._scale
         texts: Joiner | None = None
         reasons: dict[int, str] = {}
@@ -221,23 +233,23 @@ class PlantCodec(Generic[D]):
                 if not finite(v[2:18]):
                     self.count.non_finite += 1
                     continue
-                out.cmd = ActuatorCmd(
+                cmd = ActuatorCmd(
                     v[0], v[2] * k.aileron, v[3] * k.elevator, v[4] * k.rudder, v[5], v[10] > 0.5, bool(v[18] & 0x80),
                     v[6] * k.flap,
                 )  # fmt: skip
             elif spec is _ACK:
                 command, result, system, component, ident = _ACK_FIELDS(v)
-                out.acks.append(Ack(command, result, system, component, reasons.get(ident, "")))
+                acks.append(Ack(command, result, system, component, reasons.get(ident, "")))
             elif spec is _TEXT:
                 f, texts = spec.to_dict(v), texts or Joiner()
                 reasons[f["id"]] = texts.take(sysid, compid, f["text"], f["id"], f["chunk_seq"]) or ""
             elif spec is _FIX:
-                out.fixes.append(self.port.part(datagram, p))
+                fixes.append(self.port.part(datagram, p))
             elif spec is _ORDER:
-                out.orders.append(self.port.part(datagram, p))
+                orders.append(self.port.part(datagram, p))
             else:
-                out.link.append(self.port.part(datagram, p))
-        return out
+                link.append(self.port.part(datagram, p))
+        return Reply(cmd, link, fixes, acks, orders)
 
     def command(self, command: int, *params: float) -> D:
         """COMMAND_LONG to this aircraft as if from the ground (sysid 255): scripted events of a scenario."""

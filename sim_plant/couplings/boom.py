@@ -50,30 +50,41 @@ class BoomCoupling(Coupling):
 
     def act(self) -> None:
         """Contact and flow as of now, into the views of both."""
-        self._acted = True
         lead, r = self.giver.view, self.taker.view
-        self.step(r.boom, self.taker.path.latch)
-        lead.boom = r.boom
-        for view in (lead, r):
-            view.contact, view.inside = self.contact, self.inside
-        flow = self.flow_kgps(lead.s[n.S_FUEL], r.s[n.S_FUEL], r.o[n.O_MASS]) if self.contact else 0.0
+        lead.boom = rel = r.boom
+        el, az, ext = rel[n.R_EL], rel[n.R_AZ], rel[n.R_EXT]
+        inside = self.el[0] <= el <= self.el[1] and self.az[0] <= az <= self.az[1] and self.ext[0] <= ext <= self.ext[1]
+        self.see(inside, rel[n.R_EXTDOT], rel[n.R_SPEED], lead.s[n.S_FUEL], r.s[n.S_FUEL], r.o[n.O_MASS])
+
+    def see(
+        self,
+        inside: bool,
+        radial_mps: float,
+        speed_mps: float,
+        giver_fuel_kg: float,
+        taker_fuel_kg: float,
+        taker_mass_kg: float,
+    ) -> None:
+        """`act` by whoever has it at hand: whether the receptacle is inside the envelope, its speed [m/s] along the boom and in
+        all, and what is in the tanks."""
+        self._acted, self.inside = True, inside
+        self._judge(self.taker.path.latch, radial_mps, speed_mps)
+        lead, r = self.giver.view, self.taker.view
+        lead.contact = r.contact = self.contact
+        lead.inside = r.inside = inside
+        flow = self.flow_kgps(giver_fuel_kg, taker_fuel_kg, taker_mass_kg) if self.contact else 0.0
         r.transfer_kgps, lead.transfer_kgps = flow, -flow
 
-    def step(self, rel: list[float], latch: bool) -> None:
-        """One tick with the relative vector (layout.R_*) and the receiver's latch request."""
-        el, az, ext = rel[n.R_EL], rel[n.R_AZ], rel[n.R_EXT]
-        self.inside = (
-            self.el[0] <= el <= self.el[1] and self.az[0] <= az <= self.az[1] and self.ext[0] <= ext <= self.ext[1]
-        )
+    def _judge(self, latch: bool, radial_mps: float, speed_mps: float) -> None:
         if self.contact:
             if not latch:
                 self._release("latch released")
             elif not self.inside:
                 self._release("outside the envelope")
-            elif abs(rel[n.R_EXTDOT]) > self._rate:
+            elif abs(radial_mps) > self._rate:
                 self._release("radial rate over the limit")
             return
-        ready = self.inside and latch and rel[n.R_SPEED] < self._cfg.capture_speed_mps
+        ready = self.inside and latch and speed_mps < self._cfg.capture_speed_mps
         self._count = self._count + 1 if ready else 0
         if self._count >= self._need:
             self.contact, self.reason = True, ""

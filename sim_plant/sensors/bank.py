@@ -91,6 +91,10 @@ class Bank:
         """Those that are due at tick k and read together."""
         return [s for s in self.number if not s.faulty and k % s.div == 0]
 
+    def flow(self, k: int) -> bool:
+        """Whether air data are due at tick k, faulty or not."""
+        return any(s.group == "air" and (k % s.div == 0 or s not in self.number) for s in self._sensors)
+
     def read(self, k: int, t_us: int, view: View, frame: SensorFrame) -> None:
         """What the sensors hand over at tick k, t_us [us], into the frame."""
         if view.arrays is None:

@@ -47,6 +47,7 @@ class Readings:
     made: list[tuple[Sensor, Carrier, int, int]] = field(default_factory=list)
     # and those with outages, or whose samples wait
     rest: list[tuple[Sensor, Carrier, int, int, Flicker | None]] = field(default_factory=list)
+    flow: bool = True  # whether the air at the probes is looked at, together or by those who go by themselves
 
     def draw(self) -> None:
         """Draw error rows for those who have none left."""
@@ -79,6 +80,7 @@ class Banks:
     def sort(self) -> None:
         """Who goes by himself, anew."""
         self._plans: dict[int, Readings] = {}
+        self._alike: dict[tuple[bool, tuple[int, ...]], Readings] = {}
         self._apart = [(c, c.bank.apart) for _, c in self._mine if c.bank.apart]
         self._late = [(s, c.frame) for _, c in self._mine for s in c.bank.late]
 
@@ -87,26 +89,33 @@ class Banks:
         return self._plans.get(k % self._cycle) or self._plan(k)
 
     def _plan(self, k: int) -> Readings:
-        which: list[int] = []
-        plan, at = Readings(np.zeros(0, dtype=np.int64), np.zeros(0)), 0
+        """One plan for all ticks at which the same is due: what is seldom used has left the processor's caches."""
+        due = [(i, c, s) for i, c in self._mine for s in c.bank.together(k)]
+        flow = bool(self._by_bank) or any(c.bank.flow(k) for _, c in self._mine)
+        key = flow, tuple(c.bank.number[s] for _, c, s in due)
+        if key not in self._alike:
+            self._alike[key] = self._readings(due, flow)
+        return self._plans.setdefault(k % self._cycle, self._alike[key])
+
+    def _readings(self, due: list[tuple[int, Carrier, Sensor]], flow: bool) -> Readings:
+        which = np.array([c.bank.number[s] for _, c, s in due], dtype=np.int64)
+        plan, at = Readings(which, np.zeros(0), flow=flow), 0
         bits = [0] * len(self._carriers)
-        for i, c in self._mine:
-            for s in c.bank.together(k):
-                which.append(c.bank.number[s])
-                end = at + entries(s, self.store.k[which[-1]])
-                flicker = s.graded.flicker if s.graded is not None else None
-                if flicker is not None or s.latency_us or s.waiting:
-                    plan.rest.append((s, c, at, end, flicker))
-                elif type(s).made is Sensor.made:
-                    plan.plain.append((s, s.fill, c.frame, at, end))
-                    bits[i] |= s.bit
-                else:
-                    plan.made.append((s, c, at, end))
-                plan.rows += [r for r in (s.graded, s.noise) if r is not None]
-                at = end
-        plan.which, plan.out = np.array(which, dtype=np.int64), np.zeros(at)
+        for i, c, s in due:
+            end = at + entries(s, self.store.k[c.bank.number[s]])
+            flicker = s.graded.flicker if s.graded is not None else None
+            if flicker is not None or s.latency_us or s.waiting:
+                plan.rest.append((s, c, at, end, flicker))
+            elif type(s).made is Sensor.made:
+                plan.plain.append((s, s.fill, c.frame, at, end))
+                bits[i] |= s.bit
+            else:
+                plan.made.append((s, c, at, end))
+            plan.rows += [r for r in (s.graded, s.noise) if r is not None]
+            at = end
+        plan.out = np.zeros(at)
         plan.frames = [(c.frame, told) for c, told in zip(self._carriers, bits, strict=True)]
-        return self._plans.setdefault(k % self._cycle, plan)
+        return plan
 
     def tell(self, plan: Readings, k: int, t_us: int) -> None:
         """Hand over what has been read and what goes by itself, at tick k, t_us [us]."""

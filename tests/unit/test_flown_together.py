@@ -12,6 +12,7 @@ import pytest
 from sim_plant.aircraft.sixdof.together import Together
 from sim_plant.block import Block
 from sim_plant.flown import Apart
+from sim_plant.kernels import layout as n
 from sim_plant.lost import AircraftLostError
 from sim_plant.scenario import load_scenario
 from sim_plant.world import World
@@ -44,12 +45,14 @@ WORLDS: dict[str, dict[str, Any]] = {
 
 
 def seen(w: World) -> str:
-    """All that there is to see at a tick, to the bit."""
+    """All that there is to see at a tick, to the bit; the air at the probes when it is read."""
     frames = [astuple(f) for f in w.sense()]
     truths = [w.truth(i) for i in range(len(w.members))]
     views = [(m.view.contact, m.view.transfer_kgps, m.view.rel, m.view.boom) for m in w.members]
-    arrays = [[a.tolist() for a in (m.s, m.obs, m.wind, m.free, m.calm, m.probe_wake)] for m in w.members]
-    return repr((frames, truths, views, arrays))
+    arrays = [[a.tolist() for a in (m.s, m.obs[: n.O_PROBE], m.wind, m.free, m.calm)] for m in w.members]
+    read = [m for m in w.members if any(s.group == "air" and w.tick % s.div == 0 for s in m.sensors)]
+    probes = [[a.tolist() for a in (m.obs[n.O_PROBE :], m.probe_wake)] for m in read]
+    return repr((frames, truths, views, arrays, probes))
 
 
 def fly(w: World, ticks: int) -> list[str]:
@@ -78,6 +81,24 @@ def test_together_all_fly_to_the_bit_as_one_by_one(what: str) -> None:
     assert len(set(rest)) == 80
     coupled = f"(True, {sc.refuel.transfer_kgps}, "  # contact, and what flows
     assert any(coupled in x for x in first) == (what == "contact")
+
+
+@pytest.mark.parametrize("faulty", [False, True])
+def test_the_air_at_the_probes_is_worked_out_when_air_data_are_due(faulty: bool) -> None:
+    """Also for an instrument with a fault, which is read by itself."""
+    stuck = {"t_s": 0.0, "kind": "stuck", "target": "receiver", "sensor": "air"}
+    w = World(load_scenario("refueling", {"event": [stuck] * faulty}), 1)
+    air = [next(s for s in m.sensors if s.group == "air") for m in w.members]
+    assert [s.div for s in air] == [5, 5]
+    seen_at = []
+    for _ in range(16):
+        w.sense()
+        assert air[1].faulty is faulty
+        seen_at.append([m.obs[n.O_PROBE :].tolist() for m in w.members])
+        w.step([w.trim_cmd(0), w.trim_cmd(1)])
+    for i in range(2):
+        rows = [x[i] for x in seen_at]
+        assert [k for k in range(1, 16) if rows[k] != rows[k - 1]] == [5, 10, 15]
 
 
 def test_who_is_lost_is_lost_at_the_same_tick() -> None:

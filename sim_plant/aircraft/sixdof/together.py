@@ -21,6 +21,12 @@ from sim_plant.kernels import layout as n
 from sim_plant.sensors.banks import Banks, Carrier
 from sim_plant.wind.gusts import Gusts
 
+RADIAL, SPEED, FUEL, MASS = (
+    k.B_BOOM + n.R_EXTDOT,
+    k.B_BOOM + n.R_SPEED,
+    k.B_HELD + n.S_FUEL,
+    k.B_OBS + n.O_MASS,
+)  # for the boom
 PUT = struct.Struct(f"{n.NC}d")  # a command into its row: half the time numpy takes
 
 
@@ -48,7 +54,6 @@ class Together:
         self._dt = 1.0 / scene.rate_hz
         self._block.size(len(members), k.B_PAR + max(len(m.par) for m in members))
         self._ints = np.zeros((len(members), k.NI), dtype=np.int64)
-        self._told = np.zeros((len(members), n.NC))
         wake = next((d for d in scene.air.disturbances if isinstance(d, WakeCoupling)), None)
         for i, m in enumerate(members):
             self._lay(i, m)
@@ -57,7 +62,9 @@ class Together:
                 self._ints[i, k.I_TAKER] = boom is not None and boom.taker is m
         rows = self._block.rows
         if wake is not None:
-            rows[0, k.B_SOURCE : k.B_POINTS] = wake.source
+            rows[0, k.B_SOURCE : k.B_MOST] = wake.source
+        rows[0, k.B_MOST], rows[0, k.B_TICKS] = gusts.most, scene.air.rate
+        self._ints[0, k.I_ALIGNED], self._ints[0, k.I_AHEAD] = scene.air.aligned, gusts.ahead
         for c in scene.couplings:
             if isinstance(c, RelativeMotion):
                 rows[self._row(c.m), k.B_GEO : k.B_ENVELOPE] = c.geometry
@@ -70,7 +77,8 @@ class Together:
         self._acting = [c for c in rest if type(c).act is not Coupling.act]
         self._moving = [c for c in rest if type(c).advance is not Coupling.advance]
         self._views = [m.view for m in members]
-        self._steered = [(m, m.path, m.view) for m in members]
+        self._steered = [(m, m.path, m.view, 8 * (i * rows.shape[1] + k.B_C)) for i, m in enumerate(members)]
+        self._taker = self._row(boom.taker) if boom is not None else 0
         self._banks = Banks([Carrier(m.bank, m.view, m.frame) for m in members])
 
     def _row(self, m: object) -> int:
@@ -98,11 +106,11 @@ class Together:
         row = g.at_hand()
         if row < 0:
             row = g.next_row(self._members[0].height_m)
-        plan = banks.due(tick)
+        plan, store, rows = banks.due(tick), banks.store, self._block.rows
         while True:
             code = k.sense_all(
-                self._block.rows, self._ints, air.aligned, g.rows, row, g.ahead, g.rings, tick, g.most, air.rate, air.table,
-                air.slow, air.slow_at, t_us, plan.which, banks.store.f, banks.store.k, plan.out,
+                rows, self._ints, g.rows, row, g.rings, tick, air.table, air.slow, air.slow_at, t_us, plan.flow, plan.which,
+                store.f, store.k, plan.out,
             )  # fmt: skip
             if code >= 0:
                 break
@@ -118,17 +126,19 @@ class Together:
         for c in self._acting:
             c.act()
         if boom is not None and (code & k.INSIDE or not boom.idle):
-            boom.act()
+            i, one = self._taker, rows.item
+            boom.see(
+                code & k.INSIDE != 0, one(i, RADIAL), one(i, SPEED), one(0, FUEL), one(i, FUEL), one(i, MASS)
+            )  # fmt: skip
         banks.tell(plan, tick, t_us)
 
     def advance(self, outages: Sequence[Outage]) -> None:
         """See Flown."""
-        put, told, at = PUT.pack_into, self._told, 0
-        for (m, path, view), out in zip(self._steered, outages, strict=True):
+        put, rows = PUT.pack_into, self._block.rows
+        for (m, path, view, at), out in zip(self._steered, outages, strict=True):
             a, e, r, t, _, _ = path.current
             j0, j1, j2 = out.jam
-            put(told, at, a, e, r, t, j0, j1, j2, view.transfer_kgps - m.leak_kgps)  # type: ignore[arg-type]
-            at += PUT.size
-        k.advance_all(self._block.rows, self._ints, told, self._dt)
+            put(rows, at, a, e, r, t, j0, j1, j2, view.transfer_kgps - m.leak_kgps)  # type: ignore[arg-type]
+        k.advance_all(rows, self._ints, self._dt)
         for c in self._moving:
             c.advance()

@@ -23,7 +23,8 @@ Ints = NDArray[np.int64]
 # places in a row: state now and as observed, observation, bounds, effective, free and calm wind, wake at the probes, work space,
 # motion relative to the leader and of whoever is at the boom, command, work space of the integration; of what stays as it is
 # probes, earth's field, geometry of boom and receptacle, envelope (elevation, azimuth, extension, from and to each), reach of
-# leader and follower, wake source, points and weights of the airframe, parameters
+# leader and follower, wake source; of the leader the most ticks a follower may lag, and ticks a second; points and weights of the
+# airframe, parameters
 MOST = N_SPAN + 3 + n.MAX_PROBES  # points of an airframe (wind/wake.py)
 B_S = 0
 B_HELD = B_S + n.NS
@@ -44,12 +45,14 @@ B_GEO = B_MAG + 3
 B_ENVELOPE = B_GEO + 7
 B_REACH = B_ENVELOPE + 6
 B_SOURCE = B_REACH + 1
-B_POINTS = B_SOURCE + NK
+B_MOST = B_SOURCE + NK
+B_TICKS = B_MOST + 1
+B_POINTS = B_TICKS + 1
 B_WEIGHT = B_POINTS + 3 * MOST
 B_PAR = B_WEIGHT + 3 * MOST
 # whole numbers: probes, points of the airframe, those of them across the span and on it, parameters, whether it flies in the
-# leader's wake, whether the leader's boom is for it
-I_PROBES, I_POINTS, I_SPAN, I_FRAME, I_PAR, I_WAKE, I_TAKER, NI = 0, 1, 2, 3, 4, 5, 6, 7
+# leader's wake, whether the leader's boom is for it; of the leader whether gusts lie along its track, how far ahead
+I_PROBES, I_POINTS, I_SPAN, I_FRAME, I_PAR, I_WAKE, I_TAKER, I_ALIGNED, I_AHEAD, NI = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
 # bits of what `sense_all` says; from UNWELL on one for each aircraft that is out of its bounds
 INSIDE, NEAR, UNWELL = 1, 2, 4
 
@@ -83,18 +86,15 @@ def place(B: Arr, ints: Ints) -> int:
 def sense_all(
     B: Arr,
     ints: Ints,
-    aligned: bool,
     gust: Arr,
     row: int,
-    ahead: int,
     rings: Arr,
     tick: int,
-    most: float,
-    rate: float,
     table: Arr,
     slow: Arr,
     at: int,
     t_us: int,
+    flow: bool,
     which: Ints,
     f: Arr,
     k: Ints,
@@ -104,34 +104,35 @@ def sense_all(
     row, at t_us [us] into `out`. Bits as above; -1, and nothing done, when error rows have to be drawn first.
 
     As place(), AirMass.step() and observe() of one after the other: wind of a `table` and `slow`[at], and gusts `gust`[row] that
-    the leader lays in `rings` at `tick` + `ahead` along its track (`aligned`; north) and that followers meet up to `most` ticks
-    later, `rate` [1/s]; in the leader's wake.
+    the leader lays in `rings` I_AHEAD of `tick` along its track (I_ALIGNED; north), and that followers meet up to B_MOST ticks
+    later; in the leader's wake. `flow`: air data are read at this tick; else the air at the probes stays as it was.
     """
     if used_up(which, f, k):
         return -1
     code, unwell = place(B, ints), UNWELL
-    lead = B[0]
+    lead, ahead = B[0], ints[0, I_AHEAD]
     for i in range(B.shape[0]):
         b = B[i]
         s, obs, wind = b[B_S : B_S + n.NS], b[B_OBS : B_OBS + n.NO], b[B_WIND : B_WIND + n.NW]
         free, calm = b[B_FREE : B_FREE + 3], b[B_CALM : B_CALM + 3]
-        m = ints[i, I_PROBES]
+        m = ints[i, I_PROBES] if flow else 0
         probe_wake = b[B_PROBE_WAKE : B_PROBE_WAKE + 3 * m].reshape((m, 3))
         par = b[B_PAR : B_PAR + ints[i, I_PAR]]
         cs, sn, lag, lays = 1.0, 0.0, 0.0, -1
         if i == 0:
             lays = row
-            if aligned:
+            if ints[0, I_ALIGNED]:
                 vn, ve = s[n.S_V] - wind[0], s[n.S_V + 1] - wind[1]
                 h = math.sqrt(vn * vn + ve * ve)
                 cs, sn = vn / h, ve / h
         else:
-            lag = min(most, max(0.0, -b[B_REL + n.R_XI]) / max(1.0, lead[B_OBS + n.O_V]) * rate)
+            lag = min(lead[B_MOST], max(0.0, -b[B_REL + n.R_XI]) / max(1.0, lead[B_OBS + n.O_V]) * lead[B_TICKS])
         meet(
             cs, sn, gust, lays, ahead, -s[n.S_P + 2], table, slow, at, rings, tick, lag, calm, free, wind, probe_wake
         )  # fmt: skip
         if ints[i, I_WAKE]:
-            p, span, frame = ints[i, I_POINTS], ints[i, I_SPAN], ints[i, I_FRAME]
+            span, frame = ints[i, I_SPAN], ints[i, I_FRAME]
+            p = ints[i, I_POINTS] if flow else frame
             points = b[B_POINTS : B_POINTS + 3 * p].reshape((p, 3))
             weight = b[B_WEIGHT : B_WEIGHT + 3 * frame].reshape((frame, 3))
             wake_on_airframe(
@@ -156,8 +157,8 @@ def sense_all(
 
 
 @jit
-def advance_all(B: Arr, ints: Ints, told: Arr, dt: float) -> None:
-    """fly() of every row of B over dt [s] with told [rows, NC]: surfaces [rad], throttle [-], jams, transfer [kg/s].
+def advance_all(B: Arr, ints: Ints, dt: float) -> None:
+    """fly() of every row of B over dt [s] with the command in it.
 
     Where a state is as it was observed, the rates it was observed with are those the step begins with.
     """
@@ -165,8 +166,6 @@ def advance_all(B: Arr, ints: Ints, told: Arr, dt: float) -> None:
         b = B[i]
         s, c, wind = b[B_S : B_S + n.NS], b[B_C : B_C + n.NC], b[B_WIND : B_WIND + n.NW]
         par, scratch = b[B_PAR : B_PAR + ints[i, I_PAR]], b[B_SCRATCH : B_SCRATCH + 4 * n.NS].reshape((4, n.NS))
-        for j in range(n.NC):
-            c[j] = told[i, j]
         same = True
         for j in range(n.NS):
             same &= s[j] == b[B_HELD + j]
