@@ -54,6 +54,7 @@ class Readings:
         self._vanes = tuple((i, *probe.position_m[:2]) for i, probe in enumerate(ac.probe))  # [m] ahead, right
         lo, hi = ac.limits.V_min_mps, ac.limits.V_max_mps
         self._V_between = lo + SHARE_V * (hi - lo)
+        self._slowest, self._fastest = 0.3 * self._V_between, 2.0 * self._V_between  # taken for an airspeed
         self.V, self.V_measured = self._V_between, False
         self.alpha = self.beta = 0.0
         self.alpha_measured = False
@@ -82,7 +83,7 @@ class Readings:
     def step(self, f: SensorFrame, updated: int, health: Health, dt: float, V: float | None = None) -> None:
         """Take in the frame f of which `updated` (UPD_*) is new, dt [s] after the last. What the estimate keeps out of air data
         (health.kept_out) is not gone by; V [m/s]: its airspeed, for the one it keeps out, None: it knows none."""
-        good = updated & ~_lost(health)
+        good = updated & ~_lost(health) if health.failed else updated
         if f.fuel_t_us > 0 and f.fuel_kg != self._fuel_kg:
             self._fuel_kg = f.fuel_kg
             set_mass(self._P, self.ac, self.ac.mass.empty_kg + f.fuel_kg)
@@ -95,7 +96,8 @@ class Readings:
             self.h_m = f.baro_alt_m
         rho = density(self.h_m)
         out = health.kept_out
-        self._airspeed(f, bool(good & UPD_AIR) and not out >> rd.V & 1, dt, V if out >> rd.V & 1 else None)
+        kept = out >> rd.V & 1
+        self._airspeed(f, bool(good & UPD_AIR) and not kept, dt, V if kept else None)
         self.q = 0.5 * rho * self.V * self.V
         self._flow(f, bool(good & UPD_AIR), out)
 
@@ -129,9 +131,9 @@ class Readings:
             self.V = self._V_felt = given
             self._V_age, self.V_measured, self._given = 0.0, False, True
             return
-        a, down = f.acc_mean_b, self.down
+        (ahead, _, below), (forward, _, down) = f.acc_mean_b, self.down
         ca, sa = math.cos(self.alpha), math.sin(self.alpha)
-        gained = dt * (ca * (a[0] + G0 * down[0]) + sa * (a[2] + G0 * down[2]))
+        gained = dt * (ca * (ahead + G0 * forward) + sa * (below + G0 * down))
         self.V += gained
         self._V_felt += gained
         good = f.air_mask & ~f.air_bad if fresh else 0
@@ -148,7 +150,8 @@ class Readings:
         if self._V_age > V_COAST_S:
             self.V_measured = False
             self.V += min(dt / TAU_V_S, 1.0) * (self._V_between - self.V)
-        self.V = min(max(self.V, 0.3 * self._V_between), 2.0 * self._V_between)
+        if not self._slowest <= self.V <= self._fastest:
+            self.V = min(max(self.V, self._slowest), self._fastest)
 
     def _flow(self, f: SensorFrame, fresh: bool, out: int) -> None:
         """Incidence and sideslip: the middle vane less what the rates make at it, else, as where it is kept `out` (bit =
@@ -167,8 +170,6 @@ class Readings:
 
 def _lost(health: Health) -> int:
     """UPD_* bits of what health has given up."""
-    if not health.failed:
-        return 0
     pairs = ((HF_AIR, UPD_AIR), (HF_ATT, UPD_ATT), (HF_GNSS, UPD_GNSS))
     return sum(upd for flag, upd in pairs if health.failed & flag)
 
