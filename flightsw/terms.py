@@ -38,11 +38,11 @@ class Output:
         """The parts, and what was sent of their sum: what is less is cut at LOW or HIGH, or at `rate` (RATE)."""
         self.proportional, self.integral, self.feedforward = proportional, integral, feedforward
         asked = proportional + integral + feedforward
-        self.cut = asked - sent
-        if abs(self.cut) <= 1e-9 * max(abs(proportional), abs(integral), abs(feedforward), abs(sent)):
+        cut = asked - sent
+        if abs(cut) <= 1e-9 * abs(sent) or abs(cut) <= 1e-9 * max(abs(proportional), abs(integral), abs(feedforward)):
             self.cut, self.limits = 0.0, 0  # the sum in another order
         else:
-            self.limits = rate or (HIGH if asked > sent else LOW)
+            self.cut, self.limits = cut, rate or (HIGH if asked > sent else LOW)
 
 
 @dataclass(slots=True)

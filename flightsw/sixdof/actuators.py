@@ -81,8 +81,7 @@ def thrust_available(ac: Aircraft, h_m: float, V: float) -> float:
     if e.lapse == "bypass":
         sigma = math.pow(t / 288.15, 4.2558797)  # density ratio, troposphere
         return e.static_thrust_N * (0.568 + 0.25 * (1.2 - mach) ** 3) * math.pow(sigma, 0.6)
-    last = len(e.lapse_mach) - 1
-    i = min(max(bisect_right(e.lapse_mach, mach) - 1, 0), last)
+    i = max(bisect_right(e.lapse_mach, mach) - 1, 0)
     rows = e.lapse_frac[i : i + 2]  # of the Mach numbers about it
     return e.static_thrust_N * between(mach, e.lapse_mach[i : i + 2], [between(h_m, e.lapse_h_m, row) for row in rows])
 

@@ -109,16 +109,21 @@ class ControlCore:
         Throttle is NaN when anything that went in is not finite.
         """
         asked = u.tolist()
-        if not all(map(math.isfinite, (h_m, V, *asked))):
+        a, b, c, d = asked
+        finite = math.isfinite
+        if not (finite(h_m) and finite(V) and finite(a) and finite(b) and finite(c) and finite(d)):
             self.terms.open()
             return u, math.nan  # the guard replaces it; the previous command and its memory stay
         avail = thrust_available(self.ac, h_m, V)
         floor = self.ac.engine.idle_frac * avail
-        sent = [min(max(v, lo), hi) for v, (lo, hi) in zip(asked, (*self._travel, (floor, avail)), strict=True)]
+        within = (*self._travel, (floor, avail))
+        sent = [v if lo <= v <= hi else min(max(v, lo), hi) for v, (lo, hi) in zip(asked, within, strict=True)]
         self.saturated = sent != asked
-        u[:] = sent
+        if self.saturated:
+            u[:] = sent
         self._tell(asked, sent, parts)
-        self.u_old[1:] = self.u_old[:-1]
+        if len(self.u_old) > 1:
+            self.u_old[1:] = self.u_old[:-1]
         self.u_old[0] = u
         return u, float(u[3] / avail)
 

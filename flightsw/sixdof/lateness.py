@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from flightsw.types import Vec3
 
 LATE_S = 0.1  # [s] that takes the damping out of a law
@@ -22,11 +20,11 @@ class Lateness:
         """Nothing is known."""
         self._xx = self._xy = self._noise = 0.0
 
-    def take(self, more: Vec3, faster: np.ndarray, noise: float) -> None:
+    def take(self, more: Vec3, faster: Vec3, noise: float) -> None:
         """more [3] rad: what the reference has turned beyond the gyro over T; faster [3] rad/s: the gyro's rates less those T
         before, noise [rad^2/s^2]: variance of one of its rates. A gyro late by tau has turned tau times that too little."""
         self._noise += 6.0 * noise  # of two rates about three axes
-        for y, x in zip(more, faster.tolist(), strict=True):
+        for y, x in zip(more, faster, strict=True):
             self._xx += x * x
             self._xy += x * y
 

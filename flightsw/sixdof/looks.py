@@ -22,6 +22,7 @@ WIDTH = CONTROLS + 4
 # what `looked` finds: index of each window's first step (-1: not full), mask of the axes beyond it, to which side the gyro's rate
 # about each axis goes as no moments do (-1, 0, 1)
 FIRST, AXES, SIDES, OUT = 0, 2, 4, 7
+AXES_OF = tuple(tuple(i for i in range(3) if mask >> i & 1) for mask in range(8))
 
 
 @jit
@@ -111,6 +112,28 @@ def looked(
                 out[SIDES + i] = math.copysign(1.0, off)
 
 
+@jit_own
+def turned(
+    ring: np.ndarray, n: int, i: int, p: float, q: float, r: float, P: np.ndarray, lasting: np.ndarray, fm: np.ndarray
+) -> tuple[float, float, float]:
+    """The turn [rad] that the moments of the steps after step i, to the last of n, make of rates p, q, r [rad/s]: by Euler's
+    equation, step by step. ring [KEPT,WIDTH]; P, lasting [3] rad/s^2, fm [9] as Moments has them."""
+    kept, w = ring.shape[0], np.empty(3)
+    w[0], w[1], w[2] = p, q, r
+    x = y = z = 0.0
+    for k in range(n - min(n, kept) + i + 1, n):
+        s = ring[k % kept]
+        dt = s[LONG]
+        a, b, c = moment_rates(s[SPEED], s[BETA], s[ALPHA], w, s[CONTROLS:], s[RHO], P, fm)
+        w[0] += (a + lasting[0]) * dt
+        w[1] += (b + lasting[1]) * dt
+        w[2] += (c + lasting[2]) * dt
+        x += w[0] * dt
+        y += w[1] * dt
+        z += w[2] * dt
+    return x, y, z
+
+
 class Looks:
     """Steps since the comparison began, and the moments they are judged by."""
 
@@ -120,7 +143,7 @@ class Looks:
         self._windows, self._ring, self._out = np.array(windows_s), np.zeros((KEPT, WIDTH)), np.zeros(OUT)
         self.n = 0
         self.first = [-1, -1]  # index of each window's first step, -1: it is not full
-        self.axes: list[list[int]] = [[], []]  # about which they disagree over each window
+        self.axes: list[tuple[int, ...]] = [(), ()]  # about which they disagree over each window
 
     def __len__(self) -> int:
         """Steps that are kept."""
@@ -141,9 +164,8 @@ class Looks:
             m.lasting, m.jump, m.lack, m.fm, self._out,
         )  # fmt: skip
         self.n += 1
-        a, b, over_a, over_b, x, y, z = (int(v) for v in self._out.tolist())
-        self.first = [a, b]
-        self.axes = [[i for i in range(3) if over >> i & 1] if over else [] for over in (over_a, over_b)]
+        a, b, over_a, over_b, x, y, z = self._out.tolist()
+        self.first, self.axes = [int(a), int(b)], [AXES_OF[int(over_a)], AXES_OF[int(over_b)]]
         return m.wild((x, y, z)) if self.n > 2 else 0
 
     def before(self, T: float) -> int:
@@ -158,9 +180,11 @@ class Looks:
     def __getitem__(self, i: int) -> Step:
         """Step i from the oldest that is kept, or from the end for i < 0."""
         row = self._ring[(self.n - len(self) + i) % KEPT if i >= 0 else (self.n + i) % KEPT]
-        a, b, c, x, y, z, sx, sy, sz, t, dt, V, beta, alpha, rho = row[:CONTROLS].tolist()
-        return Step((a, b, c), (x, y, z), (sx, sy, sz), t, dt, V, beta, alpha, rho, row[CONTROLS:].copy())
+        a, b, c, x, y, z, sx, sy, sz, t, dt = row[:SPEED].tolist()
+        return Step((a, b, c), (x, y, z), (sx, sy, sz), t, dt)
 
-    def since(self, i: int) -> list[Step]:
-        """Steps after step i."""
-        return [self[j] for j in range(i + 1, len(self))]
+    def turned(self, i: int, w: Vec3) -> Vec3:
+        """As the function, of the steps after step i and rates w [3] rad/s in that."""
+        m = self.moments
+        x, y, z = turned(self._ring, self.n, i, *w, m.P, m.lasting, m.fm)
+        return x, y, z

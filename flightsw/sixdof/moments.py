@@ -11,10 +11,8 @@ import numpy as np
 
 from flightsw.aircraft import Aircraft
 from flightsw.kernels.jit import jit
-from flightsw.kernels.rotations import added
-from flightsw.sixdof.forces import moment_rates
 from flightsw.sixdof.params import parameter_vector, set_mass
-from flightsw.types import Vec3
+from flightsw.types import ZERO3, Vec3
 
 LEARN_S = 20.0  # [s]
 WILD, LEAST_WILD, MOST = 6.0, 1.0, 3  # [-], [rad/s^2] of the gyro's jumps; in so many of one step more
@@ -39,18 +37,13 @@ def learn(lack: np.ndarray, gain: float, lasting: np.ndarray, jump: np.ndarray) 
 @dataclass(slots=True)
 class Step:
     """At a reading of the reference: sums since the beginning of its turn beyond the gyro's, of the gyro's and of that without
-    sign [rad], time [s]; and of the step before it alone what the moments need: dt [s], V, beta, alpha, rho, controls [4]."""
+    sign [rad], time [s]; and the length of the step before it alone [s]."""
 
     more: Vec3
     turn: Vec3
     size: Vec3
     t_s: float
     dt: float
-    V: float
-    beta: float
-    alpha: float
-    rho: float
-    u: np.ndarray
 
 
 class Moments:
@@ -59,7 +52,7 @@ class Moments:
     def __init__(self, ac: Aircraft, r_rate: float) -> None:
         """r_rate [rad/s]: scatter of one reading of the gyro."""
         self.ac = ac
-        self.miss = [MISS**2] * 3  # [rad^2] by which `turned` is off, of the longest window
+        self.miss = [MISS**2] * 3  # [rad^2] by which Looks.turned is off, of the longest window
         self.P = parameter_vector(ac, ac.mass.empty_kg + ac.mass.default_fuel_kg)
         self.lasting = np.zeros(3)  # [rad/s^2] what the model lacks
         self.lack = np.zeros(3)  # the same of the last step
@@ -70,28 +63,17 @@ class Moments:
 
     def begin(self) -> None:
         """Anew after a gap; what is learnt stays."""
-        self._wild: deque[tuple[int, ...]] = deque(maxlen=MOST + 1)  # per axis -1, 0, +1: beyond, and to which side
+        self._wild: deque[Vec3] = deque(maxlen=MOST + 1)  # per axis -1, 0, +1: beyond, and to which side
 
     def weigh(self, fuel_kg: float) -> None:
         """The fuel on board [kg]."""
         set_mass(self.P, self.ac, self.ac.mass.empty_kg + fuel_kg)
 
-    def turned(self, steps: list[Step], w: np.ndarray) -> Vec3:
-        """The turn [rad] that the moments of `steps` make of rates w [3]: Euler's equation, step by step."""
-        turn = (0.0, 0.0, 0.0)
-        for x in steps:
-            w = w + (np.array(self._rates(x, w)) + self.lasting) * x.dt
-            turn = added(turn, (w[0] * x.dt, w[1] * x.dt, w[2] * x.dt))
-        return turn
-
-    def _rates(self, x: Step, w: np.ndarray) -> Vec3:
-        return moment_rates(x.V, x.beta, x.alpha, w, x.u, x.rho, self.P, self.fm)  # type: ignore[no-any-return]
-
-    def wild(self, sides: tuple[int, int, int]) -> int:
+    def wild(self, sides: Vec3) -> int:
         """On how many sides the gyro's rates go as no moments do: most of the last steps beyond what they scatter by. 2: to and
         fro; 1: to one, as those of an aircraft whose surface runs away do too. sides: of the last step, per axis -1, 0 or 1."""
         self._wild.append(sides)
-        if sum(map(any, self._wild)) < MOST:
+        if len(self._wild) - self._wild.count(ZERO3) < MOST:
             return 0
         axes = [set(axis) for axis in zip(*self._wild, strict=True)]
         return 2 if any({-1, 1} <= axis for axis in axes) else 1
@@ -102,7 +84,7 @@ class Moments:
         learn(self.lack, dt / min(self._learnt_s, LEARN_S), self.lasting, self.jump)
 
     def missed(self, by: Vec3, dt: float) -> None:
-        """`turned` was off by so much [rad], which stands for dt [s]."""
+        """Looks.turned was off by so much [rad], which stands for dt [s]."""
         gain = min(dt / LEARN_S, 1.0)
         for i, x in enumerate(by):
             self.miss[i] += gain * (max(x * x, LEAST_MISS**2) - self.miss[i])

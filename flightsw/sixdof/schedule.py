@@ -116,6 +116,23 @@ def closed(
     shares(K, z0, u0, w, z, off, n + INTEGRALS, n + OLD, parts)
 
 
+@jit
+def blended(
+    psi_dot: float, V: float, yd: np.ndarray, Vn: np.ndarray, w: np.ndarray, K: np.ndarray, z0: np.ndarray, u0: np.ndarray,
+    own: np.ndarray, own_parts: np.ndarray, z: np.ndarray, off: np.ndarray, first: int, last: int, share: float, u: np.ndarray,
+    parts: np.ndarray,
+) -> None:  # fmt: skip
+    """Command u [4] and parts [3,4] of one schedule <- by a share [-] those of another, whose tables come first, as `scheduled`
+    and `shares` at the condition of `weights`."""
+    weights(psi_dot, V, yd, Vn, w)
+    scheduled(K, z0, u0, w, z, off, own)
+    shares(K, z0, u0, w, z, off, first, last, own_parts)
+    for a in range(4):
+        u[a] += share * (own[a] - u[a])
+        for i in range(3):
+            parts[i, a] += share * (own_parts[i, a] - parts[i, a])
+
+
 class GainSchedule:
     """Six designs stacked, evaluated with Lagrange weights."""
 
@@ -138,13 +155,8 @@ class GainSchedule:
         scheduled(self.K, self.z0, self.u0, self.w, z, off, self.u)
         return self.u
 
-    def split(self, z: np.ndarray, off: np.ndarray, integrals: slice) -> np.ndarray:
-        """Feedback, integral and feed-forward [3,4] of the command for z; states `integrals` are the integrals (array reused)."""
-        shares(self.K, self.z0, self.u0, self.w, z, off, integrals.start, integrals.stop, self.parts)
-        return self.parts
-
     def tables(self) -> tuple[np.ndarray, ...]:
-        """What `closed` begins with after the condition: nodes, weights, designs; command u [4] and its parts [3,4]."""
+        """What `closed` and `blended` begin with after the condition: nodes, weights, designs; command u [4], its parts [3,4]."""
         return self.yd, self.Vn, self.w, self.K, self.z0, self.u0, self.u, self.parts
 
     def trim_command(self) -> np.ndarray:

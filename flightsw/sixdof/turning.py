@@ -15,13 +15,13 @@ import numpy as np
 
 from flightsw.aircraft import Aircraft
 from flightsw.kernels.jit import jit_own
-from flightsw.kernels.rotations import dcm_from_quat, less, mul33_t, rotate_dcm, turn
+from flightsw.kernels.rotations import added, dcm_from_quat, less, mul33_t, rotate_dcm, turn
 from flightsw.sixdof.estimator_core import NavParams
 from flightsw.sixdof.gating import TrustedCore
 from flightsw.sixdof.lateness import Lateness
 from flightsw.sixdof.layout import X_BETA, X_PHI
 from flightsw.sixdof.looks import Looks
-from flightsw.sixdof.moments import Moments, Step
+from flightsw.sixdof.moments import Moments
 from flightsw.types import HF_ATT, HF_IMU, UPD_ATT, UPD_IMU, ZERO3, Health, NavState, SensorFrame, Text, Vec3
 
 WINDOWS_S = (0.3, 1.0)  # [s] a fast fault in the first, a slow one in the last
@@ -40,13 +40,14 @@ LEAST = 0.1  # [-] of nav.r_euler: no reference scatters less
 
 @jit_own
 def beyond(
-    R: np.ndarray, p: float, q: float, r: float, qw: float, qx: float, qy: float, qz: float, age: float
+    R: np.ndarray, dt: float, p: float, q: float, r: float, qw: float, qx: float, qy: float, qz: float, age: float
 ) -> tuple[float, float, float]:
     """Turn [rad] of the reference qw, qx, qy, qz, carried on by the rates p, q, r [rad/s] for its age [s], beyond the attitude R
-    [9] NED to body by the gyro; R <- that of the reference now."""
+    [9] NED to body, by the gyro `dt` [s] ago; R <- that of the reference now."""
     a, S, w, T, E = np.empty(4), np.empty(9), np.empty(3), np.empty(9), np.empty(9)
     a[0], a[1], a[2], a[3] = qw, qx, qy, qz
     w[0], w[1], w[2] = p, q, r
+    turn(R, p, q, r, dt)
     dcm_from_quat(a, S)
     rotate_dcm(S, w, age, T)
     mul33_t(T, R, E)  # I - [more x]
@@ -75,7 +76,7 @@ class Turning:
         self._steps, self._rate2 = Looks(WINDOWS_S, false_sigma, self._moments), r_rate**2
         self._R = np.zeros(9)
         self._tried_s = 0.0
-        self._scatter = r_euler**2
+        self._scatter, self._least = r_euler**2, (LEAST * r_euler) ** 2
         self._t_us = self._fuel_us = 0
         self._begin()
 
@@ -124,15 +125,15 @@ class Turning:
         self._turn = (x + p * dt, y + q * dt, z + r * dt)
         self._dt += dt
         self._count += f.gyro_count
-        if self._known:
-            turn(self._R, p, q, r, dt)
         if not fresh:
+            if self._known:
+                turn(self._R, p, q, r, dt)
             if self._dt > GAP_S:
                 self._begin()
             return
         self._same = self._same + 1 if f.att_q_nb == self._read else 0
         self._read = f.att_q_nb
-        more = beyond(self._R, p, q, r, *f.att_q_nb, (f.t_us - f.att_t_us) * 1e-6)
+        more = beyond(self._R, dt, p, q, r, *f.att_q_nb, (f.t_us - f.att_t_us) * 1e-6)
         if self._known:
             self._note(more, u, nav)
         self._known = True
@@ -153,8 +154,11 @@ class Turning:
         for T, began, axes in zip(WINDOWS_S, self._steps.first, self._steps.axes, strict=True):
             if began < 0:
                 continue
-            self._over[T] = self._over[T] + 1 if axes else 0
-            alarm = alarm or bool(axes)
+            if axes:
+                alarm = True
+                self._over[T] += 1
+            else:
+                self._over[T] = 0
             if self._over[T] >= TWICE and not self.out and self.moments_hold:
                 self._who(T, axes)
             else:
@@ -182,14 +186,15 @@ class Turning:
         self._calm_s = 0.0 if alarm else self._calm_s + dt
         i = self._steps.first[0]
         if self.out and self._jumped and i > 0:
-            faster = self._rates(len(self._steps) - 1) - self._rates(i)
+            faster = less(self._rates(len(self._steps) - 1), self._rates(i))
             more = less(self._steps[-1].more, self._steps[i].more)
             self._lateness.take(more, faster, self._rate2 / max(self._count, 1))
 
-    def _rates(self, i: int) -> np.ndarray:
+    def _rates(self, i: int) -> Vec3:
         """Mean rates [3] rad/s by the gyro in step i > 0."""
         step = self._steps[i]
-        return np.array(less(step.turn, self._steps[i - 1].turn)) / step.dt
+        x, y, z = less(step.turn, self._steps[i - 1].turn)
+        return x / step.dt, y / step.dt, z / step.dt
 
     def _contradicted(self) -> bool:
         """Whether the reference has not seen the gyro's last turns."""
@@ -203,7 +208,7 @@ class Turning:
             return ZERO3, (math.inf, math.inf, math.inf)
         return self._steps.apart(began, self._scatter, self._rate2, max(self._count, 1))
 
-    def _who(self, T: float, axes: list[int]) -> None:
+    def _who(self, T: float, axes: tuple[int, ...]) -> None:
         """Leave out who turns otherwise about `axes` than the moments have it, from before the fault on, which has shown over
         the window T [s]; nobody if that is not clear.
 
@@ -219,10 +224,13 @@ class Turning:
             return
         first, last, ago = steps[began], steps[-1], steps[earlier]
         w = self._rates(began)
-        slow = np.array(less(first.more, ago.more)) / (first.t_s - ago.t_s)
+        (x, y, z), span = less(first.more, ago.more), first.t_s - ago.t_s
         gyro, more = less(last.turn, first.turn), less(last.more, first.more)
         size = less(last.size, first.size)
-        said = {self._nearer(steps.since(began), start, gyro, more, size, axes) for start in (w, w + slow)}
+        said = {
+            self._nearer(began, start, gyro, more, size, axes)
+            for start in (w, added(w, (x / span, y / span, z / span)))
+        }
         for who in said:
             self._said[who] += 1
         mine, other = self._said[HF_IMU], self._said[HF_ATT]
@@ -240,10 +248,11 @@ class Turning:
             self.believed, self.over_s = more, over_s
         self.texts.append(Text(4, f"{NAMES[who]} left out: {why}"[:50]))
 
-    def _nearer(self, steps: list[Step], w: np.ndarray, gyro: Vec3, more: Vec3, size: Vec3, axes: list[int]) -> int:
-        """Who is further from the turn that the moments of `steps` make of rates w [3]: HF_IMU, HF_ATT, or 0: not clear."""
-        model = self._moments.turned(steps, w)
-        share = (steps[-1].t_s - steps[0].t_s) / (WINDOWS_S[-1] + BEFORE_S)
+    def _nearer(self, began: int, w: Vec3, gyro: Vec3, more: Vec3, size: Vec3, axes: tuple[int, ...]) -> int:
+        """Who is further from the turn that the moments after step `began` make of rates w [3]: HF_IMU, HF_ATT, 0: not clear."""
+        steps = self._steps
+        model = steps.turned(began, w)
+        share = (steps[-1].t_s - steps[began + 1].t_s) / (WINDOWS_S[-1] + BEFORE_S)
         off_gyro = off_att = 0.0
         for i in axes:
             of = 1.0 / (share * share * self._moments.miss[i] + (MODEL * size[i]) ** 2)
@@ -260,12 +269,11 @@ class Turning:
         if len(steps) < 3:
             return
         each = (more[0] ** 2 + more[1] ** 2 + more[2] ** 2) / 6.0  # of one axis of one of two readings
-        floor = (LEAST * self.r_euler) ** 2
-        self._scatter = max(self._scatter + min(dt / LEARN_S, 1.0) * (each - self._scatter), floor)
+        self._scatter = max(self._scatter + min(dt / LEARN_S, 1.0) * (each - self._scatter), self._least)
         self._moments.learn(dt)
         self._tried_s += dt
         if self._tried_s > TRY_S and (began := steps.before(WINDOWS_S[-1] + BEFORE_S)) > 0:
-            turned = self._moments.turned(steps.since(began), self._rates(began))
+            turned = steps.turned(began, self._rates(began))
             self._moments.missed(less(less(steps[-1].turn, steps[began].turn), turned), self._tried_s)
             self._tried_s = 0.0
 

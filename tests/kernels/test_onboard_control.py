@@ -19,7 +19,7 @@ from flightsw.sixdof import autopilot
 from flightsw.sixdof.autopilot import TankerControl, TankerCtrlParams
 from flightsw.sixdof.command import ScheduleParams
 from flightsw.sixdof.lqr import DesignError, augment, design, discretise
-from flightsw.sixdof.schedule import GainSchedule, weights
+from flightsw.sixdof.schedule import GainSchedule, blended, scheduled, shares, weights
 
 repeatable = settings(deadline=None, derandomize=True)
 YD = np.radians([-1.7, 0.0, 1.7])
@@ -200,15 +200,35 @@ def test_shares_make_up_the_command_and_each_is_what_it_is_called(laws: dict[str
     s.set_condition(0.01, 190.0)
     z, off = s.w @ s.z0 + rng.normal(size=s.nz) * 0.01, np.zeros(s.nz)
     integrals = slice(19, 22)
-    u, parts = s.evaluate(z, off).copy(), s.split(z, off, integrals).copy()
+    u, parts, less = np.zeros(4), np.zeros((3, 4)), np.zeros((3, 4))
+    scheduled(s.K, s.z0, s.u0, s.w, z, off, u)
+    shares(s.K, s.z0, s.u0, s.w, z, off, integrals.start, integrals.stop, parts)
     assert parts.sum(axis=0) == pytest.approx(u, rel=1e-9, abs=1e-9)
     assert parts[2] == pytest.approx(s.w @ s.u0)
     moved = z.copy()
     moved[integrals] = (
         0.0  # the nominals have no integral: without it nothing of that part is left, and the feedback stays
     )
-    assert s.split(moved, off, integrals)[0] == pytest.approx(parts[0])
-    assert np.abs(s.parts[1]).max() == 0.0 < np.abs(parts[1]).max()
+    shares(s.K, s.z0, s.u0, s.w, moved, off, integrals.start, integrals.stop, less)
+    assert less[0] == pytest.approx(parts[0])
+    assert np.abs(less[1]).max() == 0.0 < np.abs(parts[1]).max()
+
+
+def test_between_two_schedules_the_command_is_in_a_straight_line(laws: dict[str, GainSchedule]) -> None:
+    s, rng = laws["receiver"], np.random.default_rng(6)
+    z, off, u, parts = (
+        s.z0[2] + rng.normal(size=s.nz) * 0.01,
+        np.zeros(s.nz),
+        rng.normal(size=4),
+        rng.normal(size=(3, 4)),
+    )
+    own, own_parts = np.zeros(4), np.zeros((3, 4))
+    s.set_condition(-0.02, 195.0)
+    scheduled(s.K, s.z0, s.u0, s.w, z, off, own)
+    shares(s.K, s.z0, s.u0, s.w, z, off, 19, 22, own_parts)
+    wanted = u + 0.3 * (own - u), parts + 0.3 * (own_parts - parts)
+    blended(-0.02, 195.0, *s.tables(), z, off, 19, 22, 0.3, u, parts)
+    assert (u == wanted[0]).all() and (parts == wanted[1]).all()
 
 
 @pytest.mark.parametrize("who", ["tanker", "receiver"])

@@ -13,8 +13,9 @@ from hypothesis import strategies as st
 from flightsw.aircraft import load_aircraft
 from flightsw.filters.covariance import gain
 from flightsw.filters.srukf import draw
-from flightsw.kernels.atmosphere import sound_speed
+from flightsw.kernels.atmosphere import G0, sound_speed
 from flightsw.kernels.linalg import backward_sub_t, forward_sub, tria
+from flightsw.kernels.rotations import dcm_from_quat, turn
 from flightsw.missions.receiver.integrity import kernel
 from flightsw.missions.receiver.integrity.layout import AB, NB, ROWS, D, U
 from flightsw.sixdof.actuators import between, thrust_available
@@ -22,8 +23,23 @@ from flightsw.sixdof.estimator_core import fill_noise, sane
 from flightsw.sixdof.layout import NX, X_X
 from flightsw.sixdof.motion import air_velocity, propagate_free, propagate_relative
 from flightsw.sixdof.params import parameter_vector
-from flightsw.sixdof.recovery.answer_kernel import MOTION, explained, learn, numbers, unexplained
-from flightsw.sixdof.recovery.motion import angle
+from flightsw.sixdof.recovery.answer_kernel import (
+    AHEAD,
+    ALPHA,
+    BELOW,
+    BETA,
+    DOWN,
+    FORWARD,
+    MOTION,
+    SPEED,
+    explained,
+    learn,
+    numbers,
+    swinging,
+    unexplained,
+)
+from flightsw.sixdof.recovery.motion import BY_GYRO, BY_REFERENCE, STATE, angle, carry
+from flightsw.sixdof.recovery.motion import gain as gained
 
 X = st.floats(-1e4, 1e4)
 
@@ -97,6 +113,41 @@ def test_what_is_believed_explains_nothing_more() -> None:
     explained(x, P, 0.05, whole)
     unexplained(x, P, 0.05, u, rest)
     assert (rest == whole - np.tile(u, 2)).all()
+
+
+def test_the_incidence_swings_as_the_velocity_turns_in_the_body() -> None:
+    """alpha' of a velocity that forces, gravity and rates change, without sideslip; with it, roll makes sideslip of incidence."""
+    r = np.random.default_rng(8)
+    for _ in range(5):
+        x, w, force, down = r.normal(size=MOTION), r.normal(size=3), r.normal(size=3), r.normal(size=3)
+        V, alpha, beta, dt = r.uniform(100.0, 200.0), r.uniform(-0.2, 0.4), r.uniform(-0.3, 0.3), 1e-3
+        x[: w.size], x[AHEAD : DOWN + 1], x[[FORWARD, BELOW]] = w, force, down[[0, 2]]
+        x[[SPEED, ALPHA, BETA]] = V, alpha, 0.0
+        v = V * np.array([np.cos(alpha), 0.0, np.sin(alpha)])
+        change = (force + G0 * down - np.cross(w, v)) * dt
+        (ahead, _, below), (u, _, d) = v + change, v - change
+        assert swinging(x) == pytest.approx(
+            (np.arctan2(below, ahead) - np.arctan2(d, u)) / (2.0 * dt), rel=1e-4, abs=1e-6
+        )
+        straight, x[BETA] = swinging(x), beta
+        assert swinging(x) - straight == pytest.approx(-w[0] * np.tan(beta), rel=1e-9)
+
+
+@pytest.mark.parametrize("fresh", [False, True])
+def test_both_windows_go_on_as_one_by_one(fresh: bool) -> None:
+    r = np.random.default_rng(9)
+    own, reference, first, second = r.normal(size=9), r.normal(size=9), r.normal(size=STATE), r.normal(size=STATE)
+    q, w, force, dt = r.normal(size=4), r.normal(size=3), r.normal(size=3), 0.05
+    was, still = [x.copy() for x in (own, reference, first)], second.copy()
+    off = carry(own, True, reference, fresh, *q, first, True, second, False, *w, *force, dt)
+    turn(was[0], *w, dt)
+    if fresh:
+        dcm_from_quat(q, was[1])
+    turn(was[2][:BY_GYRO], *w, dt)
+    gained(was[2][:BY_GYRO], force, dt, was[2][BY_GYRO:BY_REFERENCE])
+    gained(was[1], force, dt, was[2][BY_REFERENCE:])
+    assert off == (angle(was[1], was[0]) if fresh else 0.0)
+    assert all((a == b).all() for a, b in zip((own, reference, first, second), (*was, still), strict=True))
 
 
 def test_the_noise_factor_has_diagonal_and_wind() -> None:

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
-from flightsw.kernels.rotations import dcm_from_quat
+from flightsw.kernels.rotations import less
 from flightsw.sixdof.recovery.given import Rejoin
 from flightsw.types import NavState, SensorFrame
 
@@ -24,7 +22,7 @@ def behind(f: SensorFrame, nav: NavState) -> Rejoin:
     if f.peer.t_us <= 0 or f.gnss_t_us <= 0 or max(ages) > FRESH_US:
         return Rejoin(ready=False)
     own = nav.vel_n if nav.valid else f.gnss_vel_n
-    n, e, d = (a - b for a, b in zip(f.peer.vel_n, own, strict=True))
+    n, e, d = less(f.peer.vel_n, own)
     seen = f.rel_valid and f.t_us - f.rel_t_us < FRESH_US
     close = seen and math.hypot(*f.rel_pos_t) < NEAR_M and f.rel_pos_t[2] < BELOW_M
     near = nav.rel_valid and math.hypot(*nav.rel_pos_t) < STATION_M
@@ -38,9 +36,10 @@ def behind(f: SensorFrame, nav: NavState) -> Rejoin:
 def _side(f: SensorFrame, y: float) -> float:
     """Side to bank to, +1 right, -1 left, y [m] to the right of the tanker's plane: away from that; close to it out of its turn,
     as lift that is too much leads up to a tanker banked alike, whichever way it is tilted further into the turn."""
-    R = np.zeros(9)
-    dcm_from_quat(np.array(f.peer.q_nb), R)
-    bank = math.atan2(R[5], R[8])  # sin and cos of it, both times the cosine of the pitch
-    if abs(bank) > TURNING and abs(y) < BESIDE_M:
-        return -math.copysign(1.0, bank)
+    if abs(y) < BESIDE_M:
+        qw, qx, qy, qz = f.peer.q_nb
+        # sin and cos of it, both times the cosine of the pitch
+        bank = math.atan2(2.0 * (qy * qz + qw * qx), qw * qw - qx * qx - qy * qy + qz * qz)
+        if abs(bank) > TURNING:
+            return -math.copysign(1.0, bank)
     return math.copysign(1.0, y) if abs(y) > ASIDE_M else 1.0

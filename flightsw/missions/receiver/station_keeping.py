@@ -33,7 +33,7 @@ from flightsw.sixdof.command import (
 from flightsw.sixdof.layout import EULER, POS
 from flightsw.sixdof.lqr import ENGINE, OLD, SERVO, SERVO_RATE, Design, DesignError, augment, design
 from flightsw.sixdof.lqr import INTEGRALS as BEHIND
-from flightsw.sixdof.schedule import GainSchedule
+from flightsw.sixdof.schedule import GainSchedule, blended
 from flightsw.sixdof.trim import linearise_relative, trim_free, trim_relative
 from flightsw.strict import ConfigError, Range
 from flightsw.terms import LawTerms, Scheduled
@@ -192,9 +192,9 @@ class ReceiverControl:
         u, parts = c.close(self.sched, self._cond, z, self.off, N, self._err, act, dt)
         self.softness += a * (want - self.softness)
         if self.softness > 1e-3:
-            self.soft.set_condition(psi_dot, V)
-            u += self.softness * (self.soft.evaluate(z, self.off) - u)
-            parts += self.softness * (self.soft.split(z, self.off, INTEGRALS) - parts)
+            blended(
+                psi_dot, V, *self.soft.tables(), z, self.off, INTEGRALS.start, INTEGRALS.stop, self.softness, u, parts
+            )  # fmt: skip
         c.terms.stand(psi_dot, V, self.softness)
         return c.limit(u, h_m, nav.V, parts)
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from flightsw.aircraft import Aircraft
 from flightsw.sixdof.actuators import thrust_available
-from flightsw.sixdof.recovery.answer_kernel import MOTION, THRUST, follows, learn, looked, numbers
+from flightsw.sixdof.recovery.answer_kernel import FOUND, MOTION, THRUST, follows, learn, looked, numbers
 from flightsw.sixdof.recovery.readings import Readings
 from flightsw.types import Text, Vec3
 
@@ -62,10 +62,10 @@ class Answer:
         self._off = np.zeros((max(int(self._windows[1]), *self._moves), 8))
         self._told = np.zeros((round(THRUST_S / dt_s), 4))  # that
         self._lasting, self._square, self._learnt_s = np.zeros(8), np.zeros((2, 8)), 0.0
-        self._mean, self._over = np.zeros((2, 8)), np.zeros(4)
+        self._mean, self._found = np.zeros((2, 8)), np.zeros(FOUND)
         self._least, self._share = np.array([*LEAST, math.inf]), np.array([*SHARE, SHARE_THRUST])
         self._count = [0, 0, 0, 0]
-        self._apart = [0.0, 0.0, 0.0]  # [rad] by which gyro and reference have been apart at most
+        self._apart: Vec3 = (0.0, 0.0, 0.0)  # [rad] by which gyro and reference have been apart at most
         self._avail = 1.0  # [N] thrust there is
         self._slow = -1.0  # [N] that of an engine as slow as the file's spool; below 0: not known
 
@@ -75,7 +75,8 @@ class Answer:
         each axis over SHORT_S [rad], and one sigma of that."""
         before, self._w = self._w, s.w
         faded = max(1.0 - dt / APART_S, 0.0)
-        self._apart = [max(abs(x), faded * last) for x, last in zip(apart[0], self._apart, strict=True)]
+        (x, y, z), (roll, pitch, yaw) = apart[0], self._apart
+        self._apart = (max(abs(x), faded * roll), max(abs(y), faded * pitch), max(abs(z), faded * yaw))
         if not sound or not s.V_measured or not self._known:
             self._slow = -1.0
             self._u[:] = u
@@ -84,27 +85,29 @@ class Answer:
         if self._n % len(self._off) == 0:  # no quicker than height and speed go
             self._avail = thrust_available(self.ac, s.h_m, s.V)
             self._least[THRUST] = LEAST_THRUST * self._avail
-        thrust = 0.5 * (float(self._u[THRUST]) + float(u[THRUST]))
+        thrust = 0.5 * (self._u.item(THRUST) + u.item(THRUST))
+        forward, _, below = s.down
         self._x[:] = (
-            *s.w, *before, *s.force, s.load, s.V, s.alpha, s.beta, s.swing, s.q, s.mass, *s.inertia,
+            *s.w, *before, *s.force, s.load, s.V, s.alpha, s.beta, 0.0, s.q, s.mass, *s.inertia, forward, below,
         )  # fmt: skip
-        row, told_row = self._off[self._n % len(self._off)], self._told[self._n % len(self._told)]
         looked(
             self._x, self._P, dt, u, self._u, self._lag(thrust, dt), self._n, self._moves[0], self._off, self._told,
-            self._windows, self._recent, self._lasting, self._square, self._least, SIGMAS, self._share, self._mean, self._over,
+            self._windows, self._recent, self._lasting, self._square, self._least, SIGMAS, self._share, self._mean, self._found,
         )  # fmt: skip
         self._n += 1
         if self._n < self._moves[0]:
             return
-        told = told_row.tolist()
-        near, over = self._mean[0].tolist(), self._over.tolist()
-        self.at = (told[0] + near[0], told[1] + near[1], told[2] + near[2])
-        missed = over[THRUST] > 1.0 and self._gathers(s)
-        self._judge([*self._accused(s, over, apart), missed], over)
+        *over, aileron, elevator, rudder = self._found.tolist()
+        self.at, most = (aileron, elevator, rudder), max(over)
+        if most <= 1.0:
+            self._count = [0, 0, 0, 0]
+        else:
+            missed = over[THRUST] > 1.0 and self._gathers(s)
+            self._judge([*self._accused(s, over, apart), missed], over)
         if self.weak:
             self._recovers(thrust, dt)
-        if self._learnt_s < LEARN_S or max(over) < DOUBTFUL:
-            self._learn(row, dt)
+        if self._learnt_s < LEARN_S or most < DOUBTFUL:
+            self._learn(dt)
 
     def _lag(self, thrust: float, dt: float) -> float:
         """By how much [N] the file's slowest engine has another thrust by now than is believed: what is between is not off."""
@@ -185,8 +188,8 @@ class Answer:
             self.weak = False
             self.texts.append(Text(5, "thrust is what is commanded again"))
 
-    def _learn(self, off: np.ndarray, dt: float) -> None:
+    def _learn(self, dt: float) -> None:
         """What the file's numbers lack, and by how much the means of a window scatter."""
         self._learnt_s += dt
         gain = dt / min(self._learnt_s, LEARN_S)
-        learn(off, self._mean, gain, self.weak, self._lasting, self._square)
+        learn(self._off[(self._n - 1) % len(self._off)], self._mean, gain, self.weak, self._lasting, self._square)

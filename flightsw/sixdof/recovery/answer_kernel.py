@@ -16,10 +16,13 @@ from flightsw.kernels.jit import jit
     AREA, SPAN, CHORD, NUMBERS,
 ) = range(26)  # fmt: skip
 # of a step: rates, those of the step before [rad/s], specific force [m/s^2]; load [-], V, alpha, beta, swing of the incidence
-# [rad/s], dynamic pressure [Pa], mass [kg], moments of inertia [kg m^2]
+# [rad/s], dynamic pressure [Pa], mass [kg], moments of inertia [kg m^2]; the vertical ahead and down, for that swing
 ROLLING, PITCHING, YAWING, ROLLED, PITCHED, YAWED, AHEAD, ASIDE, DOWN = range(9)
-LOAD, SPEED, ALPHA, BETA, SWING, PRESSURE, MASS, IXX, IYY, IZZ, MOTION = range(9, 20)
+LOAD, SPEED, ALPHA, BETA, SWING, PRESSURE, MASS, IXX, IYY, IZZ, FORWARD, BELOW, MOTION = range(9, 22)
 THRUST = 3
+# what `looked` finds: of each control how many times it is as far off as it may be [4], where the surfaces are [3] rad, those by
+# the vanes over the shorter window
+OVER, AT, FOUND = 0, 4, 7
 
 
 def numbers(ac: Aircraft) -> np.ndarray:
@@ -64,6 +67,14 @@ def explained(x: np.ndarray, P: np.ndarray, dt: float, out: np.ndarray) -> None:
 
 
 @jit
+def swinging(x: np.ndarray) -> float:
+    """[rad/s] of the incidence in the motion x [MOTION], by rates and forces."""
+    ca, sa = math.cos(x[ALPHA]), math.sin(x[ALPHA])
+    across = (x[DOWN] + G0 * x[BELOW]) * ca - (x[AHEAD] + G0 * x[FORWARD]) * sa
+    return x[PITCHING] + across / x[SPEED] - x[ROLLING] * math.tan(x[BETA])
+
+
+@jit
 def unexplained(x: np.ndarray, P: np.ndarray, dt: float, believed: np.ndarray, out: np.ndarray) -> None:
     """As `explained`, both less the controls that are believed to have acted [4]."""
     explained(x, P, dt, out)
@@ -98,8 +109,8 @@ def means(
     movement.
     """
     size, length = off.shape[0], told.shape[0]
-    over[:] = 0.0
     for j in range(4):
+        over[j] = 0.0
         lo, hi = math.inf, -math.inf
         for k in range(min(n, length if j == THRUST else recent)):
             v = told[(n - 1 - k) % length, j]
@@ -128,10 +139,12 @@ def means(
 def looked(
     x: np.ndarray, P: np.ndarray, dt: float, u: np.ndarray, last: np.ndarray, lag: float, n: int, enough: int,
     off: np.ndarray, told: np.ndarray, windows: np.ndarray, recent: int, lasting: np.ndarray, square: np.ndarray,
-    least: np.ndarray, sigmas: float, share: np.ndarray, mean: np.ndarray, over: np.ndarray,
+    least: np.ndarray, sigmas: float, share: np.ndarray, mean: np.ndarray, found: np.ndarray,
 ) -> None:  # fmt: skip
-    """Step n of the rings off [*,8] and told [*,4] <- `unexplained` of the motion x beyond the mean of the controls u and last
-    [4], which become u, and those; then `means`, once `enough` steps have been written. lag [N]: by which thrust may be off."""
+    """Step n of the rings off [*,8] and told [*,4] <- `unexplained` of the motion x, whose swing is filled in, beyond the mean of
+    the controls u and last [4], which become u, and those; then `means`, once `enough` steps have been written, into mean [2, 8]
+    and found [FOUND]. lag [N]: by which thrust may be off."""
+    x[SWING] = swinging(x)
     row, acted = off[n % off.shape[0]], told[n % told.shape[0]]
     for j in range(4):
         acted[j] = 0.5 * (last[j] + u[j])
@@ -146,7 +159,9 @@ def looked(
             within = max(lag, 0.0)
         row[i] -= within
     if n + 1 >= enough:
-        means(off, n + 1, told, windows, recent, lasting, square, least, sigmas, share, mean, over)
+        means(off, n + 1, told, windows, recent, lasting, square, least, sigmas, share, mean, found[OVER:AT])
+        for j in range(3):
+            found[AT + j] = acted[j] + mean[0, j]
 
 
 @jit

@@ -7,7 +7,7 @@ import math
 from flightsw.aircraft import Aircraft
 from flightsw.sixdof.recovery.answer import NAMES, Answer
 from flightsw.sixdof.recovery.readings import Readings
-from flightsw.types import NavState
+from flightsw.types import NavState, Vec3
 
 BANK_BEYOND, PITCH_BEYOND = math.radians(20.0), math.radians(25.0)  # [rad] above the file's largest bank; either way
 ROLL, PITCH, YAW = (
@@ -16,8 +16,10 @@ ROLL, PITCH, YAW = (
     math.radians(20.0),
 )  # [rad/s] station keeping rolls with 45 deg/s
 SIDEWAYS = math.radians(60.0)  # [rad] of pitch beyond which it alone tells
-# [s] before it counts; attitude has been judged
-ATTITUDE_S, MOTION_S, FLOW_S, SPEED_S, LOST_S, APART_S = 0.0, 0.1, 0.3, 1.0, 1.0, 1.0
+# between a surface that does not answer and the estimate's attitude
+WHAT = ("bank", "pitch", "incidence", "airspeed", "rates", "load", "navigation", "estimated")
+# [s] before each counts; attitude has been judged
+AFTER_S = (0.0, 0.0, 0.0, 0.3, 1.0, 0.1, 0.1, 1.0, 1.0, 1.0)
 
 
 class Beyond:
@@ -25,8 +27,9 @@ class Beyond:
 
     def __init__(self, ac: Aircraft, load: tuple[float, float]) -> None:
         """load: least and largest load factor [-] that is inside."""
-        self.ac, self._load = ac, load
-        self._since: dict[str, float] = {}
+        self._limits, self._load = ac.limits, load
+        self._top, self._banked = math.radians(ac.limits.alpha_max_deg), math.radians(ac.limits.bank_max_deg)
+        self._since: dict[str, float] = {}  # [s] for which it has been beyond something
         self.was_valid = False  # navigation has been
 
     def clear(self) -> None:
@@ -38,32 +41,41 @@ class Beyond:
     ) -> str:
         """What the aircraft is beyond, dt [s] after the last; "" inside. apart: the estimate's attitude is not the sensors';
         strange: why the law cannot fly from here; lost: navigation that is lost counts."""
-        limits = self.ac.limits
-        bank, pitch = math.atan2(s.down[1], s.down[2]), -math.asin(min(max(s.down[0], -1.0), 1.0))
-        top = math.radians(limits.alpha_max_deg)
-        alike = not nav.valid or abs(nav.alpha) > top
+        limits, top, known, since = self._limits, self._top, nav.valid, self._since
+        x, y, z = s.down
+        bank, pitch = math.atan2(y, z), -math.asin(min(max(x, -1.0), 1.0))
         # of one alone a sensor may be the cause
-        speeds, turning = ((s.V, nav.V), (s.w, nav.w_b)) if nav.valid else ((s.V,), (s.w,))
-        over = min(max(abs(p) / ROLL, abs(q) / PITCH, abs(r) / YAW) for p, q, r in turning)
-        off = s.V_measured and (max(speeds) < limits.V_min_mps or min(speeds) > limits.V_max_mps)
+        over = min(_fast(s.w), _fast(nav.w_b)) if known else _fast(s.w)
+        slowest, fastest = (min(s.V, nav.V), max(s.V, nav.V)) if known else (s.V, s.V)
         seen = (
-            (answer.failed >= 0, ATTITUDE_S, NAMES[answer.failed]),
-            (abs(bank) > math.radians(limits.bank_max_deg) + BANK_BEYOND and abs(pitch) < SIDEWAYS, ATTITUDE_S, "bank"),
-            (abs(pitch) > PITCH_BEYOND, ATTITUDE_S, "pitch"),
-            (s.alpha_measured and abs(s.alpha) > top and alike, FLOW_S, "incidence"),
-            (off, SPEED_S, "airspeed"),
-            (over > 1.0, MOTION_S, "rates"),
-            (not (nav.valid or self._load[0] < s.load < self._load[1]), MOTION_S, "load"),
-            (bool(strange), LOST_S, strange.partition(" ")[0]),
-            (lost and self.was_valid and not nav.valid, LOST_S, "navigation"),
-            (apart, APART_S, "estimated"),
+            answer.failed >= 0,
+            abs(bank) > self._banked + BANK_BEYOND and abs(pitch) < SIDEWAYS,
+            abs(pitch) > PITCH_BEYOND,
+            s.alpha_measured and abs(s.alpha) > top and (not known or abs(nav.alpha) > top),
+            s.V_measured and (fastest < limits.V_min_mps or slowest > limits.V_max_mps),
+            over > 1.0,
+            not (known or self._load[0] < s.load < self._load[1]),
+            strange != "",
+            lost and self.was_valid and not known,
+            apart,
         )
-        since = self._since
-        for k, (beyond, after, what) in enumerate(seen):
-            since[what] = since.get(what, 0.0) + dt if beyond else 0.0
+        if True not in seen and not since:
+            return ""
+        names = (NAMES[answer.failed], *WHAT[:6], strange.partition(" ")[0], *WHAT[6:])
+        for k, (beyond, after, what) in enumerate(zip(seen, AFTER_S, names, strict=True)):
+            if not beyond:
+                since.pop(what, None)
+                continue
+            since[what] = since.get(what, 0.0) + dt
             if since[what] > after:
                 return _words(s, NAMES[answer.failed], bank, pitch, strange)[k]
         return ""
+
+
+def _fast(w: Vec3) -> float:
+    """Rates [3] rad/s as a share of the most: of the axis about which that is largest."""
+    p, q, r = w
+    return max(abs(p) / ROLL, abs(q) / PITCH, abs(r) / YAW)
 
 
 def _words(s: Readings, failed: str, bank: float, pitch: float, strange: str) -> tuple[str, ...]:

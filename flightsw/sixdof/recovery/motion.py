@@ -11,8 +11,8 @@ import numpy as np
 
 from flightsw.kernels.atmosphere import G0
 from flightsw.kernels.jit import jit, jit_own
-from flightsw.kernels.rotations import turn
-from flightsw.types import Vec3
+from flightsw.kernels.rotations import dcm_from_quat, turn
+from flightsw.types import IDENTITY_Q, Quat, Vec3
 
 LENGTH_S, LEAST_S = 4.0, 1.0  # [s] a window begins anew at twice the first, by turns; judged from the second on
 GATE, SHARE = math.radians(3.0), 0.05  # [rad] reference from gyro, and as a share of the angle turned through
@@ -20,6 +20,8 @@ LAG_S = 0.15  # [s] of the rate: latency and sampling
 AHEAD, LEAST_MPS = 2.0, 1.5  # [-], [m/s] by which the reference's velocity must be worse than the gyro's
 # [m/s] the gyro's velocity is off at most: accelerometers are of the same unit, and may be wrong with it
 FITS_MPS = 1.5
+# of a window's state: attitude [9], velocities gained [3] m/s NED by the gyro's and by the reference's
+BY_GYRO, BY_REFERENCE, STATE = 9, 12, 15
 AGREES, AGREES_S = math.radians(5.0), 5.0  # [rad] from the gyro for so long [s]: taken again
 
 
@@ -28,20 +30,6 @@ def gain(R: np.ndarray, force: np.ndarray, dt: float, v: np.ndarray) -> None:
     """v [3] m/s NED <- dt [s] on with the specific force [3] m/s^2 in the body axes of R [9], and gravity."""
     for i in range(3):
         v[i] += dt * (R[i] * force[0] + R[3 + i] * force[1] + R[6 + i] * force[2] + (G0 if i == 2 else 0.0))
-
-
-@jit_own
-def carry(
-    R: np.ndarray, by_gyro: np.ndarray, by_reference: np.ndarray, reference: np.ndarray,
-    p: float, q: float, r: float, x: float, y: float, z: float, dt: float,
-) -> None:  # fmt: skip
-    """R [9], by the gyro, and the velocities [3] m/s NED gained by it and by the reference [9], dt [s] on in place: rates p, q, r
-    [rad/s], specific force x, y, z [m/s^2] in body axes."""
-    force = np.empty(3)
-    force[0], force[1], force[2] = x, y, z
-    turn(R, p, q, r, dt)
-    gain(R, force, dt, by_gyro)
-    gain(reference, force, dt, by_reference)
 
 
 @jit
@@ -58,36 +46,63 @@ def angle(A: np.ndarray, B: np.ndarray) -> float:
     return math.acos(cosine)
 
 
+@jit_own
+def from_reference(qw: float, qx: float, qy: float, qz: float, R: np.ndarray, own: np.ndarray) -> float:
+    """R [9] <- parent to body of a unit quaternion; its angle [rad] from the attitude `own` [9]."""
+    q = np.empty(4)
+    q[0], q[1], q[2], q[3] = qw, qx, qy, qz
+    dcm_from_quat(q, R)
+    return angle(R, own)
+
+
+@jit_own
+def carry(
+    own: np.ndarray, known: bool, reference: np.ndarray, fresh: bool, qw: float, qx: float, qy: float, qz: float,
+    first: np.ndarray, begun: bool, second: np.ndarray, begun_too: bool,
+    p: float, q: float, r: float, x: float, y: float, z: float, dt: float,
+) -> float:  # fmt: skip
+    """dt [s] on in place at rates p, q, r [rad/s] and specific force x, y, z [m/s^2] in body axes: the attitude `own` [9] where
+    it is known, the `reference` [9] <- the quaternion of a fresh reading, both windows [STATE] as far as they are begun. Angle
+    [rad] of a fresh reading from `own`."""
+    force = np.empty(3)
+    force[0], force[1], force[2] = x, y, z
+    if known:
+        turn(own, p, q, r, dt)
+    off = 0.0
+    if fresh:
+        off = from_reference(qw, qx, qy, qz, reference, own)
+    for k in range(2):
+        w, on = (first, begun) if k == 0 else (second, begun_too)
+        if on:
+            turn(w[:BY_GYRO], p, q, r, dt)
+            gain(w[:BY_GYRO], force, dt, w[BY_GYRO:BY_REFERENCE])
+            gain(reference, force, dt, w[BY_REFERENCE:])
+    return off
+
+
 class Window:
-    """What gyro and reference make of attitude and velocity since they were last alike. R [9]: NED to body by the gyro; velocity
-    gained [m/s, NED] by either."""
+    """What gyro and reference make of attitude and velocity since they were last alike. `state` [STATE]: attitude NED to body by
+    the gyro; velocity gained [m/s, NED] by either (`carry`)."""
 
     def __init__(self) -> None:
         self.age_s = -1.0  # < 0: not begun
-        self.R = np.zeros(9)
+        self.state = np.zeros(STATE)
         self.turned = 0.0  # [rad]
-        self.by_gyro, self.by_reference = np.zeros(3), np.zeros(3)
         self._v0: Vec3 = (0.0, 0.0, 0.0)
 
     def begin(self, R: np.ndarray, v: Vec3, age_s: float) -> None:
         """Begin at attitude R [9] and GNSS velocity v [3] m/s, as if age_s [s] ago."""
         self.age_s, self.turned, self._v0 = age_s, 0.0, v
-        self.R[:] = R
-        self.by_gyro[:] = self.by_reference[:] = 0.0
-
-    def carry(self, w: Vec3, rate: float, force: Vec3, reference: np.ndarray, dt: float) -> None:
-        """dt [s] on: w [3] rad/s, which is `rate` in all, specific force [3] m/s^2 body, reference [9]."""
-        carry(self.R, self.by_gyro, self.by_reference, reference, *w, *force, dt)
-        self.age_s += dt
-        self.turned += rate * dt
+        self.state[:BY_GYRO] = R
+        self.state[BY_GYRO:] = 0.0
 
     def accuses(self, off: float, rate: float, v: Vec3) -> bool:
         """Whether the reference, `off` [rad] from the gyro at a rate [rad/s], is wrong by the GNSS velocity v [3] m/s."""
         if self.age_s < LEAST_S or off < GATE + SHARE * self.turned + LAG_S * rate:
             return False
         gained = [a - b for a, b in zip(v, self._v0, strict=True)]
-        own = math.dist(gained, self.by_gyro)
-        return own < FITS_MPS and math.dist(gained, self.by_reference) > AHEAD * own + LEAST_MPS
+        own = math.dist(gained, self.state[BY_GYRO:BY_REFERENCE])
+        return own < FITS_MPS and math.dist(gained, self.state[BY_REFERENCE:]) > AHEAD * own + LEAST_MPS
 
 
 class Motion:
@@ -98,43 +113,47 @@ class Motion:
         self.doubted = self.began = False
         self.R = np.zeros(9)
         self._windows = (Window(), Window())
-        self._reference = np.zeros(9)
-        self._have = False
+        self.reference = np.zeros(9)  # NED to body, as last read
         self._agrees_s = 0.0
 
     def step(
-        self, reference: np.ndarray | None, own: np.ndarray, w: Vec3, force: Vec3, v: Vec3 | None, dt: float
-    ) -> None:  # fmt: skip
-        """dt [s] after the last step.
+        self, own: np.ndarray, known: bool, q: Quat | None, w: Vec3, rate: float, force: Vec3, v: Vec3 | None, dt: float
+    ) -> float:  # fmt: skip
+        """dt [s] after the last step: own [9], the attitude gone by, turns on where it is `known`; angle [rad] of a new sample of
+        the reference from it.
 
-        reference [9]: a new sample, None without; own [9]: the attitude gone by; w [3] rad/s, force [3] m/s^2, body; v [3] m/s
-        NED: a new sample of GNSS velocity, None without.
+        q [4]: that sample, NED to body, None without; w [3] rad/s, which is `rate` in all, force [3] m/s^2, body; v [3] m/s NED:
+        a new sample of GNSS velocity, None without.
         """
         self.began = False
-        if reference is not None:
-            self._reference[:] = reference
-            self._have = True
-        if not self._have:
-            return
-        rate = math.hypot(*w)
-        for window in self._windows:
-            if window.age_s >= 0.0:
-                window.carry(w, rate, force, self._reference, dt)
-        if reference is None:
-            return
+        first, second = self._windows
+        begun, begun_too = first.age_s >= 0.0, second.age_s >= 0.0
+        off = carry(
+            own, known, self.reference, q is not None, *(q or IDENTITY_Q), first.state, begun, second.state, begun_too,
+            *w, *force, dt,
+        )  # fmt: skip
+        if begun:
+            first.age_s += dt
+            first.turned += rate * dt
+        if begun_too:
+            second.age_s += dt
+            second.turned += rate * dt
+        if q is None:
+            return 0.0
         if self.doubted:
-            self._agrees_s = self._agrees_s + dt if angle(reference, own) < AGREES else 0.0
+            self._agrees_s = self._agrees_s + dt if off < AGREES else 0.0
             if self._agrees_s >= AGREES_S:
                 self.doubted = False
                 self._forget()
         elif v is not None:
-            self._judge(reference, rate, v)
+            self._judge(rate, v)
+        return float(off)
 
-    def _judge(self, reference: np.ndarray, rate: float, v: Vec3) -> None:
-        first, second = self._windows
+    def _judge(self, rate: float, v: Vec3) -> None:
+        reference, (first, second) = self.reference, self._windows
         for window in (second, first) if second.age_s > first.age_s else (first, second):
-            if window.age_s >= LEAST_S and window.accuses(angle(reference, window.R), rate, v):
-                self.R[:] = window.R
+            if window.age_s >= LEAST_S and window.accuses(angle(reference, window.state[:BY_GYRO]), rate, v):
+                self.R[:] = window.state[:BY_GYRO]
                 self.doubted = self.began = True
                 self._agrees_s = 0.0
                 return

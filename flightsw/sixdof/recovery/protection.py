@@ -11,13 +11,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from flightsw.aircraft import Aircraft
-from flightsw.kernels.rotations import dcm_from_quat
 from flightsw.sixdof.load_limit import LoadLimit
 from flightsw.sixdof.recovery.answer import Answer
 from flightsw.sixdof.recovery.beyond import Beyond
 from flightsw.sixdof.recovery.given import Felt, Rejoin
 from flightsw.sixdof.recovery.law import RecoveryLaw, Wanted
-from flightsw.sixdof.recovery.motion import angle
+from flightsw.sixdof.recovery.motion import from_reference
 from flightsw.sixdof.recovery.readings import Readings
 from flightsw.sixdof.recovery.rough import RoughAirLaw
 from flightsw.sixdof.recovery.turbulence import RoughAirParams, Turbulence
@@ -105,7 +104,8 @@ class Protection:
             fresh = f.t_us - f.gnss_t_us < CLIMB_AGE_US and f.gnss_t_us > 0 and not health.failed & HF_GNSS
             self._climb = -f.gnss_vel_n[2] if fresh else None
             self.air.step(s, self._phase != RECOVERING, dt)
-            self.texts += self.air.tell()
+            if self.air.texts:
+                self.texts += self.air.tell()
         self._beyond.was_valid |= nav.valid
         apart = self._apart(nav)
         if self._phase == OUT:
@@ -134,8 +134,9 @@ class Protection:
         a.step(s, felt.u, sound, (ZERO3, ZERO3) if turning is None else turning.lately(), dt)
         if turning is not None:
             turning.moments_hold = a.failed < 0
-        self.texts += a.texts
-        a.texts = []
+        if a.texts:
+            self.texts += a.texts
+            a.texts = []
 
     def bound(self, u: np.ndarray, f: SensorFrame, nav: NavState) -> np.ndarray:
         """LoadLimit.bound of a law's command u [4], told when it begins to hold back."""
@@ -190,8 +191,7 @@ class Protection:
         s = self.readings
         if not nav.valid or not s.trusted:
             return False
-        dcm_from_quat(np.array(nav.q_nb), self._nav_R)
-        off = angle(self._nav_R, s.R)
+        off = from_reference(*nav.q_nb, self._nav_R, s.R)
         limit = APART if self._phase == OUT else TOGETHER
         return off > limit or (self._phase != OUT and s.V_measured and abs(nav.V - s.V) > SPEED_APART)
 

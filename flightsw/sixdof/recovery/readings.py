@@ -10,9 +10,8 @@ import numpy as np
 from flightsw import refusal as rd
 from flightsw.aircraft import Aircraft
 from flightsw.kernels.atmosphere import G0, density
-from flightsw.kernels.rotations import dcm_from_quat, turn
 from flightsw.sixdof.params import IX, IY, IZ, M, parameter_vector, set_mass
-from flightsw.sixdof.recovery.motion import Motion, angle
+from flightsw.sixdof.recovery.motion import Motion
 from flightsw.types import (
     HF_AIR,
     HF_ATT,
@@ -52,8 +51,10 @@ class Readings:
         self._P = parameter_vector(ac, ac.mass.empty_kg + ac.mass.default_fuel_kg)
         self._fuel_kg = ac.mass.default_fuel_kg
         self._weigh()
+        self._vanes = tuple((i, *probe.position_m[:2]) for i, probe in enumerate(ac.probe))  # [m] ahead, right
         lo, hi = ac.limits.V_min_mps, ac.limits.V_max_mps
         self._V_between = lo + SHARE_V * (hi - lo)
+        self._slowest, self._fastest = 0.3 * self._V_between, 2.0 * self._V_between  # taken for an airspeed
         self.V, self.V_measured = self._V_between, False
         self.alpha = self.beta = 0.0
         self.alpha_measured = False
@@ -71,14 +72,6 @@ class Readings:
         self.q = 0.0
 
     @property
-    def swing(self) -> float:
-        """[rad/s] of the incidence, by rates and forces."""
-        ca, sa = math.cos(self.alpha), math.sin(self.alpha)
-        (ahead, _, below), (forward, _, down) = self.force, self.down
-        across = (below + G0 * down) * ca - (ahead + G0 * forward) * sa
-        return self.w[1] + across / self.V - self.w[0] * math.tan(self.beta)
-
-    @property
     def V_beyond_felt(self) -> float:
         """[m/s] the probes' airspeed beyond what the accelerometers make of it over SETTLE_V_S."""
         return self.V - self._V_felt
@@ -90,7 +83,7 @@ class Readings:
     def step(self, f: SensorFrame, updated: int, health: Health, dt: float, V: float | None = None) -> None:
         """Take in the frame f of which `updated` (UPD_*) is new, dt [s] after the last. What the estimate keeps out of air data
         (health.kept_out) is not gone by; V [m/s]: its airspeed, for the one it keeps out, None: it knows none."""
-        good = updated & ~_lost(health)
+        good = updated & ~_lost(health) if health.failed else updated
         if f.fuel_t_us > 0 and f.fuel_kg != self._fuel_kg:
             self._fuel_kg = f.fuel_kg
             set_mass(self._P, self.ac, self.ac.mass.empty_kg + f.fuel_kg)
@@ -103,29 +96,27 @@ class Readings:
             self.h_m = f.baro_alt_m
         rho = density(self.h_m)
         out = health.kept_out
-        self._airspeed(f, bool(good & UPD_AIR) and not out >> rd.V & 1, dt, V if out >> rd.V & 1 else None)
+        kept = out >> rd.V & 1
+        self._airspeed(f, bool(good & UPD_AIR) and not kept, dt, V if kept else None)
         self.q = 0.5 * rho * self.V * self.V
         self._flow(f, bool(good & UPD_AIR), out)
 
     def _attitude(self, f: SensorFrame, fresh: bool, v: Vec3 | None, dt: float) -> None:
         """Turn on with the gyro; take the reference where it agrees with that and turns with it, or where there is nothing
         better. v [3] m/s NED: a new GNSS velocity."""
-        if self.known:
-            turn(self.R, *self.w, dt)
+        m, rate = self.motion, math.hypot(*self.w)
         self.coasting_s += dt
-        R: np.ndarray | None = None
-        if fresh:
-            R = np.zeros(9)
-            dcm_from_quat(np.array(f.att_q_nb), R)
-        self.motion.step(R, self.R, self.w, f.acc_mean_b, v, dt)
-        if self.motion.began:
-            self.R[:] = self.motion.R
-        if R is not None and not self.motion.doubted:
-            limit = TURN_GATE + GATE_GROWS * self.coasting_s + RATE_GATE * math.hypot(*self.w)
-            if not self.known or self.coasting_s > COAST_S or angle(R, self.R) < limit:
-                self.R, self.known, self.coasting_s = R, True, 0.0
+        off = m.step(self.R, self.known, f.att_q_nb if fresh else None, self.w, rate, f.acc_mean_b, v, dt)
+        if m.began:
+            self.R[:] = m.R
+        if fresh and not m.doubted:
+            limit = TURN_GATE + GATE_GROWS * self.coasting_s + RATE_GATE * rate
+            if not self.known or self.coasting_s > COAST_S or off < limit:
+                self.R[:] = m.reference
+                self.known, self.coasting_s = True, 0.0
         self.trusted = self.known and self.coasting_s < COAST_S
-        self.down = (float(self.R[2]), float(self.R[5]), float(self.R[8]))
+        _, _, x, _, _, y, _, _, z = self.R.tolist()
+        self.down = (x, y, z)
 
     def anchor(self, R: np.ndarray) -> None:
         """Go on with the gyro from attitude R [9], NED to body."""
@@ -140,15 +131,13 @@ class Readings:
             self.V = self._V_felt = given
             self._V_age, self.V_measured, self._given = 0.0, False, True
             return
-        a, down = f.acc_mean_b, self.down
+        (ahead, _, below), (forward, _, down) = f.acc_mean_b, self.down
         ca, sa = math.cos(self.alpha), math.sin(self.alpha)
-        gained = dt * (ca * (a[0] + G0 * down[0]) + sa * (a[2] + G0 * down[2]))
+        gained = dt * (ca * (ahead + G0 * forward) + sa * (below + G0 * down))
         self.V += gained
         self._V_felt += gained
-        seen = (
-            sorted(v for i, v in enumerate(f.air_V) if f.air_mask >> i & 1 and not f.air_bad >> i & 1) if fresh else []
-        )
-        if seen:
+        good = f.air_mask & ~f.air_bad if fresh else 0
+        if seen := [v for i, v in enumerate(f.air_V) if good >> i & 1]:
             V = _middle(seen)
             if not self.V_measured and not self._given:
                 self._V_felt = V
@@ -161,35 +150,32 @@ class Readings:
         if self._V_age > V_COAST_S:
             self.V_measured = False
             self.V += min(dt / TAU_V_S, 1.0) * (self._V_between - self.V)
-        self.V = min(max(self.V, 0.3 * self._V_between), 2.0 * self._V_between)
+        if not self._slowest <= self.V <= self._fastest:
+            self.V = min(max(self.V, self._slowest), self._fastest)
 
     def _flow(self, f: SensorFrame, fresh: bool, out: int) -> None:
         """Incidence and sideslip: the middle vane less what the rates make at it, else, as where it is kept `out` (bit =
         WKF_READING), what the specific force says."""
-        c, S = self.ac.aero, self.ac.geometry.S_m2
-        alpha, beta = [], []
-        if fresh:
-            for i, probe in enumerate(self.ac.probe):
-                x, y, _ = probe.position_m
-                if f.air_mask >> i & 1 and not f.air_bad >> (6 + i) & 1 and not out >> rd.ALPHA & 1:
-                    alpha.append(f.air_alpha[i] - (self.w[0] * y - self.w[1] * x) / self.V)
-                if f.air_mask >> i & 1 and not f.air_bad >> (3 + i) & 1 and not out >> rd.BETA & 1:
-                    beta.append(f.air_beta[i] - self.w[2] * x / self.V)
-        by_lift = (self.load * self.mass * G0 / (self.q * S) - c.CL0) / c.CL_alpha
-        by_side = f.acc_mean_b[1] * self.mass / (self.q * S * c.CY_beta)
+        c, S, V, (p, q, r) = self.ac.aero, self.ac.geometry.S_m2, self.V, self.w
+        vanes = f.air_mask if fresh else 0
+        up = 0 if out >> rd.ALPHA & 1 else vanes & ~(f.air_bad >> 6)
+        side = 0 if out >> rd.BETA & 1 else vanes & ~(f.air_bad >> 3)
+        alpha = [f.air_alpha[i] - (p * y - q * x) / V for i, x, y in self._vanes if up >> i & 1] if up else []
+        beta = [f.air_beta[i] - r * x / V for i, x, _ in self._vanes if side >> i & 1] if side else []
         self.alpha_measured = bool(alpha)
-        self.alpha = min(max(_middle(sorted(alpha)) if alpha else by_lift, -FLOW_MOST), FLOW_MOST)
-        self.beta = min(max(_middle(sorted(beta)) if beta else by_side, -FLOW_MOST), FLOW_MOST)
+        a = _middle(alpha) if alpha else (self.load * self.mass * G0 / (self.q * S) - c.CL0) / c.CL_alpha
+        b = _middle(beta) if beta else f.acc_mean_b[1] * self.mass / (self.q * S * c.CY_beta)
+        self.alpha, self.beta = min(max(a, -FLOW_MOST), FLOW_MOST), min(max(b, -FLOW_MOST), FLOW_MOST)
 
 
 def _lost(health: Health) -> int:
     """UPD_* bits of what health has given up."""
-    if not health.failed:
-        return 0
     pairs = ((HF_AIR, UPD_AIR), (HF_ATT, UPD_ATT), (HF_GNSS, UPD_GNSS))
     return sum(upd for flag, upd in pairs if health.failed & flag)
 
 
 def _middle(v: list[float]) -> float:
+    """The middle one of v, which is sorted by this."""
+    v.sort()
     k = len(v) // 2
     return v[k] if len(v) % 2 else 0.5 * (v[k - 1] + v[k])

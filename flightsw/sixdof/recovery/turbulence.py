@@ -11,6 +11,7 @@ import numpy as np
 
 from flightsw.kernels.atmosphere import G0
 from flightsw.kernels.jit import jit
+from flightsw.kernels.rotations import less
 from flightsw.sixdof.recovery.readings import Readings
 from flightsw.strict import Range
 from flightsw.types import Text, Vec3
@@ -101,17 +102,17 @@ class Turbulence:
             self._known = True
             return
         here = parted(s.R, *s.force, s.V, s.alpha, s.beta, dt, self._gained)
-        self._past.append((self._t, here))
-        lag = 0.0
-        while self._past and (lag := self._t - self._past[0][0]) > self.p.lag_s + 0.5 * dt:
-            self._past.popleft()
+        past, longest = self._past, self.p.lag_s + 0.5 * dt
+        past.append((self._t, here))
+        while (lag := self._t - past[0][0]) > longest and len(past) > 1:
+            past.popleft()
         if lag > self.p.lag_s - 0.5 * dt:
-            self._learn(s, here, self._past[0][1], lag, dt)
+            self._learn(s, here, past[0][1], lag, dt)
         self._judge(dt)
 
     def _learn(self, s: Readings, here: Vec3, then: Vec3, lag: float, dt: float) -> None:
         """Take in a difference over `lag` [s]: its square over what one of unit intensity would have (rough-air.md 1)."""
-        n, e, d = (a - b for a, b in zip(here, then, strict=True))
+        n, e, d = less(here, then)
         self._n_s = min(self._n_s + dt, self.p.window_s)
         learnt(s.R, n, e, d, lag * s.V / self.p.L_m, dt / self._n_s, self._noise2, self._square)
         if self._n_s >= FIRST_S:
