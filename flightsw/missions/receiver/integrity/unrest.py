@@ -36,11 +36,9 @@ class Unrest:
         if source not in RATED:
             return
         k = RATED.index(source)
-        now, last = z[FIRST:LAST].tolist(), self._last[k]
-        turn = 0.0
-        for a, b in zip(now, last, strict=True):
-            turn += a * b - LEAVE * a * a
-        turn /= len(now)
+        now, (x, y, z_) = z[FIRST:LAST].tolist(), self._last[k]
+        a, b, c = now
+        turn = ((a * x - LEAVE * a * a) + (b * y - LEAVE * b * b) + (c * z_ - LEAVE * c * c)) / 3
         self._log[k] = min(max(self._log[k] + GAIN * min(max(turn, -MOST), MOST), 0.0), self._top)
         self._last[k] = now
         self._settle(sound)
