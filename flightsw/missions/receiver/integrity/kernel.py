@@ -127,16 +127,22 @@ def heard(
 
 
 @jit
-def variance(p: np.ndarray, h: np.ndarray) -> float:
-    """h p h' of a row h [n] and a covariance p [n,w]."""
-    n = h.shape[0]
-    s = 0.0
+def variances(p: np.ndarray, place: np.ndarray) -> tuple[float, float, float]:
+    """h p h' of each row h of place [3,n] and a covariance p [n,w]; the three sums grow side by side, none waits for another."""
+    n = place.shape[1]
+    x, y, z = 0.0, 0.0, 0.0
     for i in range(n):
-        if h[i] != 0.0:
-            for j in range(n):
-                if h[j] != 0.0:
-                    s += h[i] * p[i, j] * h[j]
-    return s
+        a, b, c = place[0, i], place[1, i], place[2, i]
+        if a == 0.0 and b == 0.0 and c == 0.0:
+            continue
+        for j in range(n):
+            u, v, w = place[0, j], place[1, j], place[2, j]
+            if u == 0.0 and v == 0.0 and w == 0.0:
+                continue
+            x += a * p[i, j] * u
+            y += b * p[i, j] * v
+            z += c * p[i, j] * w
+    return x, y, z
 
 
 @jit
@@ -168,11 +174,8 @@ def ahead(
 @jit
 def sigmas(p: np.ndarray, place: np.ndarray, grown: float) -> tuple[float, float, float]:
     """1-sigma of place [3,n] times a state of covariance p [n,w], and of `grown` [m^2] beside it."""
-    return (
-        math.sqrt(variance(p, place[0]) + grown),
-        math.sqrt(variance(p, place[1]) + grown),
-        math.sqrt(variance(p, place[2]) + grown),
-    )
+    x, y, z = variances(p, place)
+    return math.sqrt(x + grown), math.sqrt(y + grown), math.sqrt(z + grown)
 
 
 @jit
@@ -184,14 +187,13 @@ def spread(
     and of `grown` [m^2] beside it."""
     for m in range(X.shape[0]):
         z[m] = 0.0
+        sigma[m, 0], sigma[m, 1], sigma[m, 2] = variances(P[m], place)
         for i in range(3):
             d = 0.0
             for j in range(X.shape[1]):
                 d += place[i, j] * (X[m, j] - X[0, j])
-            own = variance(P[m], place[i])
-            sigma[m, i] = own
             off[m, i] = abs(d)
-            less = sigma[0, i]
+            own, less = sigma[m, i], sigma[0, i]
             z[m] = max(z[m], off[m, i] / math.sqrt(max(own - less, 1e-4 * own)))
     for m in range(X.shape[0]):
         for i in range(3):

@@ -35,7 +35,7 @@ def mean_own(own: np.ndarray, n: int, from_us: float, to_us: float) -> tuple[boo
 
 @jit
 def mean_other(other: np.ndarray, n: int, from_us: float, to_us: float) -> tuple[bool, float, float, float]:
-    """As `mean_own` of the tanker, n gains into other [KEPT,OTHER]: where it has been told, and as told last for a while after."""
+    """As `mean_own` of the tanker, n gains into other [KEPT,OTHER]: where it was told, and as told last for a while after."""
     x, y, z, covered = 0.0, 0.0, 0.0, 0.0
     for k in range(min(n, other.shape[0])):
         g = other[(n - 1 - k) % other.shape[0]]
