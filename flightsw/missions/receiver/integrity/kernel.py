@@ -90,7 +90,12 @@ def correct(
     X [M,n], P [M,n,w]; L [M] log-likelihoods grow by those of the readings; left_out [M] bit masks.
     """
     n, w = X.shape[1], P.shape[2]
-    g = np.empty(w)
+    g, filled, some = np.empty(w), np.empty((k, n), dtype=np.int64), np.zeros(k, dtype=np.int64)
+    for row in range(k):  # most of a row is zero
+        for i in range(n):
+            if H[row, i] != 0.0:
+                filled[row, some[row]] = i
+                some[row] += 1
     for m in range(X.shape[0]):
         if left_out[m] & bit:
             continue
@@ -98,16 +103,13 @@ def correct(
         for row in range(k):
             nu, s = y[row], r[row]
             g[:] = 0.0
-            for i in range(n):
+            for i in filled[row, : some[row]]:
                 h = H[row, i]
-                if h != 0.0:
-                    nu -= h * x[i]
-                    for j in range(w):
-                        g[j] += h * p[i, j]
-            for i in range(n):
-                h = H[row, i]
-                if h != 0.0:
-                    s += h * g[i]
+                nu -= h * x[i]
+                for j in range(w):
+                    g[j] += h * p[i, j]
+            for i in filled[row, : some[row]]:
+                s += H[row, i] * g[i]
             L[m] -= 0.5 * (nu * nu / s + math.log(2.0 * math.pi * s))
             for i in range(n):
                 gain = g[i] / s
