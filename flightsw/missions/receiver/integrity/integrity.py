@@ -94,7 +94,7 @@ class Integrity:
             nav.rel_pos_t = xi
         if self.ready and nav.valid:
             x, y, z = self._off = less(nav.rel_pos_t, self.bank.xi)
-            a, b, c = self.out.sigma
+            a, b, c = self.bank.sigma
             nav.rel_sigma = (math.hypot(x, a), math.hypot(y, b), math.hypot(z, c))
         self.ready &= not rejoined
 
