@@ -29,6 +29,13 @@ class Horizon:
         self._waiting: list[Reading] = []
         self._felt_us = -1  # end of the last step
 
+    def exercise(self) -> None:
+        """All of the bank and of the way to it that a step calls, once; the bank is to be started then."""
+        self.bank.exercise()
+        way, peer = Way(), PeerTracker()
+        way.over(0, STEP_US, peer)
+        Ahead(self._lag_us, STEP_US).build(0, self._lag_us, way, peer, self.bank.X)
+
     def feel(self, f: SensorFrame, new: int) -> float:
         """Take in the accelerations of the step that ends now, new: UPD_* of sound readings; its length [s], 0 for the first."""
         acc = self._felt.acceleration(f, f.acc_mean_b) if new & UPD_IMU and f.gyro_count else None
