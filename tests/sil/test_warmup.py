@@ -123,6 +123,8 @@ LATER = {  # mission -> module and kernels that a flight comes to some time afte
             "kernel.sigmas",
             "judge_kernel.stand",
             "judge_kernel.judged",
+            "way_kernel.over",
+            "way_kernel.build",
         ),
     ),
 }

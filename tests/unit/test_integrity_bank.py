@@ -59,11 +59,15 @@ def test_prediction_and_correction_equal_filterpy() -> None:
     z = np.zeros(6)
     assert kernel.innovations(X[0], P[0], H, y, r, 6, z) == pytest.approx(max(alone), rel=1e-12)
     np.testing.assert_allclose(np.abs(z), alone, rtol=1e-12)
+    wide, apart, also = np.zeros((2, NB, kernel.width(NB))), X.copy(), np.zeros(2)
+    wide[:, :, :NB] = P
+    kernel.correct(apart, wide, also, np.array([0, 4], dtype=np.int64), 4, H, y, r, 6)
     twins[0].update(y)
     L, before = np.zeros(2), X[1].copy()
     kernel.correct(X, P, L, np.array([0, 4], dtype=np.int64), 4, H, y, r, 6)
     np.testing.assert_allclose(X[0], twins[0].x, rtol=0.0, atol=1e-11)
     np.testing.assert_allclose(P[0], twins[0].P, rtol=0.0, atol=1e-11)
+    assert (apart == X).all() and (wide[:, :, :NB] == P).all() and (also == L).all() and not wide[:, :, NB:].any()
     assert L[0] == pytest.approx(joint, rel=1e-11) and L[1] == 0.0
     assert (X[1] == before).all()
 

@@ -11,7 +11,8 @@ from scipy.spatial.transform import Rotation
 from flightsw.aircraft import load_aircraft
 from flightsw.missions.receiver.integrity import judge_kernel, kernel
 from flightsw.missions.receiver.integrity.bank import Bank
-from flightsw.missions.receiver.integrity.layout import AT, NB, RC, REL, ROWS, RS, RV, WAKE, D, U
+from flightsw.missions.receiver.integrity.layout import AT, NB, OB, RC, REL, ROWS, RS, RV, WAKE, D, U
+from flightsw.missions.receiver.integrity.layout import BOOM as BOOM_SOURCE
 from flightsw.missions.receiver.integrity.params import IntegrityParams
 from flightsw.missions.receiver.integrity.readings import Reading, Readings
 from flightsw.missions.receiver.tanker_link import PeerTracker
@@ -118,6 +119,37 @@ def test_a_relative_reading_is_what_the_sensor_would_read() -> None:
     assert (got.source, got.t_us, got.count) == (REL, f.rel_t_us, 6)
 
 
+def test_a_latched_boom_reads_where_its_tip_is() -> None:
+    """Pivot and boom less the receptacle's lever, turned by both attitudes, is the position, the boom's fixed error with it."""
+    tanker, ac = load_aircraft("kc135r"), load_aircraft("learjet24")
+    boom, receptacle = tanker.boom, ac.receptacle
+    assert boom is not None and receptacle is not None
+    rows, peer, rate = Readings(P, tanker, ac), PeerTracker(), np.array([0.01, -0.02, 0.03])
+    q, own = Rotation.from_rotvec([0.05, -0.1, 0.3]), Rotation.from_rotvec([-0.02, 0.08, 0.4])
+    x, y, z, w = q.as_quat().tolist()
+    peer.take(PeerState(t_us=1_000_000, q_nb=(w, x, y, z), w_b=tuple(rate.tolist())))
+    x, y, z, w = own.as_quat().tolist()
+    f = SensorFrame(
+        t_us=1_100_000,
+        boom_t_us=1_060_000,
+        boom_elevation=-0.5,
+        boom_azimuth=0.1,
+        boom_extension_m=4.0,
+        att_q_nb=(w, x, y, z),
+    )
+    now = q * Rotation.from_rotvec(0.06 * rate)
+    length = boom.length_retracted_m + 4.0
+    tip = length * np.array([-math.cos(-0.5) * math.cos(0.1), math.cos(-0.5) * math.sin(0.1), -math.sin(-0.5)])
+    xi = boom.pivot_m + tip - now.inv().apply(own.apply(receptacle.position_m))
+    state = np.zeros(NB)
+    state[D], state[OB] = now.apply(xi), (0.03, -0.02, 0.01)
+    got = rows.latched(f, peer, tuple(state[D].tolist()))
+    assert got is not None and (got.source, got.t_us, got.count) == (BOOM_SOURCE, f.boom_t_us, 3)
+    np.testing.assert_allclose(got.y[:3], xi, rtol=0.0, atol=1e-9)
+    np.testing.assert_allclose((got.H @ state)[:3], xi + state[OB], rtol=0.0, atol=1e-9)
+    np.testing.assert_allclose(got.r[:3], (P.boom_angle_rad * length) ** 2 + P.boom_ext_m**2, rtol=1e-12)
+
+
 def test_a_reading_of_later_is_judged_as_by_a_bank_that_has_come_there() -> None:
     """Rows moved back in time and innovations against filter 0, in one call and in two."""
     rng, bank = np.random.default_rng(4), Bank(P, BOOM)
@@ -125,7 +157,8 @@ def test_a_reading_of_later_is_judged_as_by_a_bank_that_has_come_there() -> None
     H, y, r = rng.standard_normal((ROWS, NB)), rng.standard_normal(ROWS), rng.uniform(1.0, 2.0, ROWS)
     now, then = rng.standard_normal((2, 3)), rng.standard_normal((2, 3))
     reading, tau, density = Reading(REL, 1_200_000, H, y, r, ROWS), 0.2, 0.7
-    got = bank.surprise(reading, *((tuple(a.tolist()), tuple(b.tolist())) for a, b in (now, then)), density)
+    path = np.array([[1_000_000.0, *then.ravel()], [1_200_000.0, *now.ravel()]])
+    got = bank.surprise(reading, path, 2, density)
     H0, y0, r0, z = np.empty_like(H), np.empty(ROWS), np.empty(ROWS), np.empty(ROWS)
     gained = now[0] - then[0] - tau * then[1]
     kernel.ahead(H, y, r, tau, *gained.tolist(), *(now[1] - then[1]).tolist(), density**2 * tau, H0, y0, r0)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
 from flightsw.missions.receiver.integrity.bank import Bank
 from flightsw.missions.receiver.integrity.horizon import Horizon
 from flightsw.missions.receiver.integrity.params import IntegrityParams
-from flightsw.missions.receiver.integrity.way import Way
+from flightsw.missions.receiver.integrity.way import KEPT, Ahead, Way
 from flightsw.missions.receiver.tanker_link import PeerTracker
 from flightsw.types import UPD_IMU, Gain, PeerState, SensorFrame
 
@@ -42,6 +43,50 @@ def test_a_silent_tanker_flies_on_and_the_own_motion_counts(bank_deg: float) -> 
     assert not way.known
     assert (north, down) == pytest.approx((1.0, 3.0), abs=0.05)
     assert east == pytest.approx(2.0 - turn, abs=0.1)
+
+
+def test_means_over_any_part_of_the_last_steps() -> None:
+    """Every step counts by the time it shares with the part asked for, more of them than are kept or not."""
+    rng, way, peer = np.random.default_rng(1), Way(), told(0.0)
+    ends = np.cumsum(rng.integers(40_000, 60_000, 2 * KEPT))
+    own, gained = rng.normal(size=(len(ends), 3)), rng.normal(size=(len(ends), 3))
+    for k in range(1, len(ends)):
+        way.own(int(ends[k - 1]), int(ends[k]), tuple(own[k].tolist()))
+        span = float(ends[k] - ends[k - 1]) * 1e-6
+        way.other(Gain(int(ends[k]), span, tuple(gained[k].tolist())))
+    acc = own[1:] - gained[1:] / (np.diff(ends) * 1e-6)[:, None]
+    for _ in range(100):
+        a, b = np.sort(rng.choice(np.arange(ends[-KEPT + 1], ends[-1]), 2, replace=False)).tolist()
+        shared = np.clip(np.minimum(ends[1:], b) - np.maximum(ends[:-1], a), 0, None)
+        assert way.over(a, b, peer) == pytest.approx(tuple(shared @ acc / shared.sum()), abs=1e-9)
+        assert way.known and way.felt
+
+
+def test_what_the_tanker_gained_holds_for_a_while() -> None:
+    way, peer = Way(), told(0.0)
+    way.other(Gain(1_050_000, 0.05, (0.05, 0.0, -0.05)))
+    way.other(Gain(1_040_000, 0.05, (9.0, 9.0, 9.0)))  # older: not taken
+    for end in range(1_100_000, 1_500_000, 50_000):
+        way.own(end - 50_000, end, (0.0, 0.0, 0.0))
+        wanted = (-1.0, 0.0, 1.0) if end <= 1_350_000 else (0.0, 0.0, 0.0)  # as transmitted
+        assert way.over(end - 50_000, end, peer) == pytest.approx(wanted)
+        assert way.known == (end <= 1_350_000)
+
+
+def test_the_way_ahead_is_a_parabola_between_whose_steps_it_is_straight() -> None:
+    rng, way, peer = np.random.default_rng(2), Way(), told(0.0)
+    acc = rng.normal(size=3)
+    way.own(1_000_000, 1_200_000, tuple(acc.tolist()))
+    ahead, X = Ahead(150_000, 50_000), rng.normal(size=(2, 30))
+    ahead.build(1_030_000, 1_180_000, way, peer, X)
+    d, u = X[0, :3], X[0, 3:6]
+    t = np.array([0.0, 0.05, 0.1, 0.15])
+    pos, vel = d + np.outer(t, u) + 0.5 * np.outer(t * t, acc), u + np.outer(t, acc)
+    for s in (-0.02, 0.0, 0.013, 0.05, 0.12, 0.15, 0.4):
+        got = ahead.at(round(1_030_000 + s * 1e6))
+        for part, wanted in zip(got, (pos, vel), strict=True):
+            assert part == pytest.approx([np.interp(s, t, row) for row in wanted.T], abs=1e-12)
+    assert way.felt and not way.known
 
 
 def test_without_own_accelerometers_nothing_is_known() -> None:

@@ -212,7 +212,7 @@ class ReceiverMission(Mission[ActuatorModel]):
         if self.air is not None:
             self.air.exercise()
         if self.integrity is not None:
-            self.integrity.bank.exercise()
+            self.integrity.horizon.exercise()
 
     @property
     def laws(self) -> Laws:

@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from flightsw.missions.receiver.integrity import judge_kernel, kernel
+from flightsw.missions.receiver.integrity import judge_kernel, kernel, way_kernel
 from flightsw.missions.receiver.integrity.believed import Believed
 from flightsw.missions.receiver.integrity.layout import (
     B_G,
@@ -53,7 +53,7 @@ class Bank:
         self.sources, self.n = (SOURCES, NB_WAKE) if wake else (WAKE, NB)
         lengths, slots = len(p.fork_s), 2
         self.size = 1 + self.sources * (1 + lengths * slots)
-        self.X, self.P = np.zeros((self.size, self.n)), np.zeros((self.size, self.n, self.n))
+        self.X, self._wide = np.zeros((self.size, self.n)), np.zeros((self.size, self.n, kernel.width(self.n)))
         self.L = np.zeros(self.size)
         self._by_wake = np.zeros(self.size)  # what of L the wake position's readings make
         self.left_out = np.zeros(self.size, dtype=np.int64)
@@ -65,7 +65,7 @@ class Bank:
         # of every filter, from filter 0: the largest distance over its sigma, distances [m]; sigma [m]
         self._z, self._off, self._own = np.zeros(self.size), np.zeros((self.size, 3)), np.zeros((self.size, 3))
         self.believed = Believed(p, boom, self.n)
-        self._decay, self._q = np.zeros(self.n), np.zeros((self.size, self.n))
+        self._decay, self._q = np.zeros(kernel.width(self.n)), np.zeros((self.size, self.n))
         self._dt = -1.0
         self.z = np.zeros(ROWS)  # [-] innovations of the reading last looked at, in their sigmas
         self._moved = np.zeros((ROWS, self.n)), np.zeros(ROWS), np.zeros(ROWS)  # its rows at another time
@@ -74,6 +74,11 @@ class Bank:
         self.place = np.zeros((3, self.n))  # of the state: the position in tanker axes
         self._xi: Vec3 = ZERO3
         self._grown = 0.0  # [m^2]
+
+    @property
+    def P(self) -> np.ndarray:
+        """Covariances [size,n,n]: the columns of the kernels' that are states."""
+        return self._wide[:, :, : self.n]
 
     def start(self, t_us: int, d: np.ndarray, u: np.ndarray, xi: Vec3, excluded: int = 0) -> None:
         """Begin anew at d [3] m, u [3] m/s NED, in tanker axes xi [m], without the sources `excluded` (mask)."""
@@ -100,7 +105,7 @@ class Bank:
         t_us, rows = 50_000, Reading(WAKE, 50_000, np.zeros((ROWS, self.n)), np.zeros(ROWS), np.ones(ROWS), 3)
         self.start(0, np.zeros(3), np.zeros(3), ZERO3)
         self.predict(t_us, ZERO3, 0.1)
-        self.surprise(rows, (ZERO3, ZERO3), (ZERO3, ZERO3), 0.1)
+        self.surprise(rows, np.zeros((1, way_kernel.PATH)), 1, 0.1)
         self.correct(rows)
         self.stand(t_us, ZERO3, np.eye(3).ravel(), 0.1)
         self.judge(3, 3)
@@ -170,21 +175,18 @@ class Bank:
         if dt <= 0.0:
             return
         self._prepare(dt)
-        kernel.predict(self.X, self.P, self._decay, self._q, np.array(acc), density * density, dt)
+        kernel.predict(self.X, self._wide, self._decay, self._q, np.array(acc), density * density, dt)
         for slot, (k, _) in enumerate(self.slots):
             if (t_us - self.born_us[slot]) * 1e-6 >= 2.0 * self.p.fork_s[k]:
                 self._fork(slot, t_us)
 
-    def surprise(self, rows: Reading, now: tuple[Vec3, Vec3], then: tuple[Vec3, Vec3], density: float) -> float:
-        """Largest innovation, in its sigmas, of rows of later than the bank against filter 0 carried on.
-
-        Position [m] and velocity [m/s] NED are `then` at the bank's time and expected to be `now` at the sample; the way between
-        them is known to density [m/s^2 per sqrt(Hz)]."""
-        tau = max((rows.t_us - self.t_us) * 1e-6, 0.0)
+    def surprise(self, rows: Reading, path: np.ndarray, steps: int, density: float) -> float:
+        """Largest innovation, in its sigmas, of rows of later than the bank against filter 0 carried on: by the `steps` rows of
+        path [>=steps,7] (`way_kernel.build`), known to density [m/s^2 per sqrt(Hz)]."""
         return float(
             kernel.surprise(
-                self.X, self.P, rows.H, rows.y, rows.r, rows.count, tau, density * density * tau, *now[0], *now[1], *then[0],
-                *then[1], *self._moved, self.z,
+                self.X, self._wide, rows.H, rows.y, rows.r, rows.count, rows.t_us, self.t_us, path, steps, density * density,
+                *self._moved, self.z,
             )
         )  # fmt: skip
 
@@ -192,7 +194,7 @@ class Bank:
         """Take a reading in; its innovations against filter 0, in their sigmas, into `z`."""
         before = self.L.copy() if rows.source == WAKE else self.L
         kernel.heard(
-            self.X, self.P, self.L, self.left_out, 1 << rows.source, rows.H, rows.y, rows.r, rows.count, self.z
+            self.X, self._wide, self.L, self.left_out, 1 << rows.source, rows.H, rows.y, rows.r, rows.count, self.z
         )
         if rows.source == WAKE:
             self._by_wake += self.L - before
@@ -208,7 +210,7 @@ class Bank:
         """Protection level, tests and likelihoods with the sources `live`, of those `heard` since the start (excluded ones are in
         neither): what filter 0 knows by one that is silent now is wrong if that was."""
         judge_kernel.judged(
-            self.X, self.P, self.place, self._grown, self.L, self.born_L, self.sources, live, heard, self._par, self._z,
+            self.X, self._wide, self.place, self._grown, self.L, self.born_L, self.sources, live, heard, self._par, self._z,
             self._off, self._own, self._run, self._said,
         )  # fmt: skip
         x, y, z, rel, gnss, boom, wake, *scores, disagree, blamed, slot = self._said.tolist()
@@ -306,5 +308,5 @@ class Bank:
     @property
     def sigma(self) -> Vec3:
         """1-sigma [m] of filter 0."""
-        x, y, z = kernel.sigmas(self.P[0], self.place, self._grown)
+        x, y, z = kernel.sigmas(self._wide[0], self.place, self._grown)
         return x, y, z

@@ -23,11 +23,18 @@ class Horizon:
 
     def __init__(self, p: IntegrityParams, bank: Bank) -> None:
         self.p, self.bank, self.unrest, self._lag_us = p, bank, Unrest(p), round(p.lag_s * 1e6)
-        self._way, self._ahead = Way(), Ahead()
+        self._way, self._ahead = Way(), Ahead(self._lag_us, STEP_US)
         self._felt, self._tk, self._last = Felt(), np.zeros(TK), ZERO3
         self._axes: list[float] = self._tk.tolist()  # the tanker at the last step
         self._waiting: list[Reading] = []
         self._felt_us = -1  # end of the last step
+
+    def exercise(self) -> None:
+        """All of the bank and of the way to it that a step calls, once; the bank is to be started then."""
+        self.bank.exercise()
+        way, peer = Way(), PeerTracker()
+        way.over(0, STEP_US, peer)
+        Ahead(self._lag_us, STEP_US).build(0, self._lag_us, way, peer, self.bank.X)
 
     def feel(self, f: SensorFrame, new: int) -> float:
         """Take in the accelerations of the step that ends now, new: UPD_* of sound readings; its length [s], 0 for the first."""
@@ -68,7 +75,7 @@ class Horizon:
             self.bank.correct(reading)
             self.unrest.hear(reading.source, self.bank.z, (bool(live >> RATED[0] & 1), bool(live >> RATED[1] & 1)))
         self._predict(to_us, peer)
-        self._ahead.build(self.bank.t_us, now_us, self.bank.d, self.bank.u, self._way, peer, STEP_US)
+        self._ahead.build(self.bank.t_us, now_us, self._way, peer, self.bank.X)
         peer.stage(now_us, self._tk)
         self._axes = self._tk.tolist()
         ahead = max(self.unrest.density, self.p.accel_ahead) if self._way.known else self._blind
@@ -87,8 +94,7 @@ class Horizon:
 
     def surprise(self, reading: Reading) -> float:
         """How far a reading lies off what filter 0 expects at its time, the worst row in its sigmas."""
-        now, then = self._ahead.at(reading.t_us), self._ahead.at(self.bank.t_us)
-        return self.bank.surprise(reading, now, then, self._blind)
+        return self.bank.surprise(reading, self._ahead.path, self._ahead.rows, self._blind)
 
     def wait(self, reading: Reading) -> None:
         """Let a reading wait for the bank."""

@@ -269,10 +269,11 @@ class Integrity:
     def _suspect(self, dt: float) -> None:
         """Of two in dispute, the one more likely to be wrong: not left out, but not flown by while the receiver leaves."""
         self._disputed_s += dt
-        two = [k for k in range(SOURCES) if self._two >> k & 1]
-        if not two:
+        mask = self._two
+        if not mask:
             self.suspect = -1
             return
+        two = [k for k in range(SOURCES) if mask >> k & 1]
         lead = self.bank.more_likely(*two)
         if (
             self._disputed_s < SUSPECT_S and abs(lead) > SUSPECT_LEAD
@@ -287,8 +288,8 @@ class Integrity:
 
     def _rule(self, dt: float, al: float) -> None:
         """Whether the phase may go on: its limit not passed for long, and no dispute that nobody can ever settle."""
-        flown = [pl + abs(off) for pl, off in zip(self.out.pl, self._off, strict=True)]
-        worst = max(flown)
+        (x, y, z), (a, b, c) = self.out.pl, self._off
+        worst = max(x + abs(a), y + abs(b), z + abs(c))
         self._over_s = self._over_s + dt if worst > al else 0.0
         if self._two and math.isfinite(al):
             self.over = "two sources of position disagree"

@@ -2,6 +2,7 @@
 
 Every reading is a scalar row; rows of one instant have independent noise, so one after the other gives the joint correction
 (Bierman 1977; separation.md 1, 2) and, summed, the joint log-likelihood.
+A covariance [n,w] may be wider than its n columns (`width`), with zeros there: what goes over whole rows takes them along.
 """
 
 from __future__ import annotations
@@ -12,6 +13,14 @@ import numpy as np
 
 from flightsw.kernels.jit import jit, jit_own
 from flightsw.missions.receiver.integrity.layout import B_AB, B_D, B_U
+from flightsw.missions.receiver.integrity.way_kernel import at
+
+LANES = 4  # numbers a vector instruction takes
+
+
+def width(n: int) -> int:
+    """Columns w of a covariance of n states, whole vectors: of the odd ones at a row's end each would be worked by itself."""
+    return -(-n // LANES) * LANES
 
 
 @jit
@@ -21,15 +30,15 @@ def predict(
     """All filters dt [s] on: d' = u, u' = a + its slow error + white of density accel2 [m^2/s^3], the errors first-order
     Gauss-Markov.
 
-    X [M,n], P [M,n,n]; a [3] m/s^2; decay [n] their phi over dt, q [M,n] variance added over dt.
+    X [M,n], P [M,n,w]; a [3] m/s^2; decay [w] their phi over dt, q [M,n] variance added over dt.
     """
-    n = X.shape[1]
+    n, w = X.shape[1], P.shape[2]
     for m in range(X.shape[0]):
         x, p = X[m], P[m]
         for i in range(3):
             x[B_D + i] += dt * (x[B_U + i] + 0.5 * dt * a[i])
             x[B_U + i] += dt * (a[i] + x[B_AB + i])
-            for j in range(n):
+            for j in range(w):
                 p[B_D + i, j] += dt * p[B_U + i, j]
                 p[B_U + i, j] += dt * p[B_AB + i, j]
         for i in range(n):
@@ -38,7 +47,7 @@ def predict(
                 p[i, B_U + k] += dt * p[i, B_AB + k]
         for i in range(n):
             x[i] *= decay[i]
-            for j in range(n):
+            for j in range(w):
                 p[i, j] *= decay[i] * decay[j]
             p[i, i] += q[m, i]
         for i in range(3):
@@ -54,7 +63,7 @@ def innovations(
     x: np.ndarray, p: np.ndarray, H: np.ndarray, y: np.ndarray, r: np.ndarray, k: int, out: np.ndarray
 ) -> float:  # fmt: skip
     """out [>=k] <- innovations, in their sigmas, of the rows H [>=k,n], readings y, variances r, each by itself, at x [n],
-    p [n,n]; the largest magnitude."""
+    p [n,w]; the largest magnitude."""
     n = x.shape[0]
     worst = 0.0
     for row in range(k):
@@ -78,10 +87,15 @@ def correct(
 ) -> None:  # fmt: skip
     """Correct every filter that does not leave source `bit` out by the k rows of H [>=k,n], readings y, variances r.
 
-    X [M,n], P [M,n,n]; L [M] log-likelihoods grow by those of the readings; left_out [M] bit masks.
+    X [M,n], P [M,n,w]; L [M] log-likelihoods grow by those of the readings; left_out [M] bit masks.
     """
-    n = X.shape[1]
-    g = np.empty(n)
+    n, w = X.shape[1], P.shape[2]
+    g, filled, some = np.empty(w), np.empty((k, n), dtype=np.int64), np.zeros(k, dtype=np.int64)
+    for row in range(k):  # most of a row is zero
+        for i in range(n):
+            if H[row, i] != 0.0:
+                filled[row, some[row]] = i
+                some[row] += 1
     for m in range(X.shape[0]):
         if left_out[m] & bit:
             continue
@@ -89,21 +103,18 @@ def correct(
         for row in range(k):
             nu, s = y[row], r[row]
             g[:] = 0.0
-            for i in range(n):
+            for i in filled[row, : some[row]]:
                 h = H[row, i]
-                if h != 0.0:
-                    nu -= h * x[i]
-                    for j in range(n):
-                        g[j] += h * p[i, j]
-            for i in range(n):
-                h = H[row, i]
-                if h != 0.0:
-                    s += h * g[i]
+                nu -= h * x[i]
+                for j in range(w):
+                    g[j] += h * p[i, j]
+            for i in filled[row, : some[row]]:
+                s += H[row, i] * g[i]
             L[m] -= 0.5 * (nu * nu / s + math.log(2.0 * math.pi * s))
             for i in range(n):
                 gain = g[i] / s
                 x[i] += gain * nu
-                for j in range(n):
+                for j in range(w):
                     p[i, j] -= gain * g[j]
 
 
@@ -118,16 +129,22 @@ def heard(
 
 
 @jit
-def variance(p: np.ndarray, h: np.ndarray) -> float:
-    """h p h' of a row h [n] and a covariance p [n,n]."""
-    n = h.shape[0]
-    s = 0.0
+def variances(p: np.ndarray, place: np.ndarray) -> tuple[float, float, float]:
+    """h p h' of each row h of place [3,n] and a covariance p [n,w]; the three sums grow side by side, none waits for another."""
+    n = place.shape[1]
+    x, y, z = 0.0, 0.0, 0.0
     for i in range(n):
-        if h[i] != 0.0:
-            for j in range(n):
-                if h[j] != 0.0:
-                    s += h[i] * p[i, j] * h[j]
-    return s
+        a, b, c = place[0, i], place[1, i], place[2, i]
+        if a == 0.0 and b == 0.0 and c == 0.0:
+            continue
+        for j in range(n):
+            u, v, w = place[0, j], place[1, j], place[2, j]
+            if u == 0.0 and v == 0.0 and w == 0.0:
+                continue
+            x += a * p[i, j] * u
+            y += b * p[i, j] * v
+            z += c * p[i, j] * w
+    return x, y, z
 
 
 @jit
@@ -158,31 +175,27 @@ def ahead(
 
 @jit
 def sigmas(p: np.ndarray, place: np.ndarray, grown: float) -> tuple[float, float, float]:
-    """1-sigma of place [3,n] times a state of covariance p [n,n], and of `grown` [m^2] beside it."""
-    return (
-        math.sqrt(variance(p, place[0]) + grown),
-        math.sqrt(variance(p, place[1]) + grown),
-        math.sqrt(variance(p, place[2]) + grown),
-    )
+    """1-sigma of place [3,n] times a state of covariance p [n,w], and of `grown` [m^2] beside it."""
+    x, y, z = variances(p, place)
+    return math.sqrt(x + grown), math.sqrt(y + grown), math.sqrt(z + grown)
 
 
 @jit
 def spread(
     X: np.ndarray, P: np.ndarray, place: np.ndarray, grown: float, z: np.ndarray, off: np.ndarray, sigma: np.ndarray
 ) -> None:
-    """Of every filter of X [M,n], P [M,n,n]: off [M,3] <- |position less that of filter 0| [m], positions being place [3,n] times
+    """Of every filter of X [M,n], P [M,n,w]: off [M,3] <- |position less that of filter 0| [m], positions being place [3,n] times
     the state; z [M] <- the largest over its sigma, sqrt(P_m - P_0) (Blanch et al. 2012); sigma [M,3] <- 1-sigma of the position
     and of `grown` [m^2] beside it."""
     for m in range(X.shape[0]):
         z[m] = 0.0
+        sigma[m, 0], sigma[m, 1], sigma[m, 2] = variances(P[m], place)
         for i in range(3):
             d = 0.0
             for j in range(X.shape[1]):
                 d += place[i, j] * (X[m, j] - X[0, j])
-            own = variance(P[m], place[i])
-            sigma[m, i] = own
             off[m, i] = abs(d)
-            less = sigma[0, i]
+            own, less = sigma[m, i], sigma[0, i]
             z[m] = max(z[m], off[m, i] / math.sqrt(max(own - less, 1e-4 * own)))
     for m in range(X.shape[0]):
         for i in range(3):
@@ -191,16 +204,18 @@ def spread(
 
 @jit
 def surprise(
-    X: np.ndarray, P: np.ndarray, H: np.ndarray, y: np.ndarray, r: np.ndarray, k: int, tau: float, grown: float,
-    ax: float, ay: float, az: float, bx: float, by: float, bz: float,
-    cx: float, cy: float, cz: float, ex: float, ey: float, ez: float,
+    X: np.ndarray, P: np.ndarray, H: np.ndarray, y: np.ndarray, r: np.ndarray, k: int, t_us: int, own_us: int,
+    path: np.ndarray, steps: int, accel2: float,
     H0: np.ndarray, y0: np.ndarray, r0: np.ndarray, z: np.ndarray,
 ) -> float:  # fmt: skip
-    """`innovations` z [>=k] against filter 0 of the k rows H [ROWS,n], y, r, which are of tau [s] later; the largest magnitude.
+    """`innovations` z [>=k] against filter 0 of the k rows H [ROWS,n], y, r, which are of t_us; the largest magnitude.
 
-    Position (ax, ay, az) [m] and velocity (bx, by, bz) [m/s] NED expected then, and those of the filter's own time (cx, cy, cz),
-    (ex, ey, ez); grown as `ahead`; H0, y0, r0 <- the rows of the filter's own time.
+    The filter is of own_us and carried on by the `steps` rows of path, known to accel2 [m^2/s^3]; H0, y0, r0 <- the rows of the
+    filter's own time.
     """
+    tau = max((t_us - own_us) * 1e-6, 0.0)
+    ax, ay, az, bx, by, bz = at(path, steps, t_us)
+    cx, cy, cz, ex, ey, ez = at(path, steps, own_us)
     dx, dy, dz = ax - cx - tau * ex, ay - cy - tau * ey, az - cz - tau * ez
-    ahead(H, y, r, tau, dx, dy, dz, bx - ex, by - ey, bz - ez, grown, H0, y0, r0)
+    ahead(H, y, r, tau, dx, dy, dz, bx - ex, by - ey, bz - ez, accel2 * tau, H0, y0, r0)
     return innovations(X[0], P[0], H0, y0, r0, k, z)

@@ -12,13 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from flightsw.aircraft import Aircraft
-from flightsw.kernels.rotations import dcm_from_quat, less, mul33_t, to_parent
+from flightsw.kernels.rotations import less
 from flightsw.missions.receiver.airdata.witness import WakeRows
 from flightsw.missions.receiver.integrity import rows_kernel
 from flightsw.missions.receiver.integrity.layout import (
     AB,
     B_FW,
-    B_OB,
     B_OW,
     BOOM,
     GNSS,
@@ -33,10 +32,9 @@ from flightsw.missions.receiver.integrity.layout import (
 )
 from flightsw.missions.receiver.integrity.params import IntegrityParams
 from flightsw.missions.receiver.tanker_link import PeerTracker
-from flightsw.sixdof.layout import TK, TK_DCM
+from flightsw.sixdof.layout import TK
 from flightsw.types import SensorFrame, Vec3
 
-AXES = range(3)
 EYE = np.eye(3)
 
 
@@ -70,7 +68,9 @@ class Readings:
     def __init__(self, p: IntegrityParams, tanker: Aircraft, receiver: Aircraft, n: int = NB) -> None:
         """n: states of the bank."""
         self.p, self.boom, self.receptacle, self._n = p, tanker.boom, receiver.receptacle, n
-        self._tk, self._a, self._R, self._rel = np.zeros(TK), np.zeros(3), np.zeros(9), np.zeros(9)
+        self._tk, self._latched = np.zeros(TK), np.zeros(rows_kernel.LATCHED)
+        if self.boom is not None and self.receptacle is not None:
+            self._latched[: rows_kernel.QUAT] = *self.boom.pivot_m, *self.receptacle.position_m
         self._ones = np.ones(ROWS)
         self._gnss_H, self._gnss_r = np.zeros((ROWS, n)), np.empty(ROWS)
         self._gnss_H[:3, D] = self._gnss_H[:3, G] = self._gnss_H[3:, U] = self._gnss_H[3:, GV] = EYE
@@ -111,24 +111,20 @@ class Readings:
     def latched(self, f: SensorFrame, peer: PeerTracker, d: Vec3) -> Reading | None:
         """The boom in the receptacle: pivot + L(elevation, azimuth, extension) - the receptacle's lever = xi + fixed error, d as
         above; None where either aircraft has none."""
-        boom, receptacle, p = self.boom, self.receptacle, self.p
-        if boom is None or receptacle is None:
+        boom, p = self.boom, self.p
+        if boom is None or self.receptacle is None:
             return None
         out = self._empty(BOOM, f.boom_t_us)
         length = boom.length_retracted_m + f.boom_extension_m
         ce, se = math.cos(f.boom_elevation), math.sin(f.boom_elevation)
         ca, sa = math.cos(f.boom_azimuth), math.sin(f.boom_azimuth)
-        peer.stage(f.boom_t_us, self._tk)
-        rows_kernel.in_tanker_axes(self._tk, *d, out.H)
-        dcm_from_quat(np.array(f.att_q_nb), self._R)
-        mul33_t(self._R, self._tk[TK_DCM], self._rel)  # tanker to own body
-        to_parent(self._rel, np.array(receptacle.position_m), self._a)
-        arm = (-length * ce * ca, length * ce * sa, -length * se)
         across = p.boom_angle_rad * length
-        for i in AXES:
-            out.H[i, B_OB + i] = 1.0
-            out.y[i] = boom.pivot_m[i] + arm[i] - self._a[i]
-            out.r[i] = across * across + p.boom_ext_m * p.boom_ext_m
+        R, w, v, a, _ = peer.sample
+        self._latched[rows_kernel.QUAT : rows_kernel.ATT] = f.att_q_nb
+        rows_kernel.latched(
+            R, w, v, a, (f.boom_t_us - peer.t_us) * 1e-6, *d, -length * ce * ca, length * ce * sa, -length * se,
+            across * across + p.boom_ext_m * p.boom_ext_m, self._latched, self._tk, out.H, out.y, out.r,
+        )  # fmt: skip
         return out
 
 

@@ -1,13 +1,18 @@
-"""Rows of the relative sensor's reading in one call (readings.py)."""
+"""Rows of the relative sensor's reading and of the boom's, each in one call (readings.py)."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from flightsw.kernels.jit import jit
-from flightsw.missions.receiver.integrity.layout import B_AT, B_D, B_RC, B_RS, B_RV, B_U
+from flightsw.kernels.rotations import dcm_from_quat, mul33_t, to_parent
+from flightsw.missions.receiver.integrity.layout import B_AT, B_D, B_OB, B_RC, B_RS, B_RV, B_U
 from flightsw.missions.receiver.tanker_link import carried
-from flightsw.sixdof.layout import TK_P, TK_Q, TK_R
+from flightsw.sixdof.layout import TK_DCM, TK_P, TK_Q, TK_R
+
+# of what a latched boom is reckoned from: pivot and lever [3] m, attitude quaternion [4] of the receiver, and room for what is
+# worked out of them, attitude [9], turn from the tanker [9], lever in the tanker's axes [3]
+PIVOT, LEVER, QUAT, ATT, TURN, ARM, LATCHED = 0, 3, 6, 10, 19, 28, 31
 
 
 @jit
@@ -48,3 +53,23 @@ def relative(
     far2 = x0 * x0 + x1 * x1 + x2 * x2
     r[0] = r[1] = r[2] = pos2
     r[3] = r[4] = r[5] = vel2 + rate2 * far2
+
+
+@jit
+def latched(
+    R: np.ndarray, w: np.ndarray, v: np.ndarray, a: np.ndarray, dt: float, dx: float, dy: float, dz: float,
+    x: float, y: float, z: float, noise2: float, s: np.ndarray, tk: np.ndarray, H: np.ndarray, out: np.ndarray, r: np.ndarray,
+) -> None:  # fmt: skip
+    """H [>=3,n], which is zero, out, r [>=3] <- rows of a boom (x, y, z) [m] long in the tanker's axes, with noise2 [m^2].
+
+    R, w, v, a, dt, (dx, dy, dz), tk as `relative`; s [LATCHED]: pivot, lever and attitude, the rest is written.
+    """
+    carried(R, w, v, a, dt, tk)
+    in_tanker_axes(tk, dx, dy, dz, H)
+    dcm_from_quat(s[QUAT:ATT], s[ATT:TURN])
+    mul33_t(s[ATT:TURN], tk[TK_DCM], s[TURN:ARM])
+    to_parent(s[TURN:ARM], s[LEVER:QUAT], s[ARM:])
+    for i, along in enumerate((x, y, z)):
+        H[i, B_OB + i] = 1.0
+        out[i] = s[PIVOT + i] + along - s[ARM + i]
+        r[i] = noise2

@@ -36,15 +36,14 @@ class Unrest:
         if source not in RATED:
             return
         k = RATED.index(source)
-        now, last = z[FIRST:LAST].tolist(), self._last[k]
-        turn = 0.0
-        for a, b in zip(now, last, strict=True):
-            turn += a * b - LEAVE * a * a
-        turn /= len(now)
+        now, (u, v, w) = z[FIRST:LAST].tolist(), self._last[k]
+        a, b, c = now
+        turn = ((a * u - LEAVE * a * a) + (b * v - LEAVE * b * b) + (c * w - LEAVE * c * c)) / 3.0
         self._log[k] = min(max(self._log[k] + GAIN * min(max(turn, -MOST), MOST), 0.0), self._top)
         self._last[k] = now
         self._settle(sound)
 
     def _settle(self, sound: tuple[bool, bool]) -> None:
-        heard = [x for x, ok in zip(self._log, sound, strict=True) if ok] or self._log
-        self.density = self._least * math.exp(0.5 * min(heard))
+        rel, gnss = self._log
+        least = min(rel, gnss) if sound[0] == sound[1] else rel if sound[0] else gnss
+        self.density = self._least * math.exp(0.5 * least)
