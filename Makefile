@@ -33,8 +33,9 @@ $(STAMP): requirements.lock pyproject.toml
 fly: env
 	$(BIN)/sil run refueling
 
+# the tests are read once beside the warm-up: otherwise each worker rewrites the assertions of all of them
 test: env
-	$(BIN)/sil warmup
+	@$(BIN)/python -m pytest --collect-only -q -m "not rt" $(TESTS) > /dev/null & $(BIN)/sil warmup && wait
 	$(BIN)/python -m pytest -q -n $(WORKERS) -m "not rt" $(TESTS)
 
 check: env
