@@ -8,16 +8,22 @@ import gc
 import importlib
 import os
 
+PROGRAMS = ("flightsw", "sim_plant")
+
+
 
 def load(what: str) -> None:
-    """Import the modules named and call the functions named after ":", then keep the collector off all there is: a page that
-    nobody writes to is shared."""
+    """Import the modules named, call the functions named after ":" and load what is compiled of all that came with them, then keep
+    the collector off all there is: a page that nobody writes to is shared."""
     for part in what.split():
         module, _, name = part.partition(":")
         with contextlib.suppress(Exception):  # the first run meets it again, and its reason is kept
             found = importlib.import_module(module)
             if name:
                 getattr(found, name)()
+                preload = importlib.import_module("flightsw.preload").preload  # not for a study that flies nothing
+                for program in PROGRAMS:
+                    preload(program)
     gc.collect()
     gc.freeze()
 
