@@ -11,10 +11,10 @@ import os
 PROGRAMS = ("flightsw", "sim_plant")
 
 
-
 def load(what: str) -> None:
-    """Import the modules named, call the functions named after ":" and load what is compiled of all that came with them, then keep
-    the collector off all there is: a page that nobody writes to is shared."""
+    """Import the modules named, call the functions named after ":" and load what is compiled of all that came with them.
+
+    The collector is kept off all there is then: a page that nobody writes to is shared."""
     for part in what.split():
         module, _, name = part.partition(":")
         with contextlib.suppress(Exception):  # the first run meets it again, and its reason is kept
