@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 import os
+import socket
 import subprocess
 import sys
 from dataclasses import replace
 from datetime import datetime, timedelta
 from pathlib import Path
+from urllib.parse import urlsplit
+
+from distributed import Client
 
 from hil_scripts.campaign.engine import pace, run_campaign
 from hil_scripts.campaign.journal import read
 from hil_scripts.campaign.study import Case
 from tests.unit.campaign_demo import STUDY
+
+ROOT = Path(__file__).resolve().parents[2]
 
 
 def test_pace_says_rate_and_end() -> None:
@@ -56,3 +62,28 @@ def test_a_worker_that_dies_costs_one_run(tmp_path: Path) -> None:
     done = run_campaign(study, 1, 7, tmp_path / "c", workers=1, progress=False)
     assert {r.case: r.status for r in read(done.folder)} == {"dies": "failed", "calm": "ok"}
     assert done.complete and done.failed == 1
+
+
+def test_a_cluster_of_two_hosts_makes_the_same_rows(tmp_path: Path) -> None:
+    """Dask's own scheduler and workers, as another would start them, the workers at two addresses of this machine."""
+    port = socket.create_server(("127.0.0.1", 0)).getsockname()[1]
+    at, env = f"tcp://127.0.0.1:{port}", {**os.environ, "PYTHONPATH": str(ROOT)}
+    dask = (sys.executable, "-m")
+    each = ("--nthreads", "1", "--no-nanny", "--no-dashboard", "--local-directory", str(tmp_path))
+    commands = [("distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", str(port), "--no-dashboard")]
+    commands += [("distributed.cli.dask_worker", at, "--host", f"127.0.0.{h}", *each) for h in (2, 3)]
+    running = [subprocess.Popen((*dask, *c), env=env, stderr=subprocess.DEVNULL) for c in commands]
+    try:
+        with Client(at, timeout=60) as client:
+            client.wait_for_workers(2, timeout=60)
+            hosts = {urlsplit(w).hostname for w in client.scheduler_info(n_workers=-1)["workers"]}
+        assert hosts == {"127.0.0.2", "127.0.0.3"}
+        there = run_campaign(STUDY, 3, 7, tmp_path / "there", scheduler=at, progress=False)
+    finally:
+        for p in running:
+            p.terminate()
+        for p in running:
+            p.wait(30)
+    here = run_campaign(STUDY, 3, 7, tmp_path / "here", workers=0, progress=False)
+    assert there.complete and there.failed == here.failed
+    assert (there.folder / "runs.parquet").read_bytes() == (here.folder / "runs.parquet").read_bytes()
