@@ -81,8 +81,7 @@ def test_a_cluster_of_two_hosts_makes_the_same_rows(tmp_path: Path) -> None:
         there = run_campaign(STUDY, 3, 7, tmp_path / "there", scheduler=at, progress=False)
     finally:
         for p in running:
-            p.terminate()
-        for p in running:
+            p.kill()
             p.wait(30)
     here = run_campaign(STUDY, 3, 7, tmp_path / "here", workers=0, progress=False)
     assert there.complete and there.failed == here.failed
