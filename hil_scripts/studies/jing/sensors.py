@@ -17,7 +17,8 @@ from sim_plant.failures.script import Event
 
 BURST_S, CLEAN_S = 110.0, 85.0
 PAPER = (f"{WHO}.nav.states=26", f"{WHO}.nav.trust.on=true")  # the filter with error states on the source's sensors
-GUIDANCE = ("hazard", "escape", "engine_out")  # tables of the flight file `windshear`, by which both fly
+# tables of the flight file `windshear`, by which both fly
+GUIDANCE = ("guid.hazard", "guid.approach", "guid.escape", "guid.engine_out", "ctrl")
 FAULT_S, ENGINE_S = 25.0, 30.0
 
 
@@ -30,9 +31,10 @@ def settings(sensors: str, *more: str) -> tuple[str, tuple[str, ...]]:
 
 @cache
 def _guidance() -> tuple[str, ...]:
-    """Settings of alerting and escape as in the flight file `windshear`: between sensors only sensors differ."""
-    tables = read_toml(PARAMS / "windshear.toml")["guid"]
-    return tuple(f"{WHO}.guid.{t}.{key}={json.dumps(v)}" for t in GUIDANCE for key, v in tables[t].items())
+    """Settings of guidance and control as in the flight file `windshear`: between sensors only sensors differ."""
+    file = read_toml(PARAMS / "windshear.toml")
+    tables = {**file, **{f"guid.{t}": v for t, v in file["guid"].items()}}
+    return tuple(f"{WHO}.{t}.{key}={json.dumps(v)}" for t in GUIDANCE for key, v in tables[t].items())
 
 
 def drawn(seed: int) -> tuple[str, ...]:
