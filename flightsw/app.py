@@ -122,18 +122,15 @@ class FlightApp:
         self._slow_index = -1
         self._slow_t_us = -1
         self._started = False
-        self._snap = Snapshot(0, 0, SensorFrame(), self.nav, self.guid, self.cmd, self.health.out, self.timing)
 
     def tick(self, f: SensorFrame, dt_s: float) -> tuple[ActuatorCmd, Snapshot]:
         """One base tick: f the frame now, dt_s [s] since the previous tick. Returns the command and what telemetry may send.
 
-        `f` stays as it came; the snapshot holds what was made of it, until the next tick.
+        `f` stays as it came; the snapshot holds what was made of it.
         """
-        snap = self._snap
         texts: list[Text] = []
-        snap.texts = texts
-        snap.acks = [self._answer(c) for c in f.commands] if f.commands else []
-        snap.settled = [Settled(s, self._set(s)) for s in f.settings] if f.settings else []
+        acks = [self._answer(c) for c in f.commands] if f.commands else []
+        settled = [Settled(s, self._set(s)) for s in f.settings] if f.settings else []
         f, h = self.health.step(f)
         f, refused = self.condition.intake(f)
         h.rejected += refused
@@ -144,17 +141,20 @@ class FlightApp:
         if self._started:
             self.act.step(self.u, dt_s if dt_s < MAX_STEP_S else MAX_STEP_S)
         index = t_us // self.slow_us
-        snap.commanded = index != self._slow_index
-        if snap.commanded:
+        commanded = index != self._slow_index
+        if commanded:
             f = self._average_imu(f)
             self._slow(f, texts)
             self._slow_index = index
             self._guard(texts)
-            snap.nav, snap.guid, snap.reports, snap.laws = self.nav, self.guid, self.reported, self.laws
-        self.cmd.t_us = t_us
-        snap.t_us, snap.tick, snap.sensors = t_us, self.tick_no, f
+        c = self.cmd
+        c.t_us = t_us
+        snap = Snapshot(
+            t_us, self.tick_no, f, self.nav, self.guid, c, h, self.timing, texts, acks, self.reported, self.laws, settled,
+            commanded,
+        )  # fmt: skip
         self.tick_no += 1
-        return self.cmd, snap
+        return c, snap
 
     def warmup(self) -> None:
         """Run every code path once on a throw-away copy fed with level flight, so that no first use falls into a deadline."""
