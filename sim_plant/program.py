@@ -101,14 +101,14 @@ def fly(
         links = security(signing_key, unsigned, time.time)
         lines = _lines(external or [], server, port_offset)
         link = UdpPlant(server, port_offset, stop.status, _say, lambda: bool(stop.signum), links, lines)
-        if sc.clock.mode == "realtime":
-            preload("sim_plant")
+        paced = sc.clock.mode == "realtime"
+        loaded = preload("sim_plant") if paced else 0
         gc.collect()
         gc.freeze()
         gc.disable()  # nothing here makes reference cycles; a collection would only show as a late tick
         server.desk.pace.speed = speed
-        if sc.clock.mode == "realtime":
-            _say(f"real time at {sc.clock.base_rate_hz} Hz: {realtime_priority()}")
+        if paced:
+            _say(f"real time at {sc.clock.base_rate_hz} Hz: {realtime_priority()}, {loaded} kernels loaded beforehand")
             link.realtime()
         else:
             link.lockstep()

@@ -106,7 +106,7 @@ class PlantServer(Generic[D]):
         frames, tick = w.sense(), w.tick
         self.desk.record()
         for i, codec in enumerate(self.codecs):
-            frame, extra = frames[i], receive(i, tick, not w.outages[i].link_down)
+            frame, extra = frames[i], receive(i, tick, w.link_up(i))
             if frame.commands:
                 extra += [codec.command(c.command, *c.params) for c in frame.commands]
             if answers[i]:
@@ -194,7 +194,7 @@ class PlantServer(Generic[D]):
             if r is None:
                 continue
             if r.link or r.fixes:
-                up = not w.outages[i].link_down
+                up = w.link_up(i)
                 self.radio.send(i, w.tick, r.link, up)
                 self.radio.send(i, w.tick, r.fixes, up, FIXES)
             for order in r.orders:

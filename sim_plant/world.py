@@ -59,10 +59,10 @@ class World:
             m.check_limits()
         self.watches = Watches(self.members, self.dt_s)
         self.faults = FaultPlan(scenario, self.members, self.seed)
-        self.outages = [self.faults.outage[m.cfg.name] for m in self.members]
+        self._outages = [self.faults.outage[m.cfg.name] for m in self.members]
         self.orders = Orders(scenario, self.members, self.faults)
         self._frames = [m.frame for m in self.members]
-        self._steered = [(m.path, m.unit, m.view, out) for m, out in zip(self.members, self.outages, strict=True)]
+        self._steered = [(m.path, m.unit, m.view, out) for m, out in zip(self.members, self._outages, strict=True)]
         scene = Scene(self.members, self.air, self.couplings, self.watches, self.rate_hz, self._block)
         whole = kinds[0].together(scene) if together and all(k == kinds[0] for k in kinds) else None
         self._flown: Flown = Apart(scene) if whole is None else whole
@@ -84,14 +84,11 @@ class World:
         """
         if self._sensed:
             return self._frames
-        tick, orders, faults = self.tick, self.orders, self.faults
-        if tick in orders.to_plant:
-            orders.begin(tick)
-        if tick in faults.plan or faults.active:
-            faults.step(tick)
+        tick = self.tick
+        self.orders.begin(tick)
+        self.faults.step(tick)
         self._flown.sense(tick, tick * 1_000_000 // self.rate_hz)
-        if tick in orders.to_aircraft:
-            orders.deliver(tick)
+        self.orders.deliver(tick)
         self._sensed = True
         return self._frames
 
@@ -106,7 +103,7 @@ class World:
                 path.current = unit.command(path.current, view)
             if out.bent:
                 path.current = bend(path.current, out.bent, view)
-        self._flown.advance(self.outages)
+        self._flown.advance(self._outages)
         self.tick = tick + 1
         self._sensed = False
 
@@ -126,7 +123,7 @@ class World:
 
     def link_up(self, i: int) -> bool:
         """Whether aircraft i's radio transmits and receives (no link_loss event active)."""
-        return not self.outages[i].link_down
+        return not self._outages[i].link_down
 
     def truth(self, i: int) -> Truth:
         """True state of aircraft i at the current tick."""

@@ -13,6 +13,7 @@ OUTPUTS, CONTROLLED, SCHEDULED, LAW = 5, 4, 3, 16  # entries of the message, byt
 ENUM = "WKF_QUANTITY"
 _SPEC = BY_NAME["CONTROL_TERMS"]
 _NUMBER = {word: v for v, word in HOUSE.words(ENUM).items()}
+_ENTRY = {**_NUMBER, "": 0}  # with what stands in those a law does not have
 _OUTPUT = attrgetter("proportional", "integral", "feedforward", "cut", "limits", "name")
 _CONTROLLED = attrgetter("error", "integral", "limits", "name")
 _SCHEDULED = attrgetter("value", "limits", "name")
@@ -59,9 +60,8 @@ def _packet(send: Sender, t_us: int, place: int, t: LawTerms) -> bytes:
         *map(_CONTROLLED, c), *[(0.0, 0.0, 0, "")] * (CONTROLLED - len(c)), strict=True
     )
     value, s_limits, s_names = zip(*map(_SCHEDULED, s), *[(0.0, 0, "")] * (SCHEDULED - len(s)), strict=True)
-    number = _NUMBER.get
     return send.pack(
         _SPEC, t_us, *proportional, *integral, *feedforward, *cut, *error, *summed, *value,
-        *[number(n, 0) for n in o_names], *o_limits, *[number(n, 0) for n in c_names], *c_limits,
-        *[number(n, 0) for n in s_names], *s_limits, place, 1 if t.closed else 0, t.law.encode(),
+        *[_ENTRY[n] for n in o_names], *o_limits, *[_ENTRY[n] for n in c_names], *c_limits,
+        *[_ENTRY[n] for n in s_names], *s_limits, place, 1 if t.closed else 0, t.law.encode(),
     )  # fmt: skip

@@ -29,14 +29,14 @@ Maker = Callable[[], bytes]
 
 class ParameterDesk:
     """Parameters of one aircraft. `queue` takes what makes an answer; `texts` is what is to be told; `pending` the changes for
-    the next tick; `listing` which are still to be sent of a list."""
+    the next tick."""
 
     def __init__(self, send: Sender, parameters: Iterable[Parameter], queue: Callable[[Maker], None]) -> None:
         self.send, self._queue = send, queue
         self.all = list(parameters)
         self._by_name = {p.name: i for i, p in enumerate(self.all)}
         self._by_key = {p.key: i for i, p in enumerate(self.all)}
-        self.listing: deque[int] = deque()
+        self._list: deque[int] = deque()
         self.pending: list[Setting] = []
         self.texts: list[Text] = []
         self.excess = 0  # changes beyond what one tick takes
@@ -44,7 +44,7 @@ class ParameterDesk:
     def handle(self, kind: str, f: dict[str, Any], sender: tuple[int, int], may: bool) -> None:
         """PARAM_REQUEST_LIST, PARAM_REQUEST_READ or PARAM_SET with fields `f`; may: the sender is one who may change things."""
         if kind == "PARAM_REQUEST_LIST":
-            self.listing = deque(range(len(self.all)))
+            self._list = deque(range(len(self.all)))
             return
         index = f.get("param_index", -1)
         if index < 0:
@@ -101,9 +101,14 @@ class ParameterDesk:
             partial(self.send.named, "PARAM_ERROR", target_system=sender[0], target_component=sender[1], **fields)
         )
 
+    @property
+    def busy(self) -> bool:
+        """Whether a list is under way or something is to be told."""
+        return bool(self._list or self.texts)
+
     def listed(self) -> list[Maker]:
         """Makers of the next part of the list."""
-        return [partial(self._value, self.listing.popleft()) for _ in range(min(PER_SLOT, len(self.listing)))]
+        return [partial(self._value, self._list.popleft()) for _ in range(min(PER_SLOT, len(self._list)))]
 
     def told(self) -> list[Text]:
         """Texts since the last call."""

@@ -68,8 +68,6 @@ def open_process(
         warmup = getattr(node.app, "warmup", None)
         if warmup is not None:
             warmup()
-        if realtime:
-            preload("flightsw")
     except BaseException:
         plant.close()
         telemetry.close()
@@ -138,12 +136,15 @@ def fly(
 
 
 def _loop(process: Process, realtime: bool) -> int:
+    loaded = preload("flightsw") if realtime else 0
     process.freeze()
     if process.cfg.link.line:
         process.say(f"ready; waits for the plant on {process.plant.where}")
     if not realtime:
         return process.lockstep()
-    process.say(f"real time at {process.cfg.app.base_rate_hz} Hz: {realtime_priority()}")
+    process.say(
+        f"real time at {process.cfg.app.base_rate_hz} Hz: {realtime_priority()}, {loaded} kernels loaded beforehand"
+    )
     code = process.realtime(RealtimeClock(process.cfg.period_us))
     ex = process.node.exec
     process.say(

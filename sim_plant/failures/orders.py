@@ -39,8 +39,8 @@ class Orders:
         self._rate_hz = sc.clock.base_rate_hz
         self._radio = len(members) > 1
         self.injected: list[Injected] = []
-        self.to_plant: dict[int, list[tuple[int, Command]]] = {}
-        self.to_aircraft: dict[int, list[tuple[Member, Command]]] = {}
+        self._to_plant: dict[int, list[tuple[int, Command]]] = {}
+        self._commands: dict[int, list[tuple[Member, Command]]] = {}
         self._place = {m.cfg.name: i for i, m in enumerate(members)}
         for k, e in enumerate(sc.event):
             if e.kind == "command":
@@ -53,7 +53,7 @@ class Orders:
         cmd = Command(CMD_REFUEL if e.action else e.command, params, GROUND_SYSID, GROUND_COMPID)
         named = plant_targets(e.target, list(self._place))
         if not named:
-            self.to_aircraft.setdefault(tick, []).append((self._members[self._place[e.target]], cmd))
+            self._commands.setdefault(tick, []).append((self._members[self._place[e.target]], cmd))
             return
         # as precise as on the wire, so that the same command from the ground does the same
         with np.errstate(over="ignore"):
@@ -63,7 +63,7 @@ class Orders:
             verdict = self._judge(self._members[i], cmd)
             if verdict.result != ACCEPTED:
                 raise ConfigError(f"{at}.params: refused by the plant: {verdict.text}")
-            self.to_plant.setdefault(tick, []).append((i, cmd))
+            self._to_plant.setdefault(tick, []).append((i, cmd))
 
     def _judge(self, m: Member, cmd: Command) -> Verdict:
         air = next((s for s in m.sensors if s.group == "air"), None)
@@ -92,10 +92,10 @@ class Orders:
 
     def begin(self, tick: int) -> None:
         """Scripted commands to the plant at `tick`."""
-        for i, cmd in self.to_plant.pop(tick, ()):
+        for i, cmd in self._to_plant.pop(tick, ()):
             self.command(i, cmd, tick, scripted=True)
 
     def deliver(self, tick: int) -> None:
         """Scripted commands to aircraft at `tick`, into their frames."""
-        for m, cmd in self.to_aircraft.get(tick, ()):
+        for m, cmd in self._commands.get(tick, ()):
             m.frame.commands = [*m.frame.commands, cmd]

@@ -75,8 +75,8 @@ class FaultPlan:
         sensors = {m.cfg.name: {s.group: s for s in m.sensors} for m in members}
         self._members = {m.cfg.name: m for m in members}
         self._sensors, self._rate, self._seed = sensors, sc.clock.base_rate_hz, seed
-        self.active: list[Active] = []
-        self.plan: dict[int, list[tuple[bool, Event, str]]] = {}  # tick -> begins or ends, what, name of its generator
+        self._active: list[Active] = []
+        self._plan: dict[int, list[tuple[bool, Event, str]]] = {}  # tick -> begins or ends, what, name of its generator
         self._injected = 0
         for i, e in enumerate(sc.event):
             if e.kind == "command":
@@ -95,10 +95,10 @@ class FaultPlan:
                     check_part(f"event[{i}]", e, m)
 
     def _schedule(self, e: Event, start: int, name: str) -> None:
-        self.plan.setdefault(start, []).append((True, e, name))
+        self._plan.setdefault(start, []).append((True, e, name))
         if e.for_s > 0.0 and e.kind != "spike":
             end = start + max(1, round(e.for_s * self._rate))
-            self.plan.setdefault(end, []).append((False, e, name))
+            self._plan.setdefault(end, []).append((False, e, name))
 
     def inject(self, e: Event, k: int) -> None:
         """Start a fault of a sensor at tick k (not yet stepped). One of the same kind and place is replaced."""
@@ -108,19 +108,19 @@ class FaultPlan:
 
     def clear(self, e: Event, k: int) -> None:
         """End at tick k every fault of the sensor, probe and channel that `e` names (kind "clear" of no scenario)."""
-        self.plan.setdefault(k, []).append((False, e, ""))
+        self._plan.setdefault(k, []).append((False, e, ""))
 
     def wider(self, e: Event) -> bool:
         """Whether a fault under way reaches beyond the columns `e` names, so that clearing those would not end it."""
         if not e.sensor:
             return False
         mine = frozenset(columns_of(e, self._sensors[e.target][e.sensor], e.target))
-        here = [a for a in self.active if a.event.target == e.target and a.event.sensor == e.sensor]
+        here = [a for a in self._active if a.event.target == e.target and a.event.sensor == e.sensor]
         return any(a.columns & mine and not a.columns <= mine for a in here)
 
     def step(self, k: int) -> None:
         """Apply what starts or ends at tick k."""
-        for begin, e, name in self.plan.pop(k, ()):
+        for begin, e, name in self._plan.pop(k, ()):
             if begin and e.kind == "spike":
                 s = self._sensors[e.target][e.sensor]
                 s.spike = _row(e, s, columns_of(e, s, e.target), e.target)
@@ -128,15 +128,15 @@ class FaultPlan:
             elif begin:
                 new = self._start(e, round(k * 1e6 / self._rate), e.target, name)
                 if ".inject" in name:
-                    self.active = [a for a in self.active if not _same(a.event, e)]
-                self.active.append(new)
+                    self._active = [a for a in self._active if not _same(a.event, e)]
+                self._active.append(new)
             else:
-                self.active = [a for a in self.active if a.event is not e and not self._cleared(a, e)]
+                self._active = [a for a in self._active if a.event is not e and not self._cleared(a, e)]
             self._apply(e)
-        for a in self.active:
+        for a in self._active:
             if a.event.kind == "link_poor":
                 out = self.outage[a.event.target]
-                here = [b.event.kind for b in self.active if b.event.target == a.event.target]
+                here = [b.event.kind for b in self._active if b.event.target == a.event.target]
                 out.link_down = a.process.lost() or "link_loss" in here
 
     def _cleared(self, a: Active, e: Event) -> bool:
@@ -198,7 +198,7 @@ class FaultPlan:
 
     def _apply(self, e: Event) -> None:
         """Recompute the fault fields that event `e` touches from all active events."""
-        mine = [a for a in self.active if a.event.target == e.target]
+        mine = [a for a in self._active if a.event.target == e.target]
         out = self.outage[e.target]
         kinds = {a.event.kind for a in mine}
         out.link_down = "link_loss" in kinds

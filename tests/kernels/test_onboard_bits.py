@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import copy
 import importlib
-import math
 from collections.abc import Callable
 
 import numpy as np
@@ -23,6 +22,8 @@ from tests.kernels.fdi_cases import CASES as FDI
 from tests.kernels.gust_bank_cases import CASES as GUST_BANK
 from tests.kernels.gust_cases import CASES as GUST_MISSION
 from tests.kernels.rendezvous_cases import CASES as RENDEZVOUS
+from tests.kernels.sixdof_cases import CASES as SIXDOF
+from tests.kernels.sixdof_cases import turns, unit9, z
 from tests.kernels.wake_position_cases import CASES as WAKE_POSITION
 from tests.kernels.windcal_cases import CASES as WINDCAL
 from tests.kernels.windshear_cases import CASES as WINDSHEAR
@@ -51,38 +52,6 @@ def kernels() -> dict[str, object]:
     return out
 
 
-def unit9(r: Rng) -> np.ndarray:
-    return np.linalg.qr(r.normal(size=(3, 3)))[0].ravel()
-
-
-def free_state(r: Rng) -> np.ndarray:
-    x = np.zeros(15)
-    x[:3] = r.uniform(150, 220), r.uniform(-0.1, 0.1), r.uniform(-0.05, 0.1)
-    x[3:6], x[6:9] = r.uniform(-0.2, 0.2, 3), r.uniform(-0.5, 0.5, 3)
-    x[9:12], x[12:15] = r.uniform(-100, 100, 3), r.uniform(-15, 15, 3)
-    return x
-
-
-def turns(r: Rng, angles: int) -> list[float]:
-    """Cosine and sine of each of so many small angles."""
-    return [f(a) for a in r.uniform(-0.3, 0.3, angles) for f in (math.cos, math.sin)]
-
-
-def looks(r: Rng) -> np.ndarray:
-    """A ring of steps 0.05 s apart, of which step 529 is the last."""
-    S = r.normal(0.0, 0.01, (512, 19))
-    S[:, 9], S[:, 10] = 0.05 * (1.0 + (np.arange(512) - 18) % 512), 0.05
-    return S
-
-
-def controls(r: Rng) -> np.ndarray:
-    return np.array([*r.uniform(-0.2, 0.2, 3), r.uniform(2e3, 1e4)])
-
-
-def stage(r: Rng) -> np.ndarray:
-    return np.concatenate((unit9(r), r.uniform(-0.1, 0.1, 6), r.uniform(-200, 200, 3)))
-
-
 def lower(r: Rng, n: int) -> np.ndarray:
     return np.tril(r.normal(size=(n, n))) * 0.1 + np.eye(n)
 
@@ -90,14 +59,6 @@ def lower(r: Rng, n: int) -> np.ndarray:
 def spd(r: Rng, n: int) -> np.ndarray:
     a = r.normal(size=(n, n))
     return a @ a.T + 0.1 * np.eye(n)
-
-
-def points(r: Rng) -> np.ndarray:
-    return np.array([free_state(r) for _ in range(31)])
-
-
-def z(*shape: int) -> np.ndarray:
-    return np.zeros(shape)
 
 
 def correct_args(r: Rng) -> Args:
@@ -123,21 +84,13 @@ def correct_args(r: Rng) -> Args:
     ]
 
 
-def probe_args(r: Rng) -> Args:
-    flow = [r.uniform(180, 200, 3), r.uniform(-0.1, 0.1, 3), r.uniform(-0.1, 0.1, 3)]
-    return [*flow, np.array([1, 0, 1]), r.normal(size=(3, 3)), r.uniform(-0.2, 0.2, 3), z(3)]
-
-
-def codes(r: Rng, top: int) -> np.ndarray:
-    return r.permutation(top).astype(np.int64)
-
-
 CASES: dict[str, Callable[[Rng], Args]] = {
     **ESTIMATOR,
     **FDI,
     **GUST_MISSION,
     **GUST_BANK,
     **RENDEZVOUS,
+    **SIXDOF,
     **AIDED,
     **WAKE_POSITION,
     **WINDCAL,
@@ -270,238 +223,6 @@ CASES: dict[str, Callable[[Rng], Args]] = {
     ],
     "filters.srukf.correct": correct_args,
     "filters.srukf.row_norms": lambda r: [lower(r, 15), z(15)],
-    "sixdof.actuators.servo_step": lambda r: [
-        r.normal(size=3) * 0.1,
-        r.normal(size=3),
-        r.normal(size=3),
-        LIM,
-        20.0,
-        0.7,
-        0.01,
-    ],
-    "sixdof.actuators.actuators_step": lambda r: [
-        r.normal(size=(2, 4)),
-        r.normal(size=4),
-        r.normal(size=3) * 0.1,
-        r.normal(size=3),
-        r.normal(size=1),
-        z(4),
-        LIM,
-        20.0,
-        0.7,
-        1.2,
-        0.01,
-    ],
-    "sixdof.forces.force_moment": lambda r: [
-        r.uniform(150, 220),
-        *r.uniform(-0.1, 0.1, 2),
-        *r.uniform(-0.2, 0.2, 3),
-        controls(r),
-        0.59,
-        P,
-        z(9),
-    ],
-    "sixdof.forces.moment_rates": lambda r: [
-        r.uniform(150, 220),
-        *r.uniform(-0.1, 0.1, 2),
-        r.uniform(-0.2, 0.2, 3),
-        controls(r),
-        0.59,
-        P,
-        z(9),
-    ],
-    "sixdof.forces.spin": lambda r: [*r.normal(size=3), *r.uniform(-0.2, 0.2, 3), P],
-    "sixdof.forces.loads": lambda r: [
-        r.uniform(150, 220),
-        *r.uniform(-0.1, 0.1, 2),
-        *turns(r, 2),
-        *r.uniform(-0.2, 0.2, 3),
-        controls(r),
-        0.59,
-        P,
-        z(9),
-    ],
-    "sixdof.forces.rigid": lambda r: [
-        r.uniform(150, 220),
-        *turns(r, 2),
-        *r.uniform(-0.2, 0.2, 3),
-        r.normal(size=9),
-        *r.normal(size=3),
-        P,
-        z(6),
-    ],
-    "sixdof.moments.learn": lambda r: [r.normal(size=3), 0.1, r.normal(size=3), r.uniform(0.01, 1.0, 3)],
-    "sixdof.looks.before": lambda r: [looks(r), 530, r.uniform(0.1, 1.0)],
-    "sixdof.looks.apart": lambda r: [looks(r), 530, 505, 1e-5, 1e-4, 5, 2.0],
-    "sixdof.looks.turned": lambda r: [looks(r), 530, 505, *r.normal(0.0, 0.05, 3), P, r.normal(0.0, 0.01, 3), z(9)],
-    "sixdof.looks.looked": lambda r: [
-        looks(r),
-        530,
-        *r.normal(0.0, 0.01, 6),
-        0.05,
-        r.uniform(150, 220),
-        *r.uniform(-0.1, 0.1, 2),
-        7010.0,
-        controls(r),
-        np.array([0.3, 1.0]),
-        1.0,
-        1e-5,
-        1e-4,
-        5,
-        2.0,
-        P,
-        z(3),
-        np.full(3, 0.1),
-        z(3),
-        z(9),
-        z(7),
-    ],
-    "sixdof.motion.air_velocity": lambda r: [r.uniform(150, 220), *r.uniform(-0.1, 0.1, 2)],
-    "sixdof.sensed.sensed_rates": lambda r: [
-        free_state(r),
-        controls(r),
-        0.59,
-        P,
-        r.normal(size=6),
-        bool(r.integers(2)),
-        z(9),
-        z(9),
-        z(15),
-    ],
-    "sixdof.sensed.propagate_sensed": lambda r: [
-        points(r),
-        controls(r),
-        0.59,
-        P,
-        r.normal(size=6),
-        bool(r.integers(2)),
-        0.05,
-        z(5, 15),
-    ],
-    "sixdof.sensed.measure_differenced": lambda r: [
-        points(r),
-        codes(r, 15),
-        15,
-        controls(r),
-        0.59,
-        P,
-        0.9,
-        0.05,
-        z(31, 15),
-    ],
-    "sixdof.motion.euler_rates": lambda r: [*r.uniform(-0.3, 0.3, 3), r.uniform(-1, 1), 0.8, *turns(r, 1), z(3)],
-    "sixdof.motion.free_rates": lambda r: [free_state(r), controls(r), 0.59, P, z(9), z(9), z(15)],
-    "sixdof.motion.relative_rates": lambda r: [free_state(r), controls(r), 0.59, P, stage(r), z(9), z(9), z(15)],
-    "sixdof.motion.relative_velocity": lambda r: [free_state(r), stage(r), unit9(r), z(3)],
-    "sixdof.motion._apart": lambda r: [free_state(r), *r.uniform(-10, 200, 3), stage(r), z(3)],
-    "sixdof.motion._moves_alike": lambda r: [free_state(r), free_state(r)[:9].copy()],
-    "sixdof.motion._beside": lambda r: [
-        free_state(r),
-        r.normal(size=(4, 3)),
-        np.array([stage(r) for _ in range(3)]),
-        0.05,
-        z(5, 15),
-    ],
-    "sixdof.motion.free_motion": lambda r: [free_state(r), controls(r), 0.59, P, z(9), z(9), z(15)],
-    "sixdof.motion.relative_motion": lambda r: [free_state(r), controls(r), 0.59, P, stage(r), z(9), z(9), z(15)],
-    "sixdof.motion.propagate_free": lambda r: [points(r), controls(r), 0.59, P, 0.05, z(5, 15)],
-    "sixdof.motion.propagate_relative": lambda r: [
-        points(r),
-        controls(r),
-        0.59,
-        P,
-        np.array([stage(r) for _ in range(3)]),
-        0.05,
-        z(5, 15),
-    ],
-    "sixdof.motion.air_jacobian": lambda r: [r.uniform(150, 220), *r.uniform(-0.1, 0.1, 2), unit9(r), z(3, 3)],
-    "sixdof.velocity_form_kernel.exchange": lambda r: [points(r), float(r.choice([-1.0, 1.0]))],
-    "sixdof.velocity_form_kernel.air_slope": lambda r: [free_state(r), z(3, 6)],
-    "sixdof.velocity_form_kernel.shear": lambda r: [r.normal(size=(20, 23)), r.normal(size=(3, 6)), 1.0],
-    "sixdof.measure.measure_free": lambda r: [points(r), codes(r, 15), 15, z(31, 15)],
-    "sixdof.measure.measure_relative": lambda r: [points(r), codes(r, 18), 18, stage(r), z(31, 18)],
-    "sixdof.measure.average_probes": probe_args,
-    "sixdof.schedule.weights": lambda r: [
-        r.uniform(-0.04, 0.04),
-        r.uniform(170, 210),
-        np.array([-0.03, 0.0, 0.03]),
-        np.array([180.0, 200.0]),
-        z(6),
-    ],
-    "sixdof.schedule.integrated": lambda r: [
-        r.normal(size=3),
-        0.05,
-        bool(r.integers(2)),
-        r.uniform(0.0, 1.0, 3),
-        r.normal(size=3),
-        z(3),
-        z(3),
-    ],
-    "sixdof.schedule.blended": lambda r: [
-        r.uniform(-0.04, 0.04),
-        r.uniform(170, 210),
-        np.array([-0.03, 0.0, 0.03]),
-        np.array([180.0, 200.0]),
-        z(6),
-        r.normal(size=(6, 4, 26)),
-        r.normal(size=(6, 26)),
-        r.normal(size=(6, 4)),
-        z(4),
-        z(3, 4),
-        r.normal(size=26),
-        z(26),
-        19,
-        22,
-        0.3,
-        r.normal(size=4),
-        r.normal(size=(3, 4)),
-    ],
-    "sixdof.schedule.closed": lambda r: [
-        r.uniform(-0.04, 0.04),
-        r.uniform(170, 210),
-        np.array([-0.03, 0.0, 0.03]),
-        np.array([180.0, 200.0]),
-        z(6),
-        r.normal(size=(6, 4, 26)),
-        r.normal(size=(6, 26)),
-        r.normal(size=(6, 4)),
-        z(4),
-        z(3, 4),
-        r.normal(size=26),
-        z(26),
-        12,
-        r.normal(size=3),
-        r.normal(size=3),
-        5e3,
-        r.normal(size=(1, 4)),
-        r.normal(size=3),
-        0.05,
-        False,
-        np.ones(3),
-        r.normal(size=3),
-        z(3),
-        z(3),
-    ],
-    "sixdof.schedule.scheduled": lambda r: [
-        r.normal(size=(6, 4, 26)),
-        r.normal(size=(6, 26)),
-        r.normal(size=(6, 4)),
-        r.normal(size=6),
-        r.normal(size=26),
-        r.normal(size=26),
-        z(4),
-    ],
-    "sixdof.schedule.shares": lambda r: [
-        r.normal(size=(6, 4, 26)),
-        r.normal(size=(6, 26)),
-        r.normal(size=(6, 4)),
-        r.normal(size=6),
-        r.normal(size=26),
-        r.normal(size=26),
-        19,
-        22,
-        z(3, 4),
-    ],
 }
 
 

@@ -46,7 +46,7 @@ def test_every_fault_of_the_matrix_begins_in_the_plant(flown: snapshot.Flying) -
     for event in events:
         f.inject(event)
     f.server.world.sense()
-    active = {a.event for a in f.server.world.faults.active}
+    active = {a.event for a in f.server.world.faults._active}
     once = {e for e in events if e.kind == "spike"}
     assert {e.sensor for e in once} and not once & active
     # of one kind and place the last one stays: compare places
