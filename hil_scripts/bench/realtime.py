@@ -92,8 +92,8 @@ def show(console: Console, paced: list[Paced]) -> None:
             title=f"real time at {p.rate_hz} Hz; execution and lateness of the wake-up [us]", title_justify="left"
         )
         for head in ("", *COLUMNS.values()):
-            t.add_column(head, justify="right")
-        named = [(f"aircraft {r['sysid']}", r) for r in p.aircraft] + [("only sleeps", r) for r in p.asleep]
+            t.add_column(head, justify="right", no_wrap=not head)
+        named = [(f"aircraft {r['sysid']}", r) for r in p.aircraft] + [("asleep", r) for r in p.asleep]
         for name, row in named:
             t.add_row(name, *(f"{row[k]:.0f}" if k in row else "" for k in COLUMNS))
         console.print(t)
