@@ -339,7 +339,7 @@ CONTEXTS = (
             ),
             Situation(
                 "a receiver as fast as the trim, heard, near the turn",
-                r".*meeting\.speed_sigma",
+                r".*meeting\.(speed_sigma|wind_sigma_mps)",
                 (*OWN_RATE, "plant.traffic.V_mps=224.0", "plant.traffic.x_m=42000.0"),
                 36.0,
             ),

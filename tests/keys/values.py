@@ -66,6 +66,7 @@ VALUES: dict[str, tuple[Any, ...]] = {
     "Tacan.link_latency_ms": (150.0,),
     "Tacan.link_loss": (0.5,),
     "MeetingParams.speed_sigma": (0.0, 4.0),
+    "MeetingParams.wind_sigma_mps": (8.0,),
     "Aids.kept": (3,),
     "Aids.back_s": (0.0,),
     "AircraftCfg.tacan_to": ("", "receiver", "nobody"),

@@ -15,7 +15,15 @@ from flightsw.missions.rendezvous import range_rules as kr
 from flightsw.missions.rendezvous import turn_geometry as kt
 from flightsw.missions.rendezvous.announce import announcements
 from flightsw.missions.rendezvous.estimator import RangeEstimator
-from flightsw.missions.rendezvous.guidance import OwnState, RendezvousCommand, RendezvousGuidance
+from flightsw.missions.rendezvous.frame import E_SIZE, E_VX, E_X
+from flightsw.missions.rendezvous.guidance import (
+    OwnState,
+    RendezvousCommand,
+    RendezvousGuidance,
+    guidance_vector,
+    meeting_vector,
+)
+from flightsw.missions.rendezvous.judging import judge_turn
 from flightsw.missions.rendezvous.params import RangeRules, RendezvousNavParams
 from flightsw.strict import ConfigError
 from ground.report.rivard.anywhere import geometry_report
@@ -92,6 +100,28 @@ def test_turn_is_announced_where_flown_it_ends_off_the_track(offset: float, far:
         assert bool(int(f["before"]) & kv.SAY_LEG) == (abs(f["y"]) > edge)
     assert not int(f["before"]) & kv.SAY_FAR
     assert abs(f["x_end"]) < 0.5 and abs(f["y_end"]) < 0.3 and not int(f["said"]) & kv.SAY_MISSED
+
+
+@pytest.mark.parametrize(("speed_sigma", "wind_sigma"), [(0.5, 0.0), (0.5, 1.2), (0.0, 4.0)])
+def test_a_speed_is_called_beyond_the_trim_by_two_sigma_of_receiver_and_own_wind(
+    speed_sigma: float, wind_sigma: float
+) -> None:
+    """Airspeed is speed over ground less wind, their errors independent: variances add."""
+    meeting = replace(GUIDANCE.meeting, speed_sigma=2.0, wind_sigma_mps=wind_sigma)
+    gp, mp, ms = guidance_vector(GUIDANCE), meeting_vector(meeting), np.zeros(kv.M_N)
+    P4 = np.zeros((E_SIZE, E_SIZE))
+    P4[E_VX, E_VX] = speed_sigma**2
+    o = np.array([0.0, -10.0 * NM, 0.0, 0.0, V, 7.0, 0.0, 0.0])  # 7 m/s of wind from behind
+
+    def said(beyond: float) -> bool:
+        r = np.zeros(E_SIZE)
+        r[E_X], r[E_VX] = 25.0 * NM, -(V + GUIDANCE.trim_mps + beyond) + 7.0
+        return bool(
+            judge_turn(ms, 0.0, o, r, P4, True, gp, mp, np.zeros(kt.T_N), np.zeros(8), np.zeros(4)) & kv.SAY_SPEED
+        )
+
+    edge = 2.0 * math.sqrt(speed_sigma**2 + wind_sigma**2)
+    assert said(edge + 1e-6) and not said(edge - 1e-6)
 
 
 def test_what_no_leg_reaches_is_announced_as_such() -> None:

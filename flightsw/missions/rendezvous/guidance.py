@@ -44,6 +44,9 @@ class MeetingParams:
     speed_sigma: Annotated[float, Range(0.0, 6.0)] = (
         0.0  # of the receiver's speed, in place of that with a bearing or a data link; 0: that
     )
+    wind_sigma_mps: Annotated[float, Range(0.0, 50.0)] = (
+        0.0  # of the own wind, per axis: the receiver's airspeed is its speed over ground less that; with speed_sigma
+    )
     leg_s: Annotated[float, Range(0.0, 900.0)] = 300.0  # longest leg back to the track; 0: none
     leg_sided_s: Annotated[float, Range(0.0, 900.0)] = 0.0  # with a bearing or a data link, while it gains; 0: leg_s
     leg_sided_share: Annotated[float, Range(0.1, 1.0)] = 1.0  # of leg_from and leg_to that counts then
@@ -65,6 +68,7 @@ def meeting_vector(p: MeetingParams) -> np.ndarray:
     m[kv.MP_HOLD], m[kv.MP_SURE] = p.hold_s, p.announce_sigma
     m[kv.MP_LEG_SIDED], m[kv.MP_SPEED_SURE] = p.leg_sided_s, p.speed_sigma
     m[kv.MP_LEG_SHARE], m[kv.MP_AGAIN] = p.leg_sided_share, float(p.straight_again)
+    m[kv.MP_WIND] = p.wind_sigma_mps
     m[kv.MP_LEG], m[kv.MP_LEG_ANGLE], m[kv.MP_LEG_GAIN] = p.leg_s, math.radians(p.leg_angle_deg), p.leg_gain_radpm
     m[kv.MP_LEG_TAU], m[kv.MP_LEG_FROM], m[kv.MP_LEG_TO] = p.leg_tau_s, p.leg_from, p.leg_to
     m[kv.MP_STRAIGHT], m[kv.MP_DOUBT] = float(p.straight), float(p.doubt)

@@ -21,6 +21,7 @@ from flightsw.missions.rendezvous.meeting_vectors import (
     MP_SPEED,
     MP_SPEED_SURE,
     MP_SURE,
+    MP_WIND,
     SAY_FAR,
     SAY_LEG,
     SAY_SPEED,
@@ -118,8 +119,8 @@ def judge_turn(
 
     o [8], r [4] in the axes of the turn, P4 [4,4] covariance of the receiver in R; t [9], o2 [8], r2 [4] scratch. The speed trim
     is counted on over the turn and the leg. A course of its own (M_CHI) is as unsure as the velocity: MP_DOUBT counts it. Sided,
-    the receiver's speed is known well enough for its sigma to be the margin (MP_SPEED_SURE); by ranges alone, whose sigma is as
-    large as what is to be told, that would tell fewer.
+    the receiver's airspeed is known well enough for its sigma to be the margin, speed over ground and own wind (MP_WIND) added
+    as squares; by ranges alone, whose sigma is as large as what is to be told, that would tell fewer.
     """
     for i in range(8):
         o2[i] = o[i]
@@ -149,7 +150,7 @@ def judge_turn(
     apart = math.hypot(r[E_VX] - o[O_WX], r[E_VY] - o[O_WY]) - gp[GP_V]
     margin = mp[MP_SPEED]
     if sided and mp[MP_SPEED_SURE] > 0.0:
-        margin = mp[MP_SPEED_SURE] * speed_sigma(P4, ms[M_CHI])
+        margin = mp[MP_SPEED_SURE] * math.hypot(speed_sigma(P4, ms[M_CHI]), mp[MP_WIND])
     if abs(apart) > gp[GP_TRIM] + margin:
         said += SAY_SPEED
     return said

@@ -26,8 +26,9 @@ LEG = 4  # phase after roll-out, besides those of the turn law
     MP_SPEED_SURE,  # sigma of the receiver's speed that count in place of MP_SPEED where the side is known; 0: MP_SPEED
     MP_LEG_SHARE,  # of MP_LEG_FROM and MP_LEG_TO that counts for such a leg
     MP_AGAIN,  # 1: the last arc of a late turn may be broken off
+    MP_WIND,  # [m/s] sigma of the own wind, per axis: counted beside the receiver's speed (MP_SPEED_SURE)
     MP_N,
-) = range(21)
+) = range(22)
 # state ms: side (0 not chosen, 1 as printed, -1 mirrored), whole turns added to the heading [rad], rotation of the axes [rad],
 # start of the leg [s], announcements, predicted misses at the roll-out [m], 1 while turning towards the receiver first, 1
 # while a leg leads away from the track, way of a late turn (WIDE, STRAIGHT, LAST)

@@ -53,7 +53,10 @@ def _own_rate(plan: GeometryCase) -> dict[str, tuple[str, GeometryCase]]:
     for sensor, more in OWN.items():
         own = changed(plan, **more)
         out[f"as_planned{sensor}"] = ("plan", own)
-        out[f"wind_error_10{sensor}"] = ("wind", changed(own, truth_wind_error_mps=10.0 * KN))
+        wrong = changed(own, truth_wind_error_mps=10.0 * KN)
+        out[f"wind_error_10{sensor}"] = ("wind", wrong)
+        told = {"meet_wind_sigma_mps": 8.0 * KN}  # about how wrong the own wind may be is known on board
+        out[f"wind_error_10{sensor}_told"] = ("wind", changed(wrong, **told))
         for degrees in TURNS:
             for sign, name in ((1.0, "turn_towards"), (-1.0, "turn_away")):
                 out[f"{name}_{degrees:g}{sensor}"] = (
@@ -62,6 +65,7 @@ def _own_rate(plan: GeometryCase) -> dict[str, tuple[str, GeometryCase]]:
                 )
         for kn, name in ((60.0, "faster_60"), (-60.0, "slower_60")):
             out[f"{name}{sensor}"] = ("speed", changed(own, receiver_kn=kn))
+            out[f"{name}{sensor}_told"] = ("speed", changed(wrong, receiver_kn=kn, **told))
             out[f"{name}_trim_60{sensor}"] = (
                 "authority",
                 changed(own, receiver_kn=kn, guid_trim_mps=60.0 * KN, nav_velocity_sigma_mps=30.0 * KN),
