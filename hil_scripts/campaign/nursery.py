@@ -13,7 +13,15 @@ from hil_scripts.campaign.study import Study
 from hil_scripts.launch.procs import SINGLE_THREAD
 
 WHAT = "WAKEFIELD_PRELOAD"  # modules to import; after ":" a function there to call
-PRELOAD = ["distributed", "distributed.nanny", "distributed.worker", "hil_scripts.campaign.preloaded"]
+PRELOAD = [  # the middle ones: what a worker would import for itself as it starts
+    "distributed", "distributed.nanny", "distributed.worker",
+    "email.contentmanager", "email.headerregistry", "email.policy", "importlib_metadata", "tornado.platform.asyncio",
+    "hil_scripts.campaign.preloaded",
+]  # fmt: skip
+ALLOCATOR = {
+    "MALLOC_ARENA_MAX": "1",
+    "MALLOC_TRIM_THRESHOLD_": "65536",
+}  # one heap for all threads, and what is free goes back
 METHOD = "distributed.worker.multiprocessing-method"
 
 
@@ -27,7 +35,7 @@ def open_for(study: Study) -> None:
     from distributed.utils import get_mp_context
 
     warm = () if study.warm is None else (f"{study.warm.__module__}:{study.warm.__name__}",)
-    mine = {WHAT: " ".join((study.run.__module__, *warm)), **SINGLE_THREAD}
+    mine = {WHAT: " ".join((study.run.__module__, *warm)), **SINGLE_THREAD, **ALLOCATOR}
     get_mp_context()  # dask names what it would load, all it knows of, on the first call
     forkserver.set_forkserver_preload(PRELOAD)
     before = {k: os.environ.get(k) for k in mine}

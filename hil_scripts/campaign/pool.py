@@ -27,6 +27,12 @@ from hil_scripts.launch.procs import SINGLE_THREAD
 ADDRESS = re.compile(r"(tcp|tls)://[^:/\s]+:\d{1,5}|(tcp|tls)://\[[0-9a-fA-F:]+\]:\d{1,5}")
 ANSWER_S = 10.0  # [s] a scheduler has this long to answer
 WORKERLESS_S = 60.0  # [s] a cluster may be without a worker this long before the campaign gives up
+# nobody reads a worker's profile nor its pages: a hundred looks a second at its stack would write to memory that is shared
+OWN_WORKERS = {
+    "distributed.scheduler.allowed-failures": 1,
+    "distributed.worker.profile.enabled": False,
+    "distributed.worker.http.routes": [],
+}
 Done = tuple[Row, dict[str, NDArray[Any]]]
 
 
@@ -100,9 +106,7 @@ class DaskPool:
         from distributed import Client, LocalCluster
 
         forks = nursery.possible()
-        dask.config.set(
-            {"distributed.scheduler.allowed-failures": 1, nursery.METHOD: "forkserver" if forks else "spawn"}
-        )
+        dask.config.set(OWN_WORKERS | {nursery.METHOD: "forkserver" if forks else "spawn"})
         self._tmp = tempfile.mkdtemp(prefix="wakefield-campaign-")
         resource_tracker.ensure_running()  # before the mask: its start unblocks SIGINT
         # Ctrl-C goes to the whole process group. Workers inherit this mask: they end when they are told to, not by it

@@ -82,7 +82,8 @@ def test_precontact_is_the_distance_from_the_truth() -> None:
     """Three axes of 0.1, 0.2 and 0.2 m are 0.3 m off; the least possible 0.15."""
     e = SimpleNamespace(precontact=es.Phase())
     assert es.in_precontact(e) == {}  # type: ignore[arg-type]
-    e.precontact.relative = [(0.1, -0.2, 0.2, *(0.2,) * 3, 0.05, 0.1, 0.1)] * 30
+    for _ in range(30):
+        e.precontact.relative.append((0.1, -0.2, 0.2, *(0.2,) * 3, 0.05, 0.1, 0.1))
     out = es.in_precontact(e)  # type: ignore[arg-type]
     assert out["precontact.off_rms_m"] == pytest.approx(0.3) and out["precontact.off_p95_m"] == pytest.approx(0.3)
     assert out["precontact.off_rms_bound_m"] == pytest.approx(0.15) and out["precontact.s"] == 3.0

@@ -48,6 +48,6 @@ def test_a_look_is_the_place_less_the_station(flight: Flying) -> None:
     held = contact.Held(flight.fork())
     held.flight.server.world.sense()
     held.look()
-    (off,) = held.contact
-    assert math.dist(off, (0.0, 0.0, 0.0)) == pytest.approx(held.rows[0][1])
+    (off,) = np.array(held.contact)
+    assert math.dist(off, (0.0, 0.0, 0.0)) == pytest.approx(np.array(held.rows)[0, 1])
     assert abs(off[0] + STATION_M[0]) > 1000.0  # it starts 30 NM away

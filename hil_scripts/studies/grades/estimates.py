@@ -16,10 +16,10 @@ from hil_scripts.studies.grades.twin import attach
 from hil_scripts.studies.grades.winds import Winds
 from hil_scripts.studies.integrity.flight import LOOK_HZ, RECEIVER, TANKER
 from hil_scripts.studies.integrity.snapshot import Flying, phase_in
+from hil_scripts.studies.rows import Rows
 from sim_plant.truth import Truth, truth_of
 
 Arr = NDArray[np.float64]
-Rows = list[tuple[float, ...]]
 NAV, RELATIVE, INTEGRITY, STATUS = (
     IDS[k] for k in ("NAV_STATE", "RELATIVE_STATE", "INTEGRITY_STATUS", "MISSION_STATUS")
 )
@@ -43,10 +43,10 @@ class Phase:
     """Errors of one phase: rows of error, published sigma and, where it is known, least sigma possible [9]."""
 
     def __init__(self) -> None:
-        self.relative: Rows = []  # [m] tanker axes
-        self.wind: tuple[Rows, Rows] = ([], [])  # [m/s] NED, tanker and receiver
-        self.attitude: tuple[Rows, Rows] = ([], [])  # [deg] ANGLES
-        self.bound: Rows = []  # [m] error of the bounded position [3], its protection level [3]; 1e9: none
+        self.relative = Rows(9)  # [m] tanker axes
+        self.wind = (Rows(9), Rows(9))  # [m/s] NED, tanker and receiver
+        self.attitude = (Rows(6), Rows(6))  # [deg] ANGLES
+        self.bound = Rows(6)  # [m] error of the bounded position [3], its protection level [3]; 1e9: none
         self.unpaired = 0  # estimates without a truth of their time, or invalid
 
 

@@ -14,6 +14,7 @@ from hil_scripts.studies.integrity.flight import LOOK_HZ, RECEIVER, TANKER, Watc
 from hil_scripts.studies.integrity.judge import Outcome, judge
 from hil_scripts.studies.integrity.snapshot import HEARD, STATUS, Flying, phase_in, said
 from hil_scripts.studies.integrity.table import Moment
+from hil_scripts.studies.rows import Rows
 from sim_plant.lost import AircraftLostError
 from sim_plant.sensors.terms import PAPER
 
@@ -31,7 +32,7 @@ class Graded(Watch):
         flight = estimates.flight
         super().__init__(flight, Moment("refueling", flight.t_s, LIMIT_M, "contact", STATION_M))
         self.estimates, self.words = estimates, words
-        self.contact: list[tuple[float, ...]] = []  # [m] true xi less the station, per look in contact
+        self.contact = Rows(3)  # [m] true xi less the station, per look in contact
 
     def look(self) -> None:
         """The truth of the current tick, sensed."""

@@ -13,6 +13,7 @@ from hil_scripts.studies.integrity import snapshot
 from hil_scripts.studies.integrity.honest import Bounds, honest
 from hil_scripts.studies.integrity.judge import OVER_BEHIND_M, Outcome, Track, judge, passed_s
 from hil_scripts.studies.integrity.table import MOMENTS, Moment, event_of
+from hil_scripts.studies.rows import Rows
 from sim_plant.aircraft.base import Member
 from sim_plant.lost import AircraftLostError, Collision
 from sim_plant.truth import Truth, truth_of
@@ -37,7 +38,7 @@ class Watch:
         assert isinstance(tanker, Aircraft) and tanker.boom is not None
         geometry, boom = tanker.geometry, tanker.boom
         self._span, self._pivot = geometry.b_m / 2.0, boom.pivot_m[2]
-        self.rows: list[tuple[float, ...]] = []
+        self.rows = Rows(5)  # [s], off the station [m], gap [m], 1 over the wing, 1 beyond limits
         self.bounds = Bounds()
         self.announced_s = self.left_s = math.inf
 
@@ -71,7 +72,7 @@ class Watch:
 
     def track(self, lost: bool) -> Track:
         """What has been seen."""
-        t, off, gap, over, beyond = np.array(self.rows, dtype=float).T
+        t, off, gap, over, beyond = np.array(self.rows).T
         return Track(t, off, gap, over > 0.0, beyond > 0.0, self.announced_s, self.left_s, lost)
 
 

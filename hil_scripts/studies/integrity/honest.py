@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ground.link.packets import Fields
+from hil_scripts.studies.rows import Rows
 
 Arr = NDArray[np.float64]
 
@@ -14,8 +15,8 @@ class Bounds:
     """INTEGRITY_STATUS as heard beside the true position, each at its own time."""
 
     def __init__(self) -> None:
-        self._true: list[tuple[float, ...]] = []  # [s], xi [m]
-        self._said: list[tuple[float, ...]] = []  # [s], pos [m], level [m]
+        self._true = Rows(4)  # [s], xi [m]
+        self._said = Rows(7)  # [s], pos [m], level [m]
 
     def see(self, t_us: int, xi: tuple[float, float, float]) -> None:
         """The truth at t_us: xi [3] m, tanker axes."""
@@ -28,7 +29,7 @@ class Bounds:
     def ratios(self) -> tuple[Arr, Arr]:
         """t [N] s and the largest |error| / level of the axes [N] of what was heard within the times of the truth, which is taken
         in a straight line between two looks; nothing where no bound was sent."""
-        if not self._said or not self._true:
+        if not len(self._said) or not len(self._true):
             return np.zeros(0), np.zeros(0)
         true, said = np.array(self._true), np.array(self._said)
         said = said[(said[:, 0] >= true[0, 0]) & (said[:, 0] <= true[-1, 0])]

@@ -18,6 +18,7 @@ from hil_scripts.studies.integrity.flight import LOOK_HZ, RECEIVER, Watch
 from hil_scripts.studies.integrity.judge import KEEP_OUT_M
 from hil_scripts.studies.integrity.snapshot import HEARD, STATUS, Flying, phase_in, said, warm
 from hil_scripts.studies.integrity.table import Moment
+from hil_scripts.studies.rows import Rows
 from sim_plant.lost import AircraftLostError
 from sim_plant.truth import truth_of
 
@@ -38,7 +39,7 @@ class Held(Watch):
 
     def __init__(self, flight: Flying) -> None:
         super().__init__(flight, Moment(SCENARIO, flight.t_s, LIMIT_M, "contact", STATION_M))
-        self.contact: list[tuple[float, ...]] = []
+        self.contact = Rows(3)
 
     def look(self) -> None:
         """The truth of the current tick, sensed."""
@@ -48,8 +49,9 @@ class Held(Watch):
 
     def figures(self) -> dict[str, float]:
         """Station keeping in contact; no RMS where it lasted no longer than SETTLE_S."""
-        out = {"contact.s": len(self.contact) / LOOK_HZ, "gap_min_m": min((r[2] for r in self.rows), default=math.inf)}
-        e = np.array(self.contact[round(SETTLE_S * LOOK_HZ) :])
+        gap = np.array(self.rows)[:, 2]
+        out = {"contact.s": len(self.contact) / LOOK_HZ, "gap_min_m": float(gap.min(initial=math.inf))}
+        e = np.array(self.contact)[round(SETTLE_S * LOOK_HZ) :]
         if len(e):
             out |= {f"contact.rms_m.{x}": float(np.sqrt(np.mean(e[:, i] ** 2))) for i, x in enumerate("xyz")}
             out |= {f"contact.p95_m.{x}": float(np.percentile(np.abs(e[:, i]), 95)) for i, x in enumerate("xyz")}
@@ -82,7 +84,8 @@ def fly(flight: Flying, words: Words) -> tuple[str, Held | None]:
         return "lost", held
     if held is None:
         return ("refused" if words.breakaways else "not_reached"), None
-    if any(gap < KEEP_OUT_M or over for _, _, gap, over, _ in held.rows):
+    _, _, gap, over, _ = np.array(held.rows).T
+    if ((gap < KEEP_OUT_M) | (over > 0.0)).any():
         return "keep_out", held
     return ("left" if words.breakaways else "kept"), held
 
