@@ -107,7 +107,9 @@ def _settings() -> dict[str, tuple[str, GeometryCase]]:
     for kn in (40.0, 60.0, -40.0, -60.0):
         name = f"faster_{kn:g}" if kn > 0.0 else f"slower_{-kn:g}"
         out[name] = ("speed", changed(plan, receiver_kn=kn))
-        out[f"{name}_60nm"] = ("speed", changed(plan, receiver_kn=kn, range_nm=60.0, sigma_y_nm=2.0, nav_components=21))
+        for far, components in ((60.0, 21), (100.0, 31)):
+            heard = changed(plan, receiver_kn=kn, range_nm=far, sigma_y_nm=2.0, nav_components=components)
+            out[f"{name}_{far:g}nm"] = ("speed", heard)
         out[f"{name}_link"] = ("speed", changed(plan, receiver_kn=kn, **SENSORS["_link"]))
         out[f"{name}_trim_60"] = (
             "authority",
