@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from operator import attrgetter
 
 from flightsw.icd.dialect import ENUMS, HOUSE
@@ -13,10 +14,12 @@ OUTPUTS, CONTROLLED, SCHEDULED, LAW = 5, 4, 3, 16  # entries of the message, byt
 ENUM = "WKF_QUANTITY"
 _SPEC = BY_NAME["CONTROL_TERMS"]
 _NUMBER = {word: v for v, word in HOUSE.words(ENUM).items()}
-_ENTRY = {**_NUMBER, "": 0}  # with what stands in those a law does not have
 _OUTPUT = attrgetter("proportional", "integral", "feedforward", "cut", "limits", "name")
 _CONTROLLED = attrgetter("error", "integral", "limits", "name")
 _SCHEDULED = attrgetter("value", "limits", "name")
+# what stands in entries a law does not have
+_NO_OUTPUT, _NO_CONTROLLED = ((0.0, 0.0, 0.0, 0.0, 0, ""),) * OUTPUTS, ((0.0, 0.0, 0, ""),) * CONTROLLED
+_NO_SCHEDULED = ((0.0, 0, ""),) * SCHEDULED
 
 
 def unit(quantity: int) -> str:
@@ -50,18 +53,22 @@ def control_terms(send: Sender, t_us: int, laws: Laws) -> bytes:
     return b"".join([_packet(send, t_us, k, t) for k, t in enumerate(laws)])
 
 
+@lru_cache(maxsize=256)
+def _numbers(names: tuple[str, ...]) -> list[int]:
+    """WKF_QUANTITY of each name of a column, 0 of none: a law has the same ones all its life."""
+    return [_NUMBER[n] if n else 0 for n in names]
+
+
 def _packet(send: Sender, t_us: int, place: int, t: LawTerms) -> bytes:
     o, c, s = t.outputs, t.controlled, t.schedule
-    # by columns; entries the law does not have are 0
+    # by columns
     proportional, integral, feedforward, cut, o_limits, o_names = zip(
-        *map(_OUTPUT, o), *[(0.0, 0.0, 0.0, 0.0, 0, "")] * (OUTPUTS - len(o)), strict=True
+        *map(_OUTPUT, o), *_NO_OUTPUT[len(o) :], strict=True
     )
-    error, summed, c_limits, c_names = zip(
-        *map(_CONTROLLED, c), *[(0.0, 0.0, 0, "")] * (CONTROLLED - len(c)), strict=True
-    )
-    value, s_limits, s_names = zip(*map(_SCHEDULED, s), *[(0.0, 0, "")] * (SCHEDULED - len(s)), strict=True)
+    error, summed, c_limits, c_names = zip(*map(_CONTROLLED, c), *_NO_CONTROLLED[len(c) :], strict=True)
+    value, s_limits, s_names = zip(*map(_SCHEDULED, s), *_NO_SCHEDULED[len(s) :], strict=True)
     return send.pack(
         _SPEC, t_us, *proportional, *integral, *feedforward, *cut, *error, *summed, *value,
-        *[_ENTRY[n] for n in o_names], *o_limits, *[_ENTRY[n] for n in c_names], *c_limits,
-        *[_ENTRY[n] for n in s_names], *s_limits, place, 1 if t.closed else 0, t.law.encode(),
+        *_numbers(o_names), *o_limits, *_numbers(c_names), *c_limits, *_numbers(s_names), *s_limits, place,
+        1 if t.closed else 0, t.law.encode(),
     )  # fmt: skip
