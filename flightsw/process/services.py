@@ -281,7 +281,7 @@ class Services:
     @property
     def busy(self) -> bool:
         """True if an answer waits."""
-        return bool(self._ready or self.parameters.busy or self.acks)
+        return bool(self._ready or self.acks or self.parameters.busy)
 
     def _queue(self, make: Maker) -> None:
         if len(self._ready) >= QUEUE_MAX:
