@@ -224,8 +224,9 @@ class FlightApp:
         n = len(self._imu)
         if n:
             stamps, rates, forces = zip(*self._imu, strict=True)
-            p, q, r, x, y, z = [math.fsum(c) / n for c in (*zip(*rates, strict=True), *zip(*forces, strict=True))]
-            self._means = (p, q, r), (x, y, z), (f.t_us - sum(stamps) / n) * 1e-6
+            p, q, r = map(math.fsum, zip(*rates, strict=True))
+            x, y, z = map(math.fsum, zip(*forces, strict=True))
+            self._means = (p / n, q / n, r / n), (x / n, y / n, z / n), (f.t_us - sum(stamps) / n) * 1e-6
             self._imu = []
         gyro, acc, age = self._means
         out = copied(f)

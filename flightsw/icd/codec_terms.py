@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-from operator import attrgetter
-
 from flightsw.icd.dialect import ENUMS, HOUSE
 from flightsw.icd.wire import BY_NAME, Sender
 from flightsw.strict import ConfigError, near
@@ -14,12 +11,17 @@ OUTPUTS, CONTROLLED, SCHEDULED, LAW = 5, 4, 3, 16  # entries of the message, byt
 ENUM = "WKF_QUANTITY"
 _SPEC = BY_NAME["CONTROL_TERMS"]
 _NUMBER = {word: v for v, word in HOUSE.words(ENUM).items()}
-_OUTPUT = attrgetter("proportional", "integral", "feedforward", "cut", "limits", "name")
-_CONTROLLED = attrgetter("error", "integral", "limits", "name")
-_SCHEDULED = attrgetter("value", "limits", "name")
-# what stands in entries a law does not have
-_NO_OUTPUT, _NO_CONTROLLED = ((0.0, 0.0, 0.0, 0.0, 0, ""),) * OUTPUTS, ((0.0, 0.0, 0, ""),) * CONTROLLED
-_NO_SCHEDULED = ((0.0, 0, ""),) * SCHEDULED
+# where each of its fields begins
+(
+    _TIME, _PROPORTIONAL, _INTEGRAL, _FEEDFORWARD, _CUT, _ERROR, _ERROR_INTEGRAL, _SCHEDULE, _OUTPUT, _OUTPUT_LIMIT,
+    _CONTROLLED, _CONTROLLED_LIMIT, _SCHEDULED, _SCHEDULE_LIMIT, _PLACE, _CLOSED, _LAW,
+) = [
+    _SPEC.slots[name][0]
+    for name in (
+        "time_usec", "proportional", "integral", "feedforward", "cut", "error", "error_integral", "schedule", "output",
+        "output_limit", "controlled", "controlled_limit", "scheduled", "schedule_limit", "place", "closed", "law",
+    )
+]  # fmt: skip
 
 
 def unit(quantity: int) -> str:
@@ -53,22 +55,15 @@ def control_terms(send: Sender, t_us: int, laws: Laws) -> bytes:
     return b"".join([_packet(send, t_us, k, t) for k, t in enumerate(laws)])
 
 
-@lru_cache(maxsize=256)
-def _numbers(names: tuple[str, ...]) -> list[int]:
-    """WKF_QUANTITY of each name of a column, 0 of none: a law has the same ones all its life."""
-    return [_NUMBER[n] if n else 0 for n in names]
-
-
 def _packet(send: Sender, t_us: int, place: int, t: LawTerms) -> bytes:
-    o, c, s = t.outputs, t.controlled, t.schedule
-    # by columns
-    proportional, integral, feedforward, cut, o_limits, o_names = zip(
-        *map(_OUTPUT, o), *_NO_OUTPUT[len(o) :], strict=True
-    )
-    error, summed, c_limits, c_names = zip(*map(_CONTROLLED, c), *_NO_CONTROLLED[len(c) :], strict=True)
-    value, s_limits, s_names = zip(*map(_SCHEDULED, s), *_NO_SCHEDULED[len(s) :], strict=True)
-    return send.pack(
-        _SPEC, t_us, *proportional, *integral, *feedforward, *cut, *error, *summed, *value,
-        *_numbers(o_names), *o_limits, *_numbers(c_names), *c_limits, *_numbers(s_names), *s_limits, place,
-        1 if t.closed else 0, t.law.encode(),
-    )  # fmt: skip
+    row = _SPEC.blank.copy()  # entries the law does not have stay 0
+    for i, o in enumerate(t.outputs):
+        row[_PROPORTIONAL + i], row[_INTEGRAL + i], row[_FEEDFORWARD + i] = o.proportional, o.integral, o.feedforward
+        row[_CUT + i], row[_OUTPUT + i], row[_OUTPUT_LIMIT + i] = o.cut, _NUMBER[o.name], o.limits
+    for i, c in enumerate(t.controlled):
+        row[_ERROR + i], row[_ERROR_INTEGRAL + i] = c.error, c.integral
+        row[_CONTROLLED + i], row[_CONTROLLED_LIMIT + i] = _NUMBER[c.name], c.limits
+    for i, s in enumerate(t.schedule):
+        row[_SCHEDULE + i], row[_SCHEDULED + i], row[_SCHEDULE_LIMIT + i] = s.value, _NUMBER[s.name], s.limits
+    row[_TIME], row[_PLACE], row[_CLOSED], row[_LAW] = t_us, place, 1 if t.closed else 0, t.law.encode()
+    return send.pack(_SPEC, *row)

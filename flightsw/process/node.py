@@ -252,9 +252,8 @@ class Node(Generic[D]):
         bytes: not taken) or NO_TICK.
         """
         codec, frames = self.codec, self.frames
-        packets = codec.parse(datagram)
+        packets, t = codec.parse(datagram)
         torn, self._torn = self._torn, codec.count.bad_crc + codec.count.bad_length
-        t = codec.sensor_time(packets)
         if t == frames.raw and t >= 0:
             return AGAIN
         if codec.port.logged:

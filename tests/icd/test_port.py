@@ -152,7 +152,7 @@ def test_a_reply_arrives_alike(u: list[float], t: int, latch: bool, armed: bool,
             continue
         r, frame_ = plant.decode_reply(tanker.send.join(said)), SensorFrame(t_us=t)
         for part in (*r.link, *r.fixes):
-            receiver.apply(receiver.parse(part), frame_, t)
+            receiver.apply(receiver.parse(part)[0], frame_, t)
         found.append((r.cmd, r.acks, asdict(frame_), plant.count, receiver.count))
     assert same(*found)
 
