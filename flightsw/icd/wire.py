@@ -213,7 +213,7 @@ def split(data: bytes, accept: dict[int, Spec], count: Counters, limit: int = 1 
     at, end = 0, len(data)
     lost = False  # in a run of rubbish already counted
     tries = 0
-    while at < end and len(out) < limit:
+    while at < end and limit > 0:
         if lost:
             tries += 1
             if tries > TRIES:
@@ -256,6 +256,7 @@ def split(data: bytes, accept: dict[int, Spec], count: Counters, limit: int = 1 
         else:  # longer: a newer dialect with more extension fields
             values = spec.unpack_from(data, at + HEADER)
         out.append((spec, values, sysid, compid, at, after))
+        limit -= 1
         lost = False
         at = after
     return out
