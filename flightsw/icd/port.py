@@ -115,19 +115,13 @@ class Wire:
         """See Port."""
         return Sender(sysid, compid)
 
-    packets = staticmethod(split)  # see Port
+    # see Port
+    packets = staticmethod(split)
+    as_bytes = of_bytes = staticmethod(bytes)  # of bytes: themselves
 
     def part(self, datagram: bytes, p: Packet) -> bytes:
         """See Port."""
         return datagram[p[4] : p[5]]
-
-    def as_bytes(self, datagram: bytes) -> bytes:
-        """See Port."""
-        return datagram
-
-    def of_bytes(self, data: bytes) -> bytes:
-        """See Port."""
-        return data
 
 
 class Direct:
