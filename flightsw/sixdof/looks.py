@@ -11,7 +11,7 @@ from flightsw.kernels.atmosphere import density
 from flightsw.kernels.jit import jit, jit_own
 from flightsw.sixdof.forces import moment_rates
 from flightsw.sixdof.moments import LEAST_WILD, WILD, Moments, Step
-from flightsw.types import Vec3
+from flightsw.types import ZERO3, Vec3
 
 KEPT = 512  # steps: more than the longest window and what is before it, at 100 Hz
 BIAS, SCALE = 2e-3, 0.02  # [rad/s] change of a gyro's bias, [-] of a turn: scale, misalignment, sampling
@@ -19,9 +19,9 @@ TWO = 2.0  # power that is not known to the compiler: the product of a number wi
 # columns, as the fields of moments.Step
 MORE, TURN, SIZE, TIME, LONG, SPEED, BETA, ALPHA, RHO, CONTROLS = 0, 3, 6, 9, 10, 11, 12, 13, 14, 15
 WIDTH = CONTROLS + 4
-# what `looked` finds: index of each window's first step (-1: not full), mask of the axes beyond it, to which side the gyro's rate
-# about each axis goes as no moments do (-1, 0, 1)
-FIRST, AXES, SIDES, OUT = 0, 2, 4, 7
+# what `looked` finds: by how much the reference has turned more than the gyro over the first window [3] rad, 0 while it is not
+# full; to which side the gyro's rate about each axis goes as no moments do [3] (-1, 0, 1)
+APART, SIDES, OUT = 0, 3, 6
 AXES_OF = tuple(tuple(i for i in range(3) if mask >> i & 1) for mask in range(8))
 
 
@@ -66,9 +66,10 @@ def looked(
     V: float, beta: float, alpha: float, h: float, u: np.ndarray, windows: np.ndarray, k: float, scatter: float, rate2: float,
     count: int, two: float, P: np.ndarray, lasting: np.ndarray, jump: np.ndarray, lack: np.ndarray, fm: np.ndarray,
     out: np.ndarray,
-) -> None:  # fmt: skip
+) -> tuple[int, int, int]:  # fmt: skip
     """Step n of the `ring` [KEPT,WIDTH] <- a reading, `dt` [s] after the last: the reference has turned (mx, my, mz) [rad] more
-    than the gyro, that (tx, ty, tz); V [m/s], beta, alpha [rad], h [m], controls u [4] of now. out [OUT] <- what is found.
+    than the gyro, that (tx, ty, tz); V [m/s], beta, alpha [rad], h [m], controls u [4] of now. out [OUT] <- what is found;
+    index of each window's first step (-1: not full), and the axes beyond it: of the first in bits 0 to 2, of the last in 3 to 5.
 
     windows [2] s; k [-] sigmas that count; scatter, rate2, count, two as `apart`; P, lasting, jump, lack [3], fm as Moments has
     them: lack [3] <- angular acceleration [rad/s^2] that its model misses of this step.
@@ -88,15 +89,16 @@ def looked(
     n += 1
     for i in range(OUT):
         out[i] = 0.0
-    for w in range(windows.shape[0]):
-        first = before(ring, n, windows[w])
-        out[FIRST + w] = first
+    axes, before_first, before_last = 0, before(ring, n, windows[0]), before(ring, n, windows[1])
+    for w in range(2):
+        first = before_first if w == 0 else before_last
         if first >= 0:
             x, y, z, a, b, c = apart(ring, n, first, scatter, rate2, count, two)
-            axes = 1 if abs(x) > k * a else 0
-            axes |= 2 if abs(y) > k * b else 0
-            axes |= 4 if abs(z) > k * c else 0
-            out[AXES + w] = axes
+            if w == 0:
+                out[APART], out[APART + 1], out[APART + 2] = x, y, z
+            axes |= (1 if abs(x) > k * a else 0) << 3 * w
+            axes |= (2 if abs(y) > k * b else 0) << 3 * w
+            axes |= (4 if abs(z) > k * c else 0) << 3 * w
     if n > 2:
         a0, b0 = ring[(n - 3) % kept], ring[(n - 2) % kept]
         w0 = np.empty(3)
@@ -110,6 +112,7 @@ def looked(
             off = lack[i] - lasting[i]
             if off * off > max(WILD * WILD * jump[i], LEAST_WILD * LEAST_WILD):
                 out[SIDES + i] = math.copysign(1.0, off)
+    return before_first, before_last, axes
 
 
 @jit_own
@@ -142,8 +145,11 @@ class Looks:
         self.k, self.moments = k, moments
         self._windows, self._ring, self._out = np.array(windows_s), np.zeros((KEPT, WIDTH)), np.zeros(OUT)
         self.n = 0
-        self.first = [-1, -1]  # index of each window's first step, -1: it is not full
-        self.axes: list[tuple[int, ...]] = [(), ()]  # about which they disagree over each window
+        self.first = -1, -1  # index of each window's first step, -1: it is not full
+        self.axes: tuple[tuple[int, ...], tuple[int, ...]] = (), ()  # about which they disagree over each window
+        self.more = (
+            ZERO3  # [rad] the reference has turned more than the gyro over the first window, 0 while it is not full
+        )
 
     def __len__(self) -> int:
         """Steps that are kept."""
@@ -151,7 +157,7 @@ class Looks:
 
     def begin(self) -> None:
         """Nothing has been read."""
-        self.n = 0
+        self.n, self.more = 0, ZERO3
 
     def take(
         self, more: Vec3, turned: Vec3, dt: float, flow: Vec3, h: float, u: np.ndarray, scatter: float, rate2: float, count: int
@@ -159,13 +165,14 @@ class Looks:
         """A step of dt [s]; flow: V [m/s], beta, alpha [rad]; the rest as `looked`. On how many sides the gyro's rates go as no
         moments do (Moments.wild)."""
         m = self.moments
-        looked(
+        first, last, axes = looked(
             self._ring, self.n, *more, *turned, dt, *flow, h, u, self._windows, self.k, scatter, rate2, count, TWO, m.P,
             m.lasting, m.jump, m.lack, m.fm, self._out,
         )  # fmt: skip
         self.n += 1
-        a, b, over_a, over_b, x, y, z = self._out.tolist()
-        self.first, self.axes = [int(a), int(b)], [AXES_OF[int(over_a)], AXES_OF[int(over_b)]]
+        self.first, self.axes = (first, last), (AXES_OF[axes & 7], AXES_OF[axes >> 3])
+        a, b, c, x, y, z = self._out.tolist()
+        self.more = a, b, c
         return m.wild((x, y, z)) if self.n > 2 else 0
 
     def before(self, T: float) -> int:

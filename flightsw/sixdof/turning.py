@@ -200,6 +200,11 @@ class Turning:
         """Whether the reference has not seen the gyro's last turns."""
         return any(abs(x) > LATELY * sigma for x, sigma in zip(*self.lately(), strict=True))
 
+    @property
+    def more(self) -> Vec3:
+        """What `lately` says first."""
+        return ZERO3 if self.out else self._steps.more
+
     def lately(self) -> tuple[Vec3, Vec3]:
         """Over the shortest window: by how much the reference has turned more than the gyro [rad], and one sigma of that; without
         a sigma where nobody knows."""
