@@ -14,7 +14,7 @@ from flightsw.kernels.atmosphere import density
 from flightsw.sixdof.estimator_core import NavParams
 from flightsw.sixdof.forces import moment_rates
 from flightsw.sixdof.looks import KEPT, Looks
-from flightsw.sixdof.moments import Moments
+from flightsw.sixdof.moments import JUMP, LASTING, Moments
 from flightsw.sixdof.params import parameter_vector
 from flightsw.sixdof.turning import make_turning
 from flightsw.types import HF_ATT, HF_IMU, UPD_ATT, UPD_IMU, Health, NavState, SensorFrame
@@ -90,19 +90,20 @@ def watched(
 def test_the_turn_that_moments_make_is_euler_step_by_step(ac: Aircraft) -> None:
     """To the bit, with a ring that has gone round."""
     rng, moments = np.random.default_rng(3), Moments(ac, SIGMA_W)
-    moments.lasting[:] = 0.01, -0.02, 0.005
-    looks, given = Looks((0.3, 1.0), 6.0, moments), []
+    lasting = moments.m[LASTING:JUMP] = 0.01, -0.02, 0.005
+    looks, given, still = Looks((0.3, 1.0), 6.0, SIGMA_A, SIGMA_W, moments), [], (1.0, 0.0, 0.0, 0.0)
+    looks.known = True
     for _ in range(KEPT + 40):
         u, turned, flow, h = rng.normal(0.0, 0.02, 4), rng.normal(0.0, 0.01, 3), rng.normal(0.0, 0.03, 2), 7010.0
         dt, speed = rng.uniform(0.04, 0.06), rng.uniform(180.0, 200.0)
         flown = (speed, *flow.tolist())
-        looks.take((0.0, 0.0, 0.0), tuple(turned.tolist()), dt, flown, h, u, 1e-5, 1e-4, 5)
+        looks.take((0.0, 0.0, 0.0), dt, still, 0.0, tuple(turned.tolist()), dt, flown, h, u, 5)
         given.append((dt, *flown, u))
     for began in (KEPT - 2, KEPT - 30, 5):
         w, turn = np.array([0.02, -0.01, 0.03]), np.zeros(3)
         for dt, speed, beta, alpha, u in given[began + 1 - KEPT :]:
             rates = moment_rates(speed, beta, alpha, w, u, density(h), moments.P, np.zeros(9))
-            w = w + (np.array(rates) + moments.lasting) * dt
+            w = w + (np.array(rates) + lasting) * dt
             turn = turn + w * dt
         assert looks.turned(began, (0.02, -0.01, 0.03)) == tuple(turn.tolist())
 
