@@ -212,7 +212,7 @@ class ReceiverMission(Mission[ActuatorModel]):
         if self.air is not None:
             self.air.exercise()
         if self.integrity is not None:
-            self.integrity.horizon.exercise()
+            self.integrity.horizon.exercise(self.integrity.rows)
 
     @property
     def laws(self) -> Laws:
