@@ -241,6 +241,8 @@ class Integrity:
     @property
     def _two(self) -> int:
         """The two in dispute, as a mask, where nobody can tell who of them is wrong; 0: among three the bound covers it."""
+        if not self.undecided:
+            return 0
         full = self.undecided & ~(1 << WAKE)
         if self.undecided.bit_count() == 2:
             return self.undecided
