@@ -18,7 +18,8 @@ from flightsw.kernels.linalg import backward_sub_t, forward_sub, tria
 from flightsw.kernels.rotations import dcm_from_quat, turn
 from flightsw.missions.receiver.integrity import kernel
 from flightsw.missions.receiver.integrity.layout import AB, NB, ROWS, D, U
-from flightsw.sixdof.actuators import between, thrust_available
+from flightsw.sixdof.actuators import between, surface_limits, thrust_available
+from flightsw.sixdof.command import cut
 from flightsw.sixdof.estimator_core import fill_noise, sane
 from flightsw.sixdof.layout import NX, X_X
 from flightsw.sixdof.motion import air_velocity, propagate_free, propagate_relative
@@ -233,3 +234,23 @@ def _sum(terms: Iterable[float]) -> float:
     for x in terms:
         s += x
     return s
+
+
+@pytest.mark.parametrize("kept", [1, 3])
+def test_a_command_is_cut_and_remembered_or_left_alone(kept: int) -> None:
+    r, lim = np.random.default_rng(10), surface_limits(load_aircraft("learjet24"))
+    low, high = np.array([*lim[:, 0], 800.0]), np.array([*lim[:, 1], 9e3])
+    old, found = r.normal(size=(kept, 4)), set()
+    for k in range(200):
+        asked = np.array([*r.normal(0.0, 0.15, 3), r.uniform(500.0, 10e3)])
+        if k % 20 == 0:
+            asked[k // 20 % 4] = (math.nan, math.inf, -math.inf)[k // 20 % 3]
+        u, was = asked.copy(), old.copy()
+        out = cut(u, lim, 800.0, 9e3, old)
+        found.add(out)
+        if np.isfinite(asked).all():
+            assert (u == np.clip(asked, low, high)).all() and out == (u != asked).any()
+            assert (old[0] == u).all() and (old[1:] == was[:-1]).all()
+        else:
+            assert out == -1 and (old == was).all() and np.array_equal(u, asked, equal_nan=True)
+    assert found == {-1, 0, 1}

@@ -13,8 +13,6 @@ from flightsw import refusal as rd
 from flightsw.aircraft import Aircraft, load_aircraft
 from flightsw.kernels.atmosphere import G0, density
 from flightsw.kernels.rotations import Vec3, dcm_from_euler, less, quat_from_euler, turn
-from flightsw.sixdof.actuators import surface_limits
-from flightsw.sixdof.command import cut
 from flightsw.sixdof.recovery import answer_kernel as ak
 from flightsw.sixdof.recovery import readings_kernel as rk
 from flightsw.sixdof.recovery.beyond import (
@@ -283,23 +281,3 @@ def test_turbulence_is_that_of_differences_kept_one_by_one(lag_s: float) -> None
                 sigma = math.sqrt(max(sorted(square.tolist())[1], 0.0))
         assert found == sigma
     assert sigma > 0.0 and Turbulence(p).sigma == 0.0
-
-
-@pytest.mark.parametrize("kept", [1, 3])
-def test_a_command_is_cut_and_remembered_or_left_alone(kept: int) -> None:
-    r, lim = np.random.default_rng(10), surface_limits(AC)
-    low, high = np.array([*lim[:, 0], 800.0]), np.array([*lim[:, 1], 9e3])
-    old, found = r.normal(size=(kept, 4)), set()
-    for k in range(200):
-        asked = np.array([*r.normal(0.0, 0.15, 3), r.uniform(500.0, 10e3)])
-        if k % 20 == 0:
-            asked[k // 20 % 4] = (math.nan, math.inf, -math.inf)[k // 20 % 3]
-        u, was = asked.copy(), old.copy()
-        out = cut(u, lim, 800.0, 9e3, old)
-        found.add(out)
-        if np.isfinite(asked).all():
-            assert (u == np.clip(asked, low, high)).all() and out == (u != asked).any()
-            assert (old[0] == u).all() and (old[1:] == was[:-1]).all()
-        else:
-            assert out == -1 and (old == was).all() and np.array_equal(u, asked, equal_nan=True)
-    assert found == {-1, 0, 1}
