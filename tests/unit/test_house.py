@@ -89,7 +89,8 @@ def graph() -> dict[str, set[str]]:
     for name, p in modules.items():
         tree = ast.parse(p.read_text(encoding="utf-8"))
         idle = {
-            id(x) for n in ast.walk(tree) if isinstance(n, ast.If) and ast.unparse(n.test) == "TYPE_CHECKING"
+            id(x) for n in ast.walk(tree)
+            if isinstance(n, ast.If) and isinstance(n.test, ast.Name) and n.test.id == "TYPE_CHECKING"
             for x in ast.walk(n)
         }  # fmt: skip
         found = set()
