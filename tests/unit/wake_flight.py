@@ -36,7 +36,7 @@ class Track:
 
 
 def predict(est: WakePosition, d: AirFlight, i: int) -> None:
-    a, w, c = (tuple(float(v) for v in row[i]) for row in (d.att_m, d.omega_m, d.acc_m))
+    a, w, c = (tuple(row[i].tolist()) for row in (d.att_m, d.omega_m, d.acc_m))
     est.predict(round(d.t[i] * 1e6), a, w, c, float(d.x_m[i]), 1.0, 200.0, 0.58883, 0.05 if i else 0.0)
 
 
