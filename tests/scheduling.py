@@ -89,8 +89,8 @@ def unit(nodeid: str) -> str:
 
 
 def rank(name: str) -> int:
-    """Place of a unit in HEAVY, the longest before it; behind all of them if it is none. The two that wait most of their time do so
-    one after the other: at once, they would leave a core of two with nothing to do."""
+    """Place of a unit in HEAVY, the longest before it; behind all of them if it is none. The two that wait most of their time
+    do so one after the other: at once, they would leave a core of two with nothing to do."""
     if name.startswith(TOGETHER):
         return -1 if name.endswith("flat out") else LATER
     return HEAVY.index(name) if name in HEAVY else len(HEAVY)
