@@ -18,7 +18,7 @@ FORKS = r"tests\.(forks|sil\.launch|component\.test_flight_process)"
 FORKING = re.compile(rf"^from {FORKS} import .*\b(Flight|Forked|apart|start)\b", re.MULTILINE)
 TOGETHER = "forks of one prepared process"  # units of files whose programs are: two of it are enough
 REAL_TIME = ("tests/hil/", "tests/clients/")  # the unit of those that wait for the wall clock
-# units of more than three seconds and a half of processor time, longest first: none of them may come last
+# units of more than three seconds of processor time, longest first: none of them may come last
 HEAVY: tuple[str, ...] = (
     "tests/browser/test_pages.py",
     "tests/sil/test_airdata.py",
@@ -67,6 +67,15 @@ HEAVY: tuple[str, ...] = (
     "tests/validation/test_srukf.py",
     "tests/unit/test_sevil_six_dof.py",
     "tests/unit/test_plant_faults.py",
+    "tests/sil/test_fuzz.py",
+    "tests/component/test_led_astray.py",
+    "tests/keys/test_reads.py",
+    "tests/unit/test_windshear_nav.py",
+    "tests/unit/test_report_rivard.py",
+    "tests/component/test_refusals.py",
+    "tests/unit/test_identify_flight.py",
+    "tests/sil/test_lost_link.py",
+    "tests/sil/test_rendezvous.py",
 )
 LATER = 12  # place in HEAVY of the forks in real time: when those that fly flat out, which wait much too, are through
 
