@@ -117,7 +117,7 @@ class FlightApp:
         self.tick_no = 0
         self._updated = 0
         self._baro_us = -BARO_AGE_US
-        self._imu: list[tuple[float, ...]] = []  # stamp, rate, specific force
+        self._imu: list[tuple[int, Vec3, Vec3]] = []  # stamp, rate, specific force
         self._means: tuple[Vec3, Vec3, float] = (ZERO3, ZERO3, 0.0)  # of rate and specific force, and their age [s]
         self._slow_index = -1
         self._slow_t_us = -1
@@ -137,7 +137,7 @@ class FlightApp:
         t_us = f.t_us
         self._updated |= f.updated
         if f.updated & UPD_IMU:
-            self._imu.append((t_us, *f.gyro_b, *f.acc_b))
+            self._imu.append((t_us, f.gyro_b, f.acc_b))
         if self._started:
             self.act.step(self.u, dt_s if dt_s < MAX_STEP_S else MAX_STEP_S)
         index = t_us // self.slow_us
@@ -223,9 +223,10 @@ class FlightApp:
         last one. Without a sample the last means stay, with a count of 0."""
         n = len(self._imu)
         if n:
-            stamps, *channels = zip(*self._imu, strict=True)
-            p, q, r, x, y, z = [math.fsum(c) / n for c in channels]
-            self._means = (p, q, r), (x, y, z), (f.t_us - sum(stamps) / n) * 1e-6
+            stamps, rates, forces = zip(*self._imu, strict=True)
+            p, q, r = map(math.fsum, zip(*rates, strict=True))
+            x, y, z = map(math.fsum, zip(*forces, strict=True))
+            self._means = (p / n, q / n, r / n), (x / n, y / n, z / n), (f.t_us - sum(stamps) / n) * 1e-6
             self._imu = []
         gyro, acc, age = self._means
         out = copied(f)

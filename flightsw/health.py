@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from operator import attrgetter
+from operator import attrgetter, ne
 from typing import Annotated
 
 from flightsw.strict import IN_FLIGHT, ConfigError, Range
@@ -112,7 +112,9 @@ class HealthMonitor:
         self.watch, self.air_used = watch, air_used
         self.out = Health()
         self._last_us: dict[int, int] = {}  # of each group its last good sample; from the first frame on
-        self._value: dict[str | int, float | tuple[float, ...]] = {}  # by channel
+        # of each channel the last value; those of the air data in a row: airspeeds, sideslips, incidences
+        self._value: dict[str, float | tuple[float, ...]] = {"gyro": (), "accelerometer": ()}
+        self._air_row: tuple[float, ...] = ()
         self._same: dict[str | int, int] = {}
         self._air_bad = 0  # SensorFrame.air_bad of the last air data
         self.texts: list[Text] = []
@@ -192,12 +194,12 @@ class HealthMonitor:
     # Whether the new sample of a group is in range and alive. Every channel is looked at, whatever the others are.
 
     def _imu(self, f: SensorFrame) -> bool:
-        (p, q, r), (x, y, z), last = f.gyro_b, f.acc_b, self._value
-        if last.get("gyro") != f.gyro_b and last.get("accelerometer") != f.acc_b and not self._same:
-            last["gyro"], last["accelerometer"] = f.gyro_b, f.acc_b  # 100 times a second: as `_moving`, without calls
-        elif not self._moving("gyro", f.gyro_b) & self._moving("accelerometer", f.acc_b):
+        gyro, acc, last = f.gyro_b, f.acc_b, self._value
+        if last["gyro"] != gyro and last["accelerometer"] != acc and not self._same:
+            last["gyro"], last["accelerometer"] = gyro, acc  # 100 times a second: as `_moving`, without calls
+        elif not self._moving("gyro", gyro) & self._moving("accelerometer", acc):
             return False
-        w, a = self.p.rate_max_radps, self.p.acc_max_mps2  # and as `_inside`
+        (p, q, r), (x, y, z), w, a = gyro, acc, self.p.rate_max_radps, self.p.acc_max_mps2  # and as `_inside`
         return -w <= p <= w and -w <= q <= w and -w <= r <= w and -a <= x <= a and -a <= y <= a and -a <= z <= a
 
     def _attitude(self, f: SensorFrame) -> bool:
@@ -227,16 +229,25 @@ class HealthMonitor:
     def _air(self, f: SensorFrame) -> bool:
         """Mark each refused reading; the group is good while one probe is good in all three, or where readings
         are taken one by one, while one that is used is."""
-        p, moving, serving, air_bad = self.p, self._moving, 0, 0
+        p, alive, serving, air_bad = self.p, self._alive, 0, 0
         low, high, most = p.V_min_mps, p.V_max_mps, p.flow_max_rad
+        n, row, before = len(f.air_V), f.air_V + f.air_beta + f.air_alpha, self._air_row
+        self._air_row = row
+        moved = list(map(ne, row, before)) if len(row) == len(before) else [True] * len(row)
+        if n and all(moved) and not self._same:  # as nearly always: nothing to be counted, what is left are ranges
+            flow, total = row[n:], sum(row)
+            fast = low <= min(f.air_V) and max(f.air_V) <= high
+            if fast and -most < min(flow) and max(flow) < most and total == total:  # the last: none is NaN
+                self._air_bad = 0
+                return f.air_mask & (1 << n) - 1 > 0
         for i, v in enumerate(f.air_V):
             b, a = f.air_beta[i], f.air_alpha[i]
             lost = 0  # AIR_*
-            if not moving(3 * i, v) or not low <= v <= high:
+            if not alive(i, moved[i]) or not low <= v <= high:
                 lost, air_bad = AIR_V, air_bad | 1 << i
-            if not moving(3 * i + 1, b) or not -most < b < most:
+            if not alive(n + i, moved[n + i]) or not -most < b < most:
                 lost, air_bad = lost | AIR_BETA, air_bad | 8 << i
-            if not moving(3 * i + 2, a) or not -most < a < most:
+            if not alive(2 * n + i, moved[2 * n + i]) or not -most < a < most:
                 lost, air_bad = lost | AIR_ALPHA, air_bad | 64 << i
             if self.air_used & ~lost if self.air_used else not lost:
                 serving |= f.air_mask >> i & 1
@@ -253,10 +264,16 @@ class HealthMonitor:
             self.texts.append(Text(4, "radio altimeter refused") if bad else Text(5, "radio altimeter back"))
         return bad
 
-    def _moving(self, channel: str | int, value: float | tuple[float, ...]) -> bool:
-        """False once the same bits have come `stuck_samples` times in a row: real noise never repeats."""
-        if self._value.get(channel) != value:
+    def _moving(self, channel: str, value: float | tuple[float, ...]) -> bool:
+        """Whether a channel is alive; `value` is its new one."""
+        moved = self._value.get(channel) != value
+        if moved:
             self._value[channel] = value
+        return self._alive(channel, moved)
+
+    def _alive(self, channel: str | int, moved: bool) -> bool:
+        """False once the same bits have come `stuck_samples` times in a row: real noise never repeats."""
+        if moved:
             if self._same:
                 self._same.pop(channel, None)
             return True

@@ -16,7 +16,7 @@ from flightsw.types import ACCEPTED
 from sim_plant.couplings.radio import FIXES, Radio
 from sim_plant.failures.desk import CommandDesk
 from sim_plant.scenario import Scenario, dump, load_scenario
-from sim_plant.truth import Truth
+from sim_plant.truth import row_of
 from sim_plant.world import World
 
 REPLY_AGE_US = (
@@ -119,36 +119,13 @@ class PlantServer(Generic[D]):
 
     def _write_truth(self) -> None:
         assert self._log is not None
-        for i, codec in enumerate(self.codecs):
-            self._write_one(codec, self.world.truth(i))
-        for sysid, other in self.world.others():
+        w, t_us, write = self.world, self.world.t_us, self._log.write
+        for codec, m in zip(self.codecs, w.members, strict=True):
+            write(t_us, codec.truth(t_us, row_of(m)))
+        for sysid, other in w.others():
             if sysid not in self._others:  # any record does: it has no controls to scale
-                self._others[sysid] = PlantCodec(self.world.members[0].ac, sysid, self._origin)
-            self._write_one(self._others[sysid], other)
-
-    def _write_one(self, codec: PlantCodec[D] | PlantCodec[bytes], t: Truth) -> None:
-        assert self._log is not None
-        self._log.write(
-            t.t_us,
-            codec.truth(
-                t.t_us,
-                pos_n=t.pos_n,
-                vel_n=t.vel_n,
-                q_nb=t.q_nb,
-                w_b=t.w_b,
-                wind_n=t.wind_n,
-                wind_rot=t.wind_rot,
-                V=t.V,
-                beta=t.beta,
-                alpha=t.alpha,
-                controls=t.controls,
-                xi=t.xi,
-                mass=t.mass,
-                boom=(t.boom_elevation, t.boom_azimuth, t.boom_extension),
-                contact=t.contact,
-                inside=t.inside,
-            ),
-        )
+                self._others[sysid] = PlantCodec(w.members[0].ac, sysid, self._origin)
+            write(t_us, self._others[sysid].truth(t_us, other.row))
 
     def accept(self, i: int, datagram: D, exact: bool = True) -> bool:
         """Take a datagram of aircraft i. True if it answers the current tick (`exact`) or a recent one (real time).
@@ -168,8 +145,8 @@ class PlantServer(Generic[D]):
                 self.rejected[i] += 1
             return False
         if before is not None:  # real time: several replies in one tick; none of their packets may get lost
-            reply.link, reply.orders = before.link + reply.link, before.orders + reply.orders
-            reply.fixes = before.fixes + reply.fixes
+            reply.link, reply.orders = (*before.link, *reply.link), (*before.orders, *reply.orders)
+            reply.fixes = (*before.fixes, *reply.fixes)
             if before.cmd is not None and before.cmd.t_us > cmd.t_us:
                 reply.cmd = before.cmd
         for ack in reply.acks:

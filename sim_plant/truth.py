@@ -1,4 +1,4 @@
-"""True state of one aircraft, for the truth log, for judging, never for flightsw."""
+"""True state of one aircraft, for the truth log, for judging, never for flightsw. The log has part of it: a row."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from sim_plant.aircraft.base import Member
 from sim_plant.kernels import layout as n
 
 Four = tuple[float, float, float, float]
+Row = tuple[float, ...]  # values of a TRUTH message after its time, as the wire orders them
 
 
 @dataclass(slots=True)
@@ -38,6 +39,15 @@ class Truth:
     boom_extension: float
     contact: bool
     inside: bool
+
+    @property
+    def row(self) -> Row:
+        """What the log has of it."""
+        return (
+            *self.pos_n, *self.vel_n, *self.q_nb, *self.xi, *self.w_b, *self.wind_n, *self.wind_rot, self.V, self.beta,
+            self.alpha, *self.controls, self.mass, self.boom_elevation, self.boom_azimuth, self.boom_extension,
+            self.contact, self.inside,
+        )  # fmt: skip
 
 
 def vec3(x: list[float], at: int) -> Vec3:
@@ -74,3 +84,14 @@ def truth_of(m: Member, t_us: int) -> Truth:
         contact=m.view.contact,
         inside=m.view.inside,
     )
+
+
+def row_of(m: Member) -> Row:
+    """`Truth.row` of a member as its view is, the rest left out."""
+    v = m.view
+    s, o, boom, wind = v.s, v.o, v.boom, m.wind.tolist()
+    return (
+        *s[n.S_P : n.S_P + 3], *s[n.S_V : n.S_V + 3], *s[n.S_Q : n.S_Q + 4], *v.rel[n.R_XI : n.R_XI + 3],
+        *s[n.S_W : n.S_W + 3], *wind[n.W_N : n.W_N + 3], *wind[n.W_ROT : n.W_ROT + 3], o[n.O_V], o[n.O_BETA], o[n.O_ALPHA],
+        *s[n.S_SURF : n.S_SURF + 3], s[n.S_T], o[n.O_MASS], boom[n.R_EL], boom[n.R_AZ], boom[n.R_EXT], v.contact, v.inside,
+    )  # fmt: skip

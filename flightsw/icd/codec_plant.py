@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import Generic
+from dataclasses import dataclass
+from typing import Any, Generic
 
 from flightsw.aircraft import Airframe
-from flightsw.icd.codec_receive import BARO_BITS, IMU_BITS, MAG_BITS, finite
+from flightsw.icd.codec_receive import BARO_BITS, IMU_BITS, MAG_BITS
 from flightsw.icd.geo import DEFAULT_ORIGIN, Origin, WireMap
 from flightsw.icd.port import WIRE, D, Port
 from flightsw.icd.radalt import distance
@@ -57,6 +57,11 @@ _RADAR = BY_NAME["CREW_RADAR"]
 _RADALT = BY_NAME["DISTANCE_SENSOR"]
 _TRUTH = BY_NAME["TRUTH"]
 _IN_HIL_SENSOR = UPD_IMU | UPD_MAG | UPD_BARO  # groups without a packet of their own
+# of each combination of them what HIL_SENSOR says is new
+_FIELDS = {
+    up: (IMU_BITS if up & UPD_IMU else 0) | (MAG_BITS if up & UPD_MAG else 0) | (BARO_BITS if up & UPD_BARO else 0)
+    for up in range(_IN_HIL_SENSOR + 1)
+}
 _U16 = 0xFFFF
 _CMD_SHUTDOWN = 246  # MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN
 
@@ -67,10 +72,10 @@ class Reply(Generic[D]):
     `orders`: raw COMMAND_LONG handed on to the plant; `cmd` None: nothing usable."""
 
     cmd: ActuatorCmd | None = None
-    link: list[D] = field(default_factory=list)
-    fixes: list[D] = field(default_factory=list)
-    acks: list[Ack] = field(default_factory=list)
-    orders: list[D] = field(default_factory=list)
+    link: Sequence[D] = ()
+    fixes: Sequence[D] = ()
+    acks: Sequence[Ack] = ()
+    orders: Sequence[D] = ()
 
 
 def _cm16(v: float) -> int:
@@ -106,27 +111,11 @@ class PlantCodec(Generic[D]):
         """
         up = frame.updated
         out = self._groups(frame, up) if up & ~_IN_HIL_SENSOR else []
-        out.extend(extra)
-        fields = (
-            (IMU_BITS if up & UPD_IMU else 0) | (MAG_BITS if up & UPD_MAG else 0) | (BARO_BITS if up & UPD_BARO else 0)
-        )
         last = self.send.pack(
-            _SENSOR,
-            frame.t_us,
-            *frame.acc_b,
-            *frame.gyro_b,
-            *frame.mag_b,
-            frame.pressure_pa * 0.01,
-            0.0,
-            frame.baro_alt_m,
-            0.0,
-            fields,
-            0,
-        )
-        if not out:
-            return last
-        out.append(last)
-        return self.send.join(out)
+            _SENSOR, frame.t_us, *frame.acc_b, *frame.gyro_b, *frame.mag_b, frame.pressure_pa * 0.01, 0.0, frame.baro_alt_m,
+            0.0, _FIELDS[up & _IN_HIL_SENSOR], 0,
+        )  # fmt: skip
+        return self.send.join((*out, *extra, last)) if out or extra else last
 
     def _groups(self, frame: SensorFrame, up: int) -> list[D]:
         """Packets of the groups `up` that have one of their own, in the order of the link."""
@@ -219,24 +208,20 @@ class PlantCodec(Generic[D]):
         """Actuator command (SI), data-link packets (raw) and acks with their reasons of one reply. Never raises; rubbish is
         counted.
         """
+        packets = self.port.packets(datagram, ACCEPT, self.count)
+        if len(packets) == 1 and packets[0][0] is _ACTUATORS:  # as in most ticks
+            return Reply(self._command(packets[0][1]))
         cmd: ActuatorCmd | None = None
         link: list[D] = []
         fixes: list[D] = []
         acks: list[Ack] = []
         orders: list[D] = []
-        k = self._scale
         texts: Joiner | None = None
         reasons: dict[int, str] = {}
-        for p in self.port.packets(datagram, ACCEPT, self.count):
+        for p in packets:
             spec, v, sysid, compid, _, _ = p
-            if spec is _ACTUATORS:  # wire order: time, flags, 16 controls, mode
-                if not finite(v[2:18]):
-                    self.count.non_finite += 1
-                    continue
-                cmd = ActuatorCmd(
-                    v[0], v[2] * k.aileron, v[3] * k.elevator, v[4] * k.rudder, v[5], v[10] > 0.5, bool(v[18] & 0x80),
-                    v[6] * k.flap,
-                )  # fmt: skip
+            if spec is _ACTUATORS:
+                cmd = self._command(v) or cmd
             elif spec is _ACK:
                 command, result, system, component, ident = _ACK_FIELDS(v)
                 acks.append(Ack(command, result, system, component, reasons.get(ident, "")))
@@ -251,6 +236,18 @@ class PlantCodec(Generic[D]):
                 link.append(self.port.part(datagram, p))
         return Reply(cmd, link, fixes, acks, orders)
 
+    def _command(self, v: tuple[Any, ...]) -> ActuatorCmd | None:
+        """Of the values of a HIL_ACTUATOR_CONTROLS: time, flags, 16 controls, mode; None for one that is no finite number."""
+        s = sum(v[2:18])
+        if s - s != 0.0:
+            self.count.non_finite += 1
+            return None
+        k = self._scale
+        return ActuatorCmd(
+            v[0], v[2] * k.aileron, v[3] * k.elevator, v[4] * k.rudder, v[5], v[10] > 0.5, bool(v[18] & 0x80),
+            v[6] * k.flap,
+        )  # fmt: skip
+
     def command(self, command: int, *params: float) -> D:
         """COMMAND_LONG to this aircraft as if from the ground (sysid 255): scripted events of a scenario."""
         named = {f"param{i + 1}": p for i, p in enumerate(params)}
@@ -264,43 +261,6 @@ class PlantCodec(Generic[D]):
             "COMMAND_LONG", target_system=self.sysid, target_component=COMP_AUTOPILOT, command=_CMD_SHUTDOWN, param1=2.0
         )
 
-    def truth(
-        self,
-        t_us: int,
-        *,
-        pos_n: Sequence[float],
-        vel_n: Sequence[float],
-        q_nb: Sequence[float],
-        w_b: Sequence[float],
-        wind_n: Sequence[float],
-        wind_rot: Sequence[float],
-        V: float,
-        beta: float,
-        alpha: float,
-        controls: Sequence[float],
-        xi: Sequence[float],
-        mass: float,
-        boom: Sequence[float],
-        contact: bool,
-        inside: bool,
-    ) -> bytes:
-        """TRUTH packet for truth.tlog (SI, frames as in the ICD; `boom` = elevation, azimuth [rad], extension [m])."""
-        return self._truth.pack(
-            _TRUTH,
-            t_us,
-            *pos_n,
-            *vel_n,
-            *q_nb,
-            *xi,
-            *w_b,
-            *wind_n,
-            *wind_rot,
-            V,
-            beta,
-            alpha,
-            *controls,
-            mass,
-            *boom,
-            1 if contact else 0,
-            1 if inside else 0,
-        )
+    def truth(self, t_us: int, row: Sequence[float]) -> bytes:
+        """TRUTH packet for truth.tlog; row: its values after the time, in wire order (SI, frames as in the ICD)."""
+        return self._truth.pack(_TRUTH, t_us, *row)

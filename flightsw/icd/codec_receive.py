@@ -115,18 +115,13 @@ class FlightReceiver(Generic[D]):
             BY_NAME["STATUSTEXT"].id: self.orders.text,
         }
 
-    def parse(self, datagram: D) -> Sequence[Packet]:
-        """Sound packets of a datagram; the rest is counted."""
-        return self.port.packets(datagram, ACCEPT, self.count)
-
-    @staticmethod
-    def sensor_time(packets: Sequence[Packet]) -> int:
-        """Time stamp [us] of the last HIL_SENSOR of a parsed datagram, or -1 if there is none."""
+    def parse(self, datagram: D) -> tuple[Sequence[Packet], int]:
+        """Sound packets of a datagram, the rest being counted, and the stamp [us] of its last HIL_SENSOR, -1 if there is none."""
+        packets = self.port.packets(datagram, ACCEPT, self.count)
         for p in reversed(packets):
             if p[0] is HIL_SENSOR:
-                t_us: int = p[1][0]
-                return t_us
-        return -1
+                return packets, p[1][0]
+        return packets, -1
 
     def apply(self, packets: Sequence[Packet], frame: SensorFrame, now_us: int) -> None:
         """Put parsed packets into `frame`: sets the bits of `updated`, appends commands. Never raises.
@@ -143,8 +138,7 @@ class FlightReceiver(Generic[D]):
         frame.updated = 0
         frame.commands.clear()
         self.orders.left = COMMANDS_MAX
-        packets = self.parse(datagram)
-        t = self.sensor_time(packets)
+        packets, t = self.parse(datagram)
         self.apply(packets, frame, t + self.offset_us if t >= 0 else frame.t_us)
 
     def _sensor(self, p: Packet, f: SensorFrame) -> None:

@@ -170,7 +170,8 @@ def _estimator(s: Snapshot, c: Context) -> bytes:
         flags = 0x37 | (0x8 if n.rel_valid else 0)
     if s.health.flags & HF_GNSS:
         flags |= 0x400
-    vel, pos, tas = (_test_ratio(s.health.ratios, kinds) for kinds in (_VELOCITY, _POSITION, _AIRSPEED))
+    ratios = s.health.ratios
+    vel, pos, tas = (_test_ratio(ratios, kinds) for kinds in (_VELOCITY, _POSITION, _AIRSPEED))
     return c.send.named(
         "ESTIMATOR_STATUS",
         time_usec=s.t_us,

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from operator import attrgetter
-
 from flightsw.icd.dialect import ENUMS, HOUSE
 from flightsw.icd.wire import BY_NAME, Sender
 from flightsw.strict import ConfigError, near
@@ -13,10 +11,17 @@ OUTPUTS, CONTROLLED, SCHEDULED, LAW = 5, 4, 3, 16  # entries of the message, byt
 ENUM = "WKF_QUANTITY"
 _SPEC = BY_NAME["CONTROL_TERMS"]
 _NUMBER = {word: v for v, word in HOUSE.words(ENUM).items()}
-_ENTRY = {**_NUMBER, "": 0}  # with what stands in those a law does not have
-_OUTPUT = attrgetter("proportional", "integral", "feedforward", "cut", "limits", "name")
-_CONTROLLED = attrgetter("error", "integral", "limits", "name")
-_SCHEDULED = attrgetter("value", "limits", "name")
+# where each of its fields begins
+(
+    _TIME, _PROPORTIONAL, _INTEGRAL, _FEEDFORWARD, _CUT, _ERROR, _ERROR_INTEGRAL, _SCHEDULE, _OUTPUT, _OUTPUT_LIMIT,
+    _CONTROLLED, _CONTROLLED_LIMIT, _SCHEDULED, _SCHEDULE_LIMIT, _PLACE, _CLOSED, _LAW,
+) = [
+    _SPEC.slots[name][0]
+    for name in (
+        "time_usec", "proportional", "integral", "feedforward", "cut", "error", "error_integral", "schedule", "output",
+        "output_limit", "controlled", "controlled_limit", "scheduled", "schedule_limit", "place", "closed", "law",
+    )
+]  # fmt: skip
 
 
 def unit(quantity: int) -> str:
@@ -51,17 +56,14 @@ def control_terms(send: Sender, t_us: int, laws: Laws) -> bytes:
 
 
 def _packet(send: Sender, t_us: int, place: int, t: LawTerms) -> bytes:
-    o, c, s = t.outputs, t.controlled, t.schedule
-    # by columns; entries the law does not have are 0
-    proportional, integral, feedforward, cut, o_limits, o_names = zip(
-        *map(_OUTPUT, o), *[(0.0, 0.0, 0.0, 0.0, 0, "")] * (OUTPUTS - len(o)), strict=True
-    )
-    error, summed, c_limits, c_names = zip(
-        *map(_CONTROLLED, c), *[(0.0, 0.0, 0, "")] * (CONTROLLED - len(c)), strict=True
-    )
-    value, s_limits, s_names = zip(*map(_SCHEDULED, s), *[(0.0, 0, "")] * (SCHEDULED - len(s)), strict=True)
-    return send.pack(
-        _SPEC, t_us, *proportional, *integral, *feedforward, *cut, *error, *summed, *value,
-        *[_ENTRY[n] for n in o_names], *o_limits, *[_ENTRY[n] for n in c_names], *c_limits,
-        *[_ENTRY[n] for n in s_names], *s_limits, place, 1 if t.closed else 0, t.law.encode(),
-    )  # fmt: skip
+    row = _SPEC.blank.copy()  # entries the law does not have stay 0
+    for i, o in enumerate(t.outputs):
+        row[_PROPORTIONAL + i], row[_INTEGRAL + i], row[_FEEDFORWARD + i] = o.proportional, o.integral, o.feedforward
+        row[_CUT + i], row[_OUTPUT + i], row[_OUTPUT_LIMIT + i] = o.cut, _NUMBER[o.name], o.limits
+    for i, c in enumerate(t.controlled):
+        row[_ERROR + i], row[_ERROR_INTEGRAL + i] = c.error, c.integral
+        row[_CONTROLLED + i], row[_CONTROLLED_LIMIT + i] = _NUMBER[c.name], c.limits
+    for i, s in enumerate(t.schedule):
+        row[_SCHEDULE + i], row[_SCHEDULED + i], row[_SCHEDULE_LIMIT + i] = s.value, _NUMBER[s.name], s.limits
+    row[_TIME], row[_PLACE], row[_CLOSED], row[_LAW] = t_us, place, 1 if t.closed else 0, t.law.encode()
+    return send.pack(_SPEC, *row)

@@ -63,7 +63,7 @@ class Hand:
 
     def pack(self, spec: Spec, *values: Any) -> Handed:
         """As wire.Sender, with what it raises."""
-        return ((spec, spec.unpack(spec.packer.pack(*values)), self.sysid, self.compid, 0, 0),)
+        return ((spec, spec.unpack(spec.pack(*values)), self.sysid, self.compid, 0, 0),)
 
     def again(self, spec: Spec, sent: Handed, t_us: int) -> Handed:
         """As wire.Sender."""
@@ -115,21 +115,13 @@ class Wire:
         """See Port."""
         return Sender(sysid, compid)
 
-    def packets(self, datagram: bytes, accept: dict[int, Spec], count: Counters) -> list[Packet]:
-        """See Port."""
-        return split(datagram, accept, count)
+    # see Port
+    packets = staticmethod(split)
+    as_bytes = of_bytes = staticmethod(bytes)  # of bytes: themselves
 
     def part(self, datagram: bytes, p: Packet) -> bytes:
         """See Port."""
         return datagram[p[4] : p[5]]
-
-    def as_bytes(self, datagram: bytes) -> bytes:
-        """See Port."""
-        return datagram
-
-    def of_bytes(self, data: bytes) -> bytes:
-        """See Port."""
-        return data
 
 
 class Direct:

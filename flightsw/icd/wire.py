@@ -39,14 +39,15 @@ class Spec:
     """Layout of one message. `slots[name] = (first flat index, array length or 0)`."""
 
     __slots__ = (
+        "blank",
         "crc_extra",
-        "defaults",
         "extra",
         "fields",
         "id",
         "id_bytes",
         "is_text",
         "name",
+        "pack",
         "packer",
         "size",
         "slots",
@@ -58,7 +59,7 @@ class Spec:
         self.id: int = m.id
         self.name: str = m.name
         self.packer: struct.Struct = m.packer
-        self.unpack, self.unpack_from = m.packer.unpack, m.packer.unpack_from
+        self.pack, self.unpack, self.unpack_from = m.packer.pack, m.packer.unpack, m.packer.unpack_from
         self.size: int = m.packer.size
         self.crc_extra: int = m.crc_extra
         self.extra = bytes([m.crc_extra])
@@ -66,16 +67,15 @@ class Spec:
         self.fields: tuple[str, ...] = tuple(f.name for f in m.fields)
         self.slots: dict[str, tuple[int, int]] = {}
         self.is_text: set[str] = set()
-        self.defaults: dict[str, Any] = {}
-        at = 0
+        self.blank: list[Any] = []  # values of a message of which nothing is said
         for f in m.wire:
             text = f.type == "char"
-            self.slots[f.name] = (at, f.length)
+            self.slots[f.name] = (len(self.blank), f.length)
             if text:
                 self.is_text.add(f.name)
-            at += 1 if text or f.length == 0 else f.length
+            self.blank += [b""] if text else [0] * (f.length or 1)
         if self.name == "HEARTBEAT":
-            self.defaults["mavlink_version"] = 3
+            self.blank[self.slots["mavlink_version"][0]] = 3
 
     def __reduce__(self) -> tuple[Callable[[int], Spec], tuple[int]]:
         return _spec, (self.id,)  # a copy of what holds packets holds the same messages
@@ -101,21 +101,22 @@ class Spec:
 
     def from_dict(self, fields: dict[str, Any]) -> tuple[Any, ...]:
         """Flat tuple in wire order from named values; a missing field is 0. Raises KeyError for an unknown name."""
-        for name in fields:
+        out = self.blank.copy()
+        for name, v in fields.items():
             if name not in self.slots:
                 raise KeyError(f"{self.name} has no field {name!r}; it has {', '.join(self.fields)}")
-        out: list[Any] = []
-        for name, (_, n) in self.slots.items():
-            v = fields.get(name, self.defaults.get(name))
+            at, n = self.slots[name]
+            if v is None:
+                continue
             if name in self.is_text:
-                out.append(v.encode("ascii", "replace") if isinstance(v, str) else (v or b""))
+                out[at] = v.encode("ascii", "replace") if isinstance(v, str) else v
             elif n:
-                row = list(v) if v is not None else [0] * n
+                row = list(v)
                 if len(row) != n:
                     raise ValueError(f"{self.name}.{name}: {len(row)} values; expected {n}")
-                out += row
+                out[at : at + n] = row
             else:
-                out.append(0 if v is None else v)
+                out[at] = v
         return tuple(out)
 
 
@@ -150,7 +151,7 @@ class Sender:
 
         Raises struct.error if a value does not fit its wire type.
         """
-        payload = spec.packer.pack(*values)
+        payload = spec.pack(*values)
         if not payload[-1]:
             payload = payload.rstrip(b"\0") or b"\0"
         seq = self.seq
@@ -212,7 +213,7 @@ def split(data: bytes, accept: dict[int, Spec], count: Counters, limit: int = 1 
     at, end = 0, len(data)
     lost = False  # in a run of rubbish already counted
     tries = 0
-    while at < end and len(out) < limit:
+    while at < end and limit > 0:
         if lost:
             tries += 1
             if tries > TRIES:
@@ -255,6 +256,7 @@ def split(data: bytes, accept: dict[int, Spec], count: Counters, limit: int = 1 
         else:  # longer: a newer dialect with more extension fields
             values = spec.unpack_from(data, at + HEADER)
         out.append((spec, values, sysid, compid, at, after))
+        limit -= 1
         lost = False
         at = after
     return out

@@ -15,16 +15,17 @@ class Gained:
 
     def add(self, f: SensorFrame) -> None:
         """Take in a frame; one without specific force or attitude ends the sum, which begins anew with the next."""
-        acc = self._felt.acceleration(f, f.acc_b) if f.updated & UPD_IMU and f.t_us > self._t_us else None
+        t_us, last_us = f.t_us, self._t_us
+        acc = self._felt.acceleration(f, f.acc_b) if f.updated & UPD_IMU and t_us > last_us else None
         if acc is None:
             self._from_us = -1
         elif self._from_us < 0:
-            self._from_us, self._v = f.t_us, ZERO3
+            self._from_us, self._v = t_us, ZERO3
         else:
-            dt, (x, y, z) = (f.t_us - self._t_us) * 1e-6, self._v
+            dt, (x, y, z) = (t_us - last_us) * 1e-6, self._v
             self._v = (x + acc[0] * dt, y + acc[1] * dt, z + acc[2] * dt)
-        if f.t_us > self._t_us:
-            self._t_us = f.t_us
+        if t_us > last_us:
+            self._t_us = t_us
 
     def take(self) -> Gain:
         """What was gained since the last `take`; span 0 where there is nothing, or something was missing."""

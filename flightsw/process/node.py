@@ -122,7 +122,6 @@ class Node(Generic[D]):
         self._waiting: list[Command] = []  # to the mission, asked without a tick: for the next one
         self._ground: list[bytes] = []  # of the ground, for the next tick
         self._last_datagram = self._last_reply = port.nothing
-        self._torn = 0  # of the plant's packets, so far
         self._held = port.nothing  # the actuator command sent last
         self._said: list[D] = []  # this tick, of which the reply is made
         self.answers = -1
@@ -251,14 +250,13 @@ class Node(Generic[D]):
         """Decode one plant datagram into the frame: TICK (its HIL_SENSOR opens one), AGAIN (the tick answered last, in other
         bytes: not taken) or NO_TICK.
         """
-        codec, frames = self.codec, self.frames
-        packets = codec.parse(datagram)
-        torn, self._torn = self._torn, codec.count.bad_crc + codec.count.bad_length
-        t = codec.sensor_time(packets)
+        codec, frames, count = self.codec, self.frames, self.codec.count
+        torn = count.bad_crc + count.bad_length
+        packets, t = codec.parse(datagram)
         if t == frames.raw and t >= 0:
             return AGAIN
         if codec.port.logged:
-            self._hear(LINK_IN, torn == self._torn, codec.port.as_bytes(datagram))
+            self._hear(LINK_IN, torn == count.bad_crc + count.bad_length, codec.port.as_bytes(datagram))
         if t >= 0 and not frames.take(t, self.t_us):
             return NO_TICK
         codec.offset_us = frames.offset

@@ -273,15 +273,15 @@ class Services:
 
     def ready(self, slot: bool) -> list[Maker]:
         """What makes the packets to send now. `slot`: this tick carries scheduled telemetry, the parameter list may go on."""
-        out = [self._ready.popleft() for _ in range(min(ANSWERS_MAX, len(self._ready)))]
-        if slot:
+        out = [self._ready.popleft() for _ in range(min(ANSWERS_MAX, len(self._ready)))] if self._ready else []
+        if slot and self.parameters.busy:
             out += self.parameters.listed()
         return out
 
     @property
     def busy(self) -> bool:
         """True if an answer waits."""
-        return bool(self._ready or self.parameters.busy or self.acks)
+        return bool(self._ready or self.acks or self.parameters.busy)
 
     def _queue(self, make: Maker) -> None:
         if len(self._ready) >= QUEUE_MAX:

@@ -32,7 +32,8 @@ TIME_SIZE = 24  # [byte] of a SYSTEM_TIME packet, at most
 OVERHEAD = 12  # [byte] of a packet around its payload
 # figures of the wall clock, whose trailing zeros are not sent: what fits into a datagram must not depend on them, or a replay,
 # which has other ones, would part the same packets otherwise
-_CLOCKED = {BY_NAME[n].id_bytes: OVERHEAD + BY_NAME[n].size for n in ("LOOP_TIMING", "RATE_GROUP", "SYS_STATUS")}
+CLOCKED = frozenset(("LOOP_TIMING", "RATE_GROUP", "SYS_STATUS"))
+_CLOCKED = {BY_NAME[n].id_bytes: OVERHEAD + BY_NAME[n].size for n in CLOCKED}
 Maker = Callable[[], bytes]  # packs a packet when its turn comes
 _SYSTEM_TIME = BY_NAME["SYSTEM_TIME"]
 _NOT_SELECTABLE = VALUES["MAV_MODE_PROPERTY_NOT_USER_SELECTABLE"]
@@ -115,7 +116,8 @@ class Telemetry:
         send = self.ctx.send
         makers: list[Maker] = []
         lead = ""
-        for n in (*names, *self.once):
+        due = (*names, *self.once)
+        for n in due:
             maker = self._reporter(n, snap) if n in self.own else partial(self._encode, n, snap)
             if maker is not None:
                 makers.append(maker)
@@ -128,7 +130,9 @@ class Telemetry:
         makers += answers
         timed = lead not in TIMED
         before = (send.seq, send.ident, self.failed)
-        whole, size = self._pack(makers, snap.t_us, timed)
+        packets = self._pack(makers, snap.t_us, timed)
+        whole = b"".join(packets)
+        size = sum(map(_size, packets)) if answers or not CLOCKED.isdisjoint(due) else len(whole)
         if size <= MAX_DATAGRAM:
             return [whole]
         send.seq, send.ident, self.failed = before
@@ -140,20 +144,19 @@ class Telemetry:
             while end < len(makers) and size + sizes[end] <= MAX_DATAGRAM:
                 size += sizes[end]
                 end += 1
-            out.append(self._pack(makers[at:end], snap.t_us, timed or at > 0)[0])
+            out.append(b"".join(self._pack(makers[at:end], snap.t_us, timed or at > 0)))
             at = end
         return out
 
-    def _pack(self, makers: Sequence[Maker], t_us: int, timed: bool) -> tuple[bytes, int]:
-        """One datagram and the room it takes (`_size`); `timed`: a time goes first, as also where what should lead could not be
-        encoded."""
+    def _pack(self, makers: Sequence[Maker], t_us: int, timed: bool) -> list[bytes]:
+        """Packets of one datagram; `timed`: a time goes first, as also where what should lead could not be encoded."""
         packets = [self.time(t_us)] if timed else []
         for make in makers:
             packet = make()
             if not packet and not packets:
                 packet = self.time(t_us)
             packets.append(packet)
-        return b"".join(packets), sum(map(_size, packets))
+        return packets
 
     def time(self, t_us: int) -> bytes:
         """SYSTEM_TIME packet of sample time `t_us` [us]."""

@@ -9,6 +9,7 @@ from typing import Annotated
 import numpy as np
 
 from flightsw.aircraft import Aircraft
+from flightsw.kernels.jit import jit
 from flightsw.sixdof.actuators import ActuatorModel, surface_limits, thrust_available
 from flightsw.sixdof.schedule import GainSchedule, closed, integrated
 from flightsw.strict import ConfigError, Range
@@ -61,6 +62,28 @@ def lqr_terms(law: str, controlled: tuple[tuple[str, str], ...], s: SchedulePara
     return LawTerms(law, outputs, tuple(Controlled(*c) for c in controlled), (*nodes, *more))
 
 
+@jit
+def cut(u: np.ndarray, lim: np.ndarray, idle: float, full: float, old: np.ndarray) -> int:
+    """Command u [4] (surfaces [rad], thrust [N]) <- within lim [3,3] (lower, upper, rate) and idle to full thrust, and the newest
+    of the commands old [k,4]. 1 where something was cut, -1 where u is not finite: then all is left as it is."""
+    for i in range(4):
+        if not math.isfinite(u[i]):
+            return -1
+    out = 0
+    for i in range(4):
+        lo, hi = (lim[i, 0], lim[i, 1]) if i < 3 else (idle, full)
+        if u[i] < lo:
+            u[i], out = lo, 1
+        elif u[i] > hi:
+            u[i], out = hi, 1
+    for k in range(old.shape[0] - 1, 0, -1):
+        for i in range(4):
+            old[k, i] = old[k - 1, i]
+    for i in range(4):
+        old[0, i] = u[i]
+    return out
+
+
 class ControlCore:
     """Command assembly: previous command, integrals, saturation. `terms`: what the command is made of."""
 
@@ -68,7 +91,7 @@ class ControlCore:
         """terms: with one controlled quantity for each integral. `u_old` [k,4], newest first, is sized by the law once its design
         tells how many old commands it needs."""
         self.ac = ac
-        self._travel = tuple((lo, hi) for lo, hi, _ in surface_limits(ac).tolist())  # of each surface [rad]
+        self._lim = surface_limits(ac)
         self.u_old = np.zeros((1, 4))
         self.terms = terms
         self.e = np.zeros(len(terms.controlled))
@@ -108,23 +131,15 @@ class ControlCore:
         parts [3,4]: feedback, integral and feed-forward u was made of; None: it is a trim, made of feed-forward alone.
         Throttle is NaN when anything that went in is not finite.
         """
-        asked = u.tolist()
-        a, b, c, d = asked
-        finite = math.isfinite
-        if not (finite(h_m) and finite(V) and finite(a) and finite(b) and finite(c) and finite(d)):
+        asked, out = u.tolist(), -1
+        if math.isfinite(h_m) and math.isfinite(V):
+            avail = thrust_available(self.ac, h_m, V)
+            out = cut(u, self._lim, self.ac.engine.idle_frac * avail, avail, self.u_old)
+        if out < 0:
             self.terms.open()
             return u, math.nan  # the guard replaces it; the previous command and its memory stay
-        avail = thrust_available(self.ac, h_m, V)
-        floor = self.ac.engine.idle_frac * avail
-        within = (*self._travel, (floor, avail))
-        sent = [v if lo <= v <= hi else min(max(v, lo), hi) for v, (lo, hi) in zip(asked, within, strict=True)]
-        self.saturated = sent != asked
-        if self.saturated:
-            u[:] = sent
-        self._tell(asked, sent, parts)
-        if len(self.u_old) > 1:
-            self.u_old[1:] = self.u_old[:-1]
-        self.u_old[0] = u
+        self.saturated = out > 0
+        self._tell(asked, u.tolist(), parts)
         return u, float(u[3] / avail)
 
     def _tell(self, asked: list[float], u: list[float], parts: np.ndarray | None) -> None:

@@ -153,6 +153,7 @@ class EstimatorCore:
         self._fuel_kg = 0.0
         self.probe_pos = np.array([q.position_m for q in ac.probe], dtype=float)
         self._readings = np.zeros((4, len(ac.probe)))  # V, alpha, beta of every probe, 1 for the good ones
+        self._every, self._good = (1 << len(ac.probe)) - 1, (1.0,) * len(ac.probe)  # where all of them are
         self.tune = np.array([getattr(p, k) for k in TUNE])
         self.air = np.zeros(3)
         self.probes = 0
@@ -189,7 +190,9 @@ class EstimatorCore:
         if lacks > 0:
             none = (0.0,) * lacks
             V, alpha, beta, mask = (*V, *none), (*alpha, *none), (*beta, *none), mask & (1 << len(f.air_V)) - 1
-        ok = [1.0 if mask >> i & 1 and not bad >> i & 0b1001001 else 0.0 for i in range(k)]
+        ok: Sequence[float] = self._good
+        if bad or mask != self._every:
+            ok = [1.0 if mask >> i & 1 and not bad >> i & 0b1001001 else 0.0 for i in range(k)]
         return (*V[:k], *alpha[:k], *beta[:k], *ok)
 
     def take_air(self, f: SensorFrame) -> int:

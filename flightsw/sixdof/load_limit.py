@@ -22,15 +22,16 @@ STEP = 0.01  # [rad] the load is straight in the elevator
 
 @jit_own
 def load_ahead(
-    u: np.ndarray, P: np.ndarray, V: float, beta: float, alpha: float, p: float, q: float, r: float, h: float, down: float,
-    T: float,
+    u: np.ndarray, P: np.ndarray, V: float, beta: float, alpha: float, p: float, q: float, r: float, h: float,
+    w: float, x: float, y: float, z: float, T: float,
 ) -> float:  # fmt: skip
-    """Load factor [-] T [s] after surfaces have moved as u [4] commands; V [m/s], beta, alpha [rad], p, q, r [rad/s], h [m] of
-    now, down: of gravity along body z.
+    """Load factor [-] T [s] after surfaces have moved as u [4] commands; V [m/s], beta, alpha [rad], p, q, r [rad/s], h [m],
+    attitude w, x, y, z of now.
 
     alpha'' = M/I_yy, alpha' = q + Z/(m V) + g cos/V of now; the lift then: n = -fz/g.
     """
     rho, fm = density(h), np.empty(9)
+    down = w * w - x * x - y * y + z * z  # of gravity along body z
     force_moment(V, beta, alpha, p, q, r, u, rho, P, fm)
     q_dot = fm[4] / P[IY]
     then = alpha + T * (q + (fm[2] + G0 * down) / V) + 0.5 * T * T * q_dot
@@ -71,8 +72,5 @@ class LoadLimit:
 
     def load(self, u: np.ndarray, nav: NavState) -> float:
         """Load factor [-] AHEAD_S after surfaces have moved as u [4] commands."""
-        p, q, r = nav.w_b
-        w, x, y, z = nav.q_nb
-        down = w * w - x * x - y * y + z * z  # of gravity along body z
         V, h = max(nav.V, 1.0), -nav.pos_n[2]
-        return float(load_ahead(u, self._P, V, nav.beta, nav.alpha, p, q, r, h, down, AHEAD_S))
+        return load_ahead(u, self._P, V, nav.beta, nav.alpha, *nav.w_b, h, *nav.q_nb, AHEAD_S)

@@ -9,47 +9,67 @@ import numpy as np
 
 from flightsw.kernels.atmosphere import density
 from flightsw.kernels.jit import jit, jit_own
+from flightsw.kernels.rotations import dcm_from_quat, mul33_t, rotate_dcm, turn
 from flightsw.sixdof.forces import moment_rates
-from flightsw.sixdof.moments import LEAST_WILD, WILD, Moments, Step
-from flightsw.types import Vec3
+from flightsw.sixdof.moments import JUMP, LACK, LASTING, LEARN_S, LEAST_WILD, WILD, WORK, Moments, Step, learn
+from flightsw.types import ZERO3, Quat, Vec3
 
 KEPT = 512  # steps: more than the longest window and what is before it, at 100 Hz
 BIAS, SCALE = 2e-3, 0.02  # [rad/s] change of a gyro's bias, [-] of a turn: scale, misalignment, sampling
-TWO = 2.0  # power that is not known to the compiler: the product of a number with itself is another in its last digit
+LEAST = 0.1  # [-] of nav.r_euler: no reference scatters less
 # columns, as the fields of moments.Step
 MORE, TURN, SIZE, TIME, LONG, SPEED, BETA, ALPHA, RHO, CONTROLS = 0, 3, 6, 9, 10, 11, 12, 13, 14, 15
 WIDTH = CONTROLS + 4
-# what `looked` finds: index of each window's first step (-1: not full), mask of the axes beyond it, to which side the gyro's rate
-# about each axis goes as no moments do (-1, 0, 1)
-FIRST, AXES, SIDES, OUT = 0, 2, 4, 7
+# what is looked by: windows [2] s; sigmas that count; variance of one of the gyro's rates [rad^2/s^2], of a reading of the
+# reference, as learnt, and at least [rad^2]; 2.0, a power that is not known to the compiler: the product of a number with itself
+# is another in its last digit
+WINDOWS, SIGMAS, RATE2, SCATTER, SCATTER_LEAST, TWO, SETTINGS = 0, 2, 3, 4, 5, 6, 7
+# what `looked` finds: by how much the reference has turned more than the gyro in the last step [3] rad, and over the first window
+# [3] rad, 0 while that is not full; to which side the gyro's rate about each axis goes as no moments do [3] (-1, 0, 1)
+LAST, APART, SIDES, OUT = 0, 3, 6, 9
 AXES_OF = tuple(tuple(i for i in range(3) if mask >> i & 1) for mask in range(8))
+
+
+@jit_own
+def beyond(
+    R: np.ndarray, dt: float, p: float, q: float, r: float, qw: float, qx: float, qy: float, qz: float, age: float
+) -> tuple[float, float, float]:
+    """Turn [rad] of the reference qw, qx, qy, qz, carried on by the rates p, q, r [rad/s] for its age [s], beyond the attitude R
+    [9] NED to body, by the gyro `dt` [s] ago; R <- that of the reference now."""
+    a, S, w, T, E = np.empty(4), np.empty(9), np.empty(3), np.empty(9), np.empty(9)
+    a[0], a[1], a[2], a[3] = qw, qx, qy, qz
+    w[0], w[1], w[2] = p, q, r
+    turn(R, p, q, r, dt)
+    dcm_from_quat(a, S)
+    rotate_dcm(S, w, age, T)
+    mul33_t(T, R, E)  # I - [more x]
+    for i in range(9):
+        R[i] = T[i]
+    return 0.5 * (E[5] - E[7]), 0.5 * (E[6] - E[2]), 0.5 * (E[1] - E[3])
 
 
 @jit
 def before(ring: np.ndarray, n: int, T: float) -> int:
     """Index, from the oldest kept, of the latest of n steps in the ring [KEPT,WIDTH] T [s] before the last; -1: none."""
     kept = ring.shape[0]
-    then = ring[(n - 1) % kept, TIME] - T + 1e-6
-    count = min(n, kept)
-    i = count - 1
-    while i >= 0 and ring[(n - count + i) % kept, TIME] > then:
+    k, i = (n - 1) % kept, min(n, kept) - 1
+    then = ring[k, TIME] - T + 1e-6
+    while i >= 0 and ring[k, TIME] > then:
         i -= 1
+        k = k - 1 if k > 0 else kept - 1
     return i
 
 
 @jit
 def apart(
-    ring: np.ndarray, n: int, i: int, scatter: float, rate2: float, count: int, two: float
+    ring: np.ndarray, n: int, i: int, c: np.ndarray, count: int
 ) -> tuple[float, float, float, float, float, float]:
-    """By how much the reference has turned more than the gyro between step i and the last of n [rad], and one sigma of that.
-
-    scatter [rad^2]: variance of a reading of the reference, rate2 [rad^2/s^2] of one of the gyro's rates, of which a step has
-    `count`; two: 2.0.
-    """
-    kept = ring.shape[0]
+    """By how much the reference has turned more than the gyro between step i and the last of n [rad], and one sigma of that; c
+    [SETTINGS]; count: of the gyro's rates in a step."""
+    kept, two = ring.shape[0], c[TWO]
     now, then = ring[(n - 1) % kept], ring[(n - min(n, kept) + i) % kept]
     span = now[TIME] - then[TIME]
-    white = 2.0 * scatter + rate2 * span * now[LONG] / count + math.pow(BIAS * span, two)
+    white = 2.0 * c[SCATTER] + c[RATE2] * span * now[LONG] / count + math.pow(BIAS * span, two)
     return (
         now[MORE] - then[MORE],
         now[MORE + 1] - then[MORE + 1],
@@ -60,22 +80,15 @@ def apart(
     )
 
 
-@jit_own
-def looked(
-    ring: np.ndarray, n: int, mx: float, my: float, mz: float, tx: float, ty: float, tz: float, dt: float,
-    V: float, beta: float, alpha: float, h: float, u: np.ndarray, windows: np.ndarray, k: float, scatter: float, rate2: float,
-    count: int, two: float, P: np.ndarray, lasting: np.ndarray, jump: np.ndarray, lack: np.ndarray, fm: np.ndarray,
-    out: np.ndarray,
+@jit
+def written(
+    ring: np.ndarray, n: int, more: np.ndarray, tx: float, ty: float, tz: float, dt: float, V: float, beta: float,
+    alpha: float, h: float, u: np.ndarray,
 ) -> None:  # fmt: skip
-    """Step n of the `ring` [KEPT,WIDTH] <- a reading, `dt` [s] after the last: the reference has turned (mx, my, mz) [rad] more
-    than the gyro, that (tx, ty, tz); V [m/s], beta, alpha [rad], h [m], controls u [4] of now. out [OUT] <- what is found.
-
-    windows [2] s; k [-] sigmas that count; scatter, rate2, count, two as `apart`; P, lasting, jump, lack [3], fm as Moments has
-    them: lack [3] <- angular acceleration [rad/s^2] that its model misses of this step.
-    """
-    kept = ring.shape[0]
-    s, old = ring[n % kept], ring[(n - 1) % kept]
-    s[MORE], s[MORE + 1], s[MORE + 2] = mx, my, mz
+    """Step n of the `ring` [KEPT,WIDTH] <- a reading, `dt` [s] after the last: the reference has turned `more` [3] rad than the
+    gyro, that (tx, ty, tz); V [m/s], beta, alpha [rad], h [m], controls u [4] of now."""
+    s, old = ring[n % ring.shape[0]], ring[(n - 1) % ring.shape[0]]
+    s[MORE], s[MORE + 1], s[MORE + 2] = more[0], more[1], more[2]
     s[TURN], s[TURN + 1], s[TURN + 2] = tx, ty, tz
     s[SIZE], s[SIZE + 1], s[SIZE + 2] = abs(tx), abs(ty), abs(tz)
     s[TIME] = dt
@@ -85,49 +98,82 @@ def looked(
     s[LONG], s[SPEED], s[BETA], s[ALPHA], s[RHO] = dt, V, beta, alpha, density(h)
     for i in range(4):
         s[CONTROLS + i] = u[i]
-    n += 1
+
+
+@jit_own
+def lacking(ring: np.ndarray, n: int, P: np.ndarray, m: np.ndarray, sides: np.ndarray) -> None:
+    """Into m [LEARNT] (moments.py) what its model, P, lacks of the last of n steps; sides [3] <- where that is too much."""
+    kept, w0 = ring.shape[0], np.empty(3)
+    a, b, s = ring[(n - 3) % kept], ring[(n - 2) % kept], ring[(n - 1) % kept]
+    for i in range(3):
+        w0[i] = (b[TURN + i] - a[TURN + i]) / b[LONG]
+    rates, dt = moment_rates(s[SPEED], s[BETA], s[ALPHA], w0, s[CONTROLS:], s[RHO], P, m[WORK:]), s[LONG]
+    for i in range(3):
+        m[LACK + i] = ((s[TURN + i] - b[TURN + i]) / dt - w0[i]) / dt - rates[i]
+        off = m[LACK + i] - m[LASTING + i]
+        if off * off > max(WILD * WILD * m[JUMP + i], LEAST_WILD * LEAST_WILD):
+            sides[i] = math.copysign(1.0, off)
+
+
+@jit_own
+def looked(
+    ring: np.ndarray, n: int, R: np.ndarray, ago: float, p: float, q: float, r: float, qw: float, qx: float, qy: float,
+    qz: float, age: float, tx: float, ty: float, tz: float, dt: float, V: float, beta: float, alpha: float, h: float,
+    u: np.ndarray, c: np.ndarray, count: int, P: np.ndarray, m: np.ndarray, out: np.ndarray,
+) -> tuple[int, int, int]:  # fmt: skip
+    """A reading of the reference, whose turn `beyond` the gyro is `written` as step n; nothing of the kind for n < 0, the first.
+    Index of each window's first step (-1: not full), and the axes beyond it: of the first in bits 0 to 2, of the last in 3 to 5;
+    out [OUT] <- what is found. R, ago [s], p, q, r, qw, qx, qy, qz, age as `beyond`, c [SETTINGS], count as `apart`, P, m as
+    `lacking`."""
     for i in range(OUT):
         out[i] = 0.0
-    for w in range(windows.shape[0]):
-        first = before(ring, n, windows[w])
-        out[FIRST + w] = first
-        if first >= 0:
-            x, y, z, a, b, c = apart(ring, n, first, scatter, rate2, count, two)
-            axes = 1 if abs(x) > k * a else 0
-            axes |= 2 if abs(y) > k * b else 0
-            axes |= 4 if abs(z) > k * c else 0
-            out[AXES + w] = axes
+    out[LAST], out[LAST + 1], out[LAST + 2] = beyond(R, ago, p, q, r, qw, qx, qy, qz, age)
+    if n < 0:
+        return -1, -1, 0
+    written(ring, n, out[LAST:APART], tx, ty, tz, dt, V, beta, alpha, h, u)
+    n += 1
+    axes, first, last = 0, before(ring, n, c[WINDOWS]), before(ring, n, c[WINDOWS + 1])
+    for w in range(2):
+        began = first if w == 0 else last
+        if began >= 0:
+            x, y, z, a, b, d = apart(ring, n, began, c, count)
+            if w == 0:
+                out[APART], out[APART + 1], out[APART + 2] = x, y, z
+            axes |= (1 if abs(x) > c[SIGMAS] * a else 0) << 3 * w
+            axes |= (2 if abs(y) > c[SIGMAS] * b else 0) << 3 * w
+            axes |= (4 if abs(z) > c[SIGMAS] * d else 0) << 3 * w
     if n > 2:
-        a0, b0 = ring[(n - 3) % kept], ring[(n - 2) % kept]
-        w0 = np.empty(3)
-        for i in range(3):
-            w0[i] = (b0[TURN + i] - a0[TURN + i]) / b0[LONG]
-        p, q, r = moment_rates(V, beta, alpha, w0, s[CONTROLS:], s[RHO], P, fm)
-        lack[0] = ((s[TURN] - b0[TURN]) / dt - w0[0]) / dt - p
-        lack[1] = ((s[TURN + 1] - b0[TURN + 1]) / dt - w0[1]) / dt - q
-        lack[2] = ((s[TURN + 2] - b0[TURN + 2]) / dt - w0[2]) / dt - r
-        for i in range(3):
-            off = lack[i] - lasting[i]
-            if off * off > max(WILD * WILD * jump[i], LEAST_WILD * LEAST_WILD):
-                out[SIDES + i] = math.copysign(1.0, off)
+        lacking(ring, n, P, m, out[SIDES:])
+    return first, last, axes
+
+
+@jit
+def learnt(x: float, y: float, z: float, share: float, c: np.ndarray, gain: float, m: np.ndarray) -> None:
+    """The reference's scatter in c [SETTINGS] <- by a share [-] that of two readings between which it has turned x, y, z [rad]
+    more than the gyro, of one axis; and moments.learn."""
+    two = c[TWO]
+    each = (math.pow(x, two) + math.pow(y, two) + math.pow(z, two)) / 6.0
+    scatter = c[SCATTER] + share * (each - c[SCATTER])
+    c[SCATTER] = scatter if scatter > c[SCATTER_LEAST] else c[SCATTER_LEAST]
+    learn(m, gain)
 
 
 @jit_own
 def turned(
-    ring: np.ndarray, n: int, i: int, p: float, q: float, r: float, P: np.ndarray, lasting: np.ndarray, fm: np.ndarray
+    ring: np.ndarray, n: int, i: int, p: float, q: float, r: float, P: np.ndarray, m: np.ndarray
 ) -> tuple[float, float, float]:
     """The turn [rad] that the moments of the steps after step i, to the last of n, make of rates p, q, r [rad/s]: by Euler's
-    equation, step by step. ring [KEPT,WIDTH]; P, lasting [3] rad/s^2, fm [9] as Moments has them."""
+    equation, step by step. ring [KEPT,WIDTH]; P, m [LEARNT] as Moments has them."""
     kept, w = ring.shape[0], np.empty(3)
     w[0], w[1], w[2] = p, q, r
     x = y = z = 0.0
     for k in range(n - min(n, kept) + i + 1, n):
         s = ring[k % kept]
         dt = s[LONG]
-        a, b, c = moment_rates(s[SPEED], s[BETA], s[ALPHA], w, s[CONTROLS:], s[RHO], P, fm)
-        w[0] += (a + lasting[0]) * dt
-        w[1] += (b + lasting[1]) * dt
-        w[2] += (c + lasting[2]) * dt
+        a, b, c = moment_rates(s[SPEED], s[BETA], s[ALPHA], w, s[CONTROLS:], s[RHO], P, m[WORK:])
+        w[0] += (a + m[LASTING]) * dt
+        w[1] += (b + m[LASTING + 1]) * dt
+        w[2] += (c + m[LASTING + 2]) * dt
         x += w[0] * dt
         y += w[1] * dt
         z += w[2] * dt
@@ -137,13 +183,15 @@ def turned(
 class Looks:
     """Steps since the comparison began, and the moments they are judged by."""
 
-    def __init__(self, windows_s: tuple[float, float], k: float, moments: Moments) -> None:
-        """windows_s [s]: in which reference and gyro are compared; k [-]: sigmas that count."""
-        self.k, self.moments = k, moments
-        self._windows, self._ring, self._out = np.array(windows_s), np.zeros((KEPT, WIDTH)), np.zeros(OUT)
-        self.n = 0
-        self.first = [-1, -1]  # index of each window's first step, -1: it is not full
-        self.axes: list[tuple[int, ...]] = [(), ()]  # about which they disagree over each window
+    def __init__(
+        self, windows_s: tuple[float, float], k: float, r_euler: float, r_rate: float, moments: Moments
+    ) -> None:
+        """windows_s [s]: in which reference and gyro are compared; k [-]: sigmas that count; r_euler [rad], r_rate [rad/s]:
+        scatter of one reading."""
+        self.moments = moments
+        self._c = np.array([*windows_s, k, r_rate**2, r_euler**2, (LEAST * r_euler) ** 2, 2.0])
+        self._ring, self._out, self._R = np.zeros((KEPT, WIDTH)), np.zeros(OUT), np.zeros(9)
+        self.begin()
 
     def __len__(self) -> int:
         """Steps that are kept."""
@@ -151,30 +199,55 @@ class Looks:
 
     def begin(self) -> None:
         """Nothing has been read."""
+        self.known = False  # a reading to compare the next with
         self.n = 0
+        self.first = -1, -1  # index of each window's first step, -1: it is not full
+        self.axes: tuple[tuple[int, ...], tuple[int, ...]] = (), ()  # about which they disagree over each window
+        # [rad] the reference has turned more than the gyro in the last step, and over the first window, 0 while it is not full
+        self.last = self.more = ZERO3
+
+    @property
+    def scatter(self) -> float:
+        """Variance [rad^2] of a reading of the reference."""
+        return self._c.item(SCATTER)
+
+    def turn(self, w: Vec3, dt: float) -> None:
+        """Go on with the gyro alone: rates w [3] rad/s for dt [s]."""
+        if self.known:
+            turn(self._R, *w, dt)
 
     def take(
-        self, more: Vec3, turned: Vec3, dt: float, flow: Vec3, h: float, u: np.ndarray, scatter: float, rate2: float, count: int
+        self, w: Vec3, ago: float, q: Quat, age: float, turned: Vec3, dt: float, flow: Vec3, h: float, u: np.ndarray, count: int
     ) -> int:  # fmt: skip
-        """A step of dt [s]; flow: V [m/s], beta, alpha [rad]; the rest as `looked`. On how many sides the gyro's rates go as no
-        moments do (Moments.wild)."""
+        """A reading q [4] of the reference, NED to body, age [s] old, after dt [s] in which the gyro has `turned` [3] rad; w [3]
+        rad/s: its rates of the last `ago` [s]; flow: V [m/s], beta, alpha [rad]; h [m]; u [4] controls; count as `apart`. On how
+        many sides the gyro's rates go as no moments do (Moments.wild)."""
         m = self.moments
-        looked(
-            self._ring, self.n, *more, *turned, dt, *flow, h, u, self._windows, self.k, scatter, rate2, count, TWO, m.P,
-            m.lasting, m.jump, m.lack, m.fm, self._out,
+        first, last, axes = looked(
+            self._ring, self.n if self.known else -1, self._R, ago, *w, *q, age, *turned, dt, *flow, h, u, self._c, count,
+            m.P, m.m, self._out,
         )  # fmt: skip
+        if not self.known:
+            self.known = True
+            return 0
         self.n += 1
-        a, b, over_a, over_b, x, y, z = self._out.tolist()
-        self.first, self.axes = [int(a), int(b)], [AXES_OF[int(over_a)], AXES_OF[int(over_b)]]
-        return m.wild((x, y, z)) if self.n > 2 else 0
+        self.first, self.axes = (first, last), (AXES_OF[axes & 7], AXES_OF[axes >> 3])
+        mx, my, mz, ax, ay, az, sx, sy, sz = self._out.tolist()
+        self.last, self.more = (mx, my, mz), (ax, ay, az)
+        return m.wild((sx, sy, sz)) if self.n > 2 else 0
+
+    def learn(self, dt: float) -> None:
+        """From the last step, dt [s] long: the reference's scatter, what the moments lack, and the gyro's scatter."""
+        if self.n > 2:
+            learnt(*self.last, min(dt / LEARN_S, 1.0), self._c, self.moments.share(dt), self.moments.m)
 
     def before(self, T: float) -> int:
         """Index of the latest step T [s] before the last one; -1: there is none yet."""
         return int(before(self._ring, self.n, T))
 
-    def apart(self, i: int, scatter: float, rate2: float, count: int) -> tuple[Vec3, Vec3]:
+    def apart(self, i: int, count: int) -> tuple[Vec3, Vec3]:
         """As the function, of step i and the last."""
-        x, y, z, a, b, c = apart(self._ring, self.n, i, scatter, rate2, count, TWO)
+        x, y, z, a, b, c = apart(self._ring, self.n, i, self._c, count)
         return (x, y, z), (a, b, c)
 
     def __getitem__(self, i: int) -> Step:
@@ -186,5 +259,5 @@ class Looks:
     def turned(self, i: int, w: Vec3) -> Vec3:
         """As the function, of the steps after step i and rates w [3] rad/s in that."""
         m = self.moments
-        x, y, z = turned(self._ring, self.n, i, *w, m.P, m.lasting, m.fm)
+        x, y, z = turned(self._ring, self.n, i, *w, m.P, m.m)
         return x, y, z

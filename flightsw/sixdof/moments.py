@@ -21,17 +21,23 @@ SQRT_2, JUMP_S = math.sqrt(2.0), 0.05  # [s] between two readings of the referen
 MISS, LEAST_MISS = 0.01, 0.001  # [rad] by which the moments miss the turn of the longest window, until learnt; at least
 
 
+# what is learnt, by axis: what the model lacks [rad/s^2], the scatter about that [rad^2/s^4], what it lacks of the last step; and
+# work space of its moments [9]
+LASTING, JUMP, LACK, WORK, LEARNT = 0, 3, 6, 9, 18
+
+
 @jit
-def learn(lack: np.ndarray, gain: float, lasting: np.ndarray, jump: np.ndarray) -> None:
-    """lasting, jump [3] <- by a share `gain` what is lacking now [3], and the square of how far that is from the lasting."""
+def learn(m: np.ndarray, gain: float) -> None:
+    """What is lasting in m [LEARNT] <- by a share `gain` what is lacking now, and the scatter <- the square of how far that is
+    from the lasting."""
     for i in range(3):
-        off = lack[i] - lasting[i]
-        lasting[i] += gain * off
+        off = m[LACK + i] - m[LASTING + i]
+        m[LASTING + i] += gain * off
         # a gyro that begins to jump does not get used to that before it has been found out
         square = off * off
-        if FAR * jump[i] < square:
-            square = FAR * jump[i]
-        jump[i] += gain * (square - jump[i])
+        if FAR * m[JUMP + i] < square:
+            square = FAR * m[JUMP + i]
+        m[JUMP + i] += gain * (square - m[JUMP + i])
 
 
 @dataclass(slots=True)
@@ -54,11 +60,9 @@ class Moments:
         self.ac = ac
         self.miss = [MISS**2] * 3  # [rad^2] by which Looks.turned is off, of the longest window
         self.P = parameter_vector(ac, ac.mass.empty_kg + ac.mass.default_fuel_kg)
-        self.lasting = np.zeros(3)  # [rad/s^2] what the model lacks
-        self.lack = np.zeros(3)  # the same of the last step
-        self.jump = np.full(3, (SQRT_2 * r_rate / JUMP_S) ** 2)  # [rad^2/s^4] its scatter about that
+        self.m = np.zeros(LEARNT)
+        self.m[JUMP:LACK] = (SQRT_2 * r_rate / JUMP_S) ** 2
         self._learnt_s = 0.0
-        self.fm = np.zeros(9)  # work space
         self.begin()
 
     def begin(self) -> None:
@@ -78,10 +82,10 @@ class Moments:
         axes = [set(axis) for axis in zip(*self._wild, strict=True)]
         return 2 if any({-1, 1} <= axis for axis in axes) else 1
 
-    def learn(self, dt: float) -> None:
-        """From the step `wild` was asked of, dt [s] long: lasting moments the model lacks, and the gyro's scatter."""
+    def share(self, dt: float) -> float:
+        """By which `learn` takes in a step of dt [s] that `wild` was asked of."""
         self._learnt_s += dt
-        learn(self.lack, dt / min(self._learnt_s, LEARN_S), self.lasting, self.jump)
+        return dt / min(self._learnt_s, LEARN_S)
 
     def missed(self, by: Vec3, dt: float) -> None:
         """Looks.turned was off by so much [rad], which stands for dt [s]."""

@@ -14,8 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from flightsw.aircraft import Aircraft
-from flightsw.kernels.jit import jit_own
-from flightsw.kernels.rotations import added, dcm_from_quat, less, mul33_t, rotate_dcm, turn
+from flightsw.kernels.rotations import added, less
 from flightsw.sixdof.estimator_core import NavParams
 from flightsw.sixdof.gating import TrustedCore
 from flightsw.sixdof.lateness import Lateness
@@ -29,31 +28,13 @@ BEFORE_S = 0.5  # [s] before a window in which it has shown, a fault had not beg
 TWICE = 2  # readings in a row beyond the limit: a reading that jumps back is the estimator's own to refuse
 SLOW_S = 2.0  # [s] before that, in which the reference tells rates well enough
 SHARE = 0.6  # [-] of the other's distance from the model within which one of two is right
-LEARN_S, CALM_S, AGAIN = 20.0, 5.0, 4.0  # [s] for the reference's scatter; until taken again, each time so much longer
+CALM_S, AGAIN = 5.0, 4.0  # [s] until taken again, each time so much longer
 TRY_S = 1.0  # [s] between tries of the moments
 GAP_S = 0.3  # [s] without one of the two: begin anew
 MODEL = 0.2  # [-] of a turn to and fro, by which the moments may miss it besides what is learnt
 CLEAR = 9.0  # [-] difference of squares in sigmas of the model: odds of 90
 LATELY = 3.0  # sigmas of the shortest window, of a gyro whose rates are none of the moments'
-LEAST = 0.1  # [-] of nav.r_euler: no reference scatters less
-
-
-@jit_own
-def beyond(
-    R: np.ndarray, dt: float, p: float, q: float, r: float, qw: float, qx: float, qy: float, qz: float, age: float
-) -> tuple[float, float, float]:
-    """Turn [rad] of the reference qw, qx, qy, qz, carried on by the rates p, q, r [rad/s] for its age [s], beyond the attitude R
-    [9] NED to body, by the gyro `dt` [s] ago; R <- that of the reference now."""
-    a, S, w, T, E = np.empty(4), np.empty(9), np.empty(3), np.empty(9), np.empty(9)
-    a[0], a[1], a[2], a[3] = qw, qx, qy, qz
-    w[0], w[1], w[2] = p, q, r
-    turn(R, p, q, r, dt)
-    dcm_from_quat(a, S)
-    rotate_dcm(S, w, age, T)
-    mul33_t(T, R, E)  # I - [more x]
-    for i in range(9):
-        R[i] = T[i]
-    return 0.5 * (E[5] - E[7]), 0.5 * (E[6] - E[2]), 0.5 * (E[1] - E[3])
+AGREE = (), ()  # about which axes they do not, over each window
 
 
 class Turning:
@@ -73,21 +54,16 @@ class Turning:
         self.believed: Vec3 | None = None
         self.over_s = 1.0
         self._moments, self._lateness = Moments(ac, r_rate), Lateness()
-        self._steps, self._rate2 = Looks(WINDOWS_S, false_sigma, self._moments), r_rate**2
-        self._R = np.zeros(9)
+        self._steps, self._rate2 = Looks(WINDOWS_S, false_sigma, r_euler, r_rate, self._moments), r_rate**2
         self._tried_s = 0.0
-        self._scatter, self._least = r_euler**2, (LEAST * r_euler) ** 2
         self._t_us = self._fuel_us = 0
         self._begin()
 
     def _begin(self) -> None:
         self._steps.begin()
-        self._known = False
         self._turn, self._dt, self._count = ZERO3, 0.0, 0
-        self._over = dict.fromkeys(WINDOWS_S, 0)
-        self._accused = dict.fromkeys(
-            WINDOWS_S, 0
-        )  # clearly, by the look before: each begins by rates of its own, with noise
+        self._over = [0, 0]  # by window: looks beyond it in a row
+        self._accused = [0, 0]  # clearly, by the look before: each begins by rates of its own, with noise
         self._said = dict.fromkeys((0, HF_IMU, HF_ATT), 0)
         self._moments.begin()
         self._calm_s = 0.0
@@ -125,57 +101,51 @@ class Turning:
         self._turn = (x + p * dt, y + q * dt, z + r * dt)
         self._dt += dt
         self._count += f.gyro_count
+        steps = self._steps
         if not fresh:
-            if self._known:
-                turn(self._R, p, q, r, dt)
+            steps.turn(f.gyro_mean_b, dt)
             if self._dt > GAP_S:
                 self._begin()
             return
         self._same = self._same + 1 if f.att_q_nb == self._read else 0
         self._read = f.att_q_nb
-        more = beyond(self._R, dt, p, q, r, *f.att_q_nb, (f.t_us - f.att_t_us) * 1e-6)
-        if self._known:
-            self._note(more, u, nav)
-        self._known = True
+        known, age_s, flow = steps.known, (f.t_us - f.att_t_us) * 1e-6, (max(nav.V, 1.0), nav.beta, nav.alpha)
+        sides = steps.take(
+            f.gyro_mean_b, dt, f.att_q_nb, age_s, self._turn, self._dt, flow, -nav.pos_n[2], u, max(self._count, 1)
+        )
+        if known:
+            self._judge(sides, self._dt)
         self._turn, self._dt, self._count = ZERO3, 0.0, 0
 
-    def _note(self, more: Vec3, u: np.ndarray, nav: NavState) -> None:
-        """The reference has turned `more` [rad] than the gyro since its last reading."""
-        dt, flow = self._dt, (max(nav.V, 1.0), nav.beta, nav.alpha)
-        sides = self._steps.take(
-            more, self._turn, dt, flow, -nav.pos_n[2], u, self._scatter, self._rate2, max(self._count, 1)
-        )
-        self._judge(more, sides, dt)
-
-    def _judge(self, more: Vec3, sides: int, dt: float) -> None:
-        """Every window that is full; who is left out, and who is taken again. more [rad]: of the last step alone, dt [s]; sides
-        (Moments.wild)."""
-        alarm = False
-        for T, began, axes in zip(WINDOWS_S, self._steps.first, self._steps.axes, strict=True):
-            if began < 0:
-                continue
-            if axes:
-                alarm = True
-                self._over[T] += 1
-            else:
-                self._over[T] = 0
-            if self._over[T] >= TWICE and not self.out and self.moments_hold:
-                self._who(T, axes)
-            else:
-                self._accused[T] = 0
+    def _judge(self, sides: int, dt: float) -> None:
+        """Every window that is full; who is left out, and who is taken again. Of a step of dt [s]; sides (Moments.wild)."""
+        steps = self._steps
+        alarm = steps.axes != AGREE
+        if alarm:
+            for w, axes in enumerate(steps.axes):
+                self._over[w] = self._over[w] + 1 if axes else 0
+                if self._over[w] >= TWICE and not self.out and self.moments_hold:
+                    self._who(w, axes)
+                else:
+                    self._accused[w] = 0
+        else:
+            self._over, self._accused = [0, 0], [0, 0]
         if sides == 2 or (sides == 1 and self._contradicted()):
             alarm = True
             if not self.out and self.moments_hold:
-                self._leave_out(HF_IMU, more, dt, "its rates jump")
+                self._leave_out(HF_IMU, steps.last, dt, "its rates jump")
                 self._jumped = True
         self._exercise(dt, alarm)
         if not alarm and not self.out:
-            self._learn(more, dt)
+            steps.learn(dt)
+            self._try(dt)
             if self._calm_s > WINDOWS_S[-1]:
                 self._said = dict.fromkeys(self._said, 0)
-        # what jumps may come late, and agrees in calm flight
-        proven = not self._jumped or self._lateness.in_time(self._scatter)
-        if self.out and proven and self._calm_s > CALM_S * AGAIN ** (self._outs[self.out] - 1):
+        if not self.out or self._calm_s <= CALM_S * AGAIN ** (self._outs[self.out] - 1):
+            return
+        if not self._jumped or self._lateness.in_time(
+            steps.scatter
+        ):  # what jumps may come late, and agrees in calm flight
             self.texts.append(Text(5, f"{NAMES[self.out]} agrees again, used"))
             self.out = self._by = 0
 
@@ -200,17 +170,22 @@ class Turning:
         """Whether the reference has not seen the gyro's last turns."""
         return any(abs(x) > LATELY * sigma for x, sigma in zip(*self.lately(), strict=True))
 
+    @property
+    def more(self) -> Vec3:
+        """What `lately` says first."""
+        return ZERO3 if self.out else self._steps.more
+
     def lately(self) -> tuple[Vec3, Vec3]:
         """Over the shortest window: by how much the reference has turned more than the gyro [rad], and one sigma of that; without
         a sigma where nobody knows."""
-        began = self._steps.first[0] if self._steps else -1
+        began = self._steps.first[0]
         if began < 0 or self.out:
             return ZERO3, (math.inf, math.inf, math.inf)
-        return self._steps.apart(began, self._scatter, self._rate2, max(self._count, 1))
+        return self._steps.apart(began, max(self._count, 1))
 
-    def _who(self, T: float, axes: tuple[int, ...]) -> None:
+    def _who(self, window: int, axes: tuple[int, ...]) -> None:
         """Leave out who turns otherwise about `axes` than the moments have it, from before the fault on, which has shown over
-        the window T [s]; nobody if that is not clear.
+        that window; nobody if that is not clear.
 
         The moments go on from rates, and a fault that grows slowly is in those already: they begin once by the gyro's and
         once by what the reference has turned in the two seconds before, and both have to say the same, in two looks in a row,
@@ -218,7 +193,7 @@ class Turning:
         to the bit says nothing.
         """
         steps = self._steps
-        began = steps.before(T + BEFORE_S)
+        began = steps.before(WINDOWS_S[window] + BEFORE_S)
         earlier = steps.before(steps[-1].t_s - steps[began].t_s + SLOW_S) if began > 0 else -1
         if earlier < 0:
             return
@@ -234,8 +209,8 @@ class Turning:
         for who in said:
             self._said[who] += 1
         mine, other = self._said[HF_IMU], self._said[HF_ATT]
-        before, self._accused[T] = self._accused[T], next(iter(said)) if len(said) == 1 else 0
-        if not before or before != self._accused[T] or self._same or min(mine, other) >= 0.5 * max(mine, other):
+        before, self._accused[window] = self._accused[window], next(iter(said)) if len(said) == 1 else 0
+        if not before or before != self._accused[window] or self._same or min(mine, other) >= 0.5 * max(mine, other):
             return
         deg = math.degrees(math.hypot(*more))
         self._leave_out(said.pop(), more, last.t_s - first.t_s, f"{deg:.1f} deg off, not by moments")
@@ -263,14 +238,11 @@ class Turning:
             return 0
         return HF_IMU if off_att < off_gyro else HF_ATT
 
-    def _learn(self, more: Vec3, dt: float) -> None:
-        """The scatter of the reference, and what the moments lack, while nobody is wrong; more, dt of the last step."""
+    def _try(self, dt: float) -> None:
+        """By how much the moments miss the turn, while nobody is wrong; dt [s] of the last step."""
         steps = self._steps
         if len(steps) < 3:
             return
-        each = (more[0] ** 2 + more[1] ** 2 + more[2] ** 2) / 6.0  # of one axis of one of two readings
-        self._scatter = max(self._scatter + min(dt / LEARN_S, 1.0) * (each - self._scatter), self._least)
-        self._moments.learn(dt)
         self._tried_s += dt
         if self._tried_s > TRY_S and (began := steps.before(WINDOWS_S[-1] + BEFORE_S)) > 0:
             turned = steps.turned(began, self._rates(began))

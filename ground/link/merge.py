@@ -23,19 +23,19 @@ class Merger:
         self.newest_us = -1
         self._written_us = -1
         self._count = 0
-        self._heap: list[tuple[int, int, int, bytes]] = []
+        self._heap: list[tuple[int, int, int, tuple[bytes, ...]]] = []
 
-    def push(self, t_us: int, sysid: int, packet: bytes) -> bool:
-        """Take a packet with sample time [us]; False (and counted) if the time is out of the question."""
+    def push(self, t_us: int, sysid: int, *packets: bytes) -> bool:
+        """Take packets with sample time [us]; False (and counted) if the time is out of the question."""
         if t_us < 0 or (t_us > self.newest_us + MAX_JUMP_US):
-            self.rejected += 1
+            self.rejected += len(packets)
             return False
         if t_us <= self._written_us:
-            self.late += 1
+            self.late += len(packets)
         if t_us > self.newest_us:
             self.newest_us = t_us
         self._count += 1
-        heapq.heappush(self._heap, (t_us, sysid, self._count, packet))
+        heapq.heappush(self._heap, (t_us, sysid, self._count, packets))
         return True
 
     def ready(self) -> list[tuple[int, bytes]]:
@@ -49,8 +49,8 @@ class Merger:
     def _pop(self, below_us: int) -> list[tuple[int, bytes]]:
         heap, out = self._heap, []
         while heap and heap[0][0] < below_us:
-            t_us, _, _, packet = heapq.heappop(heap)
-            out.append((t_us, packet))
+            t_us, _, _, packets = heapq.heappop(heap)
+            out += [(t_us, packet) for packet in packets]
         if out:
             self._written_us = max(self._written_us, out[-1][0])
         return out

@@ -13,6 +13,8 @@ import socket
 import sys
 import time
 from collections.abc import Callable, Sequence
+from itertools import groupby
+from operator import itemgetter
 from pathlib import Path
 from typing import TextIO
 
@@ -20,7 +22,7 @@ from flightsw.icd.overrun import overrun
 from flightsw.icd.signing import OPEN, REASONS, STATION, Security, Signing
 from flightsw.icd.tlog import TlogError, TlogWriter
 from ground.link.merge import Merger, SequenceGaps
-from ground.link.packets import MISSION_STATUS, packet_id, packet_time_us, phase_name, phase_of, split
+from ground.link.packets import MISSION_STATUS, packet_time_us, phase_name, phase_of, split
 
 POLL_S = 0.02  # [s] wall time between drains
 STATUS_S = 0.5  # [s] wall time between status lines
@@ -28,6 +30,8 @@ QUIET_S = 0.25  # [s] silence that ends draining after a stop request
 DRAIN_S = 3.0  # [s] longest drain
 RCVBUF = 16 << 20  # [bytes] asked for; the kernel may give less
 SO_RCVBUFFORCE = 33  # Linux, needs CAP_NET_ADMIN; ignores rmem_max
+_SYSID = itemgetter(5)  # of a packet
+_STATUS = MISSION_STATUS.to_bytes(3, "little")  # as packets have it
 
 
 class RecordError(Exception):
@@ -99,17 +103,19 @@ class Recorder:
             t_us = packet_time_us(packet)
             if t_us is not None:
                 break
-        for packet in sound:
-            sysid = packet[5]
+        for sysid, run in groupby(sound, _SYSID):
+            packets = tuple(run)
             stamp = self._stamp.get(sysid, 0) if t_us is None else t_us
-            if not self.merger.push(stamp, sysid, packet):
-                self.junk["time"] = self.junk.get("time", 0) + 1
+            if not self.merger.push(stamp, sysid, *packets):
+                self.junk["time"] = self.junk.get("time", 0) + len(packets)
                 continue
             self._stamp[sysid] = stamp
-            self.packets += 1
-            self.gaps.see(sysid, packet[6], packet[4])
-            if packet_id(packet) == MISSION_STATUS:
-                self.phase[sysid] = phase_name(phase_of(packet))
+            self.packets += len(packets)
+            see = self.gaps.see
+            for packet in packets:
+                see(sysid, packet[6], packet[4])
+                if packet[7:10] == _STATUS:
+                    self.phase[sysid] = phase_name(phase_of(packet))
 
     def write_ready(self) -> None:
         """Write what has its final place. OSError of a full disk comes out of the writer."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
 from typing import Generic, TypeVar
 
 from sim_plant.rng import generator
@@ -26,11 +27,11 @@ class Radio(Generic[P]):
         self._ticks = max(1, -(-round(latency_ms * 1000.0) * rate_hz // 1_000_000))
         self._loss = loss
         self._rng = [[generator(seed, f"{name}.{kind}") for kind in NAMES] for name in names]
-        self._queue: list[deque[tuple[int, list[P]]]] = [deque() for _ in names]
+        self._queue: list[deque[tuple[int, Sequence[P]]]] = [deque() for _ in names]
         self.sent = 0
         self.lost = 0
 
-    def send(self, i: int, k: int, packets: list[P], up: bool = True, kind: int = STATES) -> None:
+    def send(self, i: int, k: int, packets: Sequence[P], up: bool = True, kind: int = STATES) -> None:
         """Aircraft i transmits packets of a kind at tick k; `up` False: its transmitter is silent."""
         if not packets:
             return

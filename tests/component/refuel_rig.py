@@ -20,8 +20,10 @@ from flightsw.types import UPD_PEER, GuidanceCmd, Health, NavState, PeerState, S
 from sim_plant.failures.script import Event
 from sim_plant.scenario import load_scenario
 from sim_plant.world import World
+from tests.keys.flights import designs_kept
 
 CONTACT = (-35.5, 0.0, 8.5)  # [m]
+DESIGNS: dict[Any, Any] = {}  # of control: estimators that ride along need none of their own
 LINK_TICKS = 5
 
 
@@ -63,7 +65,8 @@ def app(name: str, **over: Any) -> FlightApp:
     t.pop("integrity", None)  # no raw fixes come over this link
     a = t.pop("app")
     t.pop("link", None)
-    return FlightApp(a["mission"], a["aircraft"], t, mission_rate_hz=a["mission_rate_hz"])
+    with designs_kept(DESIGNS):
+        return FlightApp(a["mission"], a["aircraft"], t, mission_rate_hz=a["mission_rate_hz"])
 
 
 class Rig:

@@ -247,3 +247,37 @@ def test_imu_samples_are_refused_by_the_length_of_their_runs(other: bool) -> Non
         assert taken == (max(run[k] for run in runs) < 3)
         passed += taken
     assert 100 < passed < 300
+
+
+def test_air_data_are_judged_reading_by_reading_whatever_they_are() -> None:
+    """Rows drawn with repeats, NaN, infinities and values at and beyond the limits, against the rule for a single reading."""
+    rng, p = np.random.default_rng(5), HealthParams(stuck_samples=2)
+    fast, flow = (
+        [19.9, 20.0, 200.0, 400.0, 400.1, math.nan, math.inf],
+        [0.7, -0.7, 0.69, 0.1, -0.69, math.nan, -math.inf],
+    )
+    for used in (WHOLE_PROBE, AIR_V | AIR_ALPHA):
+        h, last, same, judged = HealthMonitor(p, ALL, used), [math.nan] * 6, [0] * 6, set()
+        for k in range(3000):
+            calm = rng.random() < 0.6
+            new = [200.0, 210.0, 0.1, -0.1, 0.2, -0.2]
+            new = [v + 1e-3 * rng.random() for v in new]
+            if not calm:
+                new = [rng.choice(fast if i < 2 else flow) if rng.random() < 0.3 else v for i, v in enumerate(new)]
+                new = [last[i] if rng.random() < 0.3 else v for i, v in enumerate(new)]
+            same = [n + 1 if v == old else 0 for n, v, old in zip(same, new, last, strict=True)]
+            last = new
+            out_of_range = [not 20.0 <= v <= 400.0 for v in new[:2]] + [not abs(v) < 0.7 for v in new[2:]]
+            lost = [
+                n >= 2 or out for n, out in zip(same, out_of_range, strict=True)
+            ]  # airspeeds, sideslips, incidences
+            f = frame(10_000 * k, UPD_AIR)
+            f.air_V, f.air_beta, f.air_alpha = tuple(new[:2]), tuple(new[2:4]), tuple(new[4:])
+            f.air_mask = int(rng.integers(0, 4))
+            got, _ = h.step(f)
+            bad = sum(1 << 3 * (i // 2) + i % 2 for i in range(6) if lost[i])
+            needed = (0, 4) if used else (0, 2, 4)
+            serves = [f.air_mask >> i & 1 and (any if used else all)(not lost[c + i] for c in needed) for i in (0, 1)]
+            assert (got.air_bad, bool(got.updated & UPD_AIR)) == (bad, any(serves)), k
+            judged.add((bad == 0, any(serves)))
+        assert len(judged) == 4

@@ -8,6 +8,13 @@ import math
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from flightsw.icd.port import Handed
+    from hil_scripts.launch.runfolder import RunPlan
+    from hil_scripts.studies.integrity.snapshot import Flying
 
 ORDERS = ((10.0, "precontact"), (16.0, "contact"))
 AGAIN = ((20.0, "observation"), (120.0, "precontact"), (270.0, "contact"))  # [s] after the return
@@ -16,6 +23,26 @@ POINTS = ("plant.aircraft.receiver.start.xi_m", "receiver.guid.observation_m", "
 AT_S = {"observation": 20.0, "precontact": 15.0, "contact": 32.0}
 TANKER, RECEIVER = 0, 1
 FOR_EVER = 1e9
+LONGEST_S = 500.0  # [s] of a flight, planned
+
+
+@lru_cache(4)
+def _before(
+    where: str, again: tuple[tuple[float, str], ...], sets: tuple[str, ...]
+) -> tuple[RunPlan, Flying[Handed], str]:
+    """The plan, the flight until the cut and the receiver's phase then; again: orders after the return."""
+    from hil_scripts.launch.runfolder import resolve
+    from hil_scripts.studies.integrity.snapshot import HEARD, Flying
+
+    near = [] if where == "observation" else [f"{key}=[-38.0, 0.0, 6.7]" for key in POINTS]
+    told = [] if where == "observation" else [x for x in ORDERS if x[1] == "precontact" or where == "contact"]
+    orders = ", ".join(
+        f'{{t_s={t}, kind="command", target="receiver", action="{name}"}}' for t, name in (*told, *again)
+    )
+    plan = resolve("refueling", 3, [*near, *([f"plant.event=[{orders}]"] if orders else []), *sets], LONGEST_S)
+    f = Flying.of(plan)
+    f.hear_only(frozenset(), HEARD)
+    return plan, f, f.fly_to(AT_S[where]).upper()
 
 
 @dataclass
@@ -43,32 +70,26 @@ def fly(
 ) -> Flown:
     """Cut aircraft `who` for `seconds` once the receiver is at `where`; fly on for `after_s` s, with the orders of AGAIN if it is
     to rejoin."""
-    from flightsw.icd.port import DIRECT, Handed
+    from flightsw.icd.port import DIRECT
     from flightsw.process.config import flight_of
     from flightsw.process.node import Node
-    from hil_scripts.launch.runfolder import resolve
-    from hil_scripts.studies.integrity.snapshot import HEARD, STATUS, Flying, phase_in, said
+    from hil_scripts.studies.integrity.snapshot import HEARD, STATUS, phase_in, said
     from sim_plant.kernels import layout as n
-    from sim_plant.world import AircraftLostError
+    from sim_plant.lost import AircraftLostError
 
     at_s = AT_S[where]
-    near = [] if where == "observation" else [f"{key}=[-38.0, 0.0, 6.7]" for key in POINTS]
-    told = [] if where == "observation" else [x for x in ORDERS if x[1] == "precontact" or where == "contact"]
-    told += [(at_s + seconds + t, name) for t, name in AGAIN] if rejoin else []
-    orders = ", ".join(f'{{t_s={t}, kind="command", target="receiver", action="{name}"}}' for t, name in told)
     alive_s = min(seconds, 30.0)  # of one for good as much is looked at
-    plan = resolve(
-        "refueling", 3, [*near, *([f"plant.event=[{orders}]"] if orders else []), *sets], at_s + alive_s + after_s
+    plan, begun, phase = _before(
+        where, tuple((at_s + seconds + t, name) for t, name in AGAIN) if rejoin else (), tuple(sets)
     )
-    f = Flying.of(plan)
-    f.hear_only(frozenset(), HEARD)
+    f = begun.fork()
     server, members = f.server, f.server.world.members
-    out = Flown(0.0, math.inf, math.inf, math.nan, "", "", 0.0)
-    cut, back = round(at_s * 100), round((at_s + seconds) * 100)
+    out = Flown(0.0, math.inf, math.inf, math.nan, phase, "", 0.0)
+    back, end = round((at_s + seconds) * 100), round((at_s + alive_s + after_s) * 100)
     try:
-        while not server.done:
+        while server.tick < end:
             k = server.tick
-            silent = cut <= k < back
+            silent = k < back
             if k == back and fresh:
                 f.nodes[who] = Node(flight_of(plan.flights[who].config, server.names[who]), port=DIRECT)
                 f.hear_only(frozenset(), HEARD)
@@ -83,15 +104,14 @@ def fly(
                 if not (silent and i == who):
                     for kind, fields in said(node.after()):
                         out.phase = phase_in(fields).upper() if kind == STATUS and i == RECEIVER else out.phase
-            if k >= cut:
-                v = members[RECEIVER].view
-                xi = v.rel[n.R_XI : n.R_XI + 3]
-                out.bank_deg = max(out.bank_deg, abs(math.degrees(members[who].view.o[n.O_EULER + 2])))
-                out.highest_m = min(out.highest_m, xi[2])
-                out.closest_m = min(out.closest_m, math.hypot(*xi))
-                out.contact_s += 0.01 * (k >= back and v.contact)
-                if k >= back and math.isnan(out.back_s) and f.nodes[who].app.nav.valid and f.nodes[who].app.tick_no:
-                    out.back_s = (k - back) / 100.0
+            v = members[RECEIVER].view
+            xi = v.rel[n.R_XI : n.R_XI + 3]
+            out.bank_deg = max(out.bank_deg, abs(math.degrees(members[who].view.o[n.O_EULER + 2])))
+            out.highest_m = min(out.highest_m, xi[2])
+            out.closest_m = min(out.closest_m, math.hypot(*xi))
+            out.contact_s += 0.01 * (k >= back and v.contact)
+            if k >= back and math.isnan(out.back_s) and f.nodes[who].app.nav.valid and f.nodes[who].app.tick_no:
+                out.back_s = (k - back) / 100.0
     except AircraftLostError as e:
         out.lost = str(e)
     return out

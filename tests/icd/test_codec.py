@@ -364,10 +364,8 @@ def test_commands_for_this_aircraft_only() -> None:
 def test_truth_is_unknown_on_board() -> None:
     plant, flight = pair()
     z3 = (0.0, 0.0, 0.0)
-    packet = plant.truth(
-        0, pos_n=z3, vel_n=z3, q_nb=(1.0, *z3), w_b=z3, wind_n=z3, wind_rot=z3, V=190.0, beta=0.0, alpha=0.05,
-        controls=(0.0, 0.0, 0.0, 1.0), xi=z3, mass=1.0, boom=z3, contact=False, inside=True,
-    )  # fmt: skip
+    airspeed, rest = (190.0, 0.0, 0.05), (0.0, 0.0, 0.0, 1.0, 1.0, *z3, False, True)
+    packet = plant.truth(0, (*z3, *z3, 1.0, *z3, *z3, *z3, *z3, *z3, *airspeed, *rest))
     got = SensorFrame()
     flight.decode(packet, got)
     assert got == SensorFrame() and flight.count.unknown == 1

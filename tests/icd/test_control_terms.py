@@ -68,6 +68,22 @@ def test_a_law_goes_over_the_wire() -> None:
     assert f["error"][0] == -2.0 and f["output"][1:] == [0, 0, 0, 0]
 
 
+def test_every_entry_of_a_law_goes_into_its_field() -> None:
+    number = {word: v for v, word in HOUSE.words("WKF_QUANTITY").items() if word}
+    names = list(number)[1:13]
+    outputs = tuple(Output(q, "", 1.0 + i, 2.0 + i, 3.0 + i, 4.0 + i, i) for i, q in enumerate(names[:5]))
+    controlled = tuple(Controlled(q, "", 5.0 + i, 6.0 + i, i) for i, q in enumerate(names[5:9]))
+    schedule = tuple(Scheduled(q, "", 0.0, 8.0, 7.0 + i) for i, q in enumerate(names[9:]))
+    f = decode(control_terms(Sender(1, 1), 7_000_000, (LawTerms("full", outputs, controlled, schedule),)))
+    for field, first, n in (
+        ("proportional", 1, 5), ("integral", 2, 5), ("feedforward", 3, 5), ("cut", 4, 5), ("output_limit", 0, 5),
+        ("error", 5, 4), ("error_integral", 6, 4), ("controlled_limit", 0, 4), ("schedule", 7, 3),
+    ):  # fmt: skip
+        assert f[field] == [first + i for i in range(n)], field
+    assert [*f["output"], *f["controlled"], *f["scheduled"]] == [number[q] for q in names]
+    assert (f["schedule_limit"], f["closed"], f["law"]) == ([0, 0, terms.HIGH], 0, "full")
+
+
 @pytest.mark.parametrize(
     ("law", "words"),
     [

@@ -9,7 +9,7 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import pytest
-from pymavlink.dialects.v20 import common, development
+from pymavlink.dialects.v20 import common
 
 from flightsw.icd import codec_receive, dialect, gen, wire
 from flightsw.missions.receiver.airdata.reports import FdiStatus, WakeFix
@@ -27,6 +27,8 @@ SOURCES = Path(gen.__file__).resolve().parents[1]
 
 
 def test_every_standard_message_but_one_is_in_the_stock_dialect() -> None:
+    from pymavlink.dialects.v20 import development  # slow to import: only where it is needed
+
     assert {n for n, s in wire.BY_NAME.items() if s.id < 53000} - set(STOCK) == {"FUEL_STATUS", *LATER}
     for name in LATER:
         stock = development.mavlink_map[wire.BY_NAME[name].id]

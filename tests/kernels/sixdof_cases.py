@@ -42,8 +42,26 @@ def looks(r: Rng) -> np.ndarray:
     return S
 
 
+SETTINGS = np.array([0.3, 1.0, 1.0, 1e-4, 1e-5, 1e-7, 2.0])  # of looks.py
+
+
+def moments(r: Rng) -> np.ndarray:
+    """What moments.py has learnt."""
+    return np.concatenate((r.normal(0.0, 0.01, 3), r.uniform(0.01, 1.0, 3), r.normal(size=3), z(9)))
+
+
 def controls(r: Rng) -> np.ndarray:
     return np.array([*r.uniform(-0.2, 0.2, 3), r.uniform(2e3, 1e4)])
+
+
+def reading(r: Rng) -> list[object]:
+    """An attitude 0.05 s ago, the rates since, and a reading of it 0.02 s old."""
+    return [unit9(r), 0.05, *r.normal(0.0, 0.1, 3), 1.0, *r.normal(0.0, 0.01, 3), 0.02]
+
+
+def since(r: Rng) -> list[object]:
+    """What the gyro has turned in 0.05 s, and the flow and controls of then."""
+    return [*r.normal(0.0, 0.01, 3), 0.05, r.uniform(150, 220), *r.uniform(-0.1, 0.1, 2), 7010.0, controls(r)]
 
 
 def stage(r: Rng) -> np.ndarray:
@@ -138,32 +156,15 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         P,
         z(6),
     ],
-    "sixdof.moments.learn": lambda r: [r.normal(size=3), 0.1, r.normal(size=3), r.uniform(0.01, 1.0, 3)],
+    "sixdof.moments.learn": lambda r: [moments(r), 0.1],
     "sixdof.looks.before": lambda r: [looks(r), 530, r.uniform(0.1, 1.0)],
-    "sixdof.looks.apart": lambda r: [looks(r), 530, 505, 1e-5, 1e-4, 5, 2.0],
-    "sixdof.looks.turned": lambda r: [looks(r), 530, 505, *r.normal(0.0, 0.05, 3), P, r.normal(0.0, 0.01, 3), z(9)],
-    "sixdof.looks.looked": lambda r: [
-        looks(r),
-        530,
-        *r.normal(0.0, 0.01, 6),
-        0.05,
-        r.uniform(150, 220),
-        *r.uniform(-0.1, 0.1, 2),
-        7010.0,
-        controls(r),
-        np.array([0.3, 1.0]),
-        1.0,
-        1e-5,
-        1e-4,
-        5,
-        2.0,
-        P,
-        z(3),
-        np.full(3, 0.1),
-        z(3),
-        z(9),
-        z(7),
-    ],
+    "sixdof.looks.beyond": reading,
+    "sixdof.looks.apart": lambda r: [looks(r), 530, 505, SETTINGS, 5],
+    "sixdof.looks.written": lambda r: [looks(r), 530, r.normal(0.0, 0.01, 3), *since(r)],
+    "sixdof.looks.lacking": lambda r: [looks(r), 530, P, moments(r), z(3)],
+    "sixdof.looks.learnt": lambda r: [*r.normal(0.0, 0.01, 3), 0.1, SETTINGS.copy(), 0.1, moments(r)],
+    "sixdof.looks.turned": lambda r: [looks(r), 530, 505, *r.normal(0.0, 0.05, 3), P, moments(r)],
+    "sixdof.looks.looked": lambda r: [looks(r), 530, *reading(r), *since(r), SETTINGS, 5, P, moments(r), z(9)],
     "sixdof.motion.air_velocity": lambda r: [r.uniform(150, 220), *r.uniform(-0.1, 0.1, 2)],
     "sixdof.sensed.sensed_rates": lambda r: [
         free_state(r),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import mpmath as mp
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -21,6 +20,8 @@ systems = st.tuples(st.integers(1, 9), st.integers(1, 4), st.integers(0, 2**31))
 
 def exact(A: np.ndarray, Xi: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray]:
     """Van Loan's block exponential with as many digits as its growing modes eat, and 30 more."""
+    import mpmath as mp  # slow to import: only where it is needed
+
     n = len(A)
     big = np.block([[-A, Xi], [np.zeros((n, n)), A.T]])
     with mp.workdps(30 + int(2.0 * np.abs(A).sum(axis=1).max() * dt / 2.3)):

@@ -26,7 +26,9 @@ coordinate = st.tuples(st.floats(-80, 10), st.floats(-40, 40), st.floats(-20, 20
 
 def wind(x: float, y: float, z: float, wk: np.ndarray = WK, kw: float = 1.0, kt: float = 1.0) -> np.ndarray:
     out = np.zeros(3)
-    k.wake_wind(x, y, z, wk, kw, kt, V, RHO, out)
+    k.wake_wind(
+        *map(float, (x, y, z)), wk, float(kw), float(kt), V, RHO, out
+    )  # of whole numbers it would be compiled anew
     return out
 
 

@@ -58,9 +58,9 @@ def flight(plan: RunPlan) -> Iterator[bytes]:
 
 
 @contextmanager
-def designs_kept() -> Iterator[None]:
-    """Control designs are made once per set of parameters, not once per flight."""
-    kept: dict[Any, Any] = {}
+def designs_kept(kept: dict[Any, Any] | None = None) -> Iterator[None]:
+    """Control designs are made once per set of parameters, not once per flight; kept: of others, to go on with."""
+    kept = {} if kept is None else kept
 
     def keeping(cls: type, design: Callable[..., Any]) -> Callable[..., Any]:
         def again(self: Any, *args: Any) -> Any:

@@ -34,7 +34,16 @@ STALLED = ("lift.fall", "lift.fall_rad", "drag.beyond")  # beyond the stall: tes
 UNASKED = ("onboard", "alexis", "limits")  # this mission asks for nothing near them
 NAMES = ("meta.name", "probe.0.name")  # words of messages
 CASES = {"alexis": ("gust", "alexis"), "twinjet": ("windshear", "twinjet")}
-AT_ONCE = {"alexis": ("alexis.nav.servo_bank.wait_s=0.0",)}  # steers from the first sample
+AT_ONCE = {  # steers from the first sample; of the bank's models, each with gains of its own to design, a few
+    "alexis": (
+        "alexis.nav.servo_bank.wait_s=0.0",
+        *(
+            f"{who}.nav.servo_bank.{few}"
+            for who in ("alexis", "reference")
+            for few in ("wn_radps=[28.0, 40.0]", "extra_samples=[0, 1]", "lift_designs=[0.0]")
+        ),
+    )
+}
 WIND = [{"amplitude_mps": [0.0, 2.0, 0.0], "period_s": [1.0, 4.0, 1.0]}]
 VALUES = {
     "controls.elevator_rate_degps": (1.0,),

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import copy
 import math
 import tomllib
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -12,8 +14,10 @@ import pytest
 
 from flightsw.strict import ConfigError
 from hil_scripts.launch.replay_cmd import replay_run
+from hil_scripts.studies.integrity.snapshot import Flying
 from hil_scripts.studies.sevil.loop_figures import figures
-from hil_scripts.studies.sevil.loop_flight import BREAKAWAY, CONTACT, Setting, Track, fly
+from hil_scripts.studies.sevil.loop_flight import BREAKAWAY, CONTACT, Setting, Track, Watched, fly, in_process, plan_of
+from sim_plant.failures.script import Event as Failure
 
 DEG = math.radians(1.0)
 NEAR = (-38.0, 0.0, 6.7)  # [m] begin close to contact, which is reached at 26 s
@@ -22,8 +26,25 @@ Event = dict[str, Any]
 LOGS = ("link_tanker.tlog", "link_receiver.tlog", "tlm.tlog", "truth.tlog")
 
 
-def flight(*events: Event, seconds: float = 55.0, sets: tuple[str, ...] = (), seed: int = 1) -> Track:
-    return fly(Setting(seconds, events, sets, start_m=NEAR), seed)
+@cache
+def sound() -> Watched:
+    """Until something goes wrong: flights without settings of their own begin alike."""
+    with in_process(plan_of(Setting(55.0, start_m=NEAR), 1)) as flying:
+        before = Watched(flying)
+        before.fly_to(T0)
+    return before
+
+
+def flight(*events: Event, seconds: float = 55.0, sets: tuple[str, ...] = ()) -> Track:
+    """With events in the order of their times."""
+    if sets:
+        return fly(Setting(seconds, events, sets, start_m=NEAR), 1)
+    on = copy.deepcopy(sound())
+    assert isinstance(on.flight, Flying)
+    for e in events:
+        on.fly_to(e["t_s"])
+        on.flight.inject(Failure(**{**e, "value": tuple(e.get("value", ()))}))
+    return on.fly_to(seconds)
 
 
 def fault(kind: str, index: int, channel: str = "", **more: Any) -> Event:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -36,28 +37,72 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return site
 
 
-def start(site: Path, module: str, *args: object) -> subprocess.CompletedProcess[str]:
-    """`python -m MODULE ARGS` with the package installed, to its end."""
-    return subprocess.run(
-        [sys.executable, "-m", module, *map(str, args)], capture_output=True, text=True, timeout=TIMEOUT_S, check=False,
+TURNS = """
+import json, runpy, sys
+for name, *words in json.load(sys.stdin):
+    sys.argv = [name, *words]
+    try:
+        runpy.run_module(name, run_name="__main__", alter_sys=True)
+        code = 0
+    except SystemExit as end:
+        code = end.code or 0
+    print(f"\\f{code}", flush=True)
+"""
+Call = tuple[object, ...]  # module and words of `python -m`
+
+
+def calls(site: Path, *wanted: Call) -> list[tuple[int, str]]:
+    """Exit code and words of each `python -m MODULE ARGS` with the package installed, one after the other in one process."""
+    r = subprocess.run(
+        [sys.executable, "-c", TURNS], input=json.dumps([[str(w) for w in c] for c in wanted]), check=False,
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=TIMEOUT_S,
         env={**os.environ, "PYTHONPATH": str(site), "COLUMNS": "200"},
     )  # fmt: skip
-
-
-def call(site: Path, module: str, *args: object) -> str:
-    """Words of `python -m MODULE ARGS` with the package installed; it must end well."""
-    r = start(site, module, *args)
-    assert r.returncode == 0, r.stdout[-2000:] + r.stderr[-2000:]
-    return r.stdout
+    said = re.findall(r"(.*?)\f(\d+)\n", r.stdout, re.DOTALL)
+    assert len(said) == len(wanted), r.stdout[-3000:]
+    return [(int(code), words) for words, code in said]
 
 
 @pytest.fixture(scope="module")
-def run(site: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Its scenario, flown a while; with picture."""
-    out = tmp_path_factory.mktemp("runs") / "run"
+def told(site: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, tuple[int, str]]:
+    """What its scenario, flown a while, and the commands that look for parts say; "folder": where the run and the dialect are."""
+    out = tmp_path_factory.mktemp("runs")
     scenario = site / "example" / "scenarios" / "cruise.toml"
-    call(site, "hil_scripts.sil", "run", scenario, "--duration", SECONDS, "--in-process", "--out", out)
-    return out
+    wanted: dict[str, Call] = {
+        "run": ("hil_scripts.sil", "run", scenario, "--duration", SECONDS, "--in-process", "--out", out / "run"),
+        "list": ("hil_scripts.sil", "list", "campaigns"),
+        "send": ("ground", "send", "list"),
+        "report": ("ground", "report", "--help"),
+        "dialect": ("ground", "dialect", "--out", out / "all.py"),
+    }
+    return dict(zip(wanted, calls(site, *wanted.values()), strict=True)) | {"folder": (0, str(out))}
+
+
+@pytest.fixture(scope="module")
+def run(told: dict[str, tuple[int, str]]) -> Path:
+    """Its scenario, flown a while; with picture."""
+    code, words = told["run"]
+    assert code == 0, words[-2000:]
+    return Path(told["folder"][1]) / "run"
+
+
+MINE = ("--set", "receiver.nav.filter=example:MyFilter", "--set", "tanker.nav.filter=example_fading",
+        "--set", "tanker.ctrl.law=example:MyLaw")  # fmt: skip
+OTHERS: dict[str, tuple[object, ...]] = {  # settings of the refuelling, and its duration [s]
+    "mine": (10, *MINE),
+    "none": (1, "--set", "tanker.ctrl.law=example:MyFilter"),
+    "weight": (1, "--set", "tanker.ctrl.law=example:MyLaw", "--set", "tanker.ctrl.w_input=[0.1, 0.1, 0.1, 3e4]"),
+}
+
+
+@pytest.fixture(scope="module")
+def flown(site: Path, run: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, tuple[int, str]]:
+    """The replay of that run, in another process, and refuellings with its parts; "folder": where they are."""
+    out = tmp_path_factory.mktemp("others")
+    refuel = ("hil_scripts.sil", "run", "refueling", "--in-process", "--no-rrd")
+    wanted: dict[str, Call] = {"replay": ("hil_scripts.sil", "replay", run)}
+    wanted |= {n: (*refuel, "--out", out / n, "--duration", seconds, *sets) for n, (seconds, *sets) in OTHERS.items()}
+    return dict(zip(wanted, calls(site, *wanted.values()), strict=True)) | {"folder": (0, str(out))}
 
 
 def test_it_flies_and_its_view_gives_figures(run: Path) -> None:
@@ -73,27 +118,26 @@ def test_its_tab_is_in_the_recording(run: Path) -> None:
     assert {"/nav/navion/triangle/n", "/guid/navion/course_error"} <= set(rows(run / "run.rrd"))
 
 
-def test_replay_repeats_it(site: Path, run: Path) -> None:
-    words = call(site, "hil_scripts.sil", "replay", run)
+def test_replay_repeats_it(flown: dict[str, tuple[int, str]]) -> None:
+    code, words = flown["replay"]
+    assert code == 0, words[-2000:]
     row = next(line for line in words.splitlines() if "navion" in line)
     ticks, packets, differ, extra = (int(x) for x in row.replace("│", " ").split()[1:])
     assert (ticks, differ, extra) == (round(SECONDS * 100), 0, 0) and packets > ticks
 
 
-def test_its_study_report_and_commands_are_found(site: Path, tmp_path: Path) -> None:
-    listed = call(site, "hil_scripts.sil", "list", "campaigns")
-    assert "Wind by the triangle" in listed
-    assert "course: example_cruise" in call(site, "ground", "send", "list")
-    assert "triangle" in call(site, "ground", "report", "--help")
-    call(site, "ground", "dialect", "--out", tmp_path / "all.py")
-    assert "EXAMPLE_WIND" in (tmp_path / "all.py").read_text()
+def test_its_study_report_and_commands_are_found(told: dict[str, tuple[int, str]]) -> None:
+    assert [told[name][0] for name in ("list", "send", "report", "dialect")] == [0] * 4, told
+    assert "Wind by the triangle" in told["list"][1]
+    assert "course: example_cruise" in told["send"][1]
+    assert "triangle" in told["report"][1]
+    assert "EXAMPLE_WIND" in (Path(told["folder"][1]) / "all.py").read_text()
 
 
-def test_its_filter_and_its_law_fly_anybody_s_mission(site: Path, tmp_path: Path) -> None:
-    call(site, "hil_scripts.sil", "run", "refueling", "--duration", 10, "--in-process", "--no-rrd", "--out", tmp_path / "run",
-         "--set", "receiver.nav.filter=example:MyFilter", "--set", "tanker.nav.filter=example_fading",
-         "--set", "tanker.ctrl.law=example:MyLaw")  # fmt: skip
-    run = load(tmp_path / "run")
+def test_its_filter_and_its_law_fly_anybody_s_mission(flown: dict[str, tuple[int, str]]) -> None:
+    code, words = flown["mine"]
+    assert code == 0, words[-2000:]
+    run = load(Path(flown["folder"][1]) / "mine")
     assert json.loads((run.folder / "summary.json").read_text())["run.outcome"] == "completed"
     said, truth = run.tlm.get(1, "CONTROL_TERMS"), run.truth.get(1, "TRUTH")
     assert said is not None and truth is not None
@@ -102,17 +146,14 @@ def test_its_filter_and_its_law_fly_anybody_s_mission(site: Path, tmp_path: Path
     assert np.abs(truth["V"] - 195.0).max() < 2.0 and np.abs(truth["pos_n"][:, 2] + 7010.0).max() < 15.0
 
 
-def test_a_law_that_is_none_is_refused_by_the_name_of_its_key(site: Path, tmp_path: Path) -> None:
-    r = start(site, "hil_scripts.sil", "run", "refueling", "--duration", 1, "--in-process", "--no-rrd", "--out", tmp_path / "run",
-              "--set", "tanker.ctrl.law=example:MyFilter")  # fmt: skip
-    assert r.returncode == 2, r.stdout
-    words = " ".join((r.stdout + r.stderr).split())
-    assert "ctrl.law = 'example:MyFilter'" in words
+def test_a_law_that_is_none_is_refused_by_the_name_of_its_key(flown: dict[str, tuple[int, str]]) -> None:
+    code, words = flown["none"]
+    assert code == 2, words
+    assert "ctrl.law = 'example:MyFilter'" in " ".join(words.split())
 
 
-def test_a_weight_that_its_law_does_not_obey_is_refused(site: Path, tmp_path: Path) -> None:
+def test_a_weight_that_its_law_does_not_obey_is_refused(flown: dict[str, tuple[int, str]]) -> None:
     """The flight file's own, which the tanker would have without it, is none that was set."""
-    r = start(site, "hil_scripts.sil", "run", "refueling", "--duration", 1, "--in-process", "--no-rrd", "--out", tmp_path / "run",
-              "--set", "tanker.ctrl.law=example:MyLaw", "--set", "tanker.ctrl.w_input=[0.1, 0.1, 0.1, 3e4]")  # fmt: skip
-    assert r.returncode == 2, r.stdout
-    assert "ctrl.w_input = (0.1, 0.1, 0.1, 30000.0): not obeyed by" in " ".join((r.stdout + r.stderr).split())
+    code, words = flown["weight"]
+    assert code == 2, words
+    assert "ctrl.w_input = (0.1, 0.1, 0.1, 30000.0): not obeyed by" in " ".join(words.split())

@@ -35,18 +35,19 @@ FLAGS = {"Haswell": "avx2", "Zen": "avx2", "SkylakeX": "avx512f"}
 FLY = """
 import hashlib, json, sys, tempfile
 from pathlib import Path
-from rich.console import Console
-from hil_scripts.launch.inproc import fly
-from hil_scripts.launch.procs import StopFlag
+from hil_scripts.launch.inproc import InProcess
 from hil_scripts.launch.runfolder import make_folder, resolve
 import numpy as np
 
 out = {}
 for name in sys.argv[2:]:
-    with tempfile.TemporaryDirectory() as tmp, StopFlag() as stop:
+    with tempfile.TemporaryDirectory() as tmp:
         plan = resolve(name, 3, [], float(sys.argv[1]))
         run = make_folder(plan, Path(tmp) / "run")
-        assert fly(plan, run, Console(quiet=True), stop).outcome == "completed", name
+        flight = InProcess(plan, run)
+        while not flight.server.done:
+            flight.tick()
+        flight.finish()
         for log in sorted(run.glob("*.tlog")):
             out[f"{name}/{log.name}"] = hashlib.sha256(log.read_bytes()).hexdigest()
 r = np.random.default_rng(1)

@@ -11,7 +11,7 @@ from hil_scripts.launch.places import SCENARIOS
 from hil_scripts.launch.runfolder import resolve
 from tests.sil.launch import sil, summary
 
-SHORT_S = 12.0  # [s] simulated
+SHORT_S = 8.0  # [s] simulated
 
 
 @pytest.mark.parametrize("path", sorted(SCENARIOS.glob("*.toml")), ids=lambda p: p.stem)

@@ -115,16 +115,16 @@ LATER = {  # mission -> module and kernels that a flight comes to some time afte
         ("kb.bank_predict", "kf.heard_fix", "kf.heard_range", "kr.judged_range"),
     ),
     "receiver": (
-        "flightsw.missions.receiver.integrity.bank",
+        "flightsw.missions.receiver.integrity",
         (
             "kernel.predict",
             "kernel.surprise",
-            "kernel.heard",
             "kernel.sigmas",
-            "judge_kernel.stand",
             "judge_kernel.judged",
             "way_kernel.over",
-            "way_kernel.build",
+            "rows_kernel.offered",
+            "horizon_kernel.advanced",
+            "horizon_kernel.expected",
         ),
     ),
 }

@@ -11,8 +11,6 @@ from datetime import datetime, timedelta
 from pathlib import Path
 from urllib.parse import urlsplit
 
-from distributed import Client
-
 from hil_scripts.campaign.engine import pace, run_campaign
 from hil_scripts.campaign.journal import read
 from hil_scripts.campaign.study import Case
@@ -74,6 +72,8 @@ def test_a_cluster_of_two_hosts_makes_the_same_rows(tmp_path: Path) -> None:
     commands += [("distributed.cli.dask_worker", at, "--host", f"127.0.0.{h}", *each) for h in (2, 3)]
     running = [subprocess.Popen((*dask, *c), env=env, stderr=subprocess.DEVNULL) for c in commands]
     try:
+        from distributed import Client  # slow to import: only where it is needed
+
         with Client(at, timeout=60) as client:
             client.wait_for_workers(2, timeout=60)
             hosts = {urlsplit(w).hostname for w in client.scheduler_info(n_workers=-1)["workers"]}

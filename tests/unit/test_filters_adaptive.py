@@ -7,6 +7,7 @@ intensity of every segment.
 from __future__ import annotations
 
 import math
+from functools import cache
 
 import numpy as np
 import pytest
@@ -55,6 +56,14 @@ def step(flt: object, y: np.ndarray, r: np.ndarray, q: float) -> None:
     flt.correct(y, r, k)
 
 
+@cache
+def of_seed(sensors: str, seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """A record: wind, measurements; errors of the filter tuned to each level and of the bank that does not mix."""
+    r = np.array(SENSORS[sensors])
+    w, y = record(SENSORS[sensors], seed)
+    return w, y, oracle(w, y, r), banked(w, y, r, False)[0]
+
+
 def per_segment(err: np.ndarray) -> np.ndarray:
     return np.array([math.sqrt(np.mean(e * e)) for e in np.split(err, len(LEVELS))])
 
@@ -96,21 +105,22 @@ def banked(
 @pytest.mark.parametrize("sensors", SENSORS)
 def test_steps_of_turbulence_cost_less_than_ten_percent(sensors: str) -> None:
     r = np.array(SENSORS[sensors])
-    runs = [record(SENSORS[sensors], seed) for seed in range(3)]
-    best = [oracle(w, y, r) for w, y in runs]
+    runs = [of_seed(sensors, seed) for seed in range(3)]
+    best = [tuned for _, _, tuned, _ in runs]
     ref = np.sqrt(np.mean(np.square(best), axis=0))
-    for name, method in (
-        ("adapter", lambda w, y: adapted(w, y, r)[0]),
-        ("imm", lambda w, y: banked(w, y, r, True)[0]),
-        ("static bank", lambda w, y: banked(w, y, r, False)[0]),
-    ):
+    errors = {
+        "adapter": lambda: [adapted(w, y, r)[0] for w, y, *_ in runs],
+        "imm": lambda: [banked(w, y, r, True)[0] for w, y, *_ in runs],
+        "static bank": lambda: [static for *_, static in runs],
+    }
+    for name, method in errors.items():
         if sensors == "large" and name == "adapter":
             continue  # there a sample says little about q: the next test
-        got = np.sqrt(np.mean([method(w, y) ** 2 for w, y in runs], axis=0))
+        got = np.sqrt(np.mean(np.square(method()), axis=0))
         print(f"{sensors} {name}: ratio to the filter tuned to each level {np.round(got / ref, 3)}")
         assert (got <= 1.10 * ref).all(), name
     # the step matters: the filter left at the first level pays in the second, one left at the second in the others
-    w, y = runs[0]
+    w, y, *_ = runs[0]
     for q0, hurt in ((Q[0], [1]), (Q[1], [0, 2])):
         flt, err = new("ukf", len(r)), []
         for i in range(len(y)):
@@ -122,10 +132,10 @@ def test_steps_of_turbulence_cost_less_than_ten_percent(sensors: str) -> None:
 def test_with_large_noise_the_bank_is_the_better_choice() -> None:
     """Noise 5 to 8 sigma of the wind: matching one statistic forgets a storm slowly, likelihoods do not."""
     r = np.array(SENSORS["large"])
-    runs = [record(SENSORS["large"], seed) for seed in range(6)]
-    ref = np.sqrt(np.mean([oracle(w, y, r) ** 2 for w, y in runs], axis=0))
-    one = np.sqrt(np.mean([adapted(w, y, r)[0] ** 2 for w, y in runs], axis=0)) / ref
-    bank = np.sqrt(np.mean([banked(w, y, r, False)[0] ** 2 for w, y in runs], axis=0)) / ref
+    runs = [of_seed("large", seed) for seed in range(6)]
+    ref = np.sqrt(np.mean([tuned**2 for _, _, tuned, _ in runs], axis=0))
+    one = np.sqrt(np.mean([adapted(w, y, r)[0] ** 2 for w, y, *_ in runs], axis=0)) / ref
+    bank = np.sqrt(np.mean([static**2 for *_, static in runs], axis=0)) / ref
     print(f"ratio to the tuned filter: adapter {np.round(one, 3)}, bank {np.round(bank, 3)}")
     assert (one < 1.25).all()
     assert (bank < 1.10).all()

@@ -18,28 +18,16 @@ from flightsw.kernels.linalg import backward_sub_t, forward_sub, tria
 from flightsw.kernels.rotations import dcm_from_quat, turn
 from flightsw.missions.receiver.integrity import kernel
 from flightsw.missions.receiver.integrity.layout import AB, NB, ROWS, D, U
-from flightsw.sixdof.actuators import between, thrust_available
+from flightsw.sixdof.actuators import between, surface_limits, thrust_available
+from flightsw.sixdof.command import cut
 from flightsw.sixdof.estimator_core import fill_noise, sane
 from flightsw.sixdof.layout import NX, X_X
 from flightsw.sixdof.motion import air_velocity, propagate_free, propagate_relative
 from flightsw.sixdof.params import parameter_vector
-from flightsw.sixdof.recovery.answer_kernel import (
-    AHEAD,
-    ALPHA,
-    BELOW,
-    BETA,
-    DOWN,
-    FORWARD,
-    MOTION,
-    SPEED,
-    explained,
-    learn,
-    numbers,
-    swinging,
-    unexplained,
-)
-from flightsw.sixdof.recovery.motion import BY_GYRO, BY_REFERENCE, STATE, angle, carry
+from flightsw.sixdof.recovery.answer_kernel import explained, learn, numbers, swinging, unexplained
+from flightsw.sixdof.recovery.motion import AGE, BY_GYRO, BY_REFERENCE, STATE, TURNED, angle, carry
 from flightsw.sixdof.recovery.motion import gain as gained
+from flightsw.sixdof.recovery.readings_kernel import AHEAD, ALPHA, BELOW, BETA, DOWN, FORWARD, MOTION, SPEED
 
 X = st.floats(-1e4, 1e4)
 
@@ -138,14 +126,16 @@ def test_both_windows_go_on_as_one_by_one(fresh: bool) -> None:
     r = np.random.default_rng(9)
     own, reference, first, second = r.normal(size=9), r.normal(size=9), r.normal(size=STATE), r.normal(size=STATE)
     q, w, force, dt = r.normal(size=4), r.normal(size=3), r.normal(size=3), 0.05
+    first[AGE], second[AGE] = 1.5, -1.0
     was, still = [x.copy() for x in (own, reference, first)], second.copy()
-    off = carry(own, True, reference, fresh, *q, first, True, second, False, *w, *force, dt)
+    off, _ = carry(own, True, reference, fresh, *q, first, second, *w, *force, 0.2, dt)
     turn(was[0], *w, dt)
     if fresh:
         dcm_from_quat(q, was[1])
     turn(was[2][:BY_GYRO], *w, dt)
     gained(was[2][:BY_GYRO], force, dt, was[2][BY_GYRO:BY_REFERENCE])
-    gained(was[1], force, dt, was[2][BY_REFERENCE:])
+    gained(was[1], force, dt, was[2][BY_REFERENCE:AGE])
+    was[2][AGE], was[2][TURNED] = 1.5 + dt, was[2][TURNED] + 0.2 * dt
     assert off == (angle(was[1], was[0]) if fresh else 0.0)
     assert all((a == b).all() for a, b in zip((own, reference, first, second), (*was, still), strict=True))
 
@@ -244,3 +234,23 @@ def _sum(terms: Iterable[float]) -> float:
     for x in terms:
         s += x
     return s
+
+
+@pytest.mark.parametrize("kept", [1, 3])
+def test_a_command_is_cut_and_remembered_or_left_alone(kept: int) -> None:
+    r, lim = np.random.default_rng(10), surface_limits(load_aircraft("learjet24"))
+    low, high = np.array([*lim[:, 0], 800.0]), np.array([*lim[:, 1], 9e3])
+    old, found = r.normal(size=(kept, 4)), set()
+    for k in range(200):
+        asked = np.array([*r.normal(0.0, 0.15, 3), r.uniform(500.0, 10e3)])
+        if k % 20 == 0:
+            asked[k // 20 % 4] = (math.nan, math.inf, -math.inf)[k // 20 % 3]
+        u, was = asked.copy(), old.copy()
+        out = cut(u, lim, 800.0, 9e3, old)
+        found.add(out)
+        if np.isfinite(asked).all():
+            assert (u == np.clip(asked, low, high)).all() and out == (u != asked).any()
+            assert (old[0] == u).all() and (old[1:] == was[:-1]).all()
+        else:
+            assert out == -1 and (old == was).all() and np.array_equal(u, asked, equal_nan=True)
+    assert found == {-1, 0, 1}

@@ -77,6 +77,15 @@ def test_a_name_would_be_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     assert named(tmp_path / "a.py") == {"tanker", "gust"}
 
 
+def statements(block: ast.AST) -> Iterator[ast.AST]:
+    """All statements of a block, those for type checking alone left out; what is inside a statement is none."""
+    for part in ("body", "orelse", "finalbody", "handlers", "cases"):
+        for n in getattr(block, part, ()):
+            if not (isinstance(n, ast.If) and isinstance(n.test, ast.Name) and n.test.id == "TYPE_CHECKING"):
+                yield n
+                yield from statements(n)
+
+
 @cache
 def graph() -> dict[str, set[str]]:
     """Module -> modules of the four programs it imports, those for type checking alone left out."""
@@ -87,15 +96,8 @@ def graph() -> dict[str, set[str]]:
             modules[name.removesuffix(".__init__")] = p
     out: dict[str, set[str]] = {}
     for name, p in modules.items():
-        tree = ast.parse(p.read_text(encoding="utf-8"))
-        idle = {
-            id(x) for n in ast.walk(tree) if isinstance(n, ast.If) and ast.unparse(n.test) == "TYPE_CHECKING"
-            for x in ast.walk(n)
-        }  # fmt: skip
         found = set()
-        for n in ast.walk(tree):
-            if id(n) in idle:
-                continue
+        for n in statements(ast.parse(p.read_text(encoding="utf-8"))):
             if isinstance(n, ast.Import):
                 found |= {a.name for a in n.names}
             elif isinstance(n, ast.ImportFrom) and n.module:

@@ -11,12 +11,13 @@ from scipy.spatial.transform import Rotation
 from flightsw.aircraft import load_aircraft
 from flightsw.missions.receiver.integrity import judge_kernel, kernel
 from flightsw.missions.receiver.integrity.bank import Bank
-from flightsw.missions.receiver.integrity.layout import AT, NB, OB, RC, REL, ROWS, RS, RV, WAKE, D, U
+from flightsw.missions.receiver.integrity.layout import AT, GNSS, GV, NB, OB, RC, REL, ROWS, RS, RV, WAKE, D, G, U
 from flightsw.missions.receiver.integrity.layout import BOOM as BOOM_SOURCE
 from flightsw.missions.receiver.integrity.params import IntegrityParams
-from flightsw.missions.receiver.integrity.readings import Reading, Readings
+from flightsw.missions.receiver.integrity.readings import Readings
+from flightsw.missions.receiver.integrity.waiting import Reading, Waiting
 from flightsw.missions.receiver.tanker_link import PeerTracker
-from flightsw.types import PeerState, SensorFrame
+from flightsw.types import PeerFix, PeerState, SensorFrame
 
 P = IntegrityParams()
 BOOM = (12.19, -0.52)
@@ -31,7 +32,7 @@ def flying(rng: np.random.Generator) -> Bank:
         bank.P[m] += root @ root.T
     bank.X += rng.standard_normal(bank.X.shape) * rng.choice([0.1, 30.0, 100.0])
     bank.L[:], bank.born_L[:] = rng.normal(0.0, 12.0, bank.size), rng.normal(0.0, 3.0, len(bank.born_L))
-    bank.stand(150_000, (-59.0, 20.0, 6.0), np.eye(3).ravel(), 0.3)
+    bank.stand(150_000, judge_kernel.stand(bank.X, np.eye(3).ravel(), -59.0, 20.0, 6.0, 0.15, bank.place), 0.3)
     return bank
 
 
@@ -93,6 +94,21 @@ def test_the_place_in_tanker_axes_turns_with_the_attitudes_error() -> None:
     np.testing.assert_allclose(place @ x, np.array(xi) + lead * C @ x[U], rtol=0.0, atol=1e-7)
 
 
+def offered(rows: Readings, source: int, f: SensorFrame, peer: PeerTracker, t_us: int, d: np.ndarray) -> Reading | None:
+    """The reading of one source at t_us of a receiver at d [3] m NED; None: there is none. It is as far off as a reading is that
+    the bank is asked about by itself."""
+    bank, waiting, path = Bank(P, BOOM), Waiting(NB), np.array([[float(t_us), *d, 0.0, 0.0, 0.0]])
+    bank.start(t_us - 100_000, d, np.zeros(3), (1.0, 2.0, 3.0))
+    for k in range(20):  # more of them than there is room for at first
+        waiting.wait(waiting.place(WAKE, k, 1))
+    said = rows.offer(1 << source, f, peer, waiting, bank, path, 1, 0.1)
+    if not said:
+        return None
+    ((who, when, k, off),) = said
+    assert (who, when) == (source, t_us) and off == bank.surprise(waiting[k], path, 1, 0.1)
+    return waiting[k]
+
+
 def test_a_relative_reading_is_what_the_sensor_would_read() -> None:
     """H times a state is the reading of that state; the tanker turns and moves on by its last sample."""
     ac, rng = load_aircraft("learjet24"), np.random.default_rng(3)
@@ -106,7 +122,8 @@ def test_a_relative_reading_is_what_the_sensor_would_read() -> None:
     )
     C = (q * Rotation.from_rotvec(0.06 * rate)).as_matrix().T
     d, u = C.T @ np.array([-58.0, 21.0, 7.0]), rng.standard_normal(3)
-    got = rows.relative(f, peer, tuple(d.tolist()))
+    got = offered(rows, REL, f, peer, f.rel_t_us, d)
+    assert got is not None
     state = np.zeros(NB)
     state[D], state[U] = d, u
     state[RS], state[RC], state[RV] = rng.standard_normal((3, 3))
@@ -117,6 +134,31 @@ def test_a_relative_reading_is_what_the_sensor_would_read() -> None:
     vel = P.rel_vel_mps**2 + P.rate_radps**2 * float(xi @ xi)
     np.testing.assert_allclose(got.r, [P.rel_pos_m**2] * 3 + [vel] * 3, rtol=1e-10)
     assert (got.source, got.t_us, got.count) == (REL, f.rel_t_us, 6)
+
+
+def test_a_difference_of_fixes_is_of_one_instant() -> None:
+    """The own fix nearest to the tanker's, of two as near the older, carried to its time; none where none is near."""
+    rows, rng, state = (
+        Readings(P, load_aircraft("kc135r"), load_aircraft("learjet24")),
+        np.random.default_rng(5),
+        np.zeros(NB),
+    )
+    own = {k * 40_000: rng.standard_normal((2, 3)) for k in range(20)}
+    for t_us, (pos, vel) in own.items():
+        rows.own(SensorFrame(gnss_t_us=t_us, gnss_pos_n=tuple(pos.tolist()), gnss_vel_n=tuple(vel.tolist())))
+    other = rng.standard_normal((2, 3))
+    for t_us, of in ((610_000, 600_000), (740_000, 720_000), (820_000, 760_000), (821_000, None), (259_000, None)):
+        fix = PeerFix(t_us, tuple(other[0].tolist()), tuple(other[1].tolist()))
+        got = offered(rows, GNSS, SensorFrame(t_us=900_000, fix=fix), PeerTracker(), t_us, np.zeros(3))
+        if of is None:
+            assert got is None
+            continue
+        assert got is not None and got.count == 6
+        pos, vel = own[of]
+        np.testing.assert_allclose(got.y, [*(pos + vel * (t_us - of) * 1e-6 - other[0]), *(vel - other[1])], atol=1e-12)
+        state[D], state[U], state[G], state[GV] = rng.standard_normal((4, 3))
+        np.testing.assert_allclose(got.H @ state, [*(state[D] + state[G]), *(state[U] + state[GV])], atol=1e-12)
+        np.testing.assert_allclose(got.r, [2.0 * P.gnss_pos_m**2] * 3 + [2.0 * P.gnss_vel_mps**2] * 3, rtol=1e-12)
 
 
 def test_a_latched_boom_reads_where_its_tip_is() -> None:
@@ -143,7 +185,7 @@ def test_a_latched_boom_reads_where_its_tip_is() -> None:
     xi = boom.pivot_m + tip - now.inv().apply(own.apply(receptacle.position_m))
     state = np.zeros(NB)
     state[D], state[OB] = now.apply(xi), (0.03, -0.02, 0.01)
-    got = rows.latched(f, peer, tuple(state[D].tolist()))
+    got = offered(rows, BOOM_SOURCE, f, peer, f.boom_t_us, state[D])
     assert got is not None and (got.source, got.t_us, got.count) == (BOOM_SOURCE, f.boom_t_us, 3)
     np.testing.assert_allclose(got.y[:3], xi, rtol=0.0, atol=1e-9)
     np.testing.assert_allclose((got.H @ state)[:3], xi + state[OB], rtol=0.0, atol=1e-9)

@@ -7,10 +7,11 @@ import math
 import numpy as np
 import pytest
 
+from flightsw.missions.receiver.integrity import way_kernel
 from flightsw.missions.receiver.integrity.bank import Bank
 from flightsw.missions.receiver.integrity.horizon import Horizon
 from flightsw.missions.receiver.integrity.params import IntegrityParams
-from flightsw.missions.receiver.integrity.way import KEPT, Ahead, Way
+from flightsw.missions.receiver.integrity.way import KEPT, Way
 from flightsw.missions.receiver.tanker_link import PeerTracker
 from flightsw.types import UPD_IMU, Gain, PeerState, SensorFrame
 
@@ -77,16 +78,18 @@ def test_the_way_ahead_is_a_parabola_between_whose_steps_it_is_straight() -> Non
     rng, way, peer = np.random.default_rng(2), Way(), told(0.0)
     acc = rng.normal(size=3)
     way.own(1_000_000, 1_200_000, tuple(acc.tolist()))
-    ahead, X = Ahead(150_000, 50_000), rng.normal(size=(2, 30))
-    ahead.build(1_030_000, 1_180_000, way, peer, X)
+    path, X = np.zeros((5, way_kernel.PATH)), rng.normal(size=(2, 30))
+    rows, felt, known = way_kernel.build(
+        *way.arrays, peer.acceleration, peer.coasting, 1_030_000, 1_180_000, 50_000, X, path
+    )
     d, u = X[0, :3], X[0, 3:6]
     t = np.array([0.0, 0.05, 0.1, 0.15])
     pos, vel = d + np.outer(t, u) + 0.5 * np.outer(t * t, acc), u + np.outer(t, acc)
     for s in (-0.02, 0.0, 0.013, 0.05, 0.12, 0.15, 0.4):
-        got = ahead.at(round(1_030_000 + s * 1e6))
-        for part, wanted in zip(got, (pos, vel), strict=True):
+        got = way_kernel.at(path, rows, round(1_030_000 + s * 1e6))
+        for part, wanted in zip((got[:3], got[3:]), (pos, vel), strict=True):
             assert part == pytest.approx([np.interp(s, t, row) for row in wanted.T], abs=1e-12)
-    assert way.felt and not way.known
+    assert rows == 4 and felt and not known
 
 
 def test_without_own_accelerometers_nothing_is_known() -> None:

@@ -9,11 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from flightsw.icd.codec import PlantCodec
 from flightsw.strict import ConfigError
 from flightsw.types import ActuatorCmd
+from ground.link.packets import decode
 from sim_plant.couplings.boom import BoomCoupling
 from sim_plant.kernels import layout as n
 from sim_plant.scenario import load_scenario
+from sim_plant.truth import row_of
 from sim_plant.world import AircraftLostError, World
 
 CALM = {"wind.dryden.sigma_mps": 0.0}
@@ -187,6 +190,18 @@ def test_leaving_the_envelope_disconnects() -> None:
         w.step([w.trim_cmd(0), cmd])
     assert not w.truth(1).contact
     assert boom(w).reason in ("outside the envelope", "radial rate over the limit")
+
+
+def test_a_row_of_the_truth_log_is_the_truth_under_the_names_of_the_message() -> None:
+    w = world(AT_CONTACT)
+    fly(w, 150, latch=True)
+    for i, m in enumerate(w.members):
+        t = w.truth(i)
+        assert row_of(m) == t.row
+        assert t.contact and t.inside
+        sent = decode(PlantCodec(m.ac, m.cfg.sysid).truth(t.t_us, t.row))
+        for k, v in sent.items():
+            assert np.allclose(v, getattr(t, {"time_usec": "t_us"}.get(k, k)), rtol=1e-6, atol=0.0), k
 
 
 def test_scripted_commands_arrive_at_their_tick() -> None:

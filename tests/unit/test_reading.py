@@ -11,7 +11,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pymavlink.DFReader import DFReader_binary
 from pymavlink.dialects.v10 import ardupilotmega as v1
 from pymavlink.dialects.v20 import ardupilotmega as v2
 from typer.testing import CliRunner
@@ -125,6 +124,8 @@ def logs(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_pymavlink_reads_the_dataflash_log_made_here(logs: Path) -> None:
+    from pymavlink.DFReader import DFReader_binary  # slow to import: only where it is needed
+
     reader = DFReader_binary(str(logs / "log.bin"))
     mine, at = read(logs / "log.bin"), 0
     sheet = mine.get("ATT")

@@ -18,7 +18,8 @@ from flightsw.sixdof.recovery.given import Felt, Rejoin
 from flightsw.sixdof.recovery.law import RecoveryLaw, Wanted
 from flightsw.sixdof.recovery.motion import angle
 from flightsw.sixdof.recovery.protection import HOLDING, Protection
-from flightsw.sixdof.recovery.readings import COAST_S, V_COAST_S, Readings
+from flightsw.sixdof.recovery.readings import COAST_S, Readings
+from flightsw.sixdof.recovery.readings_kernel import V_COAST_S
 from flightsw.types import HF_ATT, UPD_AIR, UPD_ATT, UPD_BARO, UPD_IMU, Health, NavState, SensorFrame, Vec3
 
 FELT = Felt(np.zeros(4), None)

@@ -31,12 +31,12 @@ pytestmark = pytest.mark.usefixtures("small_pictures")
 
 LEE = runpy.run_path(str(Path(__file__).with_name("test_report_lee.py")))
 SHORT: dict[str, dict[str, Any]] = {
-    "changing": {"duration_s": 15.0, "steps": [[0.0, 0.0], [5.0, 1.0], [10.0, 0.0]]},
+    "changing": {"duration_s": 9.0, "steps": [[0.0, 0.0], [3.0, 1.0], [6.0, 0.0]]},
     "sigma_1": {"duration_s": 30.0},
 }  # fmt: skip
 
 
-def _small(study: Study, *names: str, duration_s: float = 10.0) -> Study:
+def _small(study: Study, *names: str, duration_s: float = 6.0) -> Study:
     chosen = [c for c in study.cases if not names or c.name in names]
     short = {"duration_s": duration_s} if duration_s else {}
     return replace(study, cases=tuple(Case(c.name, c.params | short | SHORT.get(c.name, {})) for c in chosen))
@@ -48,9 +48,9 @@ STUDIES = (
     _small(hoffmann.CASES, "case1", "case2", "nonlinear"),
     _small(hoffmann.SPECTRA, "sigma_1"),
     _small(hoffmann.CONSISTENCY, "sigma_0p3"),
-    _small(hoffmann_loop.ALLEVIATION, "linear", "nonlinear", duration_s=8.0),
-    _small(hoffmann_robust.STUDY, "as_believed", "servo_80", duration_s=8.0),
-    _small(hoffmann_sensors.STUDY, "nominal", "late_2", duration_s=12.0),
+    _small(hoffmann_loop.ALLEVIATION, "linear", "nonlinear", duration_s=5.0),
+    _small(hoffmann_robust.STUDY, "as_believed", "servo_80", duration_s=5.0),
+    _small(hoffmann_sensors.STUDY, "nominal", "late_2", duration_s=8.0),
     _small(hoffmann_loop.ADAPTATION, "calm", "changing"),
 )
 ALL = (*hoffmann.STUDIES, *hoffmann_loop.STUDIES, hoffmann_robust.STUDY, hoffmann_sensors.STUDY)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
+from scipy.integrate import ode
 from scipy.spatial.transform import Rotation
 
 from flightsw.aircraft import Aircraft, load_aircraft
@@ -14,7 +14,7 @@ from flightsw.kernels.atmosphere import density
 from flightsw.sixdof.estimator_core import NavParams
 from flightsw.sixdof.forces import moment_rates
 from flightsw.sixdof.looks import KEPT, Looks
-from flightsw.sixdof.moments import Moments
+from flightsw.sixdof.moments import JUMP, LASTING, Moments
 from flightsw.sixdof.params import parameter_vector
 from flightsw.sixdof.turning import make_turning
 from flightsw.types import HF_ATT, HF_IMU, UPD_ATT, UPD_IMU, Health, NavState, SensorFrame
@@ -29,26 +29,43 @@ def ac() -> Aircraft:
     return load_aircraft("learjet24")
 
 
+FLOWN: dict[tuple[str, int, float], tuple[Arr, Arr, Arr]] = {}  # the longest flight of each aircraft, seed and size
+
+
 def flown(ac: Aircraft, seconds: float, seed: int, size: float = 1.0) -> tuple[Arr, Arr, Arr]:
     """Rates [k, 3], attitudes body to navigation (Rotation's quaternions [k, 4], scalar last) and controls [k, 4] of an aircraft
     whose elevator and aileron move to and fro, incidence and sideslip held: the moments are the model's, and a tenth more."""
+    n, key = round(seconds / DT), (ac.meta.name, seed, size)
+    if key not in FLOWN or len(FLOWN[key][0]) < n:
+        FLOWN[key] = fly(ac, n, seed, size)
+    w, q, u = FLOWN[key]
+    return w[:n], q[:n], u[:n]
+
+
+def fly(ac: Aircraft, n: int, seed: int, size: float) -> tuple[Arr, Arr, Arr]:
+    """`flown`, n steps of it; a shorter flight is the beginning of a longer one."""
     P, fm = parameter_vector(ac, ac.mass.empty_kg + ac.mass.default_fuel_kg), np.zeros(9)
-    n, rng = round(seconds / DT), np.random.default_rng(seed)
+    rng = np.random.default_rng(seed)
     u = np.zeros((n, 4))
     phase = rng.uniform(0.0, 6.28, 3)
     t = np.arange(n) * DT
     for j, (most, period) in enumerate(((0.004, 1.7), (0.01, 2.3), (0.002, 4.0))):
         u[:, j] = size * most * np.sin(2.0 * np.pi * t / period + phase[j])
-    still = np.array(moment_rates(V, 0.0, 0.01, np.zeros(3), np.zeros(4), RHO, P, fm))
-    w, R = np.zeros((n, 3)), [Rotation.identity()]
+    a, b, c = moment_rates(V, 0.0, 0.01, np.zeros(3), np.zeros(4), RHO, P, fm)
+
+    def rates(_t: float, x: Arr, u: Arr) -> tuple[float, float, float]:
+        p, q, r = moment_rates(V, 0.0, 0.01, x, u, RHO, P, fm)
+        return 1.1 * (p - a), 1.1 * (q - b), 1.1 * (r - c)
+
+    w, solver = np.zeros((n, 3)), ode(rates).set_integrator("dopri5", rtol=1e-8, atol=1e-6)
     for k in range(n - 1):
-
-        def rates(_t: float, x: Arr, u: Arr = u[k]) -> Arr:
-            return 1.1 * (np.array(moment_rates(V, 0.0, 0.01, x, u, RHO, P, fm)) - still)
-
-        w[k + 1] = solve_ivp(rates, (0.0, DT), w[k], rtol=1e-8).y[:, -1]
-        R.append(R[-1] * Rotation.from_rotvec(0.5 * (w[k] + w[k + 1]) * DT))
-    return w, np.array([r.as_quat() for r in R]), u
+        w[k + 1] = solver.set_initial_value(w[k], 0.0).set_f_params(u[k]).integrate(DT)
+    R = Rotation.from_rotvec(np.vstack((np.zeros(3), 0.5 * (w[:-1] + w[1:]) * DT)))
+    done = 1  # turns joined in each: one after the other, twice as many every time
+    while done < n:
+        R = Rotation.concatenate((R[:done], R[:-done] * R[done:]))
+        done *= 2
+    return w, R.as_quat(), u
 
 
 Wrong = Callable[[float, Arr, Arr], tuple[Arr, Arr]]
@@ -65,12 +82,13 @@ def watched(
     turning = make_turning(ac, NavParams())
     assert turning is not None
     nav, out = NavState(valid=True, V=V, alpha=0.01, pos_n=(0.0, 0.0, -7010.0)), [(0.0, 0)]
+    noise = rng.standard_normal((len(w) - 1, 6))
+    read = [wrong(k * DT, 0.5 * (w[k - 1] + w[k]), q[k]) for k in range(1, len(w))]
+    rates = np.array([r for r, _ in read]) + SIGMA_W / np.sqrt(5.0) * noise[:, 3:]
+    atts = (Rotation.from_quat([a for _, a in read]) * Rotation.from_rotvec(SIGMA_A * noise[:, :3])).as_quat()
     stuck = q[0]
-    for k in range(1, len(w)):
+    for k, (rate, att) in enumerate(zip(rates, atts, strict=True), 1):
         t = k * DT
-        rate, att = wrong(t, 0.5 * (w[k - 1] + w[k]), q[k])
-        att = (Rotation.from_quat(att) * Rotation.from_rotvec(SIGMA_A * rng.standard_normal(3))).as_quat()
-        rate = rate + SIGMA_W / np.sqrt(5.0) * rng.standard_normal(3)
         t_us = round(t * 1e6)
         absent = bool(gap) and 10.0 <= t < 12.5
         if absent and gap == "steps":
@@ -90,19 +108,20 @@ def watched(
 def test_the_turn_that_moments_make_is_euler_step_by_step(ac: Aircraft) -> None:
     """To the bit, with a ring that has gone round."""
     rng, moments = np.random.default_rng(3), Moments(ac, SIGMA_W)
-    moments.lasting[:] = 0.01, -0.02, 0.005
-    looks, given = Looks((0.3, 1.0), 6.0, moments), []
+    lasting = moments.m[LASTING:JUMP] = 0.01, -0.02, 0.005
+    looks, given, still = Looks((0.3, 1.0), 6.0, SIGMA_A, SIGMA_W, moments), [], (1.0, 0.0, 0.0, 0.0)
+    looks.known = True
     for _ in range(KEPT + 40):
         u, turned, flow, h = rng.normal(0.0, 0.02, 4), rng.normal(0.0, 0.01, 3), rng.normal(0.0, 0.03, 2), 7010.0
         dt, speed = rng.uniform(0.04, 0.06), rng.uniform(180.0, 200.0)
         flown = (speed, *flow.tolist())
-        looks.take((0.0, 0.0, 0.0), tuple(turned.tolist()), dt, flown, h, u, 1e-5, 1e-4, 5)
+        looks.take((0.0, 0.0, 0.0), dt, still, 0.0, tuple(turned.tolist()), dt, flown, h, u, 5)
         given.append((dt, *flown, u))
     for began in (KEPT - 2, KEPT - 30, 5):
         w, turn = np.array([0.02, -0.01, 0.03]), np.zeros(3)
         for dt, speed, beta, alpha, u in given[began + 1 - KEPT :]:
             rates = moment_rates(speed, beta, alpha, w, u, density(h), moments.P, np.zeros(9))
-            w = w + (np.array(rates) + moments.lasting) * dt
+            w = w + (np.array(rates) + lasting) * dt
             turn = turn + w * dt
         assert looks.turned(began, (0.02, -0.01, 0.03)) == tuple(turn.tolist())
 

@@ -16,6 +16,7 @@ from hil_scripts.studies.sevil.flight import AirFlight, Conditions, PlantWake, f
 from tests.unit.wake_flight import AC, CONTACT, predict, track
 
 P = WakePositionParams()
+SHORT = Conditions(legs_s=(20.0, 20.0, 60.0, 40.0, 90.0))  # nothing is learnt far from the wake
 HOLD = Conditions(legs_s=(0.0, 0.0, 0.0, 0.0, 60.0))  # at contact from the beginning
 
 
@@ -55,7 +56,7 @@ def test_flight_from_observation_to_contact_meets_its_targets(flights: list[AirF
 )
 def test_wrong_weight_and_tail_are_learnt(wake: PlantWake, limit: float) -> None:
     own = PlantWake()
-    d = fly_air(Conditions(wake=wake), 1)
+    d = fly_air(replace(SHORT, wake=wake), 1)
     m = d.leg == CONTACT
     free, frozen = track(d, P), track(d, replace(P, scales=False, height=False))
     assert rms(free.radial[m]) <= limit
@@ -69,7 +70,7 @@ def test_height_of_the_wing_vortices_as_a_third_state() -> None:
     """Wing vortices 0.5 m low: with a prior that wide the error falls and the covariance covers it (sevil.md 8.5, open)."""
     tracks: dict[bool, list] = {True: [], False: []}
     for seed in range(3):
-        d = fly_air(Conditions(wake=PlantWake(wing_m=(0.0, 0.0, 0.5))), seed)
+        d = fly_air(replace(SHORT, wake=PlantWake(wing_m=(0.0, 0.0, 0.5))), seed)
         for on in tracks:
             t = track(d, replace(P, height=on, height_sigma_m=0.5))
             m = d.leg == CONTACT
@@ -83,7 +84,7 @@ def test_first_guess_is_forgotten_at_contact() -> None:
     """First guess off by 0 or 10 m (same draws): the same error at contact."""
     e = []
     for guess in (0.0, 10.0):
-        d = fly_air(Conditions(guess_sigma_m=guess), 2)
+        d = fly_air(replace(SHORT, guess_sigma_m=guess), 2)
         e.append(rms(track(d, P, seed_sigma=max(guess, 5.0)).radial[d.leg == CONTACT]))
     assert e[0] == pytest.approx(e[1], abs=0.03)
 

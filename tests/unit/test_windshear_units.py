@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import pytest
 
 from flightsw.missions.windshear import dynamics as k
@@ -26,10 +28,17 @@ def test_readings_of_one_unit_stand_or_fall_together() -> None:
     assert kept_out(bits(k.Y_VA, k.Y_AL, k.Y_H)) == 0
 
 
-def faulty(name: str, seed: int, *air: str) -> SensorFlight:
-    """Flight with a fault from 25 s on."""
+@cache
+def sound(seed: int, *air: str) -> SensorFlight:
+    """25 s without a fault."""
     f = SensorFlight("windshear", seed, (*OTHER_AIRCRAFT, *air))
     f.fly(25.0)
+    return f
+
+
+def faulty(name: str, seed: int, *air: str) -> SensorFlight:
+    """Flight with a fault from 25 s on."""
+    f = sound(seed, *air).branch()
     f.inject(FAULTS[name].event(f.t_s))
     f.fly(110.0 if not air else TO_S, "safe" if not air else "far")
     return f

@@ -36,7 +36,7 @@ class Track:
 
 
 def predict(est: WakePosition, d: AirFlight, i: int) -> None:
-    a, w, c = (tuple(float(v) for v in row[i]) for row in (d.att_m, d.omega_m, d.acc_m))
+    a, w, c = (tuple(row[i].tolist()) for row in (d.att_m, d.omega_m, d.acc_m))
     est.predict(round(d.t[i] * 1e6), a, w, c, float(d.x_m[i]), 1.0, 200.0, 0.58883, 0.05 if i else 0.0)
 
 
@@ -56,17 +56,21 @@ def track(
     if seeded:
         est.seed(float(d.guess[0]), float(d.guess[1]), seed_sigma)
     steps = range(*part.indices(len(d.t)))
-    n = len(steps)
-    out = Track(np.zeros((n, 2)), np.zeros((n, 2, 2)), np.zeros(n), np.zeros(n, bool), [], np.zeros((n, 2)), est)
-    for j, i in enumerate(steps):
+    t, x, att, omega, acc = (a.tolist() for a in (d.t, d.x_m, d.att_m, d.omega_m, d.acc_m))
+    at, cov, nis, valid, scale, reason = [], [], [], [], [], []
+    for i in steps:
         if before:
             before(est, i)
-        predict(est, d, i)
+        dt = 0.05 if i else 0.0
+        est.predict(round(t[i] * 1e6), tuple(att[i]), tuple(omega[i]), tuple(acc[i]), x[i], 1.0, 200.0, 0.58883, dt)
         if aid:
             aid(est, i)
         fix = est.update(d.readings[i], mask)
-        out.error[j] = np.array(fix.pos_f[1:]) - d.xi[i, 1:]
-        out.cov[j] = [[fix.cov_yy, fix.cov_yz], [fix.cov_yz, fix.cov_zz]]
-        out.nis[j], out.valid[j], out.scale[j] = fix.nis, fix.valid, fix.scale
-        out.reason.append(fix.reason)
-    return out
+        at.append(fix.pos_f[1:])
+        cov.append(((fix.cov_yy, fix.cov_yz), (fix.cov_yz, fix.cov_zz)))
+        nis.append(fix.nis)
+        valid.append(fix.valid)
+        scale.append(fix.scale)
+        reason.append(fix.reason)
+    error = np.array(at) - d.xi[part, 1:]
+    return Track(error, np.array(cov), np.array(nis), np.array(valid), reason, np.array(scale), est)

@@ -229,7 +229,7 @@ class JoinMission(Mission[ActuatorModel]):
         self.peer.stage(f.t_us, tk)
         euler_from_dcm(tk[TK_DCM], self._e)
         s.psi = float(self._e[0])
-        s.turn_rate = turn_rate(tk)
+        s.turn_rate = turn_rate(tk.tolist())
         c, sn = math.cos(s.psi), math.sin(s.psi)
         self._v[:] = f.rel_pos_t
         to_parent(tk[TK_DCM], self._v, self._e)

@@ -34,7 +34,7 @@ from flightsw.refusal import Refusals
 from flightsw.sixdof.actuators import ActuatorModel
 from flightsw.sixdof.command import ScheduleParams
 from flightsw.sixdof.estimator_core import NavParams
-from flightsw.sixdof.layout import TK, TK_DCM, TK_VN
+from flightsw.sixdof.layout import TK, TK_DCM, TK_VD, TK_VE, TK_VN
 from flightsw.sixdof.recovery.given import Felt, RecoveryParams, Rejoin
 from flightsw.sixdof.recovery.protection import Protection
 from flightsw.sixdof.recovery.turbulence import RoughAirParams
@@ -212,7 +212,7 @@ class ReceiverMission(Mission[ActuatorModel]):
         if self.air is not None:
             self.air.exercise()
         if self.integrity is not None:
-            self.integrity.horizon.exercise()
+            self.integrity.horizon.exercise(self.integrity.rows)
 
     @property
     def laws(self) -> Laws:
@@ -230,10 +230,11 @@ class ReceiverMission(Mission[ActuatorModel]):
 
     def _tanker_condition(self, t_us: int, nav: NavState) -> tuple[float, float]:
         """Turn rate [rad/s] and airspeed [m/s] of the tanker from its transmitted state and the wind estimated here."""
-        tk = self._tk
-        self.nav.peer.stage(t_us, tk)
-        v = [tk[TK_VN + i] - nav.wind_n[i] for i in range(3)]
-        return turn_rate(tk), math.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
+        self.nav.peer.stage(t_us, self._tk)
+        tk = self._tk.tolist()
+        north, east, down = nav.wind_n
+        x, y, z = tk[TK_VN] - north, tk[TK_VE] - east, tk[TK_VD] - down
+        return turn_rate(tk), math.sqrt(x * x + y * y + z * z)
 
     def obey(self, c: Command) -> tuple[int, str]:
         """MAV_RESULT and reason for one of the mission's commands."""

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
-from flightsw.kernels.rotations import dcm_from_quat, less
+from flightsw.kernels.rotations import less
 from flightsw.sixdof.recovery.given import Rejoin
 from flightsw.types import NavState, SensorFrame
 
@@ -39,9 +37,9 @@ def _side(f: SensorFrame, y: float) -> float:
     """Side to bank to, +1 right, -1 left, y [m] to the right of the tanker's plane: away from that; close to it out of its turn,
     as lift that is too much leads up to a tanker banked alike, whichever way it is tilted further into the turn."""
     if abs(y) < BESIDE_M:
-        R = np.zeros(9)
-        dcm_from_quat(np.array(f.peer.q_nb), R)
-        bank = math.atan2(R[5], R[8])  # sin and cos of it, both times the cosine of the pitch
+        qw, qx, qy, qz = f.peer.q_nb
+        # sin and cos of it, both times the cosine of the pitch
+        bank = math.atan2(2.0 * (qy * qz + qw * qx), qw * qw - qx * qx - qy * qy + qz * qz)
         if abs(bank) > TURNING:
             return -math.copysign(1.0, bank)
     return math.copysign(1.0, y) if abs(y) > ASIDE_M else 1.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -29,11 +30,11 @@ def carried(R: np.ndarray, w: np.ndarray, v: np.ndarray, a: np.ndarray, dt: floa
         tk[TK_VN + i] = v[i] + a[i] * dt
 
 
-def turn_rate(tk: np.ndarray) -> float:
+def turn_rate(tk: Sequence[float]) -> float:
     """psi_dot [rad/s] of a stage tk [18]: (q sin phi + r cos phi) / cos theta."""
     sin_theta = -tk[2]
     # sin phi cos theta = R[5], cos phi cos theta = R[8]
-    return float((tk[TK_Q] * tk[5] + tk[TK_R] * tk[8]) / max(1.0 - sin_theta * sin_theta, 0.1))
+    return (tk[TK_Q] * tk[5] + tk[TK_R] * tk[8]) / max(1.0 - sin_theta * sin_theta, 0.1)
 
 
 class PeerTracker:

@@ -9,20 +9,44 @@ import numpy as np
 from flightsw.aircraft import Aircraft
 from flightsw.kernels.atmosphere import G0
 from flightsw.kernels.jit import jit
+from flightsw.sixdof.recovery.readings_kernel import (
+    AHEAD,
+    ALPHA,
+    ASIDE,
+    BELOW,
+    BETA,
+    DOWN,
+    FORWARD,
+    IXX,
+    IYY,
+    IZZ,
+    LOAD,
+    MASS,
+    PITCHED,
+    PITCHING,
+    PRESSURE,
+    ROLLED,
+    ROLLING,
+    SPEED,
+    YAWED,
+    YAWING,
+)  # fmt: skip
 
 # file's numbers
 (
     CL0, CLA, CLDE, CD0, CK, CM0, CMA, CMAD, CMQ, CMDE, CYB, CYDR, CLB, CLP, CLR, CLDA, CLDR, CNB, CNP, CNR, CNDA, CNDR,
-    AREA, SPAN, CHORD, NUMBERS,
-) = range(26)  # fmt: skip
-# of a step: rates, those of the step before [rad/s], specific force [m/s^2]; load [-], V, alpha, beta, swing of the incidence
-# [rad/s], dynamic pressure [Pa], mass [kg], moments of inertia [kg m^2]; the vertical ahead and down, for that swing
-ROLLING, PITCHING, YAWING, ROLLED, PITCHED, YAWED, AHEAD, ASIDE, DOWN = range(9)
-LOAD, SPEED, ALPHA, BETA, SWING, PRESSURE, MASS, IXX, IYY, IZZ, FORWARD, BELOW, MOTION = range(9, 22)
+    AREA, SPAN, CHORD, IDLE, FULL, NUMBERS,
+) = range(28)  # fmt: skip
 THRUST = 3
-# what `looked` finds: of each control how many times it is as far off as it may be [4], where the surfaces are [3] rad, those by
-# the vanes over the shorter window
-OVER, AT, FOUND = 0, 4, 7
+# what is remembered from step to step: controls of the last [4] (surfaces rad, thrust N); what is lasting [8]; what counts at
+# least, and of the movement [4]; by which gyro and reference have been apart at most [3] rad; thrust of an engine as slow as the
+# file's spool [N], below 0: not known; that there is [N]; [s] that has been learnt
+LAST, LASTING, LEAST, SHARE, APART, SLOW, AVAILABLE, LEARNT_S, MEMORY = 0, 4, 12, 16, 20, 23, 24, 25, 26
+SIGMAS = 6.0  # of the mean of a window, as learnt
+LEARN_S = 20.0  # [s]
+DOUBTFUL = 0.5  # [-] of what is too far, beyond which nothing is learnt
+LAZY = 0.7  # [-] of the file's spool
+APART_S = 2.0  # [s] over which it is forgotten that gyro and reference were apart
 
 
 def numbers(ac: Aircraft) -> np.ndarray:
@@ -31,13 +55,22 @@ def numbers(ac: Aircraft) -> np.ndarray:
     return np.array([
         c.CL0, c.CL_alpha, c.CL_de, c.CD0, c.K, c.Cm0, c.Cm_alpha, c.Cm_alphadot, c.Cm_q, c.Cm_de, c.CY_beta, c.CY_dr,
         c.Cl_beta, c.Cl_p, c.Cl_r, c.Cl_da, c.Cl_dr, c.Cn_beta, c.Cn_p, c.Cn_r, c.Cn_da, c.Cn_dr, g.S_m2, g.b_m, g.c_m,
+        ac.engine.spool_idle_ps, ac.engine.spool_full_ps,
     ])  # fmt: skip
 
 
 @jit
+def swinging(x: np.ndarray) -> float:
+    """[rad/s] of the incidence in the motion x [MOTION], by rates and forces."""
+    ca, sa = math.cos(x[ALPHA]), math.sin(x[ALPHA])
+    across = (x[DOWN] + G0 * x[BELOW]) * ca - (x[AHEAD] + G0 * x[FORWARD]) * sa
+    return x[PITCHING] + across / x[SPEED] - x[ROLLING] * math.tan(x[BETA])
+
+
+@jit
 def explained(x: np.ndarray, P: np.ndarray, dt: float, out: np.ndarray) -> None:
-    """out [8]: aileron, elevator, rudder [rad] and thrust [N] that make the motion x [MOTION] of a step of dt [s], with incidence
-    and sideslip by the vanes; the same by the forces."""
+    """out [8]: aileron, elevator, rudder [rad] and thrust [N] that make the motion x [MOTION] (readings_kernel.py) of a step
+    of dt [s], with incidence and sideslip by the vanes; the same by the forces."""
     V, qS = x[SPEED], x[PRESSURE] * P[AREA]
     p, q, r = 0.5 * (x[ROLLING] + x[ROLLED]), 0.5 * (x[PITCHING] + x[PITCHED]), 0.5 * (x[YAWING] + x[YAWED])
     ixx, iyy, izz = x[IXX], x[IYY], x[IZZ]
@@ -45,7 +78,7 @@ def explained(x: np.ndarray, P: np.ndarray, dt: float, out: np.ndarray) -> None:
     roll = (ixx * (x[ROLLING] - x[ROLLED]) / dt - (iyy - izz) * q * r) / (qS * P[SPAN]) - hb * (P[CLP] * p + P[CLR] * r)
     yaw = (izz * (x[YAWING] - x[YAWED]) / dt - (ixx - iyy) * p * q) / (qS * P[SPAN]) - hb * (P[CNP] * p + P[CNR] * r)
     pitch = (iyy * (x[PITCHING] - x[PITCHED]) / dt - (izz - ixx) * p * r) / (qS * P[CHORD])
-    pitch -= P[CM0] + hc * (P[CMQ] * q + P[CMAD] * x[SWING])
+    pitch -= P[CM0] + hc * (P[CMQ] * q + P[CMAD] * swinging(x))
     lift = x[LOAD] * x[MASS] * G0 / qS
     elevator = (P[CLA] * pitch - P[CMA] * (lift - P[CL0])) / (P[CLA] * P[CMDE] - P[CMA] * P[CLDE])
     # sideslip by the side force: CY_beta b + CY_dr r = side; b put into the two moments
@@ -64,14 +97,6 @@ def explained(x: np.ndarray, P: np.ndarray, dt: float, out: np.ndarray) -> None:
         out[4 * k + 3] = x[MASS] * x[AHEAD] - qS * (
             lift * math.sin(alpha) - (P[CD0] + P[CK] * lift * lift) * math.cos(alpha)
         )
-
-
-@jit
-def swinging(x: np.ndarray) -> float:
-    """[rad/s] of the incidence in the motion x [MOTION], by rates and forces."""
-    ca, sa = math.cos(x[ALPHA]), math.sin(x[ALPHA])
-    across = (x[DOWN] + G0 * x[BELOW]) * ca - (x[AHEAD] + G0 * x[FORWARD]) * sa
-    return x[PITCHING] + across / x[SPEED] - x[ROLLING] * math.tan(x[BETA])
 
 
 @jit
@@ -97,6 +122,26 @@ def learn(off: np.ndarray, mean: np.ndarray, gain: float, weak: bool, lasting: n
 
 
 @jit
+def total(ring: np.ndarray, n: int, count: int, j: int) -> float:
+    """Sum of column j of the last `count` of n rows written to a ring, from the last on."""
+    k, out = (n - 1) % ring.shape[0], 0.0
+    for _ in range(count):
+        out += ring[k, j]
+        k = k - 1 if k > 0 else ring.shape[0] - 1
+    return out
+
+
+@jit
+def spread(ring: np.ndarray, n: int, count: int, j: int) -> float:
+    """Largest less smallest of the same."""
+    k, lo, hi = (n - 1) % ring.shape[0], math.inf, -math.inf
+    for _ in range(count):
+        lo, hi = min(lo, ring[k, j]), max(hi, ring[k, j])
+        k = k - 1 if k > 0 else ring.shape[0] - 1
+    return hi - lo
+
+
+@jit
 def means(
     off: np.ndarray, n: int, told: np.ndarray, windows: np.ndarray, recent: int, lasting: np.ndarray, square: np.ndarray,
     least: np.ndarray, sigmas: float, share: np.ndarray, out: np.ndarray, over: np.ndarray,
@@ -108,22 +153,15 @@ def means(
     the surfaces' movement counts; square [2, 8]: mean squares of `out`; least, share [4]: what counts at least, and of the
     movement.
     """
-    size, length = off.shape[0], told.shape[0]
     for j in range(4):
         over[j] = 0.0
-        lo, hi = math.inf, -math.inf
-        for k in range(min(n, length if j == THRUST else recent)):
-            v = told[(n - 1 - k) % length, j]
-            lo, hi = min(lo, v), max(hi, v)
-        floor = max(least[j], share[j] * (hi - lo))
+        moved = spread(told, n, min(n, told.shape[0] if j == THRUST else recent), j)
+        floor = max(least[j], share[j] * moved)
         for w in range(2):
             count = min(windows[w], n)
             for side in range(2):
                 i = 4 * side + j
-                total = 0.0
-                for k in range(count):
-                    total += off[(n - 1 - k) % size, i]
-                out[w, i] = total / count - lasting[i]
+                out[w, i] = total(off, n, count, i) / count - lasting[i]
             if w == 0 and j == THRUST:
                 continue
             a, b = out[w, j], out[w, 4 + j]
@@ -136,20 +174,56 @@ def means(
 
 
 @jit
+def learnt(
+    off: np.ndarray, mean: np.ndarray, most: float, weak: bool, dt: float, m: np.ndarray, square: np.ndarray
+) -> None:
+    """`learn` a step of dt [s], unless something is `most` [-] as far off as it may be and that is doubtful; m [MEMORY]."""
+    if m[LEARNT_S] < LEARN_S or most < DOUBTFUL:
+        m[LEARNT_S] += dt
+        gain = dt / (LEARN_S if m[LEARNT_S] > LEARN_S else m[LEARNT_S])
+        learn(off, mean, gain, weak, m[LASTING:LEAST], square)
+
+
+@jit
+def lagging(thrust: float, P: np.ndarray, dt: float, m: np.ndarray) -> float:
+    """By how much [N] the file's slowest engine has another thrust by now than is believed: what is between is not off."""
+    if m[SLOW] < 0.0 or P[FULL] == 0.0:
+        m[SLOW] = thrust
+    full = m[SLOW] / m[AVAILABLE]
+    full = 0.0 if full < 0.0 else 1.0 if full > 1.0 else full
+    most = LAZY * (P[IDLE] + (P[FULL] - P[IDLE]) * full) * m[AVAILABLE] * dt
+    more = thrust - m[SLOW]
+    m[SLOW] += -most if more < -most else most if more > most else more
+    return m[SLOW] - thrust
+
+
+@jit
+def parted(x: float, y: float, z: float, dt: float, m: np.ndarray) -> None:
+    """By how much gyro and reference have been apart, in m [MEMORY], after dt [s] more: now they are by x, y, z [rad]."""
+    faded, now = 1.0 - dt / APART_S, (abs(x), abs(y), abs(z))
+    for i in range(3):
+        was = (0.0 if faded < 0.0 else faded) * m[APART + i]
+        m[APART + i] = was if was > now[i] else now[i]
+
+
+@jit
 def looked(
-    x: np.ndarray, P: np.ndarray, dt: float, u: np.ndarray, last: np.ndarray, lag: float, n: int, enough: int,
-    off: np.ndarray, told: np.ndarray, windows: np.ndarray, recent: int, lasting: np.ndarray, square: np.ndarray,
-    least: np.ndarray, sigmas: float, share: np.ndarray, mean: np.ndarray, found: np.ndarray,
-) -> None:  # fmt: skip
-    """Step n of the rings off [*,8] and told [*,4] <- `unexplained` of the motion x, whose swing is filled in, beyond the mean of
-    the controls u and last [4], which become u, and those; then `means`, once `enough` steps have been written, into mean [2, 8]
-    and found [FOUND]. lag [N]: by which thrust may be off."""
-    x[SWING] = swinging(x)
+    x: np.ndarray, P: np.ndarray, dt: float, u: np.ndarray, n: int, enough: int, off: np.ndarray, told: np.ndarray,
+    windows: np.ndarray, recent: int, m: np.ndarray, square: np.ndarray, weak: bool, mean: np.ndarray, over: np.ndarray,
+    away: float, aside: float, around: float,
+) -> tuple[float, float, float, float]:  # fmt: skip
+    """Step n of the rings off [*,8] and told [*,4] <- `unexplained` of the motion x beyond the mean of the controls u [4] and
+    those of the step before, and those; then, once `enough` steps have been written, `means` into mean [2, 8] and over [4], and
+    where nothing is too far off nor `weak`, it is `learnt`. How many times the one that is most is as far off as it may be (-1.0:
+    not enough steps), and where the surfaces are [rad], by the vanes over the shorter window. m [MEMORY]; away, aside, around
+    [rad]: as `parted`."""
+    parted(away, aside, around, dt, m)
     row, acted = off[n % off.shape[0]], told[n % told.shape[0]]
     for j in range(4):
-        acted[j] = 0.5 * (last[j] + u[j])
-        last[j] = u[j]
+        acted[j] = 0.5 * (m[LAST + j] + u[j])
+        m[LAST + j] = u[j]
     unexplained(x, P, dt, acted, row)
+    lag = lagging(acted[THRUST], P, dt, m)
     for side in range(2):
         i = 4 * side + THRUST
         within = row[i]  # between 0 and the lag
@@ -158,10 +232,17 @@ def looked(
         if max(lag, 0.0) < within:
             within = max(lag, 0.0)
         row[i] -= within
-    if n + 1 >= enough:
-        means(off, n + 1, told, windows, recent, lasting, square, least, sigmas, share, mean, found[OVER:AT])
-        for j in range(3):
-            found[AT + j] = acted[j] + mean[0, j]
+    if n + 1 < enough:
+        return -1.0, 0.0, 0.0, 0.0
+    lasting, least, share = m[LASTING:LEAST], m[LEAST:SHARE], m[SHARE:APART]
+    means(off, n + 1, told, windows, recent, lasting, square, least, SIGMAS, share, mean, over)
+    most = over[0]
+    for j in range(1, 4):
+        if over[j] > most:
+            most = over[j]
+    if most <= 1.0 and not weak:
+        learnt(row, mean, most, weak, dt, m, square)
+    return most, acted[0] + mean[0, 0], acted[1] + mean[0, 1], acted[2] + mean[0, 2]
 
 
 @jit

@@ -20,8 +20,9 @@ LAG_S = 0.15  # [s] of the rate: latency and sampling
 AHEAD, LEAST_MPS = 2.0, 1.5  # [-], [m/s] by which the reference's velocity must be worse than the gyro's
 # [m/s] the gyro's velocity is off at most: accelerometers are of the same unit, and may be wrong with it
 FITS_MPS = 1.5
-# of a window's state: attitude [9], velocities gained [3] m/s NED by the gyro's and by the reference's
-BY_GYRO, BY_REFERENCE, STATE = 9, 12, 15
+# of a window's state: attitude [9], velocities gained [3] m/s NED by the gyro's and by the reference's; [s] since it was begun,
+# below 0: it is not; [rad] turned through since
+BY_GYRO, BY_REFERENCE, AGE, TURNED, STATE = 9, 12, 15, 16, 17
 AGREES, AGREES_S = math.radians(5.0), 5.0  # [rad] from the gyro for so long [s]: taken again
 
 
@@ -55,29 +56,44 @@ def from_reference(qw: float, qx: float, qy: float, qz: float, R: np.ndarray, ow
     return angle(R, own)
 
 
+@jit
+def parts(off: float, rate: float, w: np.ndarray) -> bool:
+    """Whether the reference, `off` [rad] from the gyro at a rate [rad/s], has parted from it over a window w [STATE]."""
+    return w[AGE] >= LEAST_S and not off < GATE + SHARE * w[TURNED] + LAG_S * rate
+
+
+@jit
+def over(w: np.ndarray) -> bool:
+    """Whether a window w [STATE] begins anew."""
+    return w[AGE] < 0.0 or w[AGE] >= 2.0 * LENGTH_S
+
+
 @jit_own
 def carry(
     own: np.ndarray, known: bool, reference: np.ndarray, fresh: bool, qw: float, qx: float, qy: float, qz: float,
-    first: np.ndarray, begun: bool, second: np.ndarray, begun_too: bool,
-    p: float, q: float, r: float, x: float, y: float, z: float, dt: float,
-) -> float:  # fmt: skip
-    """dt [s] on in place at rates p, q, r [rad/s] and specific force x, y, z [m/s^2] in body axes: the attitude `own` [9] where
-    it is known, the `reference` [9] <- the quaternion of a fresh reading, both windows [STATE] as far as they are begun. Angle
-    [rad] of a fresh reading from `own`."""
+    first: np.ndarray, second: np.ndarray, p: float, q: float, r: float, x: float, y: float, z: float, rate: float, dt: float,
+) -> tuple[float, bool]:  # fmt: skip
+    """dt [s] on in place at rates p, q, r [rad/s], `rate` in all, and specific force x, y, z [m/s^2] in body axes: the attitude
+    `own` [9] where it is known, the `reference` [9] <- the quaternion of a fresh reading, both windows [STATE] as far as they are
+    begun. Angle [rad] of a fresh reading from `own`; whether a window has to be looked at for it."""
     force = np.empty(3)
     force[0], force[1], force[2] = x, y, z
     if known:
         turn(own, p, q, r, dt)
-    off = 0.0
+    off, due = 0.0, False
     if fresh:
         off = from_reference(qw, qx, qy, qz, reference, own)
     for k in range(2):
-        w, on = (first, begun) if k == 0 else (second, begun_too)
-        if on:
+        w = first if k == 0 else second
+        if w[AGE] >= 0.0:
             turn(w[:BY_GYRO], p, q, r, dt)
             gain(w[:BY_GYRO], force, dt, w[BY_GYRO:BY_REFERENCE])
-            gain(reference, force, dt, w[BY_REFERENCE:])
-    return off
+            gain(reference, force, dt, w[BY_REFERENCE:AGE])
+            w[AGE] += dt
+            w[TURNED] += rate * dt
+        if fresh and (over(w) or parts(angle(reference, w[:BY_GYRO]), rate, w)):
+            due = True
+    return off, due
 
 
 class Window:
@@ -85,24 +101,29 @@ class Window:
     the gyro; velocity gained [m/s, NED] by either (`carry`)."""
 
     def __init__(self) -> None:
-        self.age_s = -1.0  # < 0: not begun
         self.state = np.zeros(STATE)
-        self.turned = 0.0  # [rad]
+        self.state[AGE] = -1.0
         self._v0: Vec3 = (0.0, 0.0, 0.0)
 
     def begin(self, R: np.ndarray, v: Vec3, age_s: float) -> None:
         """Begin at attitude R [9] and GNSS velocity v [3] m/s, as if age_s [s] ago."""
-        self.age_s, self.turned, self._v0 = age_s, 0.0, v
+        self._v0 = v
         self.state[:BY_GYRO] = R
         self.state[BY_GYRO:] = 0.0
+        self.state[AGE] = age_s
 
-    def accuses(self, off: float, rate: float, v: Vec3) -> bool:
-        """Whether the reference, `off` [rad] from the gyro at a rate [rad/s], is wrong by the GNSS velocity v [3] m/s."""
-        if self.age_s < LEAST_S or off < GATE + SHARE * self.turned + LAG_S * rate:
+    @property
+    def age_s(self) -> float:
+        """[s] since it was begun; below 0: it is not."""
+        return self.state.item(AGE)
+
+    def accuses(self, reference: np.ndarray, rate: float, v: Vec3) -> bool:
+        """Whether the reference [9], at a rate [rad/s], is wrong by the GNSS velocity v [3] m/s."""
+        if not parts(angle(reference, self.state[:BY_GYRO]), rate, self.state):
             return False
         gained = [a - b for a, b in zip(v, self._v0, strict=True)]
         own = math.dist(gained, self.state[BY_GYRO:BY_REFERENCE])
-        return own < FITS_MPS and math.dist(gained, self.state[BY_REFERENCE:]) > AHEAD * own + LEAST_MPS
+        return own < FITS_MPS and math.dist(gained, self.state[BY_REFERENCE:AGE]) > AHEAD * own + LEAST_MPS
 
 
 class Motion:
@@ -127,17 +148,9 @@ class Motion:
         """
         self.began = False
         first, second = self._windows
-        begun, begun_too = first.age_s >= 0.0, second.age_s >= 0.0
-        off = carry(
-            own, known, self.reference, q is not None, *(q or IDENTITY_Q), first.state, begun, second.state, begun_too,
-            *w, *force, dt,
+        off, due = carry(
+            own, known, self.reference, q is not None, *(q or IDENTITY_Q), first.state, second.state, *w, *force, rate, dt
         )  # fmt: skip
-        if begun:
-            first.age_s += dt
-            first.turned += rate * dt
-        if begun_too:
-            second.age_s += dt
-            second.turned += rate * dt
         if q is None:
             return 0.0
         if self.doubted:
@@ -145,22 +158,22 @@ class Motion:
             if self._agrees_s >= AGREES_S:
                 self.doubted = False
                 self._forget()
-        elif v is not None:
+        elif due and v is not None:
             self._judge(rate, v)
         return float(off)
 
     def _judge(self, rate: float, v: Vec3) -> None:
         reference, (first, second) = self.reference, self._windows
         for window in (second, first) if second.age_s > first.age_s else (first, second):
-            if window.age_s >= LEAST_S and window.accuses(angle(reference, window.state[:BY_GYRO]), rate, v):
+            if window.accuses(reference, rate, v):
                 self.R[:] = window.state[:BY_GYRO]
                 self.doubted = self.began = True
                 self._agrees_s = 0.0
                 return
         for window, other in ((first, second), (second, first)):
-            if window.age_s < 0.0 or window.age_s >= 2.0 * LENGTH_S:
+            if over(window.state):
                 window.begin(reference, v, 0.0 if window.age_s >= 0.0 or other.age_s < 0.0 else LENGTH_S)
 
     def _forget(self) -> None:
         for window in self._windows:
-            window.age_s = -1.0
+            window.state[AGE] = -1.0

@@ -20,7 +20,7 @@ from flightsw.sixdof.recovery.motion import from_reference
 from flightsw.sixdof.recovery.readings import Readings
 from flightsw.sixdof.recovery.rough import RoughAirLaw
 from flightsw.sixdof.recovery.turbulence import RoughAirParams, Turbulence
-from flightsw.types import HF_ENGINE, HF_GNSS, HF_IMU, UPD_ATT, ZERO3, GuidanceCmd, Health, NavState, SensorFrame, Text
+from flightsw.types import HF_ENGINE, HF_GNSS, HF_IMU, UPD_ATT, GuidanceCmd, Health, NavState, SensorFrame, Text
 
 LEVEL = math.radians(5.0)  # [rad] of bank and path
 APART, TOGETHER = math.radians(20.0), math.radians(5.0)  # [rad] estimated attitude from the reference
@@ -131,7 +131,7 @@ class Protection:
         a, s, turning = self.answer, self.readings, felt.turning
         shared = not nav.valid or abs(nav.V - s.V) < SPEED_APART
         sound = shared and not s.motion.doubted and not health.failed & HF_IMU
-        a.step(s, felt.u, sound, (ZERO3, ZERO3) if turning is None else turning.lately(), dt)
+        a.step(s, felt.u, sound, turning, dt)
         if turning is not None:
             turning.moments_hold = a.failed < 0
         if a.texts:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import deque
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -11,30 +10,30 @@ import numpy as np
 
 from flightsw.kernels.atmosphere import G0
 from flightsw.kernels.jit import jit
-from flightsw.kernels.rotations import less
 from flightsw.sixdof.recovery.readings import Readings
+from flightsw.sixdof.recovery.readings_kernel import AHEAD, ALPHA, ASIDE, BETA, DOWN, SPEED
 from flightsw.strict import Range
-from flightsw.types import Text, Vec3
+from flightsw.types import Text
 
 WARNING, NOTICE = 4, 5  # MAV_SEVERITY
 FIRST_S = 1.0  # [s] of differences before anything is said of them
+KEPT = 512  # steps: more than the longest lag at 100 Hz
+TIME, HERE, WIDTH = 0, 1, 4  # columns of a step: [s]; [m/s] velocity gained less velocity through the air, NED
+# what is learnt: velocity gained [3] m/s NED since the beginning, squares along, across, down [3] m^2/s^2; [s] of differences;
+# the oldest step kept, and how many
+GAINED, SQUARE, SPAN, OLDEST, STEPS, LEARNT = 0, 3, 6, 7, 8, 9
 
 
 @jit
-def parted(
-    R: np.ndarray, x: float, y: float, z: float, V: float, alpha: float, beta: float, dt: float, gained: np.ndarray
-) -> tuple[float, float, float]:
-    """Velocity [m/s] NED gained so far, `gained` [3] in place, less that through the air; R [9] NED to body, x, y, z [m/s^2]
-    specific force of the step of dt [s], V [m/s], alpha, beta [rad] flow."""
+def parted(x: np.ndarray, R: np.ndarray, dt: float, gained: np.ndarray, here: np.ndarray) -> None:
+    """here [3] <- velocity [m/s] NED gained so far, `gained` [3] in place, less that through the air, of what is known of a step
+    of dt [s], x [MOTION] (readings_kernel.py), at attitude R [9] NED to body."""
+    V, alpha, beta = x[SPEED], x[ALPHA], x[BETA]
     cb = math.cos(beta)
     u, v, w = V * math.cos(alpha) * cb, V * math.sin(beta), V * math.sin(alpha) * cb
     for i in range(3):  # both turned into NED
-        gained[i] += (R[i] * x + R[3 + i] * y + R[6 + i] * z + (G0 if i == 2 else 0.0)) * dt
-    return (
-        gained[0] - (R[0] * u + R[3] * v + R[6] * w),
-        gained[1] - (R[1] * u + R[4] * v + R[7] * w),
-        gained[2] - (R[2] * u + R[5] * v + R[8] * w),
-    )
+        gained[i] += (R[i] * x[AHEAD] + R[3 + i] * x[ASIDE] + R[6 + i] * x[DOWN] + (G0 if i == 2 else 0.0)) * dt
+        here[i] = gained[i] - (R[i] * u + R[3 + i] * v + R[6 + i] * w)
 
 
 @jit
@@ -51,6 +50,40 @@ def learnt(
     square[0] += gain * ((x * x - noise2) / along - square[0])
     square[1] += gain * ((y * y - noise2) / across - square[1])
     square[2] += gain * ((d * d - noise2) / across - square[2])
+
+
+@jit
+def taken(
+    x: np.ndarray, R: np.ndarray, t: float, dt: float, ring: np.ndarray, m: np.ndarray, lag_s: float, window_s: float,
+    noise2: float, L: float, sigma: float,
+) -> float:  # fmt: skip
+    """Intensity [m/s], so far `sigma`, after a step of dt [s] at t [s], x and R as `parted`: the difference over lag_s [s] into m
+    [LEARNT], its square over what one of unit intensity would have at scale length L [m] (rough-air.md 1). ring [KEPT,WIDTH]:
+    steps; window_s [s]: differences remembered; noise2 [m^2/s^2] of one."""
+    oldest, n = int(m[OLDEST]), int(m[STEPS])
+    here = ring[(oldest + n) % KEPT]
+    here[TIME] = t
+    parted(x, R, dt, m[GAINED:SQUARE], here[HERE:])
+    n += 1
+    while n > 1 and (n == KEPT or t - ring[oldest, TIME] > lag_s + 0.5 * dt):
+        oldest, n = (oldest + 1) % KEPT, n - 1
+    m[OLDEST], m[STEPS] = oldest, n
+    then = ring[oldest]
+    lag = t - then[TIME]
+    if not lag > lag_s - 0.5 * dt:
+        return sigma
+    m[SPAN] += dt
+    if m[SPAN] > window_s:
+        m[SPAN] = window_s
+    a, b, c = here[HERE] - then[HERE], here[HERE + 1] - then[HERE + 1], here[HERE + 2] - then[HERE + 2]
+    learnt(R, a, b, c, lag * x[SPEED] / L, dt / m[SPAN], noise2, m[SQUARE:SPAN])
+    if m[SPAN] < FIRST_S:
+        return sigma
+    a, b, c = m[SQUARE], m[SQUARE + 1], m[SQUARE + 2]
+    if b < a:
+        a, b = b, a
+    square = b if b < c else c if a < c else a  # the middle one: one axis may be a sensor's doing
+    return math.sqrt(0.0 if square < 0.0 else square)
 
 
 @dataclass(frozen=True)
@@ -84,39 +117,26 @@ class Turbulence:
         self.p = p
         self.sigma, self.rough = 0.0, False
         self.texts: list[Text] = []
-        self._past: deque[tuple[float, Vec3]] = deque()  # [s], [m/s] velocity gained less velocity through the air, NED
-        self._t = self._n_s = self._over_s = self._calm_s = 0.0
-        self._gained = np.zeros(3)  # [m/s] NED, since the beginning
-        self._square = np.zeros(3)  # [m^2/s^2] along, across, down
         self._noise2 = p.noise_mps**2
+        self._ring, self._m = np.zeros((KEPT, WIDTH)), np.zeros(LEARNT)
+        self._t = self._over_s = self._calm_s = 0.0
         self._known = False
 
     def step(self, s: Readings, learn: bool, dt: float) -> None:
         """Readings as of this step, dt [s] after the last; learn: they are of an aircraft that is flown, not tumbling."""
         if not (learn and s.trusted and s.V_measured):
-            self._past.clear()
+            self._m[STEPS] = 0.0
             self._known = False
             return
         self._t += dt
         if not self._known:  # the step before has no reading to begin from
             self._known = True
             return
-        here = parted(s.R, *s.force, s.V, s.alpha, s.beta, dt, self._gained)
-        past, longest = self._past, self.p.lag_s + 0.5 * dt
-        past.append((self._t, here))
-        while (lag := self._t - past[0][0]) > longest and len(past) > 1:
-            past.popleft()
-        if lag > self.p.lag_s - 0.5 * dt:
-            self._learn(s, here, past[0][1], lag, dt)
+        p = self.p
+        self.sigma = taken(
+            s.x, s.R, self._t, dt, self._ring, self._m, p.lag_s, p.window_s, self._noise2, p.L_m, self.sigma
+        )  # fmt: skip
         self._judge(dt)
-
-    def _learn(self, s: Readings, here: Vec3, then: Vec3, lag: float, dt: float) -> None:
-        """Take in a difference over `lag` [s]: its square over what one of unit intensity would have (rough-air.md 1)."""
-        n, e, d = less(here, then)
-        self._n_s = min(self._n_s + dt, self.p.window_s)
-        learnt(s.R, n, e, d, lag * s.V / self.p.L_m, dt / self._n_s, self._noise2, self._square)
-        if self._n_s >= FIRST_S:
-            self.sigma = math.sqrt(max(sorted(self._square.tolist())[1], 0.0))  # one axis may be a sensor's doing
 
     def _judge(self, dt: float) -> None:
         p = self.p

@@ -47,8 +47,8 @@ class PointJoin:
         self.seen = True
         self.turn_rate = 0.0
         c, s = math.cos(self.psi_tanker), math.sin(self.psi_tanker)
-        self.origin = np.array([1e4, -2e4])  # of the tanker
-        self.pos = self.origin + np.array([c * self.x - s * self.y, s * self.x + c * self.y])
+        self.origin = (1e4, -2e4)  # of the tanker
+        self.pos = (1e4 + (c * self.x - s * self.y), -2e4 + (s * self.x + c * self.y))
         self.track: list[tuple[float, float, float, float]] = []
 
     def _turn_tanker(self) -> float:
@@ -62,17 +62,18 @@ class PointJoin:
     def step(self) -> None:
         """One step of DT."""
         heard = self._turn_tanker() if math.isfinite(self.turn_at_s) else self.turn_rate
-        w = np.array(self.wind)
-        v = self.V * np.array([math.cos(self.psi), math.sin(self.psi)]) + w
-        vt = self.V_tanker * np.array([math.cos(self.psi_tanker), math.sin(self.psi_tanker)]) + w
+        wn, we = self.wind
         c, s = math.cos(self.psi_tanker), math.sin(self.psi_tanker)
-        d, dv = self.pos - self.origin, v - vt
+        v = (self.V * math.cos(self.psi) + wn, self.V * math.sin(self.psi) + we)
+        vt = (self.V_tanker * c + wn, self.V_tanker * s + we)
+        (n, e), (n0, e0) = self.pos, self.origin
+        d, dv = (n - n0, e - e0), (v[0] - vt[0], v[1] - vt[1])
         self.x, self.y, self.z = c * d[0] + s * d[1], c * d[1] - s * d[0], H_TANKER - self.h
-        nav = NavState(valid=True, V=self.V, euler=(self.psi, 0.0, 0.0), wind_n=(*self.wind, 0.0))
-        nav.pos_n, nav.vel_n = (self.pos[0], self.pos[1], -self.h), (v[0], v[1], 0.0)
+        nav = NavState(valid=True, V=self.V, euler=(self.psi, 0.0, 0.0), wind_n=(wn, we, 0.0))
+        nav.pos_n, nav.vel_n = (n, e, -self.h), (*v, 0.0)
         sight = Sight(
             self.seen, (self.x, self.y, self.z), (c * dv[0] + s * dv[1], c * dv[1] - s * dv[0], 0.0),
-            (vt[0], vt[1], 0.0), self.psi_tanker, heard,
+            (*vt, 0.0), self.psi_tanker, heard,
         )  # fmt: skip
         o = self.g.step(self.t_us, nav, sight, DT)
         self.t_us += round(DT * 1e6)
@@ -80,7 +81,7 @@ class PointJoin:
         self.psi_dot += (o.psi_dot + self.rate_bias - self.psi_dot) / 1.5 * DT
         self.psi += self.psi_dot * DT
         self.h += (o.alt_m - self.h) / 2.0 * DT
-        self.pos, self.origin = self.pos + v * DT, self.origin + vt * DT
+        self.pos, self.origin = (n + v[0] * DT, e + v[1] * DT), (n0 + vt[0] * DT, e0 + vt[1] * DT)
         self.track.append((self.x, self.y, self.z, sight.vel[0]))
 
     def fly(self, seconds: float, *, stop_when_ready: bool = False) -> np.ndarray:

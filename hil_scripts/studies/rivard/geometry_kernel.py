@@ -22,7 +22,7 @@ from flightsw.missions.rendezvous import turn_law as kg
 from hil_scripts.studies.rivard import own_rate as ko
 from sim_plant.couplings import traffic_kernel as tr
 
-jit = numba.njit(cache=True, nogil=True, fastmath=False, error_model="numpy")
+jit = numba.njit(cache=True, nogil=True, fastmath=False, error_model="numpy", no_cfunc_wrapper=True)
 
 # setting sp
 (
@@ -105,6 +105,7 @@ def fly(
     )  # fmt: skip
     e, w = e0.copy(), window0.copy()
     mdt, gdt, sep = sp[SP_MEAS], sp[SP_GUID], gp[kg.GP_SEP]
+    hermite = M > 0  # true; the word itself would have all that is called compiled once more, for it alone
     for run in range(out.shape[0]):
         row = out[run]
         for j in range(R_N):
@@ -154,12 +155,12 @@ def fly(
                     if fs[kf.FS_COUNT] > 0.0:
                         verdict = kf.heard_range(
                             fs, fp, rs, rp, plain, m, P, lw, w, before0, beforeP, heard, t, z, c[0], c[1], sp[SP_YHAT],
-                            sp[SP_SIGY], sp[SP_SPAN], sp[SP_SHIFT], True, e, wk, k, nu,
+                            sp[SP_SIGY], sp[SP_SPAN], sp[SP_SHIFT], hermite, e, wk, k, nu,
                         )  # fmt: skip
                     else:
                         verdict = kr.judged_range(
                             rs, rp, m, P, lw, w, kept, keptP, t, z, c[0], c[1], sp[SP_YHAT], sp[SP_SIGY], sp[SP_SPAN],
-                            sp[SP_SHIFT], True, e, wk, k, nu,
+                            sp[SP_SHIFT], hermite, e, wk, k, nu,
                         )  # fmt: skip
                     row[R_REFUSED] += 1.0 if verdict == kr.REFUSED or verdict == kr.STUCK else 0.0
                     if verdict != kr.REFUSED and verdict != kr.STUCK:
@@ -196,7 +197,7 @@ def fly(
                         kb.bank_predict(m, P, lw, t - t_f, e, D)
                         t_f, new_fix = t, True
                         verdict = kf.heard_fix(
-                            fs, fp, rs, rp, m, P, lw, w, before0, beforeP, heard, t, kf.IS_BEARING, z_b, 0.0, c[0], c[1], True,
+                            fs, fp, rs, rp, m, P, lw, w, before0, beforeP, heard, t, kf.IS_BEARING, z_b, 0.0, c[0], c[1], hermite,
                             e, wk, k, nu,
                         )  # fmt: skip
                         opened = verdict == kf.OPENED
@@ -214,8 +215,8 @@ def fly(
                         kb.bank_predict(m, P, lw, t_sent - t_f, e, D)
                         t_f = t_sent
                     verdict = kf.heard_fix(
-                        fs, fp, rs, rp, m, P, lw, w, before0, beforeP, heard, t_sent, kf.IS_POSITION, z_x, z_y, c[0], c[1], True,
-                        e, wk, k, nu,
+                        fs, fp, rs, rp, m, P, lw, w, before0, beforeP, heard, t_sent, kf.IS_POSITION, z_x, z_y, c[0], c[1],
+                        hermite, e, wk, k, nu,
                     )  # fmt: skip
                     opened = opened or verdict == kf.OPENED
                 if opened:

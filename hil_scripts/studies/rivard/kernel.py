@@ -20,7 +20,7 @@ from flightsw.missions.rendezvous import turn_law as kg
 from flightsw.missions.rendezvous.frame import E_VX, E_VY, E_X, E_Y
 from sim_plant.couplings import traffic_kernel as tr
 
-jit = numba.njit(cache=True, nogil=True, fastmath=False, error_model="numpy")
+jit = numba.njit(cache=True, nogil=True, fastmath=False, error_model="numpy", no_cfunc_wrapper=True)
 
 ahead3, ekf3_start, ekf3_predict = k3.ahead, k3.ekf3_start, k3.ekf3_predict
 ekf3_range, ekf3_bearing, ekf3_position, window_push = (

@@ -15,7 +15,7 @@ import math
 import numba
 import numpy as np
 
-jit = numba.njit(cache=True, nogil=True, fastmath=False, error_model="numpy")
+jit = numba.njit(cache=True, nogil=True, fastmath=False, error_model="numpy", no_cfunc_wrapper=True)
 
 A_B, A_X, A_Y, A_NEXT, A_N = range(5)  # errors of bearing [rad], x, y [m]; next normal
 

@@ -73,8 +73,8 @@ class Track:
         return np.isin(self.phase, phases) & (self.t >= t0) & (self.t < t1)
 
 
-def fly(s: Setting, seed: int, keep: Path | None = None) -> Track:
-    """Fly it; `keep`: folder for the run's logs, else there are none. Raises ConfigError for a bad setting."""
+def plan_of(s: Setting, seed: int) -> RunPlan:
+    """What is flown. Raises ConfigError for a bad setting."""
     sets = [
         *(f"{who}.nav.gate.false_alarm=0" for who in ("tanker", "receiver")),
         "receiver.integrity.on=false",
@@ -92,9 +92,13 @@ def fly(s: Setting, seed: int, keep: Path | None = None) -> Track:
         events += [command(PRECONTACT_S, "precontact"), command(CLOSE_S, "contact")]
     else:
         events += plan.scenario["event"]
-    plan = replace(plan, scenario={**plan.scenario, "event": events})
-    with in_process(plan, keep) as flight:
-        return _record(flight)
+    return replace(plan, scenario={**plan.scenario, "event": events})
+
+
+def fly(s: Setting, seed: int, keep: Path | None = None) -> Track:
+    """Fly it; `keep`: folder for the run's logs, else there are none. Raises ConfigError for a bad setting."""
+    with in_process(plan_of(s, seed), keep) as flight:
+        return Watched(flight).fly_to(s.duration_s)
 
 
 @contextmanager
@@ -119,44 +123,52 @@ def command(t_s: float, action: str) -> dict[str, Any]:
     return {"t_s": t_s, "kind": "command", "target": "receiver", "action": action}
 
 
-def _record(flight: InProcess | Flying) -> Track:
-    server = flight.server
-    world = server.world
-    app = flight.nodes[1].app
-    assert isinstance(app, FlightApp)
-    m = app.mission
-    assert isinstance(m, ReceiverMission) and m.air is not None
-    air = m.air
-    rows: list[list[float]] = []
-    texts: list[tuple[float, str]] = []
-    said = m.texts
+class Watched:
+    """A flight under way and what was seen of it until now; a deep copy of both goes on as they do."""
 
-    def heard() -> list[Text]:
-        new = said()
-        texts.extend((t, x.text) for x in new)
+    def __init__(self, flight: InProcess | Flying) -> None:
+        self.flight = flight
+        app = flight.nodes[1].app
+        assert isinstance(app, FlightApp)
+        m = app.mission
+        assert isinstance(m, ReceiverMission) and m.air is not None
+        self._app, self._mission, self._air = app, m, m.air
+        self._rows: list[list[float]] = []
+        self._texts: list[tuple[float, str]] = []
+        self._t_s = 0.0
+        self._said = m.texts
+        m.texts = self._heard  # type: ignore[method-assign]
+
+    def _heard(self) -> list[Text]:
+        new = self._said()
+        self._texts.extend((self._t_s, x.text) for x in new)
         return new
 
-    m.texts = heard  # type: ignore[method-assign]
-    while not server.done:
-        t = server.t_us * 1e-6
-        row = server.tick % EVERY == 0
-        if row:
-            truth, lead = world.truth(1), world.truth(0)
-        flight.tick()
-        if not row:
-            continue
-        o, g, st, learnt = app.nav, app.guid, air.fdi.out, air.learn.fix
-        fix = air.fix or air.wake.fix
-        at = m.nav.R_ft.reshape(3, 3) @ np.array(fix.pos_f)
-        rows.append([
-            t, *truth.xi, *o.rel_pos_t, *g.rel_pos_t, *at, math.sqrt(max(fix.cov_yy, 0.0)),
-            math.sqrt(max(fix.cov_zz, 0.0)), fix.nis, lead.euler[2], *learnt.scale, learnt.height_m,
-            fix.cov_yz, g.phase, st.excluded, st.alarm, fix.valid, o.rel_held, o.rel_valid,
-        ])  # fmt: skip
-    a = np.array(rows)
-    i = a[:, 21:].astype(np.int64)
-    return Track(
-        t=a[:, 0], xi=a[:, 1:4], nav=a[:, 4:7], ref=a[:, 7:10], wake=a[:, 10:13], sigma=a[:, 13:15], nis=a[:, 15],
-        bank=a[:, 16], learnt=a[:, 17:20], cov_yz=a[:, 20], phase=i[:, 0], excluded=i[:, 1], alarm=i[:, 2], valid=i[:, 3] > 0,
-        held=i[:, 4] > 0, rel_valid=i[:, 5] > 0, texts=texts,
-    )  # fmt: skip
+    def fly_to(self, t_s: float) -> Track:
+        """On to a time [s], or the end of what was planned; the whole track until then."""
+        server, world, m = self.flight.server, self.flight.server.world, self._mission
+        end = round(t_s * world.rate_hz)
+        while not server.done and server.tick < end:
+            self._t_s = server.t_us * 1e-6
+            row = server.tick % EVERY == 0
+            if row:
+                truth, lead = world.truth(1), world.truth(0)
+            self.flight.tick()
+            if not row:
+                continue
+            air = self._air
+            o, g, st, learnt = self._app.nav, self._app.guid, air.fdi.out, air.learn.fix
+            fix = air.fix or air.wake.fix
+            at = m.nav.R_ft.reshape(3, 3) @ np.array(fix.pos_f)
+            self._rows.append([
+                self._t_s, *truth.xi, *o.rel_pos_t, *g.rel_pos_t, *at, math.sqrt(max(fix.cov_yy, 0.0)),
+                math.sqrt(max(fix.cov_zz, 0.0)), fix.nis, lead.euler[2], *learnt.scale, learnt.height_m,
+                fix.cov_yz, g.phase, st.excluded, st.alarm, fix.valid, o.rel_held, o.rel_valid,
+            ])  # fmt: skip
+        a = np.array(self._rows)
+        i = a[:, 21:].astype(np.int64)
+        return Track(
+            t=a[:, 0], xi=a[:, 1:4], nav=a[:, 4:7], ref=a[:, 7:10], wake=a[:, 10:13], sigma=a[:, 13:15], nis=a[:, 15],
+            bank=a[:, 16], learnt=a[:, 17:20], cov_yz=a[:, 20], phase=i[:, 0], excluded=i[:, 1], alarm=i[:, 2],
+            valid=i[:, 3] > 0, held=i[:, 4] > 0, rel_valid=i[:, 5] > 0, texts=list(self._texts),
+        )  # fmt: skip

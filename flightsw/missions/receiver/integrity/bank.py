@@ -9,6 +9,7 @@ separation does not (it blames the best sensor). Sources: separation.md 3 to 6.
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -34,8 +35,8 @@ from flightsw.missions.receiver.integrity.layout import (
     U,
 )  # fmt: skip
 from flightsw.missions.receiver.integrity.params import IntegrityParams
-from flightsw.missions.receiver.integrity.readings import Reading
 from flightsw.missions.receiver.integrity.verdict import Verdict
+from flightsw.missions.receiver.integrity.waiting import Reading
 from flightsw.types import ZERO3, Vec3
 
 JUMP = (1.5, 1.5, 0.5, 1.5)  # [m] a source may have stepped by when a short fork begins, and
@@ -56,10 +57,11 @@ class Bank:
         self.X, self._wide = np.zeros((self.size, self.n)), np.zeros((self.size, self.n, kernel.width(self.n)))
         self.L = np.zeros(self.size)
         self._by_wake = np.zeros(self.size)  # what of L the wake position's readings make
+        self._before = np.zeros(self.size)  # L before a reading
         self.left_out = np.zeros(self.size, dtype=np.int64)
         self.slots = [(k, s) for k in range(lengths) for s in range(slots)]
-        self.born_us = [0] * len(self.slots)
-        self.born_L = np.zeros(len(self.slots))
+        self.born_us, self.born_L = np.zeros(len(self.slots), dtype=np.int64), np.zeros(len(self.slots))
+        self._lives_s = np.array([2.0 * p.fork_s[k] for k, _ in self.slots])
         self.t_us = -1
         self._run = np.zeros(self.size, dtype=np.int64)  # steps a separation has been beyond k_alarm
         # of every filter, from filter 0: the largest distance over its sigma, distances [m]; sigma [m]
@@ -101,13 +103,11 @@ class Bank:
         self._fork_all()
 
     def exercise(self) -> None:
-        """All that a step calls, once, on a reading that says nothing; the bank is to be started then."""
-        t_us, rows = 50_000, Reading(WAKE, 50_000, np.zeros((ROWS, self.n)), np.zeros(ROWS), np.ones(ROWS), 3)
-        self.start(0, np.zeros(3), np.zeros(3), ZERO3)
-        self.predict(t_us, ZERO3, 0.1)
-        self.surprise(rows, np.zeros((1, way_kernel.PATH)), 1, 0.1)
-        self.correct(rows)
-        self.stand(t_us, ZERO3, np.eye(3).ravel(), 0.1)
+        """What is asked of it at a step, once; the bank is to be started then."""
+        self.surprise(
+            Reading(WAKE, self.t_us, np.zeros((ROWS, self.n)), np.zeros(ROWS), np.ones(ROWS), ROWS),
+            np.zeros((1, way_kernel.PATH)), 1, 0.1,
+        )  # fmt: skip
         self.judge(3, 3)
         self.sigma  # noqa: B018 - worked out when asked for
 
@@ -176,9 +176,24 @@ class Bank:
             return
         self._prepare(dt)
         kernel.predict(self.X, self._wide, self._decay, self._q, np.array(acc), density * density, dt)
-        for slot, (k, _) in enumerate(self.slots):
-            if (t_us - self.born_us[slot]) * 1e-6 >= 2.0 * self.p.fork_s[k]:
+        for slot in range(len(self.slots)):
+            if (t_us - self.born_us[slot]) * 1e-6 >= self._lives_s[slot]:
                 self._fork(slot, t_us)
+
+    @property
+    def arrays(self) -> tuple[Any, ...]:
+        """As `horizon_kernel.advanced` takes them: states, covariances, log-likelihoods, masks of what is left out, what of the
+        likelihoods the wake position makes, workspace; the step that is prepared, its decay and noise; when forks began, how
+        long they live; innovations."""
+        return (
+            self.X, self._wide, self.L, self.left_out, self._by_wake, self._before, self._dt, self._decay, self._q, self.born_us,
+            self._lives_s, self.z,
+        )  # fmt: skip
+
+    @property
+    def judging(self) -> tuple[np.ndarray, ...]:
+        """As `kernel.surprise` takes them: states, covariances; workspace; innovations."""
+        return self.X, self._wide, *self._moved, self.z
 
     def surprise(self, rows: Reading, path: np.ndarray, steps: int, density: float) -> float:
         """Largest innovation, in its sigmas, of rows of later than the bank against filter 0 carried on: by the `steps` rows of
@@ -190,21 +205,11 @@ class Bank:
             )
         )  # fmt: skip
 
-    def correct(self, rows: Reading) -> None:
-        """Take a reading in; its innovations against filter 0, in their sigmas, into `z`."""
-        before = self.L.copy() if rows.source == WAKE else self.L
-        kernel.heard(
-            self.X, self._wide, self.L, self.left_out, 1 << rows.source, rows.H, rows.y, rows.r, rows.count, self.z
-        )
-        if rows.source == WAKE:
-            self._by_wake += self.L - before
-
-    def stand(self, t_us: int, d: Vec3, C: np.ndarray, density: float) -> None:
-        """Let what is said below be of t_us, where filter 0 is at d [m] NED and the tanker has the attitude C [9] by its word;
-        the way there is known to `density` [m/s^2 per sqrt(Hz)]."""
+    def stand(self, t_us: int, xi: Vec3, density: float) -> None:
+        """Let what is said below be of t_us, where filter 0 is at xi [m] and `place` is filled (`horizon_kernel.expected`); the
+        way there is known to `density` [m/s^2 per sqrt(Hz)]."""
         lead = max((t_us - self.t_us) * 1e-6, 0.0)
-        self._grown = density * density * lead**3 / 3.0
-        self._xi = judge_kernel.stand(self.X, C, *d, lead, self.place)
+        self._grown, self._xi = density * density * lead**3 / 3.0, xi
 
     def judge(self, live: int, heard: int) -> Verdict:
         """Protection level, tests and likelihoods with the sources `live`, of those `heard` since the start (excluded ones are in

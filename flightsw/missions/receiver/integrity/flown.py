@@ -33,7 +33,10 @@ class Flown:
                 self._sources, self._since_us = sources, t_us
             if t_us - self._since_us < SETTLE_US:
                 self._off = _less(self._last[1], xi, self._last[2], dt)
-        x, y, z = (v - min(max(v, -CATCH_MPS * dt), CATCH_MPS * dt) for v in self._off)
+        (x, y, z), caught = self._off, CATCH_MPS * dt
+        x -= min(max(x, -caught), caught)
+        y -= min(max(y, -caught), caught)
+        z -= min(max(z, -caught), caught)
         self._off = (x, y, z)
         out = (xi[0] + x, xi[1] + y, xi[2] + z)
         self._last = (t_us, out, rate)

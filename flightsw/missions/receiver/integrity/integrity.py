@@ -9,7 +9,6 @@ and the receiver leaves.
 from __future__ import annotations
 
 import math
-from collections import deque
 from dataclasses import replace
 
 from flightsw.aircraft import Aircraft
@@ -20,7 +19,7 @@ from flightsw.missions.receiver.integrity.flown import Flown
 from flightsw.missions.receiver.integrity.horizon import Horizon
 from flightsw.missions.receiver.integrity.layout import BOOM, GNSS, NAMES, REL, SOURCES, WAKE
 from flightsw.missions.receiver.integrity.params import IntegrityParams
-from flightsw.missions.receiver.integrity.readings import Reading, Readings
+from flightsw.missions.receiver.integrity.readings import Readings
 from flightsw.missions.receiver.integrity.report import IntegrityReport
 from flightsw.missions.receiver.integrity.verdict import Verdict
 from flightsw.missions.receiver.refuel import (
@@ -39,8 +38,6 @@ from flightsw.types import HF_REL, UPD_FIX, UPD_GNSS, UPD_REL, ZERO3, Health, Na
 
 CRITICAL, WARNING, NOTICE = 2, 4, 5  # MAV_SEVERITY
 NEAR = (TO_PRECONTACT, PRECONTACT, TO_CONTACT, DISCONNECT, HOLD)  # phases held to the limit of closing in
-FIXES = 12  # own fixes kept for the other's of the same instant
-SAME_US = 60_000  # [us] two fixes are of one instant
 CALM_S = 30.0  # [s] without a failed test until a disagreement is over
 CALM = 0.7  # [-] of the thresholds
 SUSPECT_S, SUSPECT_LEAD = 12.0, 10.0  # [s] of a dispute, [-] log-likelihood in which the suspect may become the other
@@ -55,7 +52,7 @@ class Integrity:
         """wake: there are air data to tell the place in the wake."""
         self.p = p
         self.bank = Bank(p, reach(tanker), wake and p.wake is not False)
-        self.rows, self.horizon = Readings(p, tanker, receiver, self.bank.n), Horizon(p, self.bank)
+        self.rows, self.horizon = Readings(p, tanker, receiver), Horizon(p, self.bank)
         self._wake_number = -1  # of the rows it goes by
         self.out = IntegrityReport()
         self.texts: list[Text] = []
@@ -64,7 +61,6 @@ class Integrity:
         self.suspect, self._disputed_s, self._word_s = -1, 0.0, WORD_S
         self.over = ""  # why the phase may not go on, "" if it may
         self.ready = False
-        self._own: deque[tuple[int, Vec3, Vec3]] = deque(maxlen=FIXES)
         self._used_us = [-1] * SOURCES  # stamp of the last reading taken or refused,
         self._live_us = [-1] * SOURCES  # when one was last heard, taken or not,
         self._taken_us = [-1] * SOURCES  # and taken
@@ -110,7 +106,7 @@ class Integrity:
         new = updated & ~failed_bits(health)
         dt = self.horizon.feel(f, new)
         if updated & UPD_GNSS:
-            self._own.append((f.gnss_t_us, f.gnss_pos_n, f.gnss_vel_n))
+            self.rows.own(f)
         if not self.ready:
             # until navigation is valid nobody flies the aircraft, and then it is caught first: no motion the bank expects
             self._wait_us = f.t_us if phase == INIT or self._wait_us < 0 else self._wait_us
@@ -134,22 +130,21 @@ class Integrity:
 
     # --- readings -----------------------------------------------------------------------------------------------------
     def _listen(self, f: SensorFrame, updated: int, peer: PeerTracker) -> None:
-        rows, linked = self.rows, not peer.coasting
-        if updated & UPD_REL and f.rel_valid and f.rel_t_us > self._used_us[REL]:
-            self._take(rows.relative(f, peer, self.horizon.at(f.rel_t_us)), f.t_us)
-        if (
-            updated & UPD_FIX
-            and linked
-            and f.fix.t_us > self._used_us[GNSS]
-            and (own := self._fix_at(f.fix.t_us)) is not None
-        ):
-            self._take(rows.gnss(f, own[0], own[1]), f.t_us)
-        if f.boom_contact and linked and f.boom_t_us > self._used_us[BOOM]:
-            if (latched := rows.latched(f, peer, self.horizon.at(f.boom_t_us))) is not None:
-                self._take(latched, f.t_us)
-        elif not f.boom_contact and self._live_us[BOOM] >= 0:
+        used, linked, which = self._used_us, not peer.coasting, 0
+        if updated & UPD_REL and f.rel_valid and f.rel_t_us > used[REL]:
+            which |= 1 << REL
+        if updated & UPD_FIX and linked and f.fix.t_us > used[GNSS]:
+            which |= 1 << GNSS
+        if f.boom_contact and linked and f.boom_t_us > used[BOOM] and self.rows.latches:
+            which |= 1 << BOOM
+        if which:
+            excluded = self.excluded
+            for source, t_us, k, off in self.horizon.offer(self.rows, which, f, peer):
+                # one that is left out, or taken again, changes what is expected of the next
+                self._take(source, t_us, k, off if self.excluded == excluded else self.horizon.surprise(k), f.t_us)
+        if not f.boom_contact and self._live_us[BOOM] >= 0:
             self._live_us[BOOM] = self._taken_us[BOOM] = -1
-            self.horizon.drop(BOOM)
+            self.horizon.waiting.drop(BOOM)
             self.bank.unlatched()
 
     def _listen_to_air(self, now_us: int, wake: WakeRows | None) -> None:
@@ -158,33 +153,19 @@ class Integrity:
             return
         if wake.number != self._wake_number:
             self._wake_number = wake.number
-            self.horizon.drop(WAKE)
+            self.horizon.waiting.drop(WAKE)
             self.bank.wake_anew(wake.lasting)
-        self._take(self.rows.wake(wake), now_us)
+        k = self.rows.wake(wake, self.horizon.waiting)
+        self._take(WAKE, wake.t_us, k, self.horizon.surprise(k), now_us)
 
-    def _fix_at(self, t_us: int) -> tuple[Vec3, Vec3] | None:
-        """Own position [m] and velocity [m/s], NED, of the fix nearest to t_us, carried to it; None: there is none near."""
-        near: tuple[int, Vec3, Vec3] | None = None
-        least = SAME_US + 1
-        for fix in self._own:  # the oldest of equals
-            off = abs(fix[0] - t_us)
-            if off < least:
-                least, near = off, fix
-        if near is None:
-            return None
-        t, pos, vel = near
-        dt = (t_us - t) * 1e-6
-        return (pos[0] + vel[0] * dt, pos[1] + vel[1] * dt, pos[2] + vel[2] * dt), vel
-
-    def _take(self, reading: Reading, now_us: int) -> None:
-        """Let a reading wait for the bank; one that leaves what is expected at its time far behind is a spike until it repeats
-        itself."""
-        source = reading.source
-        self._used_us[source], self._live_us[source] = reading.t_us, now_us
+    def _take(self, source: int, t_us: int, k: int, off: float, now_us: int) -> None:
+        """Let the reading at place k, of t_us, wait for the bank; one that is `off` what is expected at its time, in its sigmas,
+        by far is a spike until it repeats itself."""
+        self._used_us[source], self._live_us[source] = t_us, now_us
         if self.excluded >> source & 1:
-            self._hear_again(reading, now_us)
+            self._hear_again(source, off, now_us)
             return
-        if self.horizon.surprise(reading) > self.p.gate:
+        if off > self.p.gate:
             self._wild[source] += 1
             if self._wild[source] <= self.p.spikes or self._steps_alone(source, now_us):
                 return
@@ -192,12 +173,11 @@ class Integrity:
             self._wild[source] = 0
         self._taken_us[source] = now_us
         self._heard |= 1 << source
-        self.horizon.wait(reading)
+        self.horizon.waiting.wait(k)
 
-    def _hear_again(self, reading: Reading, now_us: int) -> None:
+    def _hear_again(self, k: int, off: float, now_us: int) -> None:
         """A source left out comes back by agreeing with the others for long, never by lasting; one left out twice stays out."""
-        k = reading.source
-        agrees = bool(self._live(now_us)) and self.horizon.surprise(reading) < self.p.again_sigma
+        agrees = bool(self._live(now_us)) and off < self.p.again_sigma
         if not agrees or self._agrees_us[k] < 0:
             self._agrees_us[k] = now_us if agrees else -1
         elif self._outs[k] < 2 and (now_us - self._agrees_us[k]) * 1e-6 >= self.p.again_s:
@@ -219,9 +199,9 @@ class Integrity:
 
     def _live(self, now_us: int) -> int:
         """Sources heard of late and not left out, as a mask."""
-        live = 0
-        for k in range(SOURCES):
-            if self._taken_us[k] >= 0 and (now_us - self._taken_us[k]) * 1e-6 < self.p.live_s:
+        live, live_s = 0, self.p.live_s
+        for k, taken_us in enumerate(self._taken_us):
+            if taken_us >= 0 and (now_us - taken_us) * 1e-6 < live_s:
                 live |= 1 << k
         return live & ~self.excluded
 
@@ -232,7 +212,7 @@ class Integrity:
         self._agrees_us[source] = -1
         self.undecided = 0
         self.bank.exclude(source, slot)
-        self.horizon.drop(source)
+        self.horizon.waiting.drop(source)
         self.texts.append(Text(WARNING, f"{NAMES[source]} left out: {why}"))
 
     def _decide(self, v: Verdict, live: int, dt: float) -> None:
@@ -261,6 +241,8 @@ class Integrity:
     @property
     def _two(self) -> int:
         """The two in dispute, as a mask, where nobody can tell who of them is wrong; 0: among three the bound covers it."""
+        if not self.undecided:
+            return 0
         full = self.undecided & ~(1 << WAKE)
         if self.undecided.bit_count() == 2:
             return self.undecided
@@ -314,7 +296,7 @@ class Integrity:
             self._known_us = f.t_us
         # without a source it goes by the own accelerations; without those too the estimator's model knows more
         longest = self.p.coast_s if self.horizon.felt else self.p.live_s
-        self._place = None if (f.t_us - self._known_us) * 1e-6 > longest else self.horizon.place(f.t_us, m)
+        self._place = None if (f.t_us - self._known_us) * 1e-6 > longest else self.horizon.place(m)
         if live >> REL & 1 and self.suspect != REL and own:
             if updated & UPD_REL and f.rel_valid:
                 if self._wild[REL] and not self.undecided:  # a spike; in a dispute it may be filter 0 that is off

@@ -58,23 +58,26 @@ def predict(
             p[b, k] += 0.5 * accel2 * dt * dt
 
 
-@jit
+@jit_own
 def innovations(
     x: np.ndarray, p: np.ndarray, H: np.ndarray, y: np.ndarray, r: np.ndarray, k: int, out: np.ndarray
 ) -> float:  # fmt: skip
     """out [>=k] <- innovations, in their sigmas, of the rows H [>=k,n], readings y, variances r, each by itself, at x [n],
     p [n,w]; the largest magnitude."""
-    n = x.shape[0]
-    worst = 0.0
-    for row in range(k):
-        nu, s = y[row], r[row]
+    n, worst = x.shape[0], 0.0
+    filled = np.empty(n, dtype=np.int64)
+    for row in range(k):  # most of a row is zero
+        some = 0
         for i in range(n):
+            if H[row, i] != 0.0:
+                filled[some] = i
+                some += 1
+        nu, s = y[row], r[row]
+        for i in filled[:some]:
             h = H[row, i]
-            if h != 0.0:
-                nu -= h * x[i]
-                for j in range(n):
-                    if H[row, j] != 0.0:
-                        s += h * p[i, j] * H[row, j]
+            nu -= h * x[i]
+            for j in filled[:some]:
+                s += h * p[i, j] * H[row, j]
         out[row] = nu / math.sqrt(s)
         worst = max(worst, abs(out[row]))
     return worst
@@ -128,22 +131,21 @@ def heard(
     correct(X, P, L, left_out, bit, H, y, r, k)
 
 
-@jit
+@jit_own
 def variances(p: np.ndarray, place: np.ndarray) -> tuple[float, float, float]:
     """h p h' of each row h of place [3,n] and a covariance p [n,w]; the three sums grow side by side, none waits for another."""
-    n = place.shape[1]
-    x, y, z = 0.0, 0.0, 0.0
-    for i in range(n):
+    n, some, x, y, z = place.shape[1], 0, 0.0, 0.0, 0.0
+    filled = np.empty(n, dtype=np.int64)
+    for i in range(n):  # most of place is zero
+        if place[0, i] != 0.0 or place[1, i] != 0.0 or place[2, i] != 0.0:
+            filled[some] = i
+            some += 1
+    for i in filled[:some]:
         a, b, c = place[0, i], place[1, i], place[2, i]
-        if a == 0.0 and b == 0.0 and c == 0.0:
-            continue
-        for j in range(n):
-            u, v, w = place[0, j], place[1, j], place[2, j]
-            if u == 0.0 and v == 0.0 and w == 0.0:
-                continue
-            x += a * p[i, j] * u
-            y += b * p[i, j] * v
-            z += c * p[i, j] * w
+        for j in filled[:some]:
+            x += a * p[i, j] * place[0, j]
+            y += b * p[i, j] * place[1, j]
+            z += c * p[i, j] * place[2, j]
     return x, y, z
 
 

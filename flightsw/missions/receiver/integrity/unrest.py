@@ -6,14 +6,47 @@ import math
 
 import numpy as np
 
+from flightsw.kernels.jit import jit
 from flightsw.missions.receiver.integrity.layout import GNSS, REL
 from flightsw.missions.receiver.integrity.params import IntegrityParams
 
-RATED = (REL, GNSS)  # sources that read a velocity,
-FIRST, LAST = 3, 6  # in these rows
+RATED = (REL, GNSS)  # sources that read a velocity, in the order of what is learnt by them,
+FIRST = 3  # in the three rows from here on
 GAIN = 0.01  # [-] share of a reading's product in the logarithm of the variance
 LEAVE = 0.2  # [-] correlation of successive innovations that is left: part of it is not white
 MOST = 2.0  # [-] one reading's product
+# of what is learnt: density [m/s^2 per sqrt(Hz)], the least of it, and the largest logarithm of the variance over the least's;
+# that by either source, the last innovations [3] of either
+DENSITY, LEAST, TOP, LOG, LAST = 0, 1, 2, 3, 5
+LEARNT = LAST + 3 * len(RATED)
+
+
+@jit
+def within(x: float, least: float, most: float) -> float:
+    """x, at least and at most; what is no number stays none."""
+    if least > x:
+        x = least
+    return most if most < x else x
+
+
+@jit
+def hear(s: np.ndarray, source: int, z: np.ndarray, rel: bool, gnss: bool) -> None:
+    """Let s [LEARNT] learn from the innovations z [ROWS] of a reading in their sigmas; rel, gnss: whether those sources are heard
+    and believed. Other sources read no velocity."""
+    if source != REL and source != GNSS:
+        return
+    k = 0 if source == REL else 1
+    last = s[LAST + 3 * k : LAST + 3 * k + 3]
+    a, b, c = z[FIRST], z[FIRST + 1], z[FIRST + 2]
+    turn = ((a * last[0] - LEAVE * a * a) + (b * last[1] - LEAVE * b * b) + (c * last[2] - LEAVE * c * c)) / 3.0
+    s[LOG + k] = within(s[LOG + k] + GAIN * within(turn, -MOST, MOST), 0.0, s[TOP])
+    last[0], last[1], last[2] = a, b, c
+    by_rel, by_gnss = s[LOG], s[LOG + 1]
+    if rel == gnss:
+        least = by_gnss if by_gnss < by_rel else by_rel
+    else:
+        least = by_rel if rel else by_gnss
+    s[DENSITY] = s[LEAST] * math.exp(0.5 * least)
 
 
 class Unrest:
@@ -25,25 +58,12 @@ class Unrest:
     """
 
     def __init__(self, p: IntegrityParams) -> None:
-        self._least, self._top = p.accel, max(2.0 * math.log(p.accel_most / p.accel), 0.0)
-        start = min(max(2.0 * math.log(p.accel_start / p.accel), 0.0), self._top)
-        self._log, self._last = [start] * len(RATED), [[0.0] * (LAST - FIRST) for _ in RATED]
-        self.density = 0.0  # [m/s^2 per sqrt(Hz)]
-        self._settle((True, True))
+        self.learnt = np.zeros(LEARNT)  # by `hear`
+        top = max(2.0 * math.log(p.accel_most / p.accel), 0.0)
+        start = min(max(2.0 * math.log(p.accel_start / p.accel), 0.0), top)
+        self.learnt[:LAST] = p.accel * math.exp(0.5 * start), p.accel, top, start, start
 
-    def hear(self, source: int, z: np.ndarray, sound: tuple[bool, bool]) -> None:
-        """Learn from the innovations z [ROWS] of a reading in their sigmas; sound: which of RATED are heard and believed."""
-        if source not in RATED:
-            return
-        k = RATED.index(source)
-        now, (u, v, w) = z[FIRST:LAST].tolist(), self._last[k]
-        a, b, c = now
-        turn = ((a * u - LEAVE * a * a) + (b * v - LEAVE * b * b) + (c * w - LEAVE * c * c)) / 3.0
-        self._log[k] = min(max(self._log[k] + GAIN * min(max(turn, -MOST), MOST), 0.0), self._top)
-        self._last[k] = now
-        self._settle(sound)
-
-    def _settle(self, sound: tuple[bool, bool]) -> None:
-        rel, gnss = self._log
-        least = min(rel, gnss) if sound[0] == sound[1] else rel if sound[0] else gnss
-        self.density = self._least * math.exp(0.5 * least)
+    @property
+    def density(self) -> float:
+        """[m/s^2 per sqrt(Hz)]."""
+        return float(self.learnt[DENSITY])

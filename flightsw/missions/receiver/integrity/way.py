@@ -39,37 +39,13 @@ class Way:
             self._other[self._gains % KEPT] = (g.t_us - round(g.span_s * 1e6), g.t_us, g.span_s, *g.vel_n)
             self._gains += 1
 
+    @property
+    def arrays(self) -> tuple[np.ndarray, int, np.ndarray, int]:
+        """Steps of the own aircraft and their number, gains of the tanker's and theirs, as kernels take them."""
+        return self._own, self._steps, self._other, self._gains
+
     def over(self, from_us: int, to_us: int, peer: PeerTracker) -> Vec3:
         """The receiver's mean acceleration [3] m/s^2 NED from from_us to to_us less the tanker's: measured by both (`known`
         then), else with the tanker's as transmitted or, where it is silent, carried on; none where the own is not (`felt`)."""
-        self.felt, self.known, x, y, z = way_kernel.over(
-            self._own, self._steps, self._other, self._gains, peer.acceleration, peer.coasting, from_us, to_us
-        )
+        self.felt, self.known, x, y, z = way_kernel.over(*self.arrays, peer.acceleration, peer.coasting, from_us, to_us)
         return x, y, z
-
-    def ahead(self, from_us: int, to_us: int, step_us: int, peer: PeerTracker, X: np.ndarray, path: np.ndarray) -> int:
-        """path <- filter 0 of X carried on as `way_kernel.build` has it; its rows. `felt` and `known` are of the last step."""
-        rows, felt, known = way_kernel.build(
-            self._own, self._steps, self._other, self._gains, peer.acceleration, peer.coasting, from_us, to_us, step_us, X, path,
-        )  # fmt: skip
-        if rows > 1:
-            self.felt, self.known = felt, known
-        return int(rows)
-
-
-class Ahead:
-    """Filter 0's position and velocity carried on from the bank's time to now."""
-
-    def __init__(self, lag_us: int, step_us: int) -> None:
-        """lag_us: longest time from the bank's to now, step_us: longest step [us]."""
-        self._step_us = step_us
-        self.path, self.rows = np.zeros((2 + lag_us // step_us, way_kernel.PATH)), 1
-
-    def build(self, from_us: int, to_us: int, way: Way, peer: PeerTracker, X: np.ndarray) -> None:
-        """From from_us to to_us; X [M,n] the states at from_us."""
-        self.rows = way.ahead(from_us, to_us, self._step_us, peer, X, self.path)
-
-    def at(self, t_us: int) -> tuple[Vec3, Vec3]:
-        """Position [m] and velocity [m/s] NED at t_us, between two steps in a straight line; outside of them as at the end."""
-        x, y, z, u, v, w = way_kernel.at(self.path, self.rows, t_us)
-        return (x, y, z), (u, v, w)
