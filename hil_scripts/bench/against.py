@@ -4,7 +4,9 @@ scenario in one process, all logs written: `... COMMIT --flight SCENARIO`; as ca
 
 Both trees step their refuelling world in trim, or fly, in a process of their own, in batches by turns, so that other load on the
 machine falls on both alike; processor time counts. What is compiled is loaded by both: a process that has compiled for itself
-is slower by some per cent, and the tree of a commit has nothing compiled yet. Today's plant is measured as the scenario has it and with every model on.
+is slower by some per cent, and the tree of a commit has nothing compiled yet.
+
+Today's plant is measured as the scenario has it and with every model on.
 """
 
 from __future__ import annotations

@@ -18,12 +18,13 @@ from flightsw.icd.tlog import TlogWriter
 from flightsw.icd.wire import Counters
 from flightsw.missions.gust.reports import REPORTS, GustState
 from flightsw.process.telemetry import Telemetry
-from flightsw.types import ActuatorCmd, GuidanceCmd, Health, NavState, SensorFrame, Snapshot, Timing
+from flightsw.types import ZERO3, ActuatorCmd, GuidanceCmd, Health, NavState, SensorFrame, Snapshot, Timing
 from ground.__main__ import app
 from ground.columns import load
 from ground.link.record import Recorder
 from ground.metrics import compute
 from ground.views.gust.read import flights, has_gust, names, trim_speed, vane_bias
+from sim_plant.truth import Truth
 
 DEG = math.pi / 180.0
 HZ = 50
@@ -66,11 +67,13 @@ def make_run(
             us = i * 1_000_000 // HZ
             w = 2.0 * math.sin(math.pi * t)
             climb = scale * math.sin(math.pi * t) / math.pi  # a_z = scale cos(pi t)
-            truth.write(us, plant.truth(
-                us, pos_n=(V0 * t, 0.0, -100.0), vel_n=(V0, 0.0, -climb), q_nb=(1.0, 0.0, 0.0, 0.0), w_b=(0.0,) * 3,
-                wind_n=(1.0, 0.0, w), wind_rot=(0.0,) * 3, V=V0, beta=0.0, alpha=0.01, controls=(0.0,) * 4, xi=(0.0,) * 3,
-                mass=6.0, boom=(0.0,) * 3, contact=False, inside=False,
-            ))  # fmt: skip
+            true = Truth(
+                us, pos_n=(V0 * t, 0.0, -100.0), vel_n=(V0, 0.0, -climb), q_nb=(1.0, 0.0, 0.0, 0.0), w_b=ZERO3, euler=ZERO3,
+                acc_n=ZERO3, wind_n=(1.0, 0.0, w), wind_rot=ZERO3, V=V0, beta=0.0, alpha=0.01, controls=(0.0,) * 4,
+                thrust_available=0.0, xi=ZERO3, xi_dot=ZERO3, mass=6.0, fuel_kg=0.0, boom_elevation=0.0, boom_azimuth=0.0,
+                boom_extension=0.0, contact=False, inside=False,
+            )  # fmt: skip
+            truth.write(us, plant.truth(us, true.row))
             x, s = [0.0] * 9, [0.0] * 9
             x[1], x[2], x[8] = w / V0 + error_deg * DEG, 1.0, (1.0 if t >= 5.0 else 0.0) * DEG
             s[1], s[2], s[8] = (0.2 * DEG, 0.1, 0.1 * DEG)
