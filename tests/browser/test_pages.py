@@ -19,7 +19,7 @@ from ground.rrd.palette import NAV
 
 pytestmark = pytest.mark.skipif(bool(missing()), reason=missing())
 Synth = runpy.run_path(str(Path(__file__).parents[1] / "unit" / "ground_synth.py"))["Synth"]
-AGAIN_S = 60.0  # [s] after which it is loaded again: a browser that got no time in its start may have given up a connection
+AGAIN_S = 60.0  # [s] after which it is loaded again: a starved browser may have given up a connection
 LOAD_S = 240.0  # [s] longest wait for a page drawn in software on a busy machine
 
 
