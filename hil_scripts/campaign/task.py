@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import hashlib
 import platform
 import time
@@ -18,6 +19,7 @@ from hil_scripts.campaign.study import Case, RunResult
 
 ROOT = Path(__file__).resolve().parents[2]
 CODE = ("flightsw", "sim_plant", "hil_scripts/studies", "hil_scripts/identify", "hil_scripts/campaign/study.py")
+TIDY_S = 1.0  # [s] a longer run leaves a flight behind whose parts know each other: only the collector takes it back
 REASON_LENGTH = 300  # characters kept of a failure's text
 
 
@@ -58,11 +60,20 @@ def _checked(result: Any) -> RunResult:
     return RunResult(values, {k: np.asarray(v) for k, v in result.traces.items()})
 
 
+def _made(run: Callable[[Case, int], RunResult], job: Job) -> RunResult:
+    t0 = time.monotonic()
+    try:
+        return _checked(run(job.case, job.seed))
+    finally:
+        if time.monotonic() - t0 > TIDY_S:
+            gc.collect()
+
+
 def execute(run: Callable[[Case, int], RunResult], job: Job) -> tuple[Row, dict[str, NDArray[Any]]]:
     """Make one run. Whatever the study raises becomes a failed row; the text of the exception is its reason."""
     t0 = time.monotonic()
     try:
-        result = _checked(run(job.case, job.seed))
+        result = _made(run, job)
     except Exception as e:
         text = " ".join(f"{type(e).__name__}: {e}".split())[:REASON_LENGTH]
         return Row(job.case.name, job.run, job.seed, "failed", text, wall_s=time.monotonic() - t0), {}
