@@ -6,8 +6,8 @@ BIN   := $(VENV)/bin
 STAMP := $(VENV)/.installed
 DOCS  := build/docs-env
 TESTS ?= tests
-# two more than two cores: a tenth of the time a test waits, for a process to start, to end or to fall silent
-WORKERS ?= 4
+# one more than two cores: a tenth of the time a test waits, for a process to start, to end or to fall silent
+WORKERS ?= 3
 # byte code of the programs is kept: each of a run's processes starts half a second sooner
 unexport PYTHONDONTWRITEBYTECODE
 

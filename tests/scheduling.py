@@ -20,6 +20,7 @@ TOGETHER = "forks of one prepared process"  # units of files whose programs are:
 REAL_TIME = ("tests/hil/", "tests/clients/")  # the unit of those that wait for the wall clock
 # units of more than three seconds of processor time, longest first: none of them may come last
 HEAVY: tuple[str, ...] = (
+    "tests/browser/test_pages.py",
     "tests/sil/test_airdata.py",
     "tests/component/test_relative_variants.py",
     "tests/unit/test_studies_hoffmann.py",
@@ -29,7 +30,6 @@ HEAVY: tuple[str, ...] = (
     "tests/keys/test_rigs.py",
     "tests/unit/test_filters_adaptive.py",
     "tests/component/test_gust_found.py",
-    "tests/browser/test_pages.py",  # not among the first: a browser that starts beside all the workers is starved
     "tests/unit/test_rivard_geometry.py",
     "tests/unit/test_report_sevil.py",
     "tests/sil/test_processors.py",
