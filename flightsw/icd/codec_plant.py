@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any, Generic
 
 from flightsw.aircraft import Airframe
-from flightsw.icd.codec_receive import BARO_BITS, IMU_BITS, MAG_BITS
+from flightsw.icd.codec_receive import BARO_BITS, IMU_BITS, MAG_BITS, finite
 from flightsw.icd.geo import DEFAULT_ORIGIN, Origin, WireMap
 from flightsw.icd.port import WIRE, D, Port
 from flightsw.icd.radalt import distance
@@ -238,8 +238,7 @@ class PlantCodec(Generic[D]):
 
     def _command(self, v: tuple[Any, ...]) -> ActuatorCmd | None:
         """Of the values of a HIL_ACTUATOR_CONTROLS: time, flags, 16 controls, mode; None for one that is no finite number."""
-        s = sum(v[2:18])
-        if s - s != 0.0:
+        if not finite(v[2:18]):
             self.count.non_finite += 1
             return None
         k = self._scale

@@ -60,23 +60,17 @@ def _checked(result: Any) -> RunResult:
     return RunResult(values, {k: np.asarray(v) for k, v in result.traces.items()})
 
 
-def _made(run: Callable[[Case, int], RunResult], job: Job) -> RunResult:
-    t0 = time.monotonic()
-    try:
-        return _checked(run(job.case, job.seed))
-    finally:
-        if time.monotonic() - t0 > TIDY_S:
-            gc.collect()
-
-
 def execute(run: Callable[[Case, int], RunResult], job: Job) -> tuple[Row, dict[str, NDArray[Any]]]:
     """Make one run. Whatever the study raises becomes a failed row; the text of the exception is its reason."""
     t0 = time.monotonic()
     try:
-        result = _made(run, job)
+        result = _checked(run(job.case, job.seed))
     except Exception as e:
         text = " ".join(f"{type(e).__name__}: {e}".split())[:REASON_LENGTH]
         return Row(job.case.name, job.run, job.seed, "failed", text, wall_s=time.monotonic() - t0), {}
+    finally:
+        if time.monotonic() - t0 > TIDY_S:
+            gc.collect()
     row = Row(job.case.name, job.run, job.seed, "ok", values=result.values, wall_s=time.monotonic() - t0)
     return row, result.traces if job.keep else {}
 

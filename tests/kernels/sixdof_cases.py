@@ -54,6 +54,11 @@ def controls(r: Rng) -> np.ndarray:
     return np.array([*r.uniform(-0.2, 0.2, 3), r.uniform(2e3, 1e4)])
 
 
+def flown(r: Rng, *turning: object) -> Args:
+    """Airspeed and flow, what tells of the turning, controls, density, the file's numbers, and room for what comes of them."""
+    return [r.uniform(150, 220), *r.uniform(-0.1, 0.1, 2), *turning, controls(r), 0.59, P, z(9)]
+
+
 def reading(r: Rng) -> list[object]:
     """An attitude 0.05 s ago, the rates since, and a reading of it 0.02 s old."""
     return [unit9(r), 0.05, *r.normal(0.0, 0.1, 3), 1.0, *r.normal(0.0, 0.01, 3), 0.02]
@@ -118,35 +123,10 @@ CASES: dict[str, Callable[[Rng], Args]] = {
         1.2,
         0.01,
     ],
-    "sixdof.forces.force_moment": lambda r: [
-        r.uniform(150, 220),
-        *r.uniform(-0.1, 0.1, 2),
-        *r.uniform(-0.2, 0.2, 3),
-        controls(r),
-        0.59,
-        P,
-        z(9),
-    ],
-    "sixdof.forces.moment_rates": lambda r: [
-        r.uniform(150, 220),
-        *r.uniform(-0.1, 0.1, 2),
-        r.uniform(-0.2, 0.2, 3),
-        controls(r),
-        0.59,
-        P,
-        z(9),
-    ],
+    "sixdof.forces.force_moment": lambda r: flown(r, *r.uniform(-0.2, 0.2, 3)),
+    "sixdof.forces.moment_rates": lambda r: flown(r, r.uniform(-0.2, 0.2, 3)),
     "sixdof.forces.spin": lambda r: [*r.normal(size=3), *r.uniform(-0.2, 0.2, 3), P],
-    "sixdof.forces.loads": lambda r: [
-        r.uniform(150, 220),
-        *r.uniform(-0.1, 0.1, 2),
-        *turns(r, 2),
-        *r.uniform(-0.2, 0.2, 3),
-        controls(r),
-        0.59,
-        P,
-        z(9),
-    ],
+    "sixdof.forces.loads": lambda r: flown(r, *turns(r, 2), *r.uniform(-0.2, 0.2, 3)),
     "sixdof.forces.rigid": lambda r: [
         r.uniform(150, 220),
         *turns(r, 2),

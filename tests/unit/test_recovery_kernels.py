@@ -281,3 +281,20 @@ def test_turbulence_is_that_of_differences_kept_one_by_one(lag_s: float) -> None
                 sigma = math.sqrt(max(sorted(square.tolist())[1], 0.0))
         assert found == sigma
     assert sigma > 0.0 and Turbulence(p).sigma == 0.0
+
+
+def test_steps_too_short_to_keep_the_lag_are_judged_over_what_is_kept() -> None:
+    """At 1000 steps a second the ring holds half a second: differences are learnt over that, as at 20 a second over it."""
+    p, found = RoughAirParams(), {}
+    for dt, lag_s in ((0.001, 2.0), (0.051, 0.51)):
+        r, ring, m, sigma = np.random.default_rng(11), np.zeros((KEPT, 4)), np.zeros(LEARNT), 0.0
+        V, R, wind, squares = 190.0, np.eye(3).ravel(), 0.0, []
+        for k in range(round(100.0 / dt)):
+            x = np.zeros(rk.BLOCK)
+            wind += 1.0 * math.sqrt(dt) * r.normal()
+            x[rk.DOWN] = -G0
+            x[rk.SPEED], x[rk.ALPHA], x[rk.BETA] = V + wind, 0.0, math.asin(0.5 * wind / (V + wind))
+            sigma = taken(x, R, k * dt, dt, ring, m, lag_s, p.window_s, 0.0, p.L_m, sigma)
+            squares.append(sigma**2)
+        found[dt] = math.sqrt(np.mean(squares[len(squares) // 5 :]))
+    assert found[0.001] == pytest.approx(found[0.051], rel=0.3) and found[0.051] > 0.2

@@ -34,15 +34,8 @@ def numbers(ac: Aircraft) -> np.ndarray:
     """[NUMBERS] of an aircraft's file."""
     out, (lo, hi) = np.zeros(NUMBERS), (ac.limits.V_min_mps, ac.limits.V_max_mps)
     between = lo + SHARE_V * (hi - lo)
-    out[:VANES] = (
-        ac.aero.CL0,
-        ac.aero.CL_alpha,
-        ac.aero.CY_beta,
-        ac.geometry.S_m2,
-        between,
-        0.3 * between,
-        2.0 * between,
-    )
+    c = ac.aero
+    out[:VANES] = c.CL0, c.CL_alpha, c.CY_beta, ac.geometry.S_m2, between, 0.3 * between, 2.0 * between
     for i, probe in enumerate(ac.probe):
         out[VANES + 2 * i : VANES + 2 * i + 2] = probe.position_m[:2]
     return out

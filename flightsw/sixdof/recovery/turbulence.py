@@ -17,7 +17,7 @@ from flightsw.types import Text
 
 WARNING, NOTICE = 4, 5  # MAV_SEVERITY
 FIRST_S = 1.0  # [s] of differences before anything is said of them
-KEPT = 512  # steps: more than the longest lag at 100 Hz
+KEPT = 512  # steps: more than the longest lag at 200 Hz
 TIME, HERE, WIDTH = 0, 1, 4  # columns of a step: [s]; [m/s] velocity gained less velocity through the air, NED
 # what is learnt: velocity gained [3] m/s NED since the beginning, squares along, across, down [3] m^2/s^2; [s] of differences;
 # the oldest step kept, and how many
@@ -70,7 +70,7 @@ def taken(
     m[OLDEST], m[STEPS] = oldest, n
     then = ring[oldest]
     lag = t - then[TIME]
-    if not lag > lag_s - 0.5 * dt:
+    if not lag > lag_s - 0.5 * dt and n < KEPT - 1:  # of steps too short to keep that many, over what is kept
         return sigma
     m[SPAN] += dt
     if m[SPAN] > window_s:

@@ -86,20 +86,8 @@ class Horizon:
             bank.predict(end_us, acc, self.unrest.density if way.known else self._blind)
         R, w, v, a, _ = peer.sample
         self._rows, felt, known = horizon_kernel.expected(
-            bank.t_us,
-            now_us,
-            *way.arrays,
-            a,
-            peer.coasting,
-            bank.X,
-            self._path,
-            R,
-            w,
-            v,
-            peer.t_us,
-            bank.place,
-            self._now,
-        )
+            bank.t_us, now_us, *way.arrays, a, peer.coasting, bank.X, self._path, R, w, v, peer.t_us, bank.place, self._now
+        )  # fmt: skip
         if self._rows > 1:
             way.felt, way.known = felt, known
         self._axes = now = self._now.tolist()
