@@ -4,6 +4,7 @@
 VENV  := .venv
 BIN   := $(VENV)/bin
 STAMP := $(VENV)/.installed
+READ  := $(VENV)/.tests-read
 DOCS  := build/docs-env
 TESTS ?= tests
 # one more than two cores: a tenth of the time a test waits, for a process to start, to end or to fall silent
@@ -33,9 +34,10 @@ $(STAMP): requirements.lock pyproject.toml
 fly: env
 	$(BIN)/sil run refueling
 
-# the tests are read once beside the warm-up: otherwise each worker rewrites the assertions of all of them
+# the tests are read once beside the first warm-up: otherwise each worker rewrites the assertions of all of them
 test: env
-	@$(BIN)/python -m pytest --collect-only -q -m "not rt" $(TESTS) > /dev/null & $(BIN)/sil warmup && wait
+	@test -e $(READ) || { $(BIN)/python -m pytest --collect-only -q -m "not rt" $(TESTS) > /dev/null; touch $(READ); } & \
+		$(BIN)/sil warmup && wait
 	$(BIN)/python -m pytest -q -n $(WORKERS) -m "not rt" $(TESTS)
 
 check: env

@@ -9,11 +9,14 @@ import importlib
 import itertools
 import os
 from collections.abc import Callable, Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import hypothesis
 import pytest
+import typer.main
+import typer.testing
 
 from hil_scripts.launch import kernel_cache, ports
 from hil_scripts.launch.procs import SINGLE_THREAD
@@ -25,6 +28,16 @@ os.environ.update(SINGLE_THREAD)
 if os.environ.get("NUMBA_DISABLE_JIT") != "1":
     kernel_cache.use()
 
+
+@cache
+def _command(app: typer.Typer, commands: int) -> Any:
+    """The command line of a program with so many commands."""
+    return typer.main.get_command(app)
+
+
+# put together once, not at every call of it
+typer.testing._get_command = lambda app: _command(app, len(app.registered_commands))
+
 # no deadline: the first call of a compiled kernel takes seconds; the same examples everywhere: a failure repeats
 hypothesis.settings.register_profile("wakefield", deadline=None, derandomize=True)
 hypothesis.settings.load_profile("wakefield")
@@ -33,6 +46,7 @@ hypothesis.settings.load_profile("wakefield")
 def pytest_sessionstart(session: pytest.Session) -> None:
     """Each worker imports a part of the test modules of its own first: those that start together on a fresh checkout rewrite
     the assertions of one part each and read the others' byte code for the rest."""
+    gc.disable()  # of what is imported and collected nothing goes
     worker, count = (os.environ.get(f"PYTEST_XDIST_WORKER{end}", none) for end, none in (("", "gw0"), ("_COUNT", "1")))
     if worker != "gw0" and session.config.args == ["tests"]:  # the first part is where the collection begins
         files = sorted(ROOT.joinpath("tests").rglob("test_*.py"))
@@ -52,9 +66,9 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
 
 def pytest_collection_finish(session: pytest.Session) -> None:
     """What has been imported and collected stays: the garbage collector need not look through it again and again."""
-    gc.collect()
     gc.freeze()
-    gc.set_threshold(20_000, 20, 20)
+    gc.set_threshold(100_000, 20, 20)
+    gc.enable()
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 
 from flightsw.filters.base import PointFilter
 from flightsw.filters.covariance import log_likelihood
-from flightsw.kernels.linalg import gram, vecmat
+from flightsw.kernels.linalg import finite, gram, vecmat
 
 Array = np.ndarray
 P_MIN = 1e-30  # [-] least probability of a filter
@@ -96,7 +96,7 @@ class FilterBank:
         if m > 0:
             for i, f in enumerate(self.filters):
                 self._ll[i] = log_likelihood(f.nu, f.Sy, m, self._w)
-            if np.isfinite(self._ll).all():
+            if finite(self._ll):
                 p = self.mu * [math.exp(v) for v in (self._ll - self._ll.max()).tolist()]
                 # a filter ruled out by one wild reading keeps a trace, or `mix` would divide by a probability of zero
                 p = np.maximum(p / p.sum(), P_MIN)

@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from flightsw.kernels.jit import jit
-from flightsw.kernels.linalg import backward_sub_t, forward_sub
+from flightsw.kernels.linalg import add_symmetric, backward_sub_t, forward_sub
 
 LOG_2PI = math.log(2.0 * math.pi)
 PSD_TOL = 1e-12  # [-] a pivot below this share of its own diagonal element counts as zero
@@ -124,13 +124,7 @@ def log_likelihood(nu: np.ndarray, Sy: np.ndarray, m: int, w: np.ndarray) -> flo
 @jit
 def add_factor(P: np.ndarray, n: int, SQ: np.ndarray) -> None:
     """P [n,n] += SQ SQ^T, SQ [n,nq]; both triangles."""
-    for i in range(n):
-        for j in range(i + 1):
-            s = P[i, j]
-            for k in range(SQ.shape[1]):
-                s += SQ[i, k] * SQ[j, k]
-            P[i, j] = s
-            P[j, i] = s
+    add_symmetric(SQ, SQ, n, SQ.shape[1], P)
 
 
 @jit

@@ -12,7 +12,7 @@ from flightsw.filters.base import CovarianceFilter
 from flightsw.filters.correction import cross_covariance, innovation_covariance, joseph
 from flightsw.filters.covariance import add_factor, apply_innovation, chol_psd, gain, root_diagonal
 from flightsw.kernels.jit import jit
-from flightsw.kernels.linalg import matvec
+from flightsw.kernels.linalg import add_symmetric, block_product, matvec
 
 Array = np.ndarray
 CENTRE = 0  # row of the mean among the points
@@ -47,19 +47,11 @@ def slopes(Z: np.ndarray, rows: int, n: int, d: np.ndarray, J: np.ndarray) -> No
 def time_update(F: np.ndarray, SQ: np.ndarray, P: np.ndarray, W: np.ndarray) -> None:
     """P [n,n] <- F P F^T + SQ SQ^T; F [n,n], SQ [n,nq], workspace W [n,n]."""
     n = P.shape[0]
-    for i in range(n):
-        for j in range(n):
-            s = 0.0
-            for k in range(n):
-                s += F[i, k] * P[k, j]
-            W[i, j] = s
+    block_product(F, P, n, n, n, W)
     for i in range(n):
         for j in range(i + 1):
-            s = 0.0
-            for k in range(n):
-                s += W[i, k] * F[j, k]
-            P[i, j] = s
-            P[j, i] = s
+            P[i, j] = 0.0
+    add_symmetric(W, F, n, n, P)
     add_factor(P, n, SQ)
 
 

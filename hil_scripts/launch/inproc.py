@@ -109,8 +109,7 @@ def fly(
     with Supervisor() as sup, Board(console, plan.duration_s, plan.names) as board:
         flight = InProcess(plan, run, built)
         watching.start(sup, watched, run, console)
-        gc.collect()
-        gc.freeze()
+        collects = gc.isenabled()
         gc.disable()  # as the separate processes do
         lost = ""
         try:
@@ -127,8 +126,8 @@ def fly(
             console.print(f"run failed at t = {board.sim_s:.1f} s: {reason}", style="red", soft_wrap=True)
             return Outcome("failed", reason, board.sim_s, board.speed, accounts=flight.accounts())
         finally:
-            gc.enable()
-            gc.unfreeze()
+            if collects:
+                gc.enable()
     speed, accounts = board.speed, flight.accounts()
     if stop:
         return Outcome("aborted", stop.text(board.sim_s), board.sim_s, speed, stop.signum, accounts)

@@ -15,7 +15,7 @@ from flightsw.filters.base import CovarianceFilter, PointFilter
 from flightsw.filters.covariance import chol_psd
 from flightsw.filters.factory import make_filter
 from flightsw.kernels.discrete import discretise
-from flightsw.kernels.linalg import inner
+from flightsw.kernels.linalg import finite, inner
 from flightsw.missions.gust import dynamics as k
 from flightsw.missions.gust.estimate import GustEstimate, GustParams
 from flightsw.missions.gust.readings import ANGLE_MAX, GustReadings
@@ -171,7 +171,7 @@ class GustNav(GustReadings):
 
     def _estimate(self, m: int) -> GustEstimate:
         x = self.bank.x
-        if not max(abs(x[k.AW]), abs(x[k.AK])) < ANGLE_MAX or not np.isfinite(x).all():
+        if not max(abs(x[k.AW]), abs(x[k.AK])) < ANGLE_MAX or not finite(x):
             return self._restart("estimate beyond the model: restarts with the next sample")
         P = self.P
         sigma = np.sqrt(np.maximum(np.diag(P), 0.0))

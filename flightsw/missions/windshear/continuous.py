@@ -19,7 +19,7 @@ import numpy as np
 from flightsw.aircraft import TwinJet
 from flightsw.filters.covariance import norm_by
 from flightsw.filters.srukf import CENTRE, draw
-from flightsw.kernels.linalg import cholesky, matvec, solve, vecmat
+from flightsw.kernels.linalg import cholesky, finite, matvec, solve, vecmat
 from flightsw.kernels.sampled import multiply
 from flightsw.missions.windshear import dynamics as k
 from flightsw.missions.windshear.estimator import (
@@ -82,7 +82,7 @@ class ContinuousNav(WindshearNav):
                 drift, growth = drift + correction, growth - taken
         f.x += dt * drift
         P = f.P + dt * growth
-        if not (np.isfinite(f.x).all() and np.isfinite(P).all() and f.x[k.VA] > 10.0):
+        if not (finite(f.x) and finite(P.ravel()) and f.x[k.VA] > 10.0):
             return self._restart("estimate not finite: starts anew")
         f.set_cov(P)
         return self._estimate(nis, m)

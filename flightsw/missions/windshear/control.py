@@ -9,6 +9,7 @@ from typing import Annotated, Protocol, runtime_checkable
 import numpy as np
 
 from flightsw.aircraft import TwinJet, twinjet
+from flightsw.kernels.linalg import finite
 from flightsw.missions.windshear import dynamics as k
 from flightsw.missions.windshear import inversion as kn
 from flightsw.missions.windshear.model import MODES, PathDemand, parameter_vector
@@ -122,7 +123,7 @@ class WindshearControl:
         usable = bool(x[k.VA] > 10.0)
         if usable:
             kn.invert(x, d, float(self.u[k.DE]), self._par, self._g, self._out)
-            usable = bool(np.isfinite(self._out[: kn.NC]).all())
+            usable = finite(self._out[: kn.NC])
             if usable:
                 self.u[[k.TC, k.DE]] = self._out[[kn.O_TC, kn.O_DE]]
         if not usable or demand.mode == "open":

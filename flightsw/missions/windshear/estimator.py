@@ -18,6 +18,7 @@ from flightsw.filters.adaptive import AdaptParams, NoiseAdapter
 from flightsw.filters.covariance import chol_psd
 from flightsw.filters.factory import make_filter
 from flightsw.filters.gating import ChannelGate
+from flightsw.kernels.linalg import finite
 from flightsw.missions.windshear import dynamics as k
 from flightsw.missions.windshear.errors import ErrorParams, extended, fading, raise_cold, with_errors
 from flightsw.missions.windshear.model import (
@@ -233,7 +234,7 @@ class WindshearNav:
                 self._refused = 0
                 if self.adapter is not None:
                     self.adapter.update(f, m, dt)
-        if not np.isfinite(f.x).all() or not f.x[k.VA] > 10.0:
+        if not finite(f.x) or not f.x[k.VA] > 10.0:
             return self._restart("estimate not finite: starts anew")
         return self._estimate(nis, m)
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from flightsw.filters.covariance import chol_psd
 from flightsw.filters.factory import make_filter
+from flightsw.kernels.linalg import finite
 from flightsw.kernels.sampled import multiply
 from flightsw.missions.windshear import dynamics as k
 from flightsw.missions.windshear import monitor_kernel as kk
@@ -118,7 +119,7 @@ class WindshearMonitor:
             f.draw()
             kk.measure_kinematic(f.X, self._codes, m, f.Y)
             self.nis = f.correct(self._y, self._r, m)
-        self.started = bool(np.isfinite(f.x).all())
+        self.started = finite(f.x)
         return self.started
 
     def compare(self, x: Array, sigma: Array, dt: float) -> bool:

@@ -12,6 +12,7 @@ import math
 import numpy as np
 
 from flightsw.kernels.jit import jit
+from flightsw.kernels.linalg import add_symmetric, block_product, matvec
 from flightsw.missions.gust import dynamics as g
 from flightsw.missions.gust.servo_bank import states as st
 from flightsw.missions.gust.servos import PARTS
@@ -54,28 +55,15 @@ def carry(P: np.ndarray, A: np.ndarray, dt: float, Q: np.ndarray, F: np.ndarray,
             F[i, j] = 1.0 if i == j else 0.0
     for order in range(4, 0, -1):  # F <- 1 + A dt / order F
         h = dt / order
+        block_product(A, F, n, n, n, B)
         for i in range(n):
             for j in range(n):
-                s = 0.0
-                for k in range(n):
-                    s += A[i, k] * F[k, j]
-                B[i, j] = s * h
-        for i in range(n):
-            for j in range(n):
-                F[i, j] = B[i, j] + (1.0 if i == j else 0.0)
-    for i in range(n):
-        for j in range(n):
-            s = 0.0
-            for k in range(n):
-                s += F[i, k] * P[k, j]
-            B[i, j] = s
+                F[i, j] = B[i, j] * h + (1.0 if i == j else 0.0)
+    block_product(F, P, n, n, n, B)
     for i in range(n):
         for j in range(i + 1):
-            s = Q[i, j]
-            for k in range(n):
-                s += B[i, k] * F[j, k]
-            P[i, j] = s
-            P[j, i] = s
+            P[i, j] = Q[i, j]
+    add_symmetric(B, F, n, n, P)
 
 
 @jit
@@ -110,13 +98,24 @@ def foresee(
     st.instrument_slopes(z, u, p, a, S, C)
     for i in range(m):
         nu[i] = y[i] - expected[codes[i]]
+        c = C[codes[i]]
         for j in range(i + 1):
-            s = r[i] * r[i] if i == j else 0.0
+            Sy[i, j] = r[i] * r[i] if i == j else 0.0
+        for j in range(
+            0, i + 1, 4
+        ):  # four sums side by side, each in its own order: one alone waits for its last addition
+            b, d, e = min(j + 1, i), min(j + 2, i), min(j + 3, i)
+            C0, C1, C2, C3 = C[codes[j]], C[codes[b]], C[codes[d]], C[codes[e]]
+            s0, s1, s2, s3 = Sy[i, j], Sy[i, b], Sy[i, d], Sy[i, e]
             for k in range(NZ):
                 for q in range(NZ):
-                    s += C[codes[i], k] * P[k, q] * C[codes[j], q]
-            Sy[i, j] = s
-            Sy[j, i] = s
+                    x = c[k] * P[k, q]
+                    s0 += x * C0[q]
+                    s1 += x * C1[q]
+                    s2 += x * C2[q]
+                    s3 += x * C3[q]
+            Sy[i, j], Sy[i, b], Sy[i, d], Sy[i, e] = s0, s1, s2, s3
+            Sy[j, i], Sy[b, i], Sy[d, i], Sy[e, i] = s0, s1, s2, s3
 
 
 @jit
@@ -141,10 +140,7 @@ def correct(
             nu, s = y[j] - expected[codes[j]], R[f, j] * R[f, j]
             for i in range(NZ):
                 nu -= row[i] * (z[i] - start[i])
-                k = 0.0
-                for q in range(NZ):
-                    k += V[i, q] * row[q]
-                K[i] = k
+            matvec(V, row, K)
             for i in range(NZ):
                 s += row[i] * K[i]
             for i in range(NZ):
@@ -168,22 +164,24 @@ def mix(
         for i in range(k):
             c[j] += mu[i] * T[i, j]
         for a in range(NZ):
-            s = 0.0
-            for i in range(k):
-                s += mu[i] * T[i, j] / c[j] * Z[i, a]
-            Z0[j, a] = s
-        for a in range(NZ):
+            Z0[j, a] = 0.0
             for b in range(a + 1):
-                s = 0.0
-                for i in range(k):
-                    s += mu[i] * T[i, j] / c[j] * (P[i, a, b] + (Z[i, a] - Z0[j, a]) * (Z[i, b] - Z0[j, b]))
-                P0[j, a, b] = s
-                P0[j, b, a] = s
+                P0[j, a, b] = 0.0
+        for i in range(k):
+            w = mu[i] * T[i, j] / c[j]
+            for a in range(NZ):
+                Z0[j, a] += w * Z[i, a]
+        for i in range(k):
+            w = mu[i] * T[i, j] / c[j]
+            for a in range(NZ):
+                for b in range(a + 1):
+                    P0[j, a, b] += w * (P[i, a, b] + (Z[i, a] - Z0[j, a]) * (Z[i, b] - Z0[j, b]))
     for j in range(k):
         for a in range(NZ):
             Z[j, a] = Z0[j, a]
-            for b in range(NZ):
+            for b in range(a + 1):
                 P[j, a, b] = P0[j, a, b]
+                P[j, b, a] = P0[j, a, b]
     for j in range(k):
         mu[j] = c[j]
 
@@ -218,8 +216,11 @@ def combine(Z: np.ndarray, P: np.ndarray, mu: np.ndarray, z: np.ndarray, V: np.n
         z[a] = s
     for a in range(NZ):
         for b in range(a + 1):
-            s = 0.0
-            for i in range(Z.shape[0]):
-                s += mu[i] * (P[i, a, b] + (Z[i, a] - z[a]) * (Z[i, b] - z[b]))
-            V[a, b] = s
-            V[b, a] = s
+            V[a, b] = 0.0
+    for i in range(Z.shape[0]):
+        for a in range(NZ):
+            for b in range(a + 1):
+                V[a, b] += mu[i] * (P[i, a, b] + (Z[i, a] - z[a]) * (Z[i, b] - z[b]))
+    for a in range(NZ):
+        for b in range(a):
+            V[b, a] = V[a, b]

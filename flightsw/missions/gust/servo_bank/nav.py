@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from flightsw.filters.bank import P_MIN, markov
-from flightsw.kernels.linalg import cholesky, inner
+from flightsw.kernels.linalg import cholesky, finite, inner
 from flightsw.kernels.sampled import sampled
 from flightsw.missions.gust import dynamics as g
 from flightsw.missions.gust.estimate import GustEstimate, GustParams
@@ -205,7 +205,7 @@ class ServoBankNav(GustReadings):
         """Forget, add, and change to a model that leads by enough: the filters over intensity go on from its filter."""
         self._clock += dt
         new = self._step_ll[self._servo]
-        if m > 0 and np.isfinite(new).all():
+        if m > 0 and finite(new):
             self.ll *= math.exp(-dt / self.b.forget_s)
             self.ll += new
             self.ll -= self.ll.max()  # only differences count, and they stay small numbers
@@ -277,7 +277,7 @@ class ServoBankNav(GustReadings):
 
     def _estimate(self, m: int) -> GustEstimate:
         z = self.z
-        if not max(abs(z[g.AW]), abs(z[g.AK])) < ANGLE_MAX or not np.isfinite(z).all():
+        if not max(abs(z[g.AW]), abs(z[g.AK])) < ANGLE_MAX or not finite(z):
             return self._restart("estimate beyond the model: restarts with the next sample")
         sigma = np.sqrt(np.maximum(np.diag(self.V)[: g.NX], 0.0))
         nis = float(inner(self.mu, self._nis[self._air])) if m > 0 else math.nan

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from flightsw.aircraft import Aircraft
 from flightsw.filters.correction import state_update
+from flightsw.kernels.linalg import finite
 from flightsw.missions.receiver.airdata import believed
 from flightsw.missions.receiver.airdata import expected as kp
 from flightsw.missions.receiver.airdata import iekf as kf
@@ -265,9 +266,9 @@ class WakePosition:
         return self.P[k.X_Y, k.X_Y] + self.P[k.X_Z, k.X_Z]
 
     def _sane(self) -> bool:
-        x, far = self.x, float(np.abs(self.x[k.PLACE]).max())
-        finite = np.isfinite(x).all() and np.isfinite(self.P).all()
-        return bool(finite and far < self.p.domain_m and abs(x[k.X_KW]) < 0.9)
+        x = self.x
+        near = max(abs(x[k.X_Y]), abs(x[k.X_Z])) < self.p.domain_m and abs(x[k.X_KW]) < 0.9
+        return bool(near and finite(x) and finite(self.P.ravel()))
 
     def _why_not(self) -> str:
         if self.mode != TRACKING:
