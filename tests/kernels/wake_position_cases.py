@@ -121,6 +121,7 @@ CASES: dict[str, Callable[[Rng], Args]] = {
     "missions.receiver.airdata.state.point_of": lambda r: [state(r), z(10)],
     "missions.receiver.airdata.state.linearise": lambda r: [state(r), *model(r), z(9), z(9, N)],
     "missions.receiver.airdata.iekf.common_noise": lambda r: [*(int(i) for i in r.integers(9, size=2)), 3e-4],
+    "missions.receiver.airdata.iekf.heard": lambda r: [r.integers(2, size=9), np.zeros(9, dtype=np.int64)],
     "missions.receiver.airdata.iekf.spread": lambda r: [
         cov(r),
         r.normal(size=(9, N)),

@@ -47,6 +47,18 @@ def spread(
     innovation_covariance(H, PH, m, S)
 
 
+@jit
+def heard(ok: np.ndarray, idx: np.ndarray) -> int:
+    """idx [>=n] <- the n places where ok [9] is not zero, in order; returns n. A count begun in the caller would
+    have all it hands the count to compiled once more, for the number 0."""
+    n = 0
+    for j in range(ok.shape[0]):
+        if ok[j] != 0:
+            idx[n] = j
+            n += 1
+    return n
+
+
 @jit_own
 def foresee(
     x: np.ndarray, P: np.ndarray, g: np.ndarray, r_att: float, probes: np.ndarray, wk: np.ndarray, e: np.ndarray,
@@ -59,7 +71,7 @@ def foresee(
     for j in range(M_READ):
         idx[j] = j
     none = np.zeros((M_READ, M_READ))
-    spread(P, H, idx, M_READ, np.zeros(3), r_att, none, np.empty((N, M_READ)), np.empty((M_READ, M_READ)), S)
+    spread(P, H, idx, len(idx), np.zeros(3), r_att, none, np.empty((N, M_READ)), np.empty((M_READ, M_READ)), S)
 
 
 @jit_own
@@ -78,11 +90,7 @@ def correct(
     the prior, each halved until the density does not fall.
     """
     idx = np.empty(M_READ, dtype=np.int64)
-    m = 0
-    for j in range(M_READ):
-        if ok[j] != 0:
-            idx[m] = j
-            m += 1
+    m = heard(ok, idx)
     out[OUT_NIS] = 0.0
     out[OUT_COUNT] = float(m)
     if m == 0:
