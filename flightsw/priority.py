@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import os
 
@@ -24,3 +25,10 @@ def realtime_priority(priority: int = 20) -> str:
     except (OSError, AttributeError) as e:
         said.append(f"memory not locked ({e})")
     return ", ".join(said)
+
+
+def take_turns() -> None:
+    """Ask for SCHED_BATCH, where the system has it: woken, this program does not take the core from the one that woke it. In
+    lockstep that is the plant, which has others to wake. Never raises."""
+    with contextlib.suppress(OSError, AttributeError):
+        os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))

@@ -16,7 +16,7 @@ from flightsw.icd.signing import OPEN, TELEMETRY, Security, security
 from flightsw.icd.stream_link import StreamLink
 from flightsw.icd.tlog import TlogError
 from flightsw.preload import preload
-from flightsw.priority import realtime_priority
+from flightsw.priority import realtime_priority, take_turns
 from flightsw.process.accounts import accounts
 from flightsw.process.clock import RealtimeClock, monotonic_us, unix_s
 from flightsw.process.config import FlightConfig, load_flight
@@ -141,6 +141,7 @@ def _loop(process: Process, realtime: bool) -> int:
     if process.cfg.link.line:
         process.say(f"ready; waits for the plant on {process.plant.where}")
     if not realtime:
+        take_turns()
         return process.lockstep()
     process.say(
         f"real time at {process.cfg.app.base_rate_hz} Hz: {realtime_priority()}, {loaded} kernels loaded beforehand"

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import ast
+import os
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import flightsw
-from flightsw.priority import realtime_priority
+from flightsw.priority import realtime_priority, take_turns
 from flightsw.process.clock import LockstepClock, RealtimeClock
 from flightsw.process.executive import Executive, Histogram
 from flightsw.types import Timing
@@ -121,6 +122,17 @@ def test_priority_says_what_it_got(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("os.sched_setscheduler", refuse)
     monkeypatch.setattr("ctypes.CDLL", lambda *a, **k: (_ for _ in ()).throw(OSError("no libc")))
     assert realtime_priority() == "no SCHED_FIFO (not permitted), memory not locked (no libc)"
+
+
+def test_in_lockstep_no_core_is_taken_from_the_plant(monkeypatch: pytest.MonkeyPatch) -> None:
+    before = os.sched_getscheduler(0)
+    try:
+        take_turns()
+        assert os.sched_getscheduler(0) == os.SCHED_BATCH
+    finally:
+        os.sched_setscheduler(0, before, os.sched_param(0))
+    monkeypatch.delattr("os.sched_setscheduler")  # a system that has none
+    take_turns()
 
 
 def test_clock_is_the_only_importer_of_time_on_board() -> None:
