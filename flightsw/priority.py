@@ -1,10 +1,16 @@
-"""What a program that must keep pace with the wall clock asks of the system."""
+"""What a program that must keep pace asks of the system: with the wall clock, or with the peers it answers in lockstep."""
 
 from __future__ import annotations
 
 import contextlib
 import ctypes
 import os
+import select
+from collections.abc import Callable
+
+SOON_US = 200  # [us] in which a peer in lockstep is expected to answer
+TAKEN_US = 1000  # [us] gone by while the core was given away: somebody else needs it
+REST = 200  # waits after that in which the core is left alone
 
 
 def realtime_priority(priority: int = 20) -> str:
@@ -32,3 +38,36 @@ def take_turns() -> None:
     lockstep that is the plant, which has others to wake. Never raises."""
     with contextlib.suppress(OSError, AttributeError):
         os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
+
+
+class Eager:
+    """Waits for what a peer sends soon. To wake an idle core of a virtual machine takes up to 50 us, longer than a small tick:
+    the core is kept awake for SOON_US, but given away again and again to whoever wants it, and left alone for REST waits once
+    somebody does."""
+
+    def __init__(self, poll: select.poll, now_us: Callable[[], int]) -> None:
+        """poll: what is waited for; now_us: wall clock [us]."""
+        self._poll, self._now_us = poll, now_us
+        self._yield = getattr(os, "sched_yield", None)  # a system that has none is left to wake the core
+        self._rest = 0
+
+    def soon(self) -> list[tuple[int, int]]:
+        """What can be read, as `poll` tells it; [] if nothing came within SOON_US, or the core is left alone: now sleep."""
+        ask, give, now_us = self._poll.poll, self._yield, self._now_us
+        if (came := ask(0)) or give is None:
+            return came
+        if self._rest:
+            self._rest -= 1
+            return came
+        last = now_us()
+        end = last + SOON_US
+        while last < end:
+            give()
+            if came := ask(0):
+                return came
+            now = now_us()
+            if now - last > TAKEN_US:
+                self._rest = REST
+                return came
+            last = now
+        return came

@@ -15,6 +15,7 @@ from flightsw.icd.link import MAX_DATAGRAM, Address, LinkError, UdpLink, plant_p
 from flightsw.icd.overrun import overrun
 from flightsw.icd.signing import OPEN, PLANT, Security
 from flightsw.icd.stream_link import StreamLink
+from flightsw.priority import Eager
 
 HOST = "127.0.0.1"
 STRANGER = -1  # instead of the number of an aircraft
@@ -23,7 +24,8 @@ Got = tuple[int, bytes]  # number of the aircraft, datagram
 
 class Peers:
     """Datagrams to and from the aircraft of a run, by their number. `external`: name -> the line of one that is not reached by
-    the port plan. `whole`: streams give whole datagrams only (lockstep). Raises LinkError, SigningError."""
+    the port plan. `whole`, for lockstep: streams give whole datagrams only, and answers are expected soon. Raises LinkError,
+    SigningError."""
 
     def __init__(
         self,
@@ -54,6 +56,7 @@ class Peers:
             self._by_fd[far.fileno()] = i
         for fd in self._by_fd:
             self._poll.register(fd, select.POLLIN)
+        self._eager = Eager(self._poll, lambda: time.monotonic_ns() // 1000) if whole else None
         self._wait_ms = 0.0
         self.wait(0.05)
 
@@ -96,6 +99,8 @@ class Peers:
 
     def receive(self, wait: bool = True) -> Got | None:
         """The next datagram and whose it is (STRANGER: of no aircraft); None: nothing has come within the time of `wait`."""
+        if wait and self._eager is not None and not self._queue:
+            self._eager.soon()
         if not self._far:
             return self._of_local(0 if wait else socket.MSG_DONTWAIT)
         if not self._queue:

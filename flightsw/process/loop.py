@@ -16,6 +16,7 @@ from flightsw.icd.scaling import COMP_AUTOPILOT
 from flightsw.icd.stream_link import StreamLink
 from flightsw.icd.timesync import LineStatus, answer, is_timesync
 from flightsw.icd.wire import Sender
+from flightsw.priority import Eager
 from flightsw.process.clock import RealtimeClock, monotonic_us
 from flightsw.process.config import FlightConfig, parse_target
 from flightsw.process.node import Node
@@ -101,6 +102,7 @@ class Process:
         self._poll.register(plant.fileno(), select.POLLIN)
         self._telemetry_fd = telemetry.sock.fileno()
         self._poll.register(self._telemetry_fd, select.POLLIN)
+        self._eager = Eager(self._poll, monotonic_us)
         self._clock_sender = Sender(cfg.app.sysid, COMP_AUTOPILOT)
         self._from: Address | None = None  # where the plant was heard last
         self._alive_us = 0  # wall time of its last tick
@@ -118,7 +120,7 @@ class Process:
         node, ground = self.node, self.ground
         heard_us = monotonic_us()
         while not self.stop.signum:
-            for fd, _ in self._poll.poll(POLL_MS):
+            for fd, _ in self._eager.soon() or self._poll.poll(POLL_MS):
                 if fd == self._telemetry_fd:
                     node.step((), None, ground.take())  # it waits for the next tick
             before = node.tick

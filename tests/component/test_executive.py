@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import flightsw
-from flightsw.priority import realtime_priority, take_turns
+from flightsw.priority import REST, SOON_US, TAKEN_US, Eager, realtime_priority, take_turns
 from flightsw.process.clock import LockstepClock, RealtimeClock
 from flightsw.process.executive import Executive, Histogram
 from flightsw.types import Timing
@@ -133,6 +133,52 @@ def test_in_lockstep_no_core_is_taken_from_the_plant(monkeypatch: pytest.MonkeyP
         os.sched_setscheduler(0, before, os.sched_param(0))
     monkeypatch.delattr("os.sched_setscheduler")  # a system that has none
     take_turns()
+
+
+class Core:
+    """A wall clock [us], and a socket that has something to read from `at` on. Giving the core away costs `taken` [us]."""
+
+    def __init__(self, at: float, taken: int = 2) -> None:
+        self.t, self.at, self.taken, self.given = 0, at, taken, 0
+
+    def now_us(self) -> int:
+        return self.t
+
+    def poll(self, ms: int) -> list[tuple[int, int]]:
+        assert ms == 0  # it never sleeps itself
+        return [(7, 1)] if self.t >= self.at else []
+
+    def give(self) -> None:
+        self.given += 1
+        self.t += self.taken
+
+
+def test_a_peer_that_answers_soon_is_waited_for_awake(monkeypatch: pytest.MonkeyPatch) -> None:
+    for at, came, given in ((0, [(7, 1)], 0), (50, [(7, 1)], 25), (1e9, [], SOON_US // 2)):
+        core = Core(at)
+        monkeypatch.setattr("os.sched_yield", core.give)
+        assert Eager(core, core.now_us).soon() == came
+        assert core.given == given
+
+
+def test_a_core_that_is_needed_is_left_alone_for_a_while(monkeypatch: pytest.MonkeyPatch) -> None:
+    core = Core(1e9, taken=TAKEN_US + 1)
+    monkeypatch.setattr("os.sched_yield", core.give)
+    eager = Eager(core, core.now_us)
+    for _ in range(2):
+        core.given = 0
+        assert eager.soon() == [] and core.given == 1
+        for _ in range(REST):
+            assert eager.soon() == []
+        assert core.given == 1
+    core.at = core.t
+    assert eager.soon() == [(7, 1)]
+
+
+def test_a_system_that_cannot_give_the_core_away_sleeps(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delattr("os.sched_yield")
+    core = Core(1e9)
+    assert Eager(core, core.now_us).soon() == [] and core.t == 0
 
 
 def test_clock_is_the_only_importer_of_time_on_board() -> None:
