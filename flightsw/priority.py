@@ -9,8 +9,11 @@ import select
 from collections.abc import Callable
 
 SOON_US = 200  # [us] in which a peer in lockstep is expected to answer
-TAKEN_US = 1000  # [us] gone by while the core was given away: somebody else needs it
-REST = 200  # waits after that in which the core is left alone
+TAKEN_US = 2000  # [us] gone by while the core was given away: somebody else needs it
+REST, REST_MOST = (
+    200,
+    25_600,
+)  # waits after that in which the core is left alone: twice as many each time somebody still needs it
 
 
 def realtime_priority(priority: int = 20) -> str:
@@ -42,14 +45,14 @@ def take_turns() -> None:
 
 class Eager:
     """Waits for what a peer sends soon. To wake an idle core of a virtual machine takes up to 50 us, longer than a small tick:
-    the core is kept awake for SOON_US, but given away again and again to whoever wants it, and left alone for REST waits once
-    somebody does."""
+    the core is kept awake for SOON_US, but given away again and again to whoever wants it, and left alone for REST waits and more
+    once somebody does: who gives it away to one that computes on and on falls behind by all of its turn."""
 
     def __init__(self, poll: select.poll, now_us: Callable[[], int]) -> None:
         """poll: what is waited for; now_us: wall clock [us]."""
         self._poll, self._now_us = poll, now_us
         self._yield = getattr(os, "sched_yield", None)  # a system that has none is left to wake the core
-        self._rest = 0
+        self._rest, self._next = 0, REST
 
     def soon(self) -> list[tuple[int, int]]:
         """What can be read, as `poll` tells it; [] if nothing came within SOON_US, or the core is left alone: now sleep."""
@@ -61,13 +64,12 @@ class Eager:
             return came
         last = now_us()
         end = last + SOON_US
-        while last < end:
+        while not came and last < end:
             give()
-            if came := ask(0):
-                return came
-            now = now_us()
+            came, now = ask(0), now_us()
             if now - last > TAKEN_US:
-                self._rest = REST
+                self._rest, self._next = self._next, min(2 * self._next, REST_MOST)
                 return came
             last = now
+        self._next = REST
         return came

@@ -161,18 +161,25 @@ def test_a_peer_that_answers_soon_is_waited_for_awake(monkeypatch: pytest.Monkey
         assert core.given == given
 
 
-def test_a_core_that_is_needed_is_left_alone_for_a_while(monkeypatch: pytest.MonkeyPatch) -> None:
-    core = Core(1e9, taken=TAKEN_US + 1)
+@pytest.mark.parametrize("at", [1e9, TAKEN_US])  # the answer has come meanwhile
+def test_a_core_that_is_needed_is_left_alone_for_longer_and_longer(monkeypatch: pytest.MonkeyPatch, at: float) -> None:
+    core = Core(at, taken=TAKEN_US + 1)
     monkeypatch.setattr("os.sched_yield", core.give)
     eager = Eager(core, core.now_us)
-    for _ in range(2):
-        core.given = 0
-        assert eager.soon() == [] and core.given == 1
-        for _ in range(REST):
+    for rest in (REST, 2 * REST, 4 * REST):
+        core.given, core.at = 0, core.t + at
+        eager.soon()
+        assert core.given == 1
+        core.at = 1e18
+        for _ in range(rest):
             assert eager.soon() == []
         assert core.given == 1
-    core.at = core.t
+    core.taken, core.at = 2, core.t + 10  # nobody needs it any more
     assert eager.soon() == [(7, 1)]
+    core.given, core.taken, core.at = 0, TAKEN_US + 1, 1e18
+    for _ in range(REST + 2):
+        eager.soon()
+    assert core.given == 2
 
 
 def test_a_system_that_cannot_give_the_core_away_sleeps(monkeypatch: pytest.MonkeyPatch) -> None:
