@@ -8,32 +8,13 @@ from __future__ import annotations
 import numpy as np
 
 from flightsw.kernels.jit import jit
-from flightsw.kernels.linalg import add_symmetric, block_product
+from flightsw.kernels.products import add_symmetric, block_product, product_t, symmetric
 
 
 @jit
 def cross_covariance(P: np.ndarray, H: np.ndarray, m: int, PH: np.ndarray) -> None:
     """PH [n,>=m] <- P H^T of the covariance P [n,n] and the rows H [>=m,n]."""
-    n = P.shape[0]
-    i = 0
-    while i + 3 < n:  # four rows side by side, each in its own order: they wait less
-        for a in range(m):
-            s, t, u, v = 0.0, 0.0, 0.0, 0.0
-            for k in range(n):
-                h = H[a, k]
-                s += P[i, k] * h
-                t += P[i + 1, k] * h
-                u += P[i + 2, k] * h
-                v += P[i + 3, k] * h
-            PH[i, a], PH[i + 1, a], PH[i + 2, a], PH[i + 3, a] = s, t, u, v
-        i += 4
-    while i < n:
-        for a in range(m):
-            s = 0.0
-            for k in range(n):
-                s += P[i, k] * H[a, k]
-            PH[i, a] = s
-        i += 1
+    product_t(P, H, P.shape[0], m, P.shape[0], PH)
 
 
 @jit
@@ -65,10 +46,7 @@ def joseph(
             for j in range(n):
                 A[i, j] -= g * H[a, j]
     block_product(A, P, n, n, n, W)
-    for i in range(n):
-        for j in range(i + 1):
-            P[i, j] = 0.0
-    add_symmetric(W, A, n, n, P)
+    symmetric(W, A, n, n, P)
     add_symmetric(KR, K, n, m, P)
 
 

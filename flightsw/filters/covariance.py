@@ -10,7 +10,8 @@ import math
 import numpy as np
 
 from flightsw.kernels.jit import jit
-from flightsw.kernels.linalg import add_symmetric, backward_sub_t, forward_sub
+from flightsw.kernels.linalg import backward_sub_t, forward_sub
+from flightsw.kernels.products import add_symmetric
 
 LOG_2PI = math.log(2.0 * math.pi)
 PSD_TOL = 1e-12  # [-] a pivot below this share of its own diagonal element counts as zero

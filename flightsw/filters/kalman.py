@@ -12,7 +12,8 @@ from flightsw.filters.base import CovarianceFilter
 from flightsw.filters.correction import cross_covariance, innovation_covariance, joseph
 from flightsw.filters.covariance import add_factor, apply_innovation, chol_psd, gain, root_diagonal
 from flightsw.kernels.jit import jit
-from flightsw.kernels.linalg import add_symmetric, block_product, matvec
+from flightsw.kernels.linalg import matvec
+from flightsw.kernels.products import block_product, symmetric
 
 Array = np.ndarray
 CENTRE = 0  # row of the mean among the points
@@ -48,10 +49,7 @@ def time_update(F: np.ndarray, SQ: np.ndarray, P: np.ndarray, W: np.ndarray) -> 
     """P [n,n] <- F P F^T + SQ SQ^T; F [n,n], SQ [n,nq], workspace W [n,n]."""
     n = P.shape[0]
     block_product(F, P, n, n, n, W)
-    for i in range(n):
-        for j in range(i + 1):
-            P[i, j] = 0.0
-    add_symmetric(W, F, n, n, P)
+    symmetric(W, F, n, n, P)
     add_factor(P, n, SQ)
 
 

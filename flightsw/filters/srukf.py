@@ -16,6 +16,7 @@ import numpy as np
 from flightsw.filters.covariance import apply_innovation, chol_psd, gain
 from flightsw.kernels.jit import jit
 from flightsw.kernels.linalg import gram, tria
+from flightsw.kernels.products import product_t
 
 CENTRE = 0  # row of the mean among the points
 
@@ -109,24 +110,7 @@ def correct(
             A[i, k - 1] = si * (X[k, i] - x[i])
         A[i, p - 1] = s0 * (X[CENTRE, i] - x[i])
     # cross covariance into K, then solve with Sy from the right
-    for i in range(n):
-        a = 0
-        while a + 3 < m:  # four sums side by side do not wait for each other
-            c0 = c1 = c2 = c3 = 0.0
-            for k in range(p):
-                v = A[i, k]
-                c0 += v * B[a, k]
-                c1 += v * B[a + 1, k]
-                c2 += v * B[a + 2, k]
-                c3 += v * B[a + 3, k]
-            K[i, a], K[i, a + 1], K[i, a + 2], K[i, a + 3] = c0, c1, c2, c3
-            a += 4
-        while a < m:
-            s = 0.0
-            for k in range(p):
-                s += A[i, k] * B[a, k]
-            K[i, a] = s
-            a += 1
+    product_t(A, B, n, m, p, K)
     # tria overwrites B; the deviations are in D
     for a in range(m):
         for b in range(m):

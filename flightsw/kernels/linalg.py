@@ -11,6 +11,7 @@ import math
 import numpy as np
 
 from flightsw.kernels.jit import jit
+from flightsw.kernels.products import block_product, symmetric
 
 
 @jit
@@ -110,63 +111,9 @@ def cholesky(A: np.ndarray, n: int) -> bool:
 
 
 @jit
-def block_product(A: np.ndarray, B: np.ndarray, n: int, k: int, m: int, out: np.ndarray) -> None:
-    """out [>=n,>=m] <- A B of the first n rows and k columns of A, and m columns of B; out is neither."""
-    for i in range(n):
-        j = 0
-        while j + 3 < m:  # four sums side by side, each in its own order: one alone waits for its last addition
-            s, t, u, v = 0.0, 0.0, 0.0, 0.0
-            for c in range(k):
-                a = A[i, c]
-                s += a * B[c, j]
-                t += a * B[c, j + 1]
-                u += a * B[c, j + 2]
-                v += a * B[c, j + 3]
-            out[i, j], out[i, j + 1], out[i, j + 2], out[i, j + 3] = s, t, u, v
-            j += 4
-        while j < m:
-            s = 0.0
-            for c in range(k):
-                s += A[i, c] * B[c, j]
-            out[i, j] = s
-            j += 1
-
-
-@jit
 def product(A: np.ndarray, B: np.ndarray, out: np.ndarray) -> None:
     """out [n,m] <- A [n,k] B [k,m]; out is neither."""
     block_product(A, B, A.shape[0], A.shape[1], B.shape[1], out)
-
-
-@jit
-def add_symmetric(A: np.ndarray, B: np.ndarray, n: int, k: int, P: np.ndarray) -> None:
-    """P [>=n,>=n] += A B^T of the first k columns of A, B [>=n,>=k], of which it is known that it is symmetric: the lower
-    triangle is read and worked out, both are written."""
-    for i in range(n):
-        j = 0
-        while j <= i:
-            if j + 3 < n:  # four sums side by side, as in `block_product`; what lies beyond the diagonal is dropped
-                s, t, u, v = P[i, j], P[i, j + 1], P[i, j + 2], P[i, j + 3]
-                for c in range(k):
-                    a = A[i, c]
-                    s += a * B[j, c]
-                    t += a * B[j + 1, c]
-                    u += a * B[j + 2, c]
-                    v += a * B[j + 3, c]
-                P[i, j], P[j, i] = s, s
-                if j < i:
-                    P[i, j + 1], P[j + 1, i] = t, t
-                if j + 1 < i:
-                    P[i, j + 2], P[j + 2, i] = u, u
-                if j + 2 < i:
-                    P[i, j + 3], P[j + 3, i] = v, v
-                j += 4
-            else:
-                s = P[i, j]
-                for c in range(k):
-                    s += A[i, c] * B[j, c]
-                P[i, j], P[j, i] = s, s
-                j += 1
 
 
 @jit
@@ -174,7 +121,7 @@ def matvec(A: np.ndarray, x: np.ndarray, out: np.ndarray) -> None:
     """out [n] <- A [n,m] x [m]; out is not x."""
     n, m = A.shape
     i = 0
-    while i + 3 < n:  # four sums side by side, as in `block_product`
+    while i + 3 < n:  # four sums side by side, as in products.py
         s, t, u, v = 0.0, 0.0, 0.0, 0.0
         for j in range(m):
             b = x[j]
@@ -214,11 +161,7 @@ def inner(a: np.ndarray, b: np.ndarray) -> float:
 @jit
 def gram(A: np.ndarray, out: np.ndarray) -> None:
     """out [n,n] <- A A^T of A [n,k], both triangles; out is not A."""
-    n = A.shape[0]
-    for i in range(n):
-        for j in range(i + 1):
-            out[i, j] = 0.0
-    add_symmetric(A, A, n, A.shape[1], out)
+    symmetric(A, A, A.shape[0], A.shape[1], out)
 
 
 @jit

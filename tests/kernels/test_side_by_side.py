@@ -7,6 +7,7 @@ import pytest
 
 from flightsw.filters.correction import cross_covariance, joseph
 from flightsw.kernels import linalg
+from flightsw.kernels.products import add_symmetric, block_product
 
 SIZES = [1, 2, 3, 4, 5, 7, 8, 9, 11]
 
@@ -30,7 +31,7 @@ def test_products_and_vectors(n: int) -> None:
     A, B, x = r.normal(size=(n, 5)), r.normal(size=(5, n)), r.normal(size=5)
     out, whole, v = np.full((n, n), np.nan), np.full((n + 1, n + 1), 7.0), np.full(n, np.nan)
     linalg.product(A, B, out)
-    linalg.block_product(A, B, n, 4, n - 1, whole)
+    block_product(A, B, n, 4, n - 1, whole)
     linalg.matvec(A, x, v)
     np.testing.assert_array_equal(out, products(A, B))
     np.testing.assert_array_equal(whole[:n, : n - 1], products(A[:, :4], B[:4, : n - 1]).reshape(n, n - 1))
@@ -43,7 +44,7 @@ def test_symmetric_sums_touch_only_their_own(n: int) -> None:
     r = np.random.default_rng(n)
     A, whole = r.normal(size=(n, 6)), r.normal(size=(n + 2, n + 2))
     P = whole.copy()
-    linalg.add_symmetric(A, A, n, 5, P)
+    add_symmetric(A, A, n, 5, P)
     for i in range(n):
         for j in range(i + 1):
             assert P[i, j] == P[j, i] == total(A[i, :5], A[j, :5], whole[i, j])

@@ -12,7 +12,8 @@ import math
 import numpy as np
 
 from flightsw.kernels.jit import jit
-from flightsw.kernels.linalg import add_symmetric, block_product, matvec
+from flightsw.kernels.linalg import matvec
+from flightsw.kernels.products import add_symmetric, block_product
 from flightsw.missions.gust import dynamics as g
 from flightsw.missions.gust.servo_bank import states as st
 from flightsw.missions.gust.servos import PARTS
@@ -98,24 +99,13 @@ def foresee(
     st.instrument_slopes(z, u, p, a, S, C)
     for i in range(m):
         nu[i] = y[i] - expected[codes[i]]
-        c = C[codes[i]]
         for j in range(i + 1):
-            Sy[i, j] = r[i] * r[i] if i == j else 0.0
-        for j in range(
-            0, i + 1, 4
-        ):  # four sums side by side, each in its own order: one alone waits for its last addition
-            b, d, e = min(j + 1, i), min(j + 2, i), min(j + 3, i)
-            C0, C1, C2, C3 = C[codes[j]], C[codes[b]], C[codes[d]], C[codes[e]]
-            s0, s1, s2, s3 = Sy[i, j], Sy[i, b], Sy[i, d], Sy[i, e]
+            s = r[i] * r[i] if i == j else 0.0
             for k in range(NZ):
                 for q in range(NZ):
-                    x = c[k] * P[k, q]
-                    s0 += x * C0[q]
-                    s1 += x * C1[q]
-                    s2 += x * C2[q]
-                    s3 += x * C3[q]
-            Sy[i, j], Sy[i, b], Sy[i, d], Sy[i, e] = s0, s1, s2, s3
-            Sy[j, i], Sy[b, i], Sy[d, i], Sy[e, i] = s0, s1, s2, s3
+                    s += C[codes[i], k] * P[k, q] * C[codes[j], q]
+            Sy[i, j] = s
+            Sy[j, i] = s
 
 
 @jit

@@ -11,7 +11,7 @@ import numpy as np
 from flightsw.filters.correction import cross_covariance, innovation_covariance, joseph
 from flightsw.filters.covariance import gain, norm_by
 from flightsw.kernels.jit import jit, jit_own
-from flightsw.kernels.linalg import backward_sub_t, cholesky, product
+from flightsw.kernels.linalg import backward_sub_t, cholesky, matvec, product
 from flightsw.missions.receiver.airdata.expected import G_X, M_READ, expected
 from flightsw.missions.receiver.airdata.state import X_OFF, X_X, X_Y, X_Z, N, linearise, point_of
 
@@ -152,12 +152,10 @@ def correct(
             c = 0.0
             for k in range(N):
                 mt[k] = (1.0 - t) * mu[k] + t * mn[k]
+            matvec(P, mt, xn)
             for k in range(N):
-                s = 0.0
-                for j in range(N):
-                    s += P[k, j] * mt[j]
-                xn[k] = x0[k] + s
-                c += s * mt[k]
+                c += xn[k] * mt[k]
+                xn[k] += x0[k]
             point_of(xn, p)
             gx[G_X] = g[G_X] + xn[X_X]
             expected(p, gx, probes, wk, False, h, none)
