@@ -28,7 +28,7 @@ from hil_scripts.launch import ports
 TICK_HZ = 100
 REALTIME_S = 60.0
 PING_TICKS = 8_000
-ROUNDS = 5  # of the lockstep mission against bare sockets
+ROUNDS = 15  # of the lockstep mission against bare sockets
 RUN_TIMEOUT_S = 900.0
 
 
